@@ -1,0 +1,62 @@
+"""Reading and writing artefacts: whole or not at all, and foreign ones named."""
+
+import os
+import shutil
+import uuid
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+
+from t2l.errors import ArtefactError
+
+
+@contextmanager
+def whole(path: Path | str) -> Iterator[Path]:
+    """Give a temporary path beside `path`; what was written there takes its place at the end.
+
+    A file or a folder may be written. When the body raises, or the process is killed, `path` is
+    as it was.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # same suffix: libraries choose a format by it
+    draft = path.with_name(f".{path.stem}.{uuid.uuid4().hex[:8]}{path.suffix}")
+    try:
+        yield draft
+        if path.is_dir():
+            shutil.rmtree(path)
+        os.replace(draft, path)
+    finally:
+        if draft.is_dir():
+            shutil.rmtree(draft)
+        else:
+            draft.unlink(missing_ok=True)
+
+
+def write_table(table: pd.DataFrame, path: Path | str) -> None:
+    """Write a Parquet table whole."""
+    with whole(path) as draft:
+        table.to_parquet(draft, index=False)
+
+
+def read_table(path: Path | str, columns: Sequence[str]) -> pd.DataFrame:
+    """Read a Parquet table that must have `columns`.
+
+    Raises:
+        ArtefactError: the file is missing, not Parquet, cut short, or lacks a column.
+    """
+    expected = f"a Parquet table with columns {', '.join(columns)}"
+    try:
+        table = pd.read_parquet(path)
+    except FileNotFoundError:
+        raise ArtefactError(path, "no such file", expected) from None
+    except (pa.ArrowInvalid, OSError) as error:
+        reason = str(error).splitlines()[0]
+        raise ArtefactError(path, f"cannot be read as Parquet ({reason})", expected) from None
+    missing = [column for column in columns if column not in table.columns]
+    if missing:
+        raise ArtefactError(path, f"lacks column {', '.join(missing)}", expected)
+    return table

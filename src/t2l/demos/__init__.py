@@ -1,0 +1,1 @@
+"""Demonstrations: a torque-controlled expert, and its retargeting to position control."""

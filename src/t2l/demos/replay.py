@@ -1,0 +1,92 @@
+"""Replaying retargeted demonstrations open loop, all at once, in one cell's simulation."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.demos.demonstration import Demonstration
+from t2l.demos.retarget import hold, retarget
+from t2l.gains import Cell
+from t2l.sim import apply_position_gains, make_batch, step
+from t2l.sim.batch import TIMESTEP_S
+from t2l.tasks import Task
+
+
+@dataclass(frozen=True)
+class Replay:
+    """How one demonstration went under position control.
+
+    Attributes:
+        observation: (n, nobs) before each command.
+        command: (n, dof) rad, the held q_des.
+        gripper: (n,) m.
+        success: whether the task was solved within the demonstration's length.
+        failure: kind of failure, '' for a success.
+        mse_q_rad2: mean squared joint position error against the demonstration.
+    """
+
+    observation: np.ndarray
+    command: np.ndarray
+    gripper: np.ndarray
+    success: bool
+    failure: str
+    mse_q_rad2: float
+
+
+def replay(
+    task: Task,
+    demonstrations: Sequence[Demonstration],
+    cell: Cell,
+    decimation: int,
+    how: str = "mean",
+    threads: int = 1,
+) -> list[Replay]:
+    """Replay every demonstration with commands held for `decimation` timesteps.
+
+    Args:
+        how: how a held command follows from those it replaces, see `t2l.demos.retarget.hold`.
+    """
+    n = len(demonstrations)
+    commands = [hold(retarget(d, task.arm_qpos, cell), decimation, how) for d in demonstrations]
+    grippers = [d.gripper[:-1:decimation] for d in demonstrations]
+    lengths = np.array([len(c) for c in commands])
+    ticks = int(lengths.max())
+    arm, gripper = _pad(commands, ticks), _pad(grippers, ticks)
+    reference = _pad([d.qpos[:, task.arm_qpos] for d in demonstrations], ticks * decimation + 1)
+
+    batch = make_batch(task.model, n, threads)
+    apply_position_gains(batch, task.robot.joints, cell.kp, cell.kd)
+    task.reset(batch, np.stack([d.qpos[0] for d in demonstrations]))
+    monitor = task.monitor(n)
+    running = np.ones(n, dtype=bool)
+    observations = np.empty((n, ticks, len(task.observation_names)), dtype=np.float32)
+    squared_error = np.zeros((n, ticks))
+    for k in range(ticks):
+        observations[:, k] = task.observe(batch)
+        task.command(batch.ctrl, arm[:, k], gripper[:, k])
+        step(batch, running, nstep=decimation)
+        in_time = running & (k < lengths)
+        monitor.update(batch, (k + 1) * decimation * TIMESTEP_S, in_time)
+        error = batch.qpos[:, task.arm_qpos] - reference[:, (k + 1) * decimation]
+        squared_error[:, k] = np.where(in_time, (error**2).mean(axis=1), np.nan)
+
+    failures = monitor.failures(running)
+    return [
+        Replay(
+            observation=observations[i, :m],
+            command=commands[i],
+            gripper=grippers[i],
+            success=failures[i] == "",
+            failure=failures[i],
+            mse_q_rad2=float(squared_error[i, :m].mean()),
+        )
+        for i, m in enumerate(lengths)
+    ]
+
+
+def _pad(sequences: Sequence[np.ndarray], length: int) -> np.ndarray:
+    """Stack sequences of different lengths, the last row of each repeated to `length`."""
+    return np.stack(
+        [s[np.minimum(np.arange(length), len(s) - 1)] for s in sequences]
+    )

@@ -1,0 +1,25 @@
+"""Errors that a user can cause: each message says where, what was found, what is allowed."""
+
+from pathlib import Path
+
+
+class T2LError(Exception):
+    """Base of every error whose message is meant for the person running t2l."""
+
+
+class ConfigurationError(T2LError):
+    """A configuration key holds something that cannot be run."""
+
+
+class ArtefactError(T2LError):
+    """A file in results/ is truncated, foreign or of another shape than its stage writes."""
+
+    def __init__(self, path: Path | str, found: str, expected: str):
+        super().__init__(
+            f"{path}: {found}; expected {expected}. Delete it and run snakemake again: only it "
+            "and what depends on it are rebuilt."
+        )
+
+
+class ExpertError(T2LError):
+    """The expert did not reach the wanted number of successful demonstrations."""

@@ -1,0 +1,6 @@
+"""Gain cells, grids of them, and the regions a grid is split into."""
+
+from t2l.gains.cell import Cell
+from t2l.gains.grid import Grid
+
+__all__ = ["Cell", "Grid"]

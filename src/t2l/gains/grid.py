@@ -1,0 +1,49 @@
+"""A rectangular grid of cells and its compliant, overdamped part."""
+
+from dataclasses import dataclass
+from itertools import product
+
+from t2l.gains.cell import Cell
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Every pair of the given gains, split into regions.
+
+    Attributes:
+        kp: ascending stiffnesses, N·m/rad.
+        kd: ascending dampings, N·m·s/rad.
+        compliant_up_to_kp: the largest stiffness that counts as compliant.
+        overdamped_from_kd: the smallest damping that counts as overdamped.
+    """
+
+    kp: tuple[float, ...]
+    kd: tuple[float, ...]
+    compliant_up_to_kp: float
+    overdamped_from_kd: float
+
+    @property
+    def cells(self) -> list[Cell]:
+        """All cells, by Kd upward, then by Kp."""
+        return [Cell(kp=kp, kd=kd) for kd, kp in product(self.kd, self.kp)]
+
+    @property
+    def corners(self) -> list[Cell]:
+        """The four extreme cells: CU, SU, CO, SO."""
+        kps, kds = (self.kp[0], self.kp[-1]), (self.kd[0], self.kd[-1])
+        return list(dict.fromkeys(Cell(kp=kp, kd=kd) for kd, kp in product(kds, kps)))
+
+    @property
+    def centre(self) -> Cell:
+        """The cell in the middle, the lower one where a side is even."""
+        return Cell(kp=self.kp[(len(self.kp) - 1) // 2], kd=self.kd[(len(self.kd) - 1) // 2])
+
+    def in_compliant_overdamped(self, cell: Cell) -> bool:
+        """Whether the cell belongs to G^CO."""
+        return cell.kp <= self.compliant_up_to_kp and cell.kd >= self.overdamped_from_kd
+
+    def region(self, cell: Cell) -> str:
+        """Two letters: C or S (compliant, stiff), then U or O (under-, overdamped)."""
+        stiffness = "C" if cell.kp <= self.compliant_up_to_kp else "S"
+        damping = "O" if cell.kd >= self.overdamped_from_kd else "U"
+        return stiffness + damping

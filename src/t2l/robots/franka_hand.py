@@ -1,0 +1,92 @@
+"""Franka Hand: two fingers that move as one, position-actuated with a force limit.
+
+Dimensions, masses and forces are those of the Franka Hand's product manual: 0.73 kg, 80 mm
+stroke, 70 N continuous grasping force, fingertips 103.4 mm below the flange.
+"""
+
+import math
+
+import mujoco
+
+JOINTS = ("finger_joint1", "finger_joint2")
+GRIP_SITE = "grip"
+OPEN = 0.04  # m, each finger
+GRASP_FORCE = 70.0  # N
+
+HAND_MASS = 0.70  # kg, without the fingers
+FINGER_MASS = 0.015  # kg
+FINGER_Z = 0.0584  # m, finger joint below the flange
+TIP_Z = 0.1034  # m, between the fingertips
+
+COLLIDES_WITH_SCENE = {"contype": 2, "conaffinity": 1, "group": 3}
+
+
+def attach(link: mujoco.MjsBody, flange: mujoco.MjsSite) -> None:
+    """Mount the hand on `link` at `flange`, turned by -45° as Franka does."""
+    hand = link.add_body(
+        name="hand",
+        pos=flange.pos,
+        quat=(math.cos(math.pi / 8), 0, 0, -math.sin(math.pi / 8)),
+        mass=HAND_MASS,
+        ipos=(-0.01, 0, 0.03),
+        inertia=(0.001, 0.0025, 0.0017),
+        explicitinertial=True,
+    )
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    hand.add_geom(
+        name="hand_box",
+        type=box,
+        pos=(0, 0, 0.035),
+        size=(0.018, 0.10, 0.03),
+        rgba=(0.9, 0.9, 0.9, 1),
+        **{**COLLIDES_WITH_SCENE, "group": 2},
+    )
+    hand.add_site(name=GRIP_SITE, pos=(0, 0, TIP_Z))
+    for name, side in zip(JOINTS, (1.0, -1.0), strict=True):
+        finger = hand.add_body(
+            name=name.replace("joint", ""),
+            pos=(0, 0, FINGER_Z),
+            mass=FINGER_MASS,
+            ipos=(0, 0, 0.03),
+            inertia=(3e-6, 3e-6, 1e-6),
+            explicitinertial=True,
+        )
+        finger.add_joint(
+            name=name,
+            type=mujoco.mjtJoint.mjJNT_SLIDE,
+            axis=(0, side, 0),
+            range=(0, OPEN),
+            armature=0.1,
+            damping=10.0,
+        )
+        # the flat pad of the fingertip; its inner face lies in the plane of symmetry when closed
+        finger.add_geom(
+            name=name.replace("joint", "pad"),
+            type=box,
+            pos=(0, side * 0.0075, 0.036),
+            size=(0.0085, 0.0075, 0.018),
+            condim=4,
+            friction=(1.0, 0.005, 0.0001),
+            rgba=(0.2, 0.2, 0.2, 1),
+            **{**COLLIDES_WITH_SCENE, "group": 2},
+        )
+
+
+def add_actuators(spec: mujoco.MjSpec) -> None:
+    """Couple the fingers and drive them with one position actuator, command in m."""
+    first, second = JOINTS
+    spec.add_equality(
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        name1=first,
+        name2=second,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        data=[0, 1] + [0] * 10,
+    )
+    actuator = spec.add_actuator(
+        name=first, target=first, trntype=mujoco.mjtTrn.mjTRN_JOINT
+    )
+    actuator.set_to_position(kp=5000.0, kv=200.0)
+    actuator.forcelimited = True
+    actuator.forcerange = (-GRASP_FORCE, GRASP_FORCE)
+    actuator.ctrllimited = True
+    actuator.ctrlrange = (0, OPEN)

@@ -1,0 +1,73 @@
+"""Batches of simulations and the controller gains as their per-simulation parameters.
+
+Every model steps with MuJoCo's `discrete` integrator, which evaluates the position actuators at
+the end of a step together with the constraints: the actuator's torque over the step from k to k+1
+is exactly Kp (q_des − q[k+1]) − Kd q̇[k+1]. Stiff and heavily damped cells are therefore stable at
+500 Hz, and the law can be inverted exactly (see `t2l.demos.retarget`).
+"""
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch, SimulationError
+from numpy.typing import ArrayLike
+
+TIMESTEP_S = 0.002
+
+
+def make_batch(model: mujoco.MjModel, nsim: int, threads: int = 1) -> Batch:
+    """A batch of `nsim` simulations of `model` on `threads` threads; results do not depend on them."""
+    return Batch(model, nsim, nthread=threads)
+
+
+def apply_position_gains(
+    batch: Batch, joints: Sequence[str], kp: ArrayLike, kd: ArrayLike
+) -> None:
+    """Make the actuators of `joints` position controllers; their ctrl is q_des in rad.
+
+    Args:
+        kp, kd: one number, one per simulation (nsim, 1), or one per simulation and joint
+            (nsim, njoint); N·m/rad and N·m·s/rad.
+    """
+    ids = [batch.model.actuator(joint).id for joint in joints]
+    gain, bias = batch.expand("actuator_gainprm"), batch.expand("actuator_biasprm")
+    gain[:, ids, 0] = kp
+    bias[:, ids, 1] = np.negative(kp)
+    bias[:, ids, 2] = np.negative(kd)
+
+
+def apply_torque_control(batch: Batch, joints: Sequence[str]) -> None:
+    """Make the actuators of `joints` motors; their ctrl is a torque in N·m."""
+    ids = [batch.model.actuator(joint).id for joint in joints]
+    gain, bias = batch.expand("actuator_gainprm"), batch.expand("actuator_biasprm")
+    gain[:, ids, 0] = 1.0
+    bias[:, ids, :3] = 0.0
+
+
+def diverged(batch: Batch) -> np.ndarray:
+    """Which simulations raised a MuJoCo warning or hold a state that is not finite, (nsim,) bool."""
+    raised = (batch.warning[:, :, 1] > 0).any(axis=1)  # columns: last info, count
+    return raised | ~np.isfinite(batch.state).all(axis=1)
+
+
+def step(
+    batch: Batch,
+    running: np.ndarray,
+    nstep: int = 1,
+    stage: mujoco.mjtStage = mujoco.mjtStage.mjSTAGE_VEL,
+) -> None:
+    """Advance the `running` simulations by `nstep` timesteps and clear those that diverged.
+
+    Args:
+        running: (nsim,) bool, updated in place: a simulation that diverges or in which MuJoCo
+            raises is taken out and never stepped again.
+        stage: how far derived quantities are brought up to date afterwards.
+    """
+    if not running.any():
+        return
+    try:
+        batch.step(ids=running, nstep=nstep, stage=stage.value)
+    except SimulationError as error:
+        running[error.ids] = False
+    running &= ~diverged(batch)

@@ -1,0 +1,6 @@
+"""Tasks: a scene, its starts, what a policy sees of it, and when it is solved."""
+
+from t2l.tasks.registry import TASKS, make_task
+from t2l.tasks.task import Monitor, Task
+
+__all__ = ["TASKS", "Monitor", "Task", "make_task"]

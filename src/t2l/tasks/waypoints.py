@@ -1,0 +1,89 @@
+"""Waypoints of a grip frame and the smooth motion through them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+POINTING_DOWN = Rotation.from_matrix([[1, 0, 0], [0, -1, 0], [0, 0, -1]])
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """Where the grip frame is to be, at rest, `duration_s` after the waypoint before.
+
+    Attributes:
+        position: (3,) m, world.
+        rotation: world orientation of the grip frame.
+        gripper: finger command in m while moving there.
+    """
+
+    position: np.ndarray
+    rotation: Rotation
+    duration_s: float
+    gripper: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A sampled motion of n steps.
+
+    Attributes:
+        position: (n, 3) m; rotation: (n, 3, 3).
+        twist: (n, 6) m/s above rad/s; acceleration: (n, 6) m/s² above rad/s².
+        gripper: (n,) m.
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+    twist: np.ndarray
+    acceleration: np.ndarray
+    gripper: np.ndarray
+
+
+def minimum_jerk(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Path, speed and acceleration at s in [0, 1] (Flash and Hogan 1985, eq. B.1)."""
+    path = s**3 * (10 - 15 * s + 6 * s**2)
+    speed = 30 * s**2 * (1 - s) ** 2
+    acceleration = 60 * s * (1 - s) * (1 - 2 * s)
+    return path, speed, acceleration
+
+
+def motion_through(start: Waypoint, waypoints: Sequence[Waypoint], timestep_s: float) -> Motion:
+    """Minimum-jerk motion from `start` through every waypoint, resting at each."""
+    segments = []
+    for a, b in zip([start, *waypoints], waypoints, strict=False):
+        steps = max(1, round(b.duration_s / timestep_s))
+        duration = steps * timestep_s
+        path, speed, acceleration = (
+            column[:, None] for column in minimum_jerk(np.arange(1, steps + 1) / steps)
+        )
+        offset = b.position - a.position
+        # a turn about one fixed axis, so its rates are those of the path times the axis
+        turn = (b.rotation * a.rotation.inv()).as_rotvec()
+        change = np.concatenate([offset, turn])
+        segments.append(
+            Motion(
+                position=a.position + path * offset,
+                rotation=(Rotation.from_rotvec(path * turn) * a.rotation).as_matrix(),
+                twist=speed / duration * change,
+                acceleration=acceleration / duration**2 * change,
+                gripper=np.full(steps, b.gripper),
+            )
+        )
+    fields = Motion.__dataclass_fields__
+    return Motion(**{f: np.concatenate([getattr(s, f) for s in segments]) for f in fields})
+
+
+def padded(motion: Motion, steps: int) -> Motion:
+    """The motion followed by rest at its end, `steps` long."""
+    rest = steps - len(motion.gripper)
+    moving = {"twist", "acceleration"}
+
+    def pad(field: str) -> np.ndarray:
+        values = getattr(motion, field)
+        end = np.zeros_like(values[-1:]) if field in moving else values[-1:]
+        return np.concatenate([values, np.repeat(end, rest, axis=0)])
+
+    return Motion(**{field: pad(field) for field in Motion.__dataclass_fields__})
