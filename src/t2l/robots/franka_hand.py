@@ -73,7 +73,7 @@ def attach(link: mujoco.MjsBody, flange: mujoco.MjsSite) -> None:
 
 
 def add_actuators(spec: mujoco.MjSpec) -> None:
-    """Couple the fingers and drive them with one position actuator, command in m."""
+    """Couple the fingers and drive both with the same position command, in m."""
     first, second = JOINTS
     spec.add_equality(
         type=mujoco.mjtEq.mjEQ_JOINT,
@@ -81,12 +81,15 @@ def add_actuators(spec: mujoco.MjSpec) -> None:
         name2=second,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
         data=[0, 1] + [0] * 10,
+        solref=(0.004, 1),
+        solimp=(0.999, 0.9999, 0.001, 0.5, 2),
     )
-    actuator = spec.add_actuator(
-        name=first, target=first, trntype=mujoco.mjtTrn.mjTRN_JOINT
-    )
-    actuator.set_to_position(kp=5000.0, kv=200.0)
-    actuator.forcelimited = True
-    actuator.forcerange = (-GRASP_FORCE, GRASP_FORCE)
-    actuator.ctrllimited = True
-    actuator.ctrlrange = (0, OPEN)
+    for joint in JOINTS:
+        actuator = spec.add_actuator(
+            name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT
+        )
+        actuator.set_to_position(kp=5000.0, kv=200.0)
+        actuator.forcelimited = True
+        actuator.forcerange = (-GRASP_FORCE / 2, GRASP_FORCE / 2)
+        actuator.ctrllimited = True
+        actuator.ctrlrange = (0, OPEN)

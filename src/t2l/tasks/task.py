@@ -84,7 +84,7 @@ class Task(ABC):
 
     @cached_property
     def gripper_qpos(self) -> int:
-        """Index of the driven finger in qpos."""
+        """Index of the first finger in qpos."""
         return int(self.model.joint(self.robot.gripper_joints[0]).qposadr[0])
 
     @cached_property
@@ -93,14 +93,14 @@ class Task(ABC):
         return np.array([self.model.actuator(j).id for j in self.robot.joints])
 
     @cached_property
-    def gripper_ctrl(self) -> int:
-        """Index of the gripper actuator in ctrl."""
-        return int(self.model.actuator(self.robot.gripper_joints[0]).id)
+    def gripper_ctrl(self) -> np.ndarray:
+        """Indices of the finger actuators in ctrl."""
+        return np.array([self.model.actuator(j).id for j in self.robot.gripper_joints])
 
     def command(self, ctrl: np.ndarray, arm: np.ndarray, gripper: np.ndarray) -> None:
         """Write arm commands (..., 7) and gripper commands (...) into ctrl (..., nu)."""
         ctrl[..., self.arm_ctrl] = arm
-        ctrl[..., self.gripper_ctrl] = gripper
+        ctrl[..., self.gripper_ctrl] = np.asarray(gripper)[..., None]
 
     def reset(self, batch: Batch, qpos: np.ndarray) -> None:
         """Put every simulation at rest at `qpos` (nsim, nq), gripper commanded as it stands."""

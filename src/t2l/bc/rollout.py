@@ -1,0 +1,125 @@
+"""Closed-loop rollouts of one policy in one cell, all stepping together."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import torch
+
+from t2l.gains import Cell
+from t2l.policies.chunk_cvae import ChunkCVAE
+from t2l.sim import apply_position_gains, make_batch, step
+from t2l.sim.batch import TIMESTEP_S
+from t2l.tasks import Task
+
+COLUMNS = ("kp", "kd", "rollout", "success", "time_to_success_s", "failure")
+
+# histories (n, history, nobs) to chunks (n, chunk, nact)
+ActionChunks = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Rollouts:
+    """Outcome of rollouts from given starts.
+
+    Attributes:
+        table: one row per rollout, columns `COLUMNS`.
+        qpos: (ticks + 1, n, nq) positions at the policy's rate; a simulation that has ended
+            keeps its last.
+        command: (ticks, n, nact) arm targets in rad, then the gripper's in m.
+    """
+
+    table: pd.DataFrame
+    qpos: np.ndarray
+    command: np.ndarray
+
+
+def acting(policy: ChunkCVAE, threads: int = 1) -> ActionChunks:
+    """The policy as a function of NumPy arrays, run where its weights are."""
+    torch.set_num_threads(threads)
+    device = policy.action_mean.device
+
+    @torch.inference_mode()
+    def act(history: np.ndarray) -> np.ndarray:
+        observed = torch.as_tensor(history, dtype=torch.float32, device=device)
+        return policy(observed).cpu().numpy()
+
+    return act
+
+
+def roll_out(
+    task: Task,
+    act: ActionChunks,
+    history: int,
+    executed: int,
+    cell: Cell,
+    starts: np.ndarray,
+    decimation: int,
+    threads: int = 1,
+) -> Rollouts:
+    """Roll out from every start until success, divergence or the task's horizon.
+
+    Args:
+        act: the policy; see `acting`.
+        history: observations the policy sees.
+        executed: actions of each chunk that are carried out before the policy is asked again.
+        starts: (n, nq).
+        decimation: timesteps that each command is held for.
+    """
+    n = len(starts)
+    tick_s = decimation * TIMESTEP_S
+    ticks = round(task.horizon_s / tick_s)
+    limits = task.model.jnt_range[[task.model.joint(j).id for j in task.robot.joints]]
+
+    batch = make_batch(task.model, n, threads)
+    apply_position_gains(batch, task.robot.joints, cell.kp, cell.kd)
+    task.reset(batch, starts)
+    monitor = task.monitor(n)
+    sound = np.ones(n, dtype=bool)
+    active = sound.copy()
+    past = np.repeat(task.observe(batch).astype(np.float32)[:, None], history, axis=1)
+    qpos = np.empty((ticks + 1, n, task.model.nq))
+    qpos[0] = batch.qpos
+    command = np.full((ticks, n, len(limits) + 1), np.nan)
+    chunk = None
+    for k in range(ticks):
+        if k % executed == 0:
+            chunk = np.full((n, *command.shape[2:]), np.nan)[:, None].repeat(executed, axis=1)
+            chunk[active] = act(past[active])[:, :executed]
+        command[k] = chunk[:, k % executed]
+        # a policy that answers NaN has failed; its simulation must not be fed one
+        diverging = active & ~np.isfinite(command[k]).all(axis=1)
+        sound &= ~diverging
+        active &= ~diverging
+        task.command(batch.ctrl, *_within(command[k], task, active))
+        step(batch, active, nstep=decimation)
+        monitor.update(batch, (k + 1) * tick_s, active)
+        finished = ~np.isnan(monitor.success_time_s)
+        sound &= active | finished
+        active &= ~finished
+        qpos[k + 1] = np.where(sound[:, None], batch.qpos, qpos[k])
+        if not active.any():
+            qpos[k + 2 :] = qpos[k + 1]
+            break
+        past = np.concatenate([past[:, 1:], task.observe(batch)[:, None]], axis=1, dtype=np.float32)
+
+    failures = monitor.failures(sound)
+    table = pd.DataFrame(
+        {
+            "kp": cell.kp,
+            "kd": cell.kd,
+            "rollout": np.arange(n),
+            "success": [failure == "" for failure in failures],
+            "time_to_success_s": monitor.success_time_s,
+            "failure": failures,
+        },
+        columns=list(COLUMNS),
+    )
+    return Rollouts(table=table, qpos=qpos, command=command)
+
+
+def _within(command: np.ndarray, task: Task, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Commands as sent: those of simulations that have ended stand still at zero."""
+    sent = np.where(active[:, None], command, 0.0)
+    return sent[:, :-1], sent[:, -1]

@@ -1,0 +1,176 @@
+"""Demonstrations and replays on disk: LeRobot data sets.
+
+lerobot writes them; reading takes the Parquet files they consist of, because importing lerobot
+costs seconds that most stages do not have to spend.
+"""
+
+import json
+import logging
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from t2l.artefacts import whole
+from t2l.demos.demonstration import Demonstration
+from t2l.demos.replay import Replay
+from t2l.errors import ArtefactError
+from t2l.sim.batch import TIMESTEP_S
+from t2l.tasks import Task
+
+STATE, ENVIRONMENT, ACTION = "observation.state", "observation.environment_state", "action"
+
+
+def write_demonstrations(demonstrations: Sequence[Demonstration], task: Task, path: Path) -> None:
+    """Write demonstrations at the simulator's rate, in double precision.
+
+    ``observation.state`` is q, dq and the finger position; ``observation.environment_state`` the
+    positions of all objects; ``action`` the torques and the gripper command.
+    """
+    joints = task.robot.joints
+    features = {
+        STATE: _feature("float64", [*_named("q", joints), *_named("dq", joints), "finger"]),
+        ENVIRONMENT: _feature("float64", [f"qpos{i}" for i in task.object_qpos]),
+        ACTION: _feature("float64", [*_named("tau", joints), "gripper"]),
+    }
+    episodes = (
+        {
+            STATE: np.concatenate(
+                [d.qpos[:, task.arm_qpos], d.dq, d.qpos[:, [task.gripper_qpos]]], axis=1
+            ),
+            ENVIRONMENT: d.qpos[:, task.object_qpos],
+            ACTION: np.concatenate([d.torque, d.gripper[:, None]], axis=1),
+        }
+        for d in demonstrations
+    )
+    _write(path, task, round(1 / TIMESTEP_S), features, episodes)
+
+
+def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
+    """Read what `write_demonstrations` wrote.
+
+    Raises:
+        ArtefactError: the folder is missing, cut short, or of another task.
+    """
+    dof = len(task.robot.joints)
+    sizes = {STATE: 2 * dof + 1, ENVIRONMENT: task.object_qpos.size, ACTION: dof + 1}
+    demonstrations = []
+    for episode in _read(Path(path), sizes):
+        state = episode[STATE]
+        qpos = np.empty((len(state), task.model.nq))
+        qpos[:, task.arm_qpos] = state[:, :dof]
+        for joint in task.robot.gripper_joints:
+            qpos[:, task.model.joint(joint).qposadr[0]] = state[:, -1]
+        qpos[:, task.object_qpos] = episode[ENVIRONMENT]
+        demonstrations.append(
+            Demonstration(
+                qpos=qpos,
+                dq=state[:, dof:-1],
+                torque=episode[ACTION][:, :-1],
+                gripper=episode[ACTION][:, -1],
+            )
+        )
+    return demonstrations
+
+
+def write_replays(replays: Iterable[Replay], task: Task, fps: int, path: Path) -> None:
+    """Write replays at the policy's rate: observation, and q_des with the gripper command."""
+    features = {
+        STATE: _feature("float32", list(task.observation_names)),
+        ACTION: _feature("float32", [*_named("q_des", task.robot.joints), "gripper"]),
+    }
+    episodes = (
+        {
+            STATE: r.observation,
+            ACTION: np.concatenate([r.command, r.gripper[:, None]], axis=1, dtype=np.float32),
+        }
+        for r in replays
+    )
+    _write(path, task, fps, features, episodes)
+
+
+def read_replays(path: Path | str, task: Task) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Observation (n, nobs) and action (n, nact) of every episode that `write_replays` wrote.
+
+    Raises:
+        ArtefactError: the folder is missing, cut short, or of another task.
+    """
+    sizes = {STATE: len(task.observation_names), ACTION: len(task.robot.joints) + 1}
+    return [(episode[STATE], episode[ACTION]) for episode in _read(Path(path), sizes)]
+
+
+def _named(quantity: str, joints: Sequence[str]) -> list[str]:
+    return [f"{quantity}.{joint}" for joint in joints]
+
+
+def _feature(dtype: str, names: list[str]) -> dict[str, Any]:
+    return {"dtype": dtype, "shape": (len(names),), "names": names}
+
+
+def _write(
+    path: Path,
+    task: Task,
+    fps: int,
+    features: Mapping[str, Any],
+    episodes: Iterable[Mapping[str, np.ndarray]],
+) -> None:
+    # nothing here is on the hub; without this lerobot asks it
+    os.environ.setdefault("HF_HUB_OFFLINE", "1")
+    logging.getLogger("lerobot").setLevel(logging.ERROR)
+    import datasets
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+    datasets.disable_progress_bars()
+    with whole(path) as draft:
+        dataset = LeRobotDataset.create(
+            repo_id=f"t2l/{task.name}",
+            fps=fps,
+            features=dict(features),
+            root=draft,
+            robot_type=task.robot.name,
+            use_videos=False,
+        )
+        for episode in episodes:
+            for frame in zip(*episode.values(), strict=True):
+                dataset.add_frame(
+                    {**dict(zip(episode, frame, strict=True)), "task": task.instruction}
+                )
+            dataset.save_episode()
+        dataset.finalize()
+
+
+def _read(path: Path, sizes: Mapping[str, int]) -> list[dict[str, np.ndarray]]:
+    expected = f"a LeRobot data set with {', '.join(f'{k} ({n},)' for k, n in sizes.items())}"
+    try:
+        info = json.loads((path / "meta" / "info.json").read_text())
+        features, total = info["features"], info["total_frames"]
+    except FileNotFoundError:
+        raise ArtefactError(path, "no meta/info.json", expected) from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise ArtefactError(path, f"meta/info.json cannot be read ({error!r})", expected) from None
+    for key, size in sizes.items():
+        shape = features.get(key, {}).get("shape")
+        if shape is None or list(shape) != [size]:
+            raise ArtefactError(path, f"{key} has shape {shape}", expected)
+    columns = [*sizes, "episode_index"]
+    try:
+        table = pa.concat_tables(
+            pq.read_table(file, columns=columns) for file in sorted(path.glob("data/*/*.parquet"))
+        )
+    except (pa.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0]
+        raise ArtefactError(path, f"data cannot be read ({reason})", expected) from None
+    if len(table) != total or total == 0:
+        raise ArtefactError(path, f"{len(table)} frames where info.json says {total}", expected)
+    episode_index = table["episode_index"].to_numpy()
+    starts = np.flatnonzero(np.diff(episode_index)) + 1
+    values = {
+        key: np.stack(table[key].combine_chunks().flatten().to_numpy().reshape(-1, size))
+        for key, size in sizes.items()
+    }
+    parts = {key: np.split(value, starts) for key, value in values.items()}
+    return [dict(zip(parts, episode, strict=True)) for episode in zip(*parts.values(), strict=True)]

@@ -1,0 +1,1 @@
+"""Policies: networks from observations to commands, and their files."""
