@@ -42,6 +42,12 @@ def write_table(table: pd.DataFrame, path: Path | str) -> None:
         table.to_parquet(draft, index=False)
 
 
+def write_text(text: str, path: Path | str) -> None:
+    """Write a text file whole."""
+    with whole(path) as draft:
+        draft.write_text(text)
+
+
 def read_table(path: Path | str, columns: Sequence[str]) -> pd.DataFrame:
     """Read a Parquet table that must have `columns`.
 

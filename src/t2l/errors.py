@@ -21,5 +21,9 @@ class ArtefactError(T2LError):
         )
 
 
+class ReplayError(T2LError):
+    """Too few retargeted demonstrations succeed in a cell to train on."""
+
+
 class ExpertError(T2LError):
     """The expert did not reach the wanted number of successful demonstrations."""

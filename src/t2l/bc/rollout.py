@@ -1,19 +1,18 @@
 """Closed-loop rollouts of one policy in one cell, all stepping together."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-import torch
 
 from t2l.gains import Cell
-from t2l.policies.chunk_cvae import ChunkCVAE
 from t2l.sim import apply_position_gains, make_batch, step
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Task
 
 COLUMNS = ("kp", "kd", "rollout", "success", "time_to_success_s", "failure")
+TRACE_COLUMNS = ("kp", "kd", "rollout", "success", "failure", "time_s", "qpos", "command")
 
 # histories (n, history, nobs) to chunks (n, chunk, nact)
 ActionChunks = Callable[[np.ndarray], np.ndarray]
@@ -35,19 +34,6 @@ class Rollouts:
     command: np.ndarray
 
 
-def acting(policy: ChunkCVAE, threads: int = 1) -> ActionChunks:
-    """The policy as a function of NumPy arrays, run where its weights are."""
-    torch.set_num_threads(threads)
-    device = policy.action_mean.device
-
-    @torch.inference_mode()
-    def act(history: np.ndarray) -> np.ndarray:
-        observed = torch.as_tensor(history, dtype=torch.float32, device=device)
-        return policy(observed).cpu().numpy()
-
-    return act
-
-
 def roll_out(
     task: Task,
     act: ActionChunks,
@@ -61,7 +47,7 @@ def roll_out(
     """Roll out from every start until success, divergence or the task's horizon.
 
     Args:
-        act: the policy; see `acting`.
+        act: the policy; see `t2l.policies.acting`.
         history: observations the policy sees.
         executed: actions of each chunk that are carried out before the policy is asked again.
         starts: (n, nq).
@@ -117,6 +103,59 @@ def roll_out(
         columns=list(COLUMNS),
     )
     return Rollouts(table=table, qpos=qpos, command=command)
+
+
+def traces(rollouts: Rollouts, decimation: int) -> pd.DataFrame:
+    """The first success and the first failure, one row per policy step, columns `TRACE_COLUMNS`.
+
+    The last row of a rollout holds its final position and, as nothing follows, its last command.
+    """
+    shown = rollouts.table.drop_duplicates("success")
+    tables = []
+    for row in shown.itertuples():
+        sent = np.isfinite(rollouts.command[:, row.rollout]).all(axis=1)
+        ticks = np.arange(sent.sum() + 1)
+        command = rollouts.command[np.minimum(ticks, max(0, sent.sum() - 1)), row.rollout]
+        tables.append(
+            pd.DataFrame(
+                {
+                    "kp": row.kp,
+                    "kd": row.kd,
+                    "rollout": row.rollout,
+                    "success": row.success,
+                    "failure": row.failure,
+                    "time_s": ticks * decimation * TIMESTEP_S,
+                    "qpos": list(rollouts.qpos[ticks, row.rollout]),
+                    "command": list(command),
+                },
+                columns=list(TRACE_COLUMNS),
+            )
+        )
+    return pd.concat(tables, ignore_index=True)
+
+
+def pick_traces(
+    by_cell: Mapping[str, pd.DataFrame], preferred: str
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """A success and a failure, from the `preferred` cell where it has them.
+
+    Args:
+        by_cell: `traces` of every cell, by the cell's name.
+
+    Returns:
+        Per label, times (n,) s and positions (n, nq).
+    """
+    picked = {}
+    order = sorted(by_cell, key=lambda name: name != preferred)
+    for wanted, word in ((True, "success"), (False, "failure")):
+        for name in order:
+            rows = by_cell[name][by_cell[name].success == wanted]
+            if len(rows):
+                kind = rows.failure.iloc[0].replace("_", " ")
+                label = "\n".join(filter(None, (word, kind, str(Cell.from_name(name)))))
+                picked[label] = (rows.time_s.to_numpy(), np.stack(rows.qpos))
+                break
+    return picked
 
 
 def _within(command: np.ndarray, task: Task, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

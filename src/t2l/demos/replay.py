@@ -4,13 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.retarget import hold, retarget
+from t2l.errors import ReplayError
 from t2l.gains import Cell
 from t2l.sim import apply_position_gains, make_batch, step
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Task
+
+TABLE_COLUMNS = ("kp", "kd", "demonstration", "success", "failure", "mse_q_rad2")
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,31 @@ def replay(
         )
         for i, m in enumerate(lengths)
     ]
+
+
+def successful(replays: Sequence[Replay], cell: Cell) -> list[Replay]:
+    """The replays to train on.
+
+    Raises:
+        ReplayError: fewer than two succeeded, too few to train and validate on.
+    """
+    kept = [r for r in replays if r.success]
+    if len(kept) < 2:
+        kinds = ", ".join(sorted({r.failure for r in replays if r.failure}))
+        raise ReplayError(
+            f"{cell}: {len(kept)} of {len(replays)} retargeted demonstrations succeed ({kinds}); "
+            "at least 2 are needed. Take these gains out of grid, raise "
+            "retargeting.policy_rate_hz, or hold the mean (retargeting.hold)."
+        )
+    return kept
+
+
+def replay_table(replays: Sequence[Replay], cell: Cell) -> pd.DataFrame:
+    """One row per replay, columns `TABLE_COLUMNS`."""
+    rows = [
+        (cell.kp, cell.kd, i, r.success, r.failure, r.mse_q_rad2) for i, r in enumerate(replays)
+    ]
+    return pd.DataFrame(rows, columns=list(TABLE_COLUMNS))
 
 
 def _pad(sequences: Sequence[np.ndarray], length: int) -> np.ndarray:

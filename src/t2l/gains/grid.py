@@ -1,7 +1,9 @@
 """A rectangular grid of cells and its compliant, overdamped part."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 from t2l.gains.cell import Cell
 
@@ -21,6 +23,11 @@ class Grid:
     kd: tuple[float, ...]
     compliant_up_to_kp: float
     overdamped_from_kd: float
+
+    @classmethod
+    def from_section(cls, section: Mapping[str, Any]) -> "Grid":
+        """The grid that a `grid` section of a checked configuration describes."""
+        return cls(**{**section, "kp": tuple(section["kp"]), "kd": tuple(section["kd"])})
 
     @property
     def cells(self) -> list[Cell]:

@@ -28,6 +28,9 @@ class BlockStack(Task):
         block_yaw_rad: blocks start turned by up to this much either way.
         start_spread_rad: standard deviation of the arm's start about its home pose.
         horizon_s: how long a policy has.
+
+    Raises:
+        ValueError: a workspace range is empty, or too small for the blocks to lie apart.
     """
 
     name = "block_stack"
@@ -55,7 +58,22 @@ class BlockStack(Task):
         self.block_yaw_rad = block_yaw_rad
         self.start_spread_rad = start_spread_rad
         self.horizon_s = horizon_s
+        for key in ("workspace_x_m", "workspace_y_m"):
+            low, high = getattr(self, key)
+            if low >= high:
+                raise ValueError(f"{key}: found [{low}, {high}]; allowed: low below high")
+        width, depth = np.ptp([self.workspace_x_m, self.workspace_y_m], axis=1)
+        if np.hypot(width, depth) < 1.5 * self.block_gap_m:
+            raise ValueError(
+                f"workspace_x_m, workspace_y_m: found {width:g} m by {depth:g} m; allowed: a "
+                f"diagonal of at least {1.5 * self.block_gap_m:g} m, so that the blocks lie apart"
+            )
         self.observation_names = _observation_names(self.robot.joints)
+
+    @property
+    def block_gap_m(self) -> float:
+        """Smallest distance of the blocks' centres at the start: the fingers fit in between."""
+        return 2.5 * self.block_size_m
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         spec = fr3.arm_and_hand(self.gravity_compensation, visual)
@@ -99,8 +117,7 @@ class BlockStack(Task):
             low, high = np.transpose([self.workspace_x_m, self.workspace_y_m])
             positions[missing] = rng.uniform(low, high, (missing.sum(), 2, 2))
             gap = np.linalg.norm(positions[:, 0] - positions[:, 1], axis=1)
-            # the open fingers must fit between the blocks
-            missing = gap < 2.5 * self.block_size_m
+            missing = gap < self.block_gap_m
         yaws = rng.uniform(-self.block_yaw_rad, self.block_yaw_rad, (n, 2))
         for i, name in enumerate(BLOCKS):
             pose = qpos[:, self._pose(name)]

@@ -1,0 +1,55 @@
+# Everything a person runs by hand; `make` alone lists it.
+ENV := .venv
+BIN := $(ENV)/bin
+CORES ?= 2
+CONFIG ?= config/config.yaml
+UV_VERSION := 0.13.8
+# uv from PATH, else from PyPI into a private folder
+UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
+SNAKEMAKE = $(BIN)/snakemake --cores $(CORES) --configfile $(CONFIG)
+
+.PHONY: help figures tables all report test lint bench lock clean
+
+help:
+	@echo "make figures   all figures of $(CONFIG) (another: make figures CONFIG=config/paper.yaml)"
+	@echo "make tables    all tables"
+	@echo "make report    one HTML page with every figure and table: results/report.html"
+	@echo "make test      lint and all tests"
+	@echo "make bench     speed, as ratios against baselines of the same run"
+	@echo "make lock      compile environment.lock anew from pyproject.toml"
+	@echo "make clean     remove the environment; results stay"
+
+figures tables all: $(ENV)/ready
+	$(SNAKEMAKE) -- $@
+
+report: $(ENV)/ready
+	$(SNAKEMAKE) --report results/report.html -- all
+
+test: $(ENV)/ready lint
+	$(BIN)/python -m pytest
+
+lint: $(ENV)/ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakemake --lint
+
+bench: $(ENV)/ready
+	$(BIN)/python -m benchmarks
+
+lock: | $(UV)
+	$(UV) pip compile --quiet --universal --generate-hashes --python-version 3.12 --all-extras \
+		pyproject.toml -o environment.lock
+
+clean:
+	rm -rf $(ENV) .uv
+
+# A half-made environment has no `ready`, so an interrupted install is done again.
+$(ENV)/ready: environment.lock pyproject.toml Makefile | $(UV)
+	$(UV) venv --quiet --clear --python 3.12 $(ENV)
+	$(UV) pip sync --quiet --python $(BIN)/python --require-hashes environment.lock
+	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
+	touch $@
+
+.uv/bin/uv:
+	python3 -m pip install --quiet --disable-pip-version-check --target .uv uv==$(UV_VERSION) \
+		|| { python3 -m venv .uv && .uv/bin/python -m pip install --quiet uv==$(UV_VERSION); }

@@ -1,0 +1,1 @@
+"""Figures: from tables and trajectories to PDF and PNG."""

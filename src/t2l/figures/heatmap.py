@@ -1,0 +1,115 @@
+"""Heatmaps over a grid of cells: Kp to the right, Kd upward."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from t2l.figures.style import plain, styled
+from t2l.gains import Grid
+
+
+def success_and_loss(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
+    """Success rate of the cloned policy, and beside it its final validation loss.
+
+    Args:
+        cells: one row per cell: kp, kd, success (fraction), rollouts, validation_loss.
+    """
+    with styled():
+        figure, axes = plt.subplots(1, 2, figsize=(_width(grid), _height(grid)))
+        n = int(cells.rollouts.max())
+        _heatmap(
+            axes[0],
+            *(_matrix(cells, "success", grid), grid, "viridis", Normalize(0, 1)),
+            text=lambda v: f"{100 * v:.0f}",
+            label=f"success [% of {n} rollouts]",
+            percent=True,
+        )
+        losses = _matrix(cells, "validation_loss", grid)
+        low, high = np.nanmin(losses), np.nanmax(losses)
+        _heatmap(
+            axes[1],
+            *(losses, grid, "magma_r", LogNorm(low, max(high, low * 1.01))),
+            text=lambda v: f"{v:.2g}".lstrip("0"),
+            label="validation loss [normalised MSE]",
+        )
+        figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def replay_success(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
+    """Share of demonstrations that still succeed after retargeting, per cell.
+
+    Args:
+        cells: one row per cell: kp, kd, replay_success (fraction), replays.
+    """
+    with styled():
+        figure, axes = plt.subplots(figsize=(_width(grid) / 2, _height(grid)))
+        _heatmap(
+            axes,
+            *(_matrix(cells, "replay_success", grid), grid, "viridis", Normalize(0, 1)),
+            text=lambda v: f"{100 * v:.0f}",
+            label=f"replay success [% of {int(cells.replays.max())}]",
+            percent=True,
+        )
+        figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def _matrix(table: pd.DataFrame, column: str, grid: Grid) -> np.ndarray:
+    by_cell = table.set_index(["kp", "kd"])[column]
+    values = [[by_cell.get((kp, kd), np.nan) for kp in grid.kp] for kd in grid.kd]
+    return np.array(values, dtype=float)
+
+
+def _heatmap(axes: Axes, values, grid: Grid, colours, norm, text, label, percent=False) -> None:
+    image = axes.imshow(values, origin="lower", cmap=colours, norm=norm, aspect="auto")
+    for (row, column), value in np.ndenumerate(values):
+        if np.isnan(value):
+            continue
+        red, green, blue, _ = image.cmap(image.norm(value))
+        light = 0.299 * red + 0.587 * green + 0.114 * blue > 0.5
+        axes.text(
+            *(column, row, text(value)),
+            ha="center",
+            va="center",
+            color="black" if light else "white",
+            fontsize=8,
+        )
+    axes.set_xticks(range(len(grid.kp)), [plain(kp) for kp in grid.kp])
+    axes.set_yticks(range(len(grid.kd)), [plain(kd) for kd in grid.kd])
+    axes.set_xlabel("stiffness Kp [N·m/rad]")
+    axes.set_ylabel("damping Kd [N·m·s/rad]")
+    axes.spines[:].set_visible(False)
+    _outline_compliant_overdamped(axes, grid)
+    bar = axes.figure.colorbar(image, ax=axes, label=label, shrink=0.9)
+    bar.outline.set_visible(False)
+    if percent:
+        bar.set_ticks([0, 0.25, 0.5, 0.75, 1], labels=["0", "25", "50", "75", "100"])
+
+
+def _outline_compliant_overdamped(axes: Axes, grid: Grid) -> None:
+    compliant = sum(kp <= grid.compliant_up_to_kp for kp in grid.kp)
+    underdamped = sum(kd < grid.overdamped_from_kd for kd in grid.kd)
+    height = len(grid.kd) - underdamped
+    if not compliant or not height:
+        return
+    corner = (-0.5, underdamped - 0.5)
+    axes.add_patch(
+        Rectangle(corner, compliant, height, fill=False, ec="white", lw=2.5, clip_on=False)
+    )
+    axes.add_patch(
+        Rectangle(corner, compliant, height, fill=False, ec="black", lw=1.2, ls="--", clip_on=False)
+    )
+    axes.set_title("dashed: compliant, overdamped region $G^{CO}$", fontsize=8, loc="left")
+
+
+def _width(grid: Grid) -> float:
+    return 3.4 + 1.1 * max(4, len(grid.kp))
+
+
+def _height(grid: Grid) -> float:
+    return 1.4 + 0.42 * max(4, len(grid.kd))

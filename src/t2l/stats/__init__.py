@@ -1,0 +1,1 @@
+"""Statistics: from one row per rollout to the numbers of a table."""

@@ -1,0 +1,44 @@
+"""Where results live, and which wildcards there are."""
+
+import os
+import sys
+
+from snakemake.io import report as in_report
+
+from t2l.gains import Cell
+from t2l.gains.cell import NAME_PATTERN
+
+# one process a core: libraries must not start threads of their own
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+# a server has no display: EGL renders without one
+if sys.platform == "linux":
+    os.environ.setdefault("MUJOCO_GL", "egl")
+
+
+def result(*parts: str) -> str:
+    """The path of an artefact of this study."""
+    return "/".join(("results", STUDY.sections["study"], *parts))
+
+
+def captioned(path: str, caption: str):
+    """An output that `snakemake --report` shows with a caption."""
+    return in_report(path, caption=caption, category="Behaviour cloning")
+
+
+def task_parameters(wildcards) -> dict:
+    """The content of the task's file, so that a change of it reruns what depends on it."""
+    return dict(STUDY.tasks[wildcards.task])
+
+
+TASKS = list(STUDY.tasks)
+CELLS = [cell.name for cell in STUDY.grid.cells]
+SEED = STUDY.sections["seed"]
+
+CELL = result("{task}", "cells", "{cell}")
+DEMONSTRATIONS = result("{task}", "demonstrations")
+
+
+wildcard_constraints:
+    task="|".join(TASKS),
+    cell=NAME_PATTERN,

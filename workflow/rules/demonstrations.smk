@@ -1,0 +1,58 @@
+"""Demonstrations, their retargeting to each cell, and how faithful that is."""
+
+
+rule demonstrate:
+    output:
+        demonstrations=directory(DEMONSTRATIONS),
+    params:
+        task=task_parameters,
+        seed=SEED,
+        settings=STUDY.sections["demonstrations"],
+    log:
+        result("logs", "demonstrate", "{task}.log"),
+    benchmark:
+        result("benchmarks", "demonstrate", "{task}.tsv")
+    threads: 2
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/demonstrate.py"
+
+
+rule retarget:
+    input:
+        demonstrations=DEMONSTRATIONS,
+    output:
+        demonstrations=directory(CELL + "/demonstrations"),
+        replays=CELL + "/replays.parquet",
+    params:
+        task=task_parameters,
+        decimation=STUDY.decimation,
+        hold=STUDY.sections["retargeting"]["hold"],
+    log:
+        result("logs", "retarget", "{task}_{cell}.log"),
+    benchmark:
+        result("benchmarks", "retarget", "{task}_{cell}.tsv")
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/retarget.py"
+
+
+rule fidelity:
+    input:
+        demonstrations=DEMONSTRATIONS,
+    output:
+        result("{task}", "fidelity", "{cell}.parquet"),
+    params:
+        task=task_parameters,
+        decimations=STUDY.sections["fidelity"]["decimations"],
+        replays=STUDY.sections["fidelity"]["replays"],
+    log:
+        result("logs", "fidelity", "{task}_{cell}.log"),
+    benchmark:
+        result("benchmarks", "fidelity", "{task}_{cell}.tsv")
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/fidelity.py"

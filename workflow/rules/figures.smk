@@ -1,0 +1,94 @@
+"""Figures, each as PDF and PNG."""
+
+FORMATS = ("pdf", "png")
+
+
+def figure(name: str, caption: str) -> list:
+    """The files of one figure; the report shows the PNG, which the PDF would only repeat."""
+    pdf, png = (result("figures", f"{{task}}_{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/{caption}.rst")]
+
+
+FIGURES = expand(
+    result("figures", "{task}_{name}.{suffix}"),
+    task=TASKS,
+    name=["success", "replay", "fidelity", "tracking", "frames"],
+    suffix=FORMATS,
+)
+CORNERS = [cell.name for cell in STUDY.grid.corners]
+
+
+rule success_figure:
+    input:
+        cells=result("{task}", "cells.parquet"),
+    output:
+        success=figure("success", "success"),
+        replay=figure("replay", "replay"),
+    params:
+        grid=STUDY.sections["grid"],
+    log:
+        result("logs", "success_figure", "{task}.log"),
+    benchmark:
+        result("benchmarks", "success_figure", "{task}.tsv")
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/success_figure.py"
+
+
+rule fidelity_figure:
+    input:
+        expand(
+            result("{task}", "fidelity", "{cell}.parquet"),
+            cell=[cell.name for cell in STUDY.fidelity_cells],
+            allow_missing=True,
+        ),
+    output:
+        figure("fidelity", "fidelity"),
+    log:
+        result("logs", "fidelity_figure", "{task}.log"),
+    benchmark:
+        result("benchmarks", "fidelity_figure", "{task}.tsv")
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/fidelity_figure.py"
+
+
+rule tracking_figure:
+    input:
+        expand(CELL + "/demonstrations", cell=CORNERS, allow_missing=True),
+    output:
+        figure("tracking", "tracking"),
+    params:
+        task=task_parameters,
+        cells=CORNERS,
+        rate_hz=STUDY.sections["retargeting"]["policy_rate_hz"],
+    log:
+        result("logs", "tracking_figure", "{task}.log"),
+    benchmark:
+        result("benchmarks", "tracking_figure", "{task}.tsv")
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/tracking_figure.py"
+
+
+rule frames_figure:
+    input:
+        demonstrations=DEMONSTRATIONS,
+        traces=expand(CELL + "/traces.parquet", cell=CELLS, allow_missing=True),
+    output:
+        figure("frames", "frames"),
+    params:
+        task=task_parameters,
+        cells=CELLS,
+        preferred=STUDY.grid.centre.name,
+    log:
+        result("logs", "frames_figure", "{task}.log"),
+    benchmark:
+        result("benchmarks", "frames_figure", "{task}.tsv")
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/frames_figure.py"

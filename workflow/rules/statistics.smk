@@ -1,0 +1,43 @@
+"""From cells to one table per task, and to the study's table."""
+
+TABLES = multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex")
+
+
+rule summarise:
+    input:
+        replays=expand(CELL + "/replays.parquet", cell=CELLS, allow_missing=True),
+        losses=expand(CELL + "/losses.parquet", cell=CELLS, allow_missing=True),
+        rollouts=expand(CELL + "/rollouts.parquet", cell=CELLS, allow_missing=True),
+    output:
+        rollouts=result("{task}", "rollouts.parquet"),
+        cells=result("{task}", "cells.parquet"),
+    params:
+        cells=CELLS,
+    log:
+        result("logs", "summarise", "{task}.log"),
+    benchmark:
+        result("benchmarks", "summarise", "{task}.tsv")
+    resources:
+        mem_mb=1000,
+    script:
+        "../scripts/summarise.py"
+
+
+rule statistics:
+    input:
+        rollouts=expand(result("{task}", "rollouts.parquet"), task=TASKS),
+    output:
+        csv=captioned(TABLES[0], "../report/table.rst"),
+        markdown=TABLES[1],
+        latex=TABLES[2],
+    params:
+        tasks=TASKS,
+        grid=STUDY.sections["grid"],
+    log:
+        result("logs", "statistics.log"),
+    benchmark:
+        result("benchmarks", "statistics.tsv")
+    resources:
+        mem_mb=2000,
+    script:
+        "../scripts/statistics.py"

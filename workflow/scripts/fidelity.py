@@ -1,0 +1,25 @@
+"""Replay demonstrations in one cell at many rates, with either way of holding a command."""
+
+import pandas as pd
+
+from t2l.artefacts import write_table
+from t2l.demos.dataset import read_demonstrations
+from t2l.demos.replay import replay, replay_table
+from t2l.demos.retarget import HOLDS
+from t2l.gains import Cell
+from t2l.jobs import job
+from t2l.tasks import make_task
+
+with job(snakemake.log[0]):
+    task = make_task(snakemake.params.task)
+    cell = Cell.from_name(snakemake.wildcards.cell)
+    demonstrations = read_demonstrations(snakemake.input.demonstrations, task)
+    demonstrations = demonstrations[: snakemake.params.replays]
+    tables = [
+        replay_table(
+            replay(task, demonstrations, cell, decimation, hold, snakemake.threads), cell
+        ).assign(hold=hold, decimation=decimation)
+        for hold in HOLDS
+        for decimation in snakemake.params.decimations
+    ]
+    write_table(pd.concat(tables, ignore_index=True), snakemake.output[0])

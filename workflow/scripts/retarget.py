@@ -1,0 +1,24 @@
+"""Retarget the demonstrations to one cell and keep those that still succeed."""
+
+from pathlib import Path
+
+from t2l.artefacts import write_table
+from t2l.configuration import SIMULATION_RATE_HZ
+from t2l.demos.dataset import read_demonstrations, write_replays
+from t2l.demos.replay import replay, replay_table, successful
+from t2l.gains import Cell
+from t2l.jobs import job
+from t2l.tasks import make_task
+
+with job(snakemake.log[0]):
+    task = make_task(snakemake.params.task)
+    cell = Cell.from_name(snakemake.wildcards.cell)
+    demonstrations = read_demonstrations(snakemake.input.demonstrations, task)
+    decimation = snakemake.params.decimation
+    replays = replay(
+        task, demonstrations, cell, decimation, snakemake.params.hold, snakemake.threads
+    )
+    kept = successful(replays, cell)
+    path = Path(snakemake.output.demonstrations)
+    write_replays(kept, task, SIMULATION_RATE_HZ // decimation, path)
+    write_table(replay_table(replays, cell), snakemake.output.replays)

@@ -1,0 +1,29 @@
+"""Roll out one cell's policy from starts that no demonstration had."""
+
+from t2l.artefacts import write_table
+from t2l.bc.rollout import roll_out, traces
+from t2l.gains import Cell
+from t2l.jobs import job
+from t2l.policies import checkpoint
+from t2l.policies.acting import acting
+from t2l.seeds import generator
+from t2l.tasks import make_task
+
+with job(snakemake.log[0]):
+    task = make_task(snakemake.params.task)
+    policy = checkpoint.load(snakemake.input.policy)
+    settings = snakemake.params.settings
+    # the same starts in every cell, so that cells differ by their gains alone
+    rng = generator(snakemake.params.seed, "rollouts", task.name)
+    rollouts = roll_out(
+        task,
+        acting(policy, snakemake.threads),
+        history=policy.architecture.history,
+        executed=settings["executed_actions"],
+        cell=Cell.from_name(snakemake.wildcards.cell),
+        starts=task.sample_starts(rng, settings["count"]),
+        decimation=snakemake.params.decimation,
+        threads=snakemake.threads,
+    )
+    write_table(traces(rollouts, snakemake.params.decimation), snakemake.output.traces)
+    write_table(rollouts.table, snakemake.output.rollouts)

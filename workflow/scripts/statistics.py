@@ -1,0 +1,19 @@
+"""Write the study's table as CSV, Markdown and LaTeX."""
+
+from t2l.artefacts import read_table, write_text
+from t2l.bc.rollout import COLUMNS
+from t2l.gains import Grid
+from t2l.jobs import job
+from t2l.stats.table import behaviour_cloning_table, printable, to_latex
+
+with job(snakemake.log[0]):
+    rollouts = {
+        task: read_table(path, COLUMNS)
+        for task, path in zip(snakemake.params.tasks, snakemake.input.rollouts, strict=True)
+    }
+    table = behaviour_cloning_table(rollouts, Grid.from_section(snakemake.params.grid))
+    printed = printable(table)
+    csv, markdown, latex = snakemake.output
+    write_text(table.to_csv(index=False), csv)
+    write_text(printed.to_markdown(index=False) + "\n", markdown)
+    write_text(to_latex(printed), latex)
