@@ -1,1 +1,8 @@
 """t2l: which controller gains make robot learning work, and where a simulator departs from reality."""
+
+import os
+import sys
+
+# MuJoCo chooses how to render when it is first imported; EGL needs no display
+if sys.platform == "linux" and "DISPLAY" not in os.environ:
+    os.environ.setdefault("MUJOCO_GL", "egl")

@@ -1,7 +1,6 @@
 """Where results live, and which wildcards there are."""
 
 import os
-import sys
 
 from snakemake.io import report as in_report
 
@@ -11,9 +10,6 @@ from t2l.gains.cell import NAME_PATTERN
 # one process a core: libraries must not start threads of their own
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
-# a server has no display: EGL renders without one
-if sys.platform == "linux":
-    os.environ.setdefault("MUJOCO_GL", "egl")
 
 
 def result(*parts: str) -> str:

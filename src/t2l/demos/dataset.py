@@ -78,14 +78,21 @@ def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
 
 
 def write_replays(replays: Iterable[Replay], task: Task, fps: int, path: Path) -> None:
-    """Write replays at the policy's rate: observation, and q_des with the gripper command."""
+    """Write replays at the policy's rate: observation, and q_des with the gripper command.
+
+    The observation is split as lerobot's policies expect it: the robot's own state, and the
+    state of its environment.
+    """
+    names, own = list(task.observation_names), task.robot_observation_size
     features = {
-        STATE: _feature("float32", list(task.observation_names)),
+        STATE: _feature("float32", names[:own]),
+        ENVIRONMENT: _feature("float32", names[own:]),
         ACTION: _feature("float32", [*_named("q_des", task.robot.joints), "gripper"]),
     }
     episodes = (
         {
-            STATE: r.observation,
+            STATE: r.observation[:, :own],
+            ENVIRONMENT: r.observation[:, own:],
             ACTION: np.concatenate([r.command, r.gripper[:, None]], axis=1, dtype=np.float32),
         }
         for r in replays
@@ -99,8 +106,16 @@ def read_replays(path: Path | str, task: Task) -> list[tuple[np.ndarray, np.ndar
     Raises:
         ArtefactError: the folder is missing, cut short, or of another task.
     """
-    sizes = {STATE: len(task.observation_names), ACTION: len(task.robot.joints) + 1}
-    return [(episode[STATE], episode[ACTION]) for episode in _read(Path(path), sizes)]
+    own = task.robot_observation_size
+    sizes = {
+        STATE: own,
+        ENVIRONMENT: len(task.observation_names) - own,
+        ACTION: len(task.robot.joints) + 1,
+    }
+    return [
+        (np.concatenate([episode[STATE], episode[ENVIRONMENT]], axis=1), episode[ACTION])
+        for episode in _read(Path(path), sizes)
+    ]
 
 
 def _named(quantity: str, joints: Sequence[str]) -> list[str]:

@@ -69,6 +69,7 @@ class BlockStack(Task):
                 f"diagonal of at least {1.5 * self.block_gap_m:g} m, so that the blocks lie apart"
             )
         self.observation_names = _observation_names(self.robot.joints)
+        self.robot_observation_size = self.observation_names.index(f"{BLOCKS[0]}.x")
 
     @property
     def block_gap_m(self) -> float:

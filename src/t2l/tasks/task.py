@@ -37,7 +37,9 @@ class Task(ABC):
         instruction: the task in words, stored with every data set.
         robot: the robot in the scene.
         horizon_s: how long a policy has.
-        observation_names: one per element of an observation.
+        observation_names: one per element of an observation: first the robot's own state,
+            beginning with q and dq, then that of its environment.
+        robot_observation_size: how many of them are the robot's own.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Task(ABC):
     robot: Robot
     horizon_s: float
     observation_names: tuple[str, ...]
+    robot_observation_size: int
 
     @abstractmethod
     def spec(self, visual: bool) -> mujoco.MjSpec:

@@ -1,0 +1,73 @@
+"""What is done, what remains, and an estimate of how long it takes."""
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+
+
+class Progress:
+    """Progress of one run.
+
+    Args:
+        jobs: how many jobs each rule has.
+        now: the time the run starts at, in seconds.
+    """
+
+    def __init__(self, jobs: Mapping[str, int], now: float):
+        self._remaining = Counter(jobs)
+        self._total = sum(jobs.values())
+        self._start = now
+        self._running: dict[int, tuple[str, str, float]] = {}
+        self._seconds: dict[str, list[float]] = defaultdict(list)
+
+    def plan(self) -> str:
+        """One line: the jobs there are to run."""
+        parts = ", ".join(f"{count} {rule}" for rule, count in self._remaining.items())
+        return f"{self._total} jobs: {parts}"
+
+    def started(self, job: int, rule: str, wildcards: Mapping[str, str], now: float) -> None:
+        """Take note of a job."""
+        self._running[job] = (rule, " ".join([rule, *map(str, wildcards.values())]), now)
+
+    def failed(self, job: int) -> None:
+        """Forget a job that will not finish."""
+        self._running.pop(job, None)
+
+    def finished(self, job: int, now: float) -> str | None:
+        """The line to show for a job that is done."""
+        if job not in self._running:
+            return None
+        rule, name, began = self._running.pop(job)
+        self._remaining[rule] -= 1
+        self._seconds[rule].append(now - began)
+        done = self._total - sum(self._remaining.values())
+        width = len(str(self._total))
+        line = f"{done:>{width}} of {self._total}  {name}  {duration(now - began)}"
+        left = self.seconds_left(now)
+        return line if left is None else f"{line}; about {duration(left)} left"
+
+    def seconds_left(self, now: float) -> float | None:
+        """Estimate from the mean time of each rule's jobs and how many ran side by side so far.
+
+        A rule that has not run yet counts as the mean of all jobs. None while there is nothing
+        to go by, and at the end.
+        """
+        spent = sum(map(sum, self._seconds.values()))
+        jobs = sum(map(len, self._seconds.values()))
+        if not spent or not sum(self._remaining.values()):
+            return None
+        work = -sum(now - began for *_, began in self._running.values())
+        for rule, count in self._remaining.items():
+            seconds = self._seconds.get(rule)
+            work += count * (sum(seconds) / len(seconds) if seconds else spent / jobs)
+        running = sum(now - began for *_, began in self._running.values())
+        side_by_side = max(1.0, (spent + running) / max(now - self._start, 1e-9))
+        return max(0.0, work) / side_by_side
+
+
+def duration(seconds: float) -> str:
+    """Seconds as a person says them."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"

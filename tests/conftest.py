@@ -1,0 +1,26 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from t2l.demos.expert import demonstrate
+from t2l.tasks import make_task
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="session")
+def block_stack():
+    """Parameters of the task as it ships."""
+    return yaml.safe_load((ROOT / "config" / "tasks" / "block_stack.yaml").read_text())
+
+
+@pytest.fixture(scope="session")
+def task(block_stack):
+    return make_task(block_stack)
+
+
+@pytest.fixture(scope="session")
+def demonstrations(task):
+    return demonstrate(task, count=8, max_attempts=16, rng=np.random.default_rng(7), threads=2)

@@ -1,0 +1,132 @@
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from t2l.demos.dataset import (
+    read_demonstrations,
+    read_replays,
+    write_demonstrations,
+    write_replays,
+)
+from t2l.demos.replay import replay
+from t2l.errors import ArtefactError
+from t2l.gains import Cell
+
+# lerobot opens the data set from disk and trains its own policy on it
+TRAIN_WITH_LEROBOT = """
+import sys
+import torch
+from lerobot.configs import FeatureType
+from lerobot.utils.feature_utils import dataset_to_policy_features
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from lerobot.policies.act.configuration_act import ACTConfig
+from lerobot.policies.act.modeling_act import ACTPolicy
+
+root, = sys.argv[1:]
+torch.manual_seed(0)
+dataset = LeRobotDataset(
+    "t2l/block_stack", root=root, delta_timestamps={"action": [i / 50 for i in range(10)]}
+)
+assert dataset.fps == 50
+assert "red block" in dataset[0]["task"]
+features = dataset_to_policy_features(dataset.meta.features)
+policy = ACTPolicy(
+    ACTConfig(
+        input_features={k: f for k, f in features.items() if f.type is not FeatureType.ACTION},
+        output_features={k: f for k, f in features.items() if f.type is FeatureType.ACTION},
+        chunk_size=10, n_action_steps=10, dim_model=64, dim_feedforward=128, n_heads=2,
+        n_encoder_layers=1, n_vae_encoder_layers=1, device="cpu",
+    )
+)
+stats = dataset.meta.stats
+def normalised(batch, key):
+    mean, std = (torch.as_tensor(stats[key][s], dtype=torch.float32) for s in ("mean", "std"))
+    return (batch[key] - mean) / (std + 1e-3)
+losses = []
+optimiser = torch.optim.Adam(policy.parameters(), lr=1e-3)
+loader = torch.utils.data.DataLoader(dataset, batch_size=32, shuffle=True)
+for step, batch in zip(range(12), loader):
+    keys = ("observation.state", "observation.environment_state", "action")
+    loss, _ = policy.forward(
+        {key: normalised(batch, key) for key in keys} | {"action_is_pad": batch["action_is_pad"]}
+    )
+    optimiser.zero_grad(); loss.backward(); optimiser.step()
+    losses.append(loss.item())
+assert sum(losses[-3:]) < sum(losses[:3]), losses
+print("losses", losses[0], losses[-1])
+"""
+
+
+@pytest.fixture(scope="module")
+def replay_set(task, demonstrations, tmp_path_factory):
+    path = tmp_path_factory.mktemp("sets") / "kp128_kd8"
+    replays = replay(task, demonstrations[:3], Cell(128, 8), decimation=10, threads=2)
+    write_replays(replays, task, 50, path)
+    return path, replays
+
+
+def test_demonstrations_survive_the_disk_to_the_last_bit(task, demonstrations, tmp_path):
+    path = tmp_path / "demonstrations"
+    write_demonstrations(demonstrations[:2], task, path)
+    for a, b in zip(demonstrations[:2], read_demonstrations(path, task), strict=True):
+        np.testing.assert_array_equal(a.torque, b.torque)
+        np.testing.assert_array_equal(a.dq, b.dq)
+        np.testing.assert_array_equal(a.gripper, b.gripper)
+        # the second finger is taken to mirror the first
+        np.testing.assert_allclose(a.qpos, b.qpos, atol=1e-5)
+        np.testing.assert_array_equal(a.qpos[:, task.arm_qpos], b.qpos[:, task.arm_qpos])
+
+
+def test_replays_survive_the_disk(task, replay_set):
+    path, replays = replay_set
+    for r, (observation, action) in zip(replays, read_replays(path, task), strict=True):
+        np.testing.assert_array_equal(observation, r.observation)
+        np.testing.assert_array_equal(action[:, :7], r.command.astype(np.float32))
+
+
+def test_lerobot_trains_on_a_replay_set(replay_set, tmp_path):
+    environment = {**os.environ, "HF_HUB_OFFLINE": "1", "HF_HOME": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", TRAIN_WITH_LEROBOT, str(replay_set[0])],
+        capture_output=True,
+        text=True,
+        env=environment,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert "losses" in done.stdout
+
+
+def _cut(path):
+    file = next(path.glob("data/*/*.parquet"))
+    file.write_bytes(file.read_bytes()[:-100])
+
+
+def _foreign(path):
+    info = json.loads((path / "meta/info.json").read_text())
+    info["features"]["action"]["shape"] = [3]
+    (path / "meta/info.json").write_text(json.dumps(info))
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (_cut, "data cannot be read"),
+        (_foreign, r"action has shape \[3\]"),
+        (lambda path: (path / "meta/info.json").unlink(), "no meta/info.json"),
+        (lambda path: (path / "meta/info.json").write_text("{"), "info.json cannot be read"),
+        (lambda path: shutil.rmtree(path / "data"), "data"),
+    ],
+    ids=["cut", "foreign", "no info", "broken info", "no data"],
+)
+def test_a_damaged_set_is_named(task, replay_set, tmp_path, damage, message):
+    path = tmp_path / "damaged"
+    shutil.copytree(replay_set[0], path)
+    damage(path)
+    with pytest.raises(ArtefactError, match=message) as error:
+        read_replays(path, task)
+    assert str(path) in str(error.value)

@@ -1,0 +1,33 @@
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from t2l.tasks.waypoints import POINTING_DOWN, Waypoint, motion_through, padded
+
+
+def test_a_motion_meets_its_waypoints_and_its_rates_are_its_derivatives():
+    timestep = 0.002
+    start = Waypoint(np.array([0.5, 0, 0.3]), POINTING_DOWN, 0, 0.04)
+    end = Waypoint(
+        np.array([0.4, 0.1, 0.1]), Rotation.from_rotvec([0, 0, 0.6]) * POINTING_DOWN, 1.0, 0.0
+    )
+    motion = motion_through(start, [end], timestep)
+    assert len(motion.gripper) == 500
+    np.testing.assert_allclose(motion.position[-1], end.position)
+    np.testing.assert_allclose(motion.rotation[-1], end.rotation.as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(motion.twist[-1], 0, atol=1e-12)
+    velocity = np.gradient(motion.position, timestep, axis=0)
+    np.testing.assert_allclose(motion.twist[5:-5, :3], velocity[5:-5], atol=1e-4)
+    acceleration = np.gradient(motion.twist, timestep, axis=0)
+    np.testing.assert_allclose(motion.acceleration[5:-5], acceleration[5:-5], atol=1e-3)
+    turn = Rotation.from_matrix(motion.rotation[101]) * Rotation.from_matrix(
+        motion.rotation[99]
+    ).inv()
+    np.testing.assert_allclose(motion.twist[100, 3:], turn.as_rotvec() / 0.004, atol=1e-4)
+
+
+def test_padding_rests_at_the_end():
+    start = Waypoint(np.zeros(3), POINTING_DOWN, 0, 0.04)
+    motion = motion_through(start, [Waypoint(np.ones(3), POINTING_DOWN, 0.1, 0.0)], 0.002)
+    long = padded(motion, 80)
+    np.testing.assert_array_equal(long.position[50:], np.ones((30, 3)))
+    np.testing.assert_array_equal(long.twist[50:], 0)
