@@ -13,6 +13,12 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from snakemake_logger_plugin_t2l.progress import Progress
 
+_SILENT = (
+    LogEvent.WORKFLOW_STARTED,
+    LogEvent.PROGRESS,
+    LogEvent.JOB_STARTED,
+    LogEvent.RESOURCES_INFO,
+)
 _CHATTER = ("Select jobs to execute", "Execute ", "Assuming unrestricted", "Using shell")
 
 
@@ -47,7 +53,7 @@ class LogHandler(LogHandlerBase):
                 return self._progress.finished(record.job_id, record.created)
             if event == LogEvent.JOB_ERROR:
                 self._progress.failed(record.jobid)
-        if event in (LogEvent.PROGRESS, LogEvent.JOB_STARTED, LogEvent.RESOURCES_INFO):
+        if event in _SILENT:
             return None
         text = self.format(record)
         return None if event is None and text.startswith(_CHATTER) else text

@@ -10,16 +10,12 @@ from t2l.figures.style import write
 from t2l.figures.tracking import tracking
 from t2l.gains import Cell, Grid
 
-GRID = Grid(
-    kp=(32, 128, 512), kd=(2, 32), compliant_up_to_kp=128, overdamped_from_kd=32
-)
+GRID = Grid(kp=(32, 128, 512), kd=(2, 32), compliant_up_to_kp=128, overdamped_from_kd=32)
 
 
 @pytest.fixture(scope="module")
 def cells():
-    rows = [
-        (c.kp, c.kd, 0.9, 10, 0.01 * (i + 1), i / 10, 10) for i, c in enumerate(GRID.cells)
-    ]
+    rows = [(c.kp, c.kd, 0.9, 10, 0.01 * (i + 1), i / 10, 10) for i, c in enumerate(GRID.cells)]
     columns = ["kp", "kd", "replay_success", "replays", "validation_loss", "success", "rollouts"]
     # a table's order must not matter
     return pd.DataFrame(rows, columns=columns).sample(frac=1, random_state=0)

@@ -17,7 +17,9 @@ def test_names_are_those_of_the_study():
     assert Cell(kp=0.5, kd=2.25).name == "kp0.5_kd2.25"
 
 
-@pytest.mark.parametrize(("kp", "kd", "key"), [(0, 1, "kp"), (1, -2, "kd"), (float("nan"), 1, "kp")])
+@pytest.mark.parametrize(
+    ("kp", "kd", "key"), [(0, 1, "kp"), (1, -2, "kd"), (float("nan"), 1, "kp")]
+)
 def test_impossible_gains_are_named(kp, kd, key):
     with pytest.raises(ValueError, match=key):
         Cell(kp, kd)

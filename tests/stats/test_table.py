@@ -16,11 +16,7 @@ STUDY = Path(__file__).parents[3] / "shared" / "data" / "paper_results.json"
 
 def _rollouts(rates, n):
     """Rollouts with given success counts per cell."""
-    rows = [
-        (cell.kp, cell.kd, i, i < count)
-        for cell, count in rates.items()
-        for i in range(n)
-    ]
+    rows = [(cell.kp, cell.kd, i, i < count) for cell, count in rates.items() for i in range(n)]
     return pd.DataFrame(rows, columns=["kp", "kd", "rollout", "success"])
 
 

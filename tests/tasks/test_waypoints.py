@@ -19,9 +19,9 @@ def test_a_motion_meets_its_waypoints_and_its_rates_are_its_derivatives():
     np.testing.assert_allclose(motion.twist[5:-5, :3], velocity[5:-5], atol=1e-4)
     acceleration = np.gradient(motion.twist, timestep, axis=0)
     np.testing.assert_allclose(motion.acceleration[5:-5], acceleration[5:-5], atol=1e-3)
-    turn = Rotation.from_matrix(motion.rotation[101]) * Rotation.from_matrix(
-        motion.rotation[99]
-    ).inv()
+    turn = (
+        Rotation.from_matrix(motion.rotation[101]) * Rotation.from_matrix(motion.rotation[99]).inv()
+    )
     np.testing.assert_allclose(motion.twist[100, 3:], turn.as_rotvec() / 0.004, atol=1e-4)
 
 

@@ -22,9 +22,7 @@ class Windows:
     that one.
     """
 
-    def __init__(
-        self, episodes: Sequence[Episode], history: int, chunk: int, device: torch.device
-    ):
+    def __init__(self, episodes: Sequence[Episode], history: int, chunk: int, device: torch.device):
         lengths = [len(e.action) for e in episodes]
         first = np.repeat(np.cumsum([0, *lengths[:-1]]), lengths)[:, None]
         last = np.repeat(np.cumsum(lengths) - 1, lengths)[:, None]

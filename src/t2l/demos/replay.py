@@ -116,6 +116,4 @@ def replay_table(replays: Sequence[Replay], cell: Cell) -> pd.DataFrame:
 
 def _pad(sequences: Sequence[np.ndarray], length: int) -> np.ndarray:
     """Stack sequences of different lengths, the last row of each repeated to `length`."""
-    return np.stack(
-        [s[np.minimum(np.arange(length), len(s) - 1)] for s in sequences]
-    )
+    return np.stack([s[np.minimum(np.arange(length), len(s) - 1)] for s in sequences])

@@ -43,5 +43,7 @@ def load(path: Path | str) -> ChunkCVAE:
         policy.load_state_dict(tensors)
     except RuntimeError as error:
         reason = str(error).splitlines()[-1].strip()
-        raise ArtefactError(path, f"does not fit its own architecture ({reason})", expected) from None
+        raise ArtefactError(
+            path, f"does not fit its own architecture ({reason})", expected
+        ) from None
     return policy.eval()

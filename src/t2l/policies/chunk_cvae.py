@@ -93,7 +93,9 @@ class ChunkCVAE(nn.Module):
 
     def _condition(self, history: torch.Tensor) -> torch.Tensor:
         # a state far outside the demonstrations must not blow the network up
-        return ((history - self.observation_mean) / self.observation_scale).clamp(-10, 10).flatten(1)
+        return (
+            ((history - self.observation_mean) / self.observation_scale).clamp(-10, 10).flatten(1)
+        )
 
     def _normalised_chunk(self, chunk: torch.Tensor) -> torch.Tensor:
         return ((chunk - self.action_mean) / self.action_scale).flatten(1)

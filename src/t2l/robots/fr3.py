@@ -55,13 +55,11 @@ def arm_and_hand(gravity_compensation: bool = True, visual: bool = False) -> muj
         spec.delete(element)
 
     _wrist_colliders(spec)
-    franka_hand.attach(spec.body("fr3_link7"), spec.site("attachment_site"))
+    franka_hand.attach(spec.body("fr3_link7"), spec.site("attachment_site"), visual)
     for joint in JOINTS:
         # Coulomb friction that holds a joint at rest; MuJoCo's default 0.9 lets it creep
         spec.joint(joint).solimp_friction[:2] = 0.9999
-        actuator = spec.add_actuator(
-            name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT
-        )
+        actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=100.0, kv=10.0)
     franka_hand.add_actuators(spec)
     for body in spec.bodies:

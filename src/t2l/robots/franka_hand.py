@@ -21,8 +21,12 @@ TIP_Z = 0.1034  # m, between the fingertips
 COLLIDES_WITH_SCENE = {"contype": 2, "conaffinity": 1, "group": 3}
 
 
-def attach(link: mujoco.MjsBody, flange: mujoco.MjsSite) -> None:
-    """Mount the hand on `link` at `flange`, turned by -45° as Franka does."""
+def attach(link: mujoco.MjsBody, flange: mujoco.MjsSite, visual: bool) -> None:
+    """Mount the hand on `link` at `flange`, turned by -45° as Franka does.
+
+    Args:
+        visual: show the fingers above their pads too.
+    """
     hand = link.add_body(
         name="hand",
         pos=flange.pos,
@@ -59,6 +63,18 @@ def attach(link: mujoco.MjsBody, flange: mujoco.MjsSite) -> None:
             armature=0.1,
             damping=10.0,
         )
+        if visual:
+            finger.add_geom(
+                name=name.replace("joint", "rod"),
+                type=box,
+                pos=(0, side * 0.010, 0.009),
+                size=(0.009, 0.008, 0.012),
+                mass=0,
+                rgba=(0.75, 0.75, 0.75, 1),
+                contype=0,
+                conaffinity=0,
+                group=2,
+            )
         # the flat pad of the fingertip; its inner face lies in the plane of symmetry when closed
         finger.add_geom(
             name=name.replace("joint", "pad"),
@@ -85,9 +101,7 @@ def add_actuators(spec: mujoco.MjSpec) -> None:
         solimp=(0.999, 0.9999, 0.001, 0.5, 2),
     )
     for joint in JOINTS:
-        actuator = spec.add_actuator(
-            name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT
-        )
+        actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=5000.0, kv=200.0)
         actuator.forcelimited = True
         actuator.forcerange = (-GRASP_FORCE / 2, GRASP_FORCE / 2)

@@ -21,9 +21,7 @@ def make_batch(model: mujoco.MjModel, nsim: int, threads: int = 1) -> Batch:
     return Batch(model, nsim, nthread=threads)
 
 
-def apply_position_gains(
-    batch: Batch, joints: Sequence[str], kp: ArrayLike, kd: ArrayLike
-) -> None:
+def apply_position_gains(batch: Batch, joints: Sequence[str], kp: ArrayLike, kd: ArrayLike) -> None:
     """Make the actuators of `joints` position controllers; their ctrl is q_des in rad.
 
     Args:

@@ -224,9 +224,7 @@ class StackMonitor(Monitor):
         height = red[:, 2] - task.block_size_m / 2
         self._lifted[running] |= height[running] > self.LIFTED_M
         self._on_table[running] = height[running] < self.LIFTED_M / 2
-        self._released[running] = (
-            np.linalg.norm(red - grip, axis=1)[running] > task.block_size_m
-        )
+        self._released[running] = np.linalg.norm(red - grip, axis=1)[running] > task.block_size_m
         offset = red - blue
         stacked = (
             running
@@ -295,5 +293,5 @@ def _stage_lights(spec: mujoco.MjSpec) -> None:
     )
     spec.worldbody.add_light(pos=(0.3, -0.6, 2.0), dir=(0.1, 0.3, -1.0), diffuse=(0.45, 0.45, 0.45))
     spec.worldbody.add_camera(
-        name="overview", pos=(1.25, -0.75, 0.65), xyaxes=(0.62, 0.78, 0, -0.33, 0.26, 0.91), fovy=42
+        name="overview", pos=(1.2, -0.75, 0.75), xyaxes=(0.71, 0.70, 0, -0.31, 0.31, 0.90), fovy=42
     )

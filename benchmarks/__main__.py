@@ -1,0 +1,21 @@
+"""Every benchmark in turn: `make bench`, or some by name: `python -m benchmarks throughput`."""
+
+import sys
+
+from benchmarks import cell, overhead, throughput
+
+BENCHMARKS = {module.__name__.split(".")[-1]: module for module in (throughput, cell, overhead)}
+
+
+def main(names: list[str]) -> None:
+    """Print a Markdown table per benchmark: what, measured, baseline of the same run, ratio."""
+    unknown = set(names) - set(BENCHMARKS)
+    if unknown:
+        sys.exit(f"no benchmark {', '.join(unknown)}; there are {', '.join(BENCHMARKS)}")
+    for name in names or BENCHMARKS:
+        module = BENCHMARKS[name]
+        print(f"\n## {name}: {module.__doc__.splitlines()[0]}\n", flush=True)
+        print(module.run().to_markdown(index=False), flush=True)
+
+
+main(sys.argv[1:])

@@ -1,0 +1,27 @@
+"""The task, demonstrations and settings that benchmarks share."""
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from t2l.demos.demonstration import Demonstration
+from t2l.demos.expert import demonstrate
+from t2l.tasks import Task, make_task
+
+ROOT = Path(__file__).parents[1]
+
+
+def paper() -> dict:
+    """The configuration of the full study."""
+    return yaml.safe_load((ROOT / "config/paper.yaml").read_text())
+
+
+def block_stack() -> Task:
+    """Block Stack as it ships."""
+    return make_task(yaml.safe_load((ROOT / "config/tasks/block_stack.yaml").read_text()))
+
+
+def demonstrations(task: Task, count: int) -> list[Demonstration]:
+    """Successful demonstrations, the same at every call."""
+    return demonstrate(task, count, 2 * count, np.random.default_rng(0), threads=2)

@@ -1,0 +1,112 @@
+"""Physics steps a second of replays and rollouts, against a bare Batch.step on the same motions."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+import torch
+
+from benchmarks.scene import block_stack, demonstrations, paper
+from t2l.bc.rollout import roll_out
+from t2l.demos.replay import replay
+from t2l.gains import Cell
+from t2l.policies.acting import acting
+from t2l.policies.chunk_cvae import Architecture, ChunkCVAE
+from t2l.sim import apply_position_gains, make_batch
+from t2l.tasks import Task
+
+CELL = Cell(256, 8)
+DECIMATION = 10
+REPEATS = 3
+
+
+def run() -> pd.DataFrame:
+    """Medians over interleaved repeats, so that a drifting machine shifts both sides alike."""
+    task = block_stack()
+    demos = demonstrations(task, 100)
+    starts = task.sample_starts(np.random.default_rng(1), 100)
+    act, history = _policy(task)
+    rows = []
+    for threads in (1, 2):
+        replays = replay(task, demos, CELL, DECIMATION, threads=threads)
+        ticks = max(len(r.command) for r in replays)
+        pad = [np.minimum(np.arange(ticks), len(r.command) - 1) for r in replays]
+        commands = np.stack(
+            [
+                np.column_stack([r.command, r.gripper])[index]
+                for r, index in zip(replays, pad, strict=True)
+            ]
+        )
+        demo_starts = np.stack([d.qpos[0] for d in demos])
+        rows.append(
+            _compare(
+                f"TPR replay, 100 at once, {threads} thread(s)",
+                lambda threads=threads: replay(task, demos, CELL, DECIMATION, threads=threads),
+                lambda threads=threads, c=commands: _bare(task, demo_starts, c, threads),
+                commands.shape[0] * ticks * DECIMATION,
+            )
+        )
+
+        def policy_rollouts(threads: int = threads):
+            return roll_out(task, act, history, 10, CELL, starts, DECIMATION, threads)
+
+        sent = policy_rollouts().command
+        assert np.isfinite(sent).all(), "a rollout ended early: the comparison would not be fair"
+        rows.append(
+            _compare(
+                f"policy rollouts with inference, 100 at once, {threads} thread(s)",
+                policy_rollouts,
+                lambda threads=threads, c=sent.transpose(1, 0, 2): _bare(task, starts, c, threads),
+                sent.shape[0] * sent.shape[1] * DECIMATION,
+            )
+        )
+    return pd.DataFrame(rows)
+
+
+def _compare(what: str, ours: Callable, bare: Callable, steps: int) -> dict:
+    times = np.array([[_seconds(ours), _seconds(bare)] for _ in range(REPEATS)])
+    ratios = times[:, 1] / times[:, 0]
+    ours_s, bare_s = np.median(times, axis=0)
+    return {
+        "what": what,
+        "steps/s": f"{steps / ours_s:,.0f}",
+        "bare Batch.step steps/s": f"{steps / bare_s:,.0f}",
+        "ratio (min to max)": f"{np.median(ratios):.2f} ({ratios.min():.2f} to {ratios.max():.2f})",
+        "wanted": "at least 0.60",
+    }
+
+
+def _seconds(call: Callable) -> float:
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
+
+
+def _bare(task: Task, starts: np.ndarray, commands: np.ndarray, threads: int) -> None:
+    """Nothing but commands in and steps: what MuJoCo can do at most on these motions."""
+    batch = make_batch(task.model, len(starts), threads)
+    apply_position_gains(batch, task.robot.joints, CELL.kp, CELL.kd)
+    task.reset(batch, starts)
+    for k in range(commands.shape[1]):
+        task.command(batch.ctrl, commands[:, k, :-1], commands[:, k, -1])
+        batch.step(nstep=DECIMATION)
+
+
+def _policy(task: Task) -> tuple[Callable, int]:
+    """The nominal policy, untrained but for its scale, so that no rollout ends early."""
+    settings = paper()["training"]
+    torch.manual_seed(0)
+    policy = ChunkCVAE(
+        Architecture(
+            observation_size=len(task.observation_names),
+            action_size=len(task.robot.joints) + 1,
+            history=settings["history"],
+            chunk=settings["chunk"],
+            latent=settings["latent"],
+            hidden=tuple(settings["hidden"]),
+        )
+    )
+    policy.action_mean.copy_(torch.tensor([*task.robot.home, 0.04]))
+    policy.action_scale.fill_(0.2)
+    return acting(policy.eval()), settings["history"]

@@ -1,0 +1,70 @@
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+
+
+class Project:
+    """A copy of the workflow in a folder of its own."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        for name in ("workflow", "config"):
+            shutil.copytree(ROOT / name, folder / name)
+        self.config = yaml.safe_load((ROOT / "config/smoke.yaml").read_text())
+        self.results = folder / "results" / "smoke"
+
+    def command(self, *arguments, config=None):
+        path = self.folder / "test.yaml"
+        path.write_text(yaml.safe_dump(config or self.config))
+        arguments = ["--cores", "2", "--configfile", str(path), *arguments]
+        return [sys.executable, "-m", "snakemake", *arguments]
+
+    def run(self, *arguments, config=None):
+        return subprocess.run(
+            self.command(*arguments, config=config),
+            cwd=self.folder,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    def planned(self, *targets, config=None):
+        """How many jobs of each rule a run would start."""
+        done = self.run("--dry-run", "--", *(targets or ["all"]), config=config)
+        assert done.returncode == 0, done.stdout
+        stats = (
+            done.stdout.split("Job stats:")[1].split("total")[0]
+            if "Job stats:" in done.stdout
+            else ""
+        )
+        return {rule: int(n) for rule, n in re.findall(r"^(\w+) +(\d+)$", stats, re.MULTILINE)}
+
+    def artefacts(self):
+        return {
+            str(p.relative_to(self.results)): p.stat().st_mtime_ns
+            for p in self.results.rglob("*")
+            if p.is_file() and not {"logs", "benchmarks"} & set(p.relative_to(self.results).parts)
+        }
+
+
+@pytest.fixture
+def empty_project(tmp_path):
+    return Project(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def smoke(tmp_path_factory):
+    """The smoke configuration, run once; tests that change it put it back."""
+    project = Project(tmp_path_factory.mktemp("smoke"))
+    project.first = project.run("--", "all")
+    assert project.first.returncode == 0, project.first.stdout[-6000:]
+    return project

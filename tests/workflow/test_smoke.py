@@ -1,0 +1,190 @@
+import copy
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+
+import pandas as pd
+import pytest
+from matplotlib.image import imread
+
+CELLS = ["kp32_kd2", "kp512_kd2", "kp32_kd32", "kp512_kd32"]
+DOWNSTREAM = {"summarise", "statistics", "success_figure", "frames_figure", "all"}
+
+
+def _changed(project, section, **keys):
+    config = copy.deepcopy(project.config)
+    config[section].update(keys)
+    return config
+
+
+def test_every_figure_and_table_is_there(smoke):
+    for name in ("success", "replay", "fidelity", "tracking", "frames"):
+        figure = smoke.results / "figures" / f"block_stack_{name}"
+        assert imread(figure.with_suffix(".png"))[..., :3].std() > 0.02
+        assert figure.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
+    for suffix in ("csv", "md", "tex"):
+        assert (smoke.results / "tables" / f"behaviour_cloning.{suffix}").stat().st_size > 100
+    assert "Block Stack" in (smoke.results / "tables" / "behaviour_cloning.md").read_text()
+
+
+def test_one_row_per_rollout_with_its_kind_of_failure(smoke):
+    rollouts = pd.read_parquet(smoke.results / "block_stack" / "rollouts.parquet")
+    assert len(rollouts) == len(CELLS) * smoke.config["rollouts"]["count"]
+    assert set(zip(rollouts.kp, rollouts.kd, strict=True)) == {
+        (32, 2),
+        (512, 2),
+        (32, 32),
+        (512, 32),
+    }
+    assert ((rollouts.failure == "") == rollouts.success).all()
+    assert (rollouts.time_to_success_s.notna() == rollouts.success).all()
+
+
+def test_progress_says_what_is_done_and_what_is_left(smoke):
+    lines = re.findall(r"^ *(\d+) of 24  (.+)$", smoke.first.stdout, re.MULTILINE)
+    assert [int(n) for n, _ in lines] == list(range(1, 25))
+    assert re.search(r"train block_stack kp32_kd2  \d+ s; about .+ left", smoke.first.stdout)
+
+
+def test_a_second_run_does_nothing_and_says_so(smoke):
+    before = smoke.artefacts()
+    again = smoke.run("--", "all")
+    assert again.returncode == 0
+    assert "Nothing to be done" in again.stdout
+    assert smoke.artefacts() == before
+
+
+@pytest.mark.parametrize(
+    ("section", "keys", "rules"),
+    [
+        ("rollouts", {"count": 9}, {"roll_out": 4}),
+        ("training", {"epochs": 5}, {"train": 4, "roll_out": 4}),
+        ("fidelity", {"decimations": [1, 5]}, {"fidelity": 4}),
+        ("grid", {"compliant_up_to_kp": 64}, {}),
+        ("grid", {"kp": [32, 64, 512]}, {"retarget": 2, "train": 2, "roll_out": 2}),
+    ],
+    ids=["rollouts", "epochs", "decimations", "split", "a new column"],
+)
+def test_a_changed_parameter_reruns_what_depends_on_it_and_nothing_else(
+    smoke, section, keys, rules
+):
+    planned = smoke.planned(config=_changed(smoke, section, **keys))
+    work = {rule: n for rule, n in planned.items() if not rule.endswith("_figure")}
+    if section == "fidelity":
+        assert planned == {**rules, "fidelity_figure": 1, "all": 1}
+    elif not rules:
+        assert planned == {"statistics": 1, "success_figure": 1, "all": 1}
+    else:
+        assert work == {**rules, "summarise": 1, "statistics": 1, "all": 1}
+        assert "fidelity_figure" not in planned
+
+
+def test_a_changed_task_reruns_everything(smoke):
+    path = smoke.folder / "config/tasks/block_stack.yaml"
+    original = path.read_text()
+    try:
+        path.write_text(original.replace("horizon_s: 8.0", "horizon_s: 7.0"))
+        planned = smoke.planned()
+    finally:
+        path.write_text(original)
+    assert planned["demonstrate"] == 1
+    assert planned["train"] == planned["roll_out"] == planned["retarget"] == 4
+
+
+def test_one_deleted_artefact_rebuilds_that_cell_alone(smoke):
+    cell = smoke.results / "block_stack" / "cells" / "kp32_kd32"
+    kept = cell.with_name("kept")
+    shutil.copytree(cell, kept)
+    try:
+        (cell / "policy.safetensors").unlink()
+        planned = smoke.planned()
+        assert (planned["train"], planned["roll_out"]) == (1, 1)
+        assert set(planned) == {"train", "roll_out"} | DOWNSTREAM
+    finally:
+        shutil.rmtree(cell)
+        kept.rename(cell)
+
+
+def test_one_cell_is_one_path_and_comes_out_the_same(smoke):
+    cell = smoke.results / "block_stack" / "cells" / "kp512_kd32"
+    target = "results/smoke/block_stack/cells/kp512_kd32/rollouts.parquet"
+    before, artefacts = pd.read_parquet(cell / "rollouts.parquet"), smoke.artefacts()
+    weights = (cell / "policy.safetensors").read_bytes()
+    shutil.rmtree(cell)
+    done = smoke.run("--", target)
+    assert done.returncode == 0, done.stdout
+    assert "3 jobs: 1 retarget, 1 train, 1 roll_out" in done.stdout
+    pd.testing.assert_frame_equal(pd.read_parquet(cell / "rollouts.parquet"), before)
+    assert (cell / "policy.safetensors").read_bytes() == weights
+    changed = {p for p, t in smoke.artefacts().items() if artefacts.get(p) != t}
+    assert all(p.startswith("block_stack/cells/kp512_kd32/") for p in changed)
+
+
+def test_a_killed_run_leaves_nothing_half_written_and_resumes(smoke):
+    cell = smoke.results / "block_stack" / "cells" / "kp32_kd2"
+    config = _changed(smoke, "training", epochs=2000)
+    (cell / "rollouts.parquet").unlink()
+    retargeted = (cell / "replays.parquet").stat().st_mtime_ns
+    target = "results/smoke/block_stack/cells/kp32_kd2/rollouts.parquet"
+    run = subprocess.Popen(
+        smoke.command("--", target, config=config),
+        cwd=smoke.folder,
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    log = smoke.results / "logs/train/block_stack_kp32_kd2.log"
+    deadline = time.monotonic() + 90
+    while "of 2000" not in (log.read_text() if log.exists() else ""):
+        assert time.monotonic() < deadline, "training did not start"
+        time.sleep(0.2)
+    # a second run in the same folder is refused while the first is alive
+    second = smoke.run("--", target)
+    assert second.returncode != 0
+    assert "another run is at work here" in second.stdout
+    os.killpg(run.pid, signal.SIGKILL)
+    run.wait()
+    assert not (cell / "policy.safetensors").exists()
+    assert not (cell / "losses.parquet").exists()
+    resumed = smoke.run("--", "all")
+    assert resumed.returncode == 0, resumed.stdout[-4000:]
+    assert (cell / "policy.safetensors").exists()
+    assert (cell / "replays.parquet").stat().st_mtime_ns == retargeted
+    assert "demonstrate" not in resumed.stdout.splitlines()[0]
+
+
+def test_a_truncated_artefact_is_named(smoke):
+    path = smoke.results / "block_stack" / "cells" / "kp32_kd2" / "losses.parquet"
+    whole = path.read_bytes()
+    try:
+        path.write_bytes(whole[:-20])
+        done = smoke.run("--", "tables")
+    finally:
+        path.write_bytes(whole)
+    assert done.returncode != 0
+    assert "results/smoke/block_stack/cells/kp32_kd2/losses.parquet: cannot be read" in done.stdout
+    assert smoke.run("--", "all").returncode == 0
+
+
+def test_the_report_shows_every_figure_with_its_caption(smoke):
+    done = smoke.run("--report", "report.html", "--", "all")
+    assert done.returncode == 0, done.stdout[-3000:]
+    page = (smoke.folder / "report.html").read_text()
+    for name in ("success", "replay", "fidelity", "tracking", "frames"):
+        assert f"block_stack_{name}.png" in page
+    assert "behaviour_cloning.csv" in page
+    assert "Bonferroni-corrected" in page
+    assert "retargeted to its gains" in page
+
+
+def test_memory_stays_below_two_gib(smoke):
+    peaks = {
+        path.parent.name: pd.read_csv(path, sep="\t").max_rss.max()
+        for path in smoke.results.glob("benchmarks/*/*.tsv")
+    }
+    assert set(peaks) >= {"demonstrate", "retarget", "train", "roll_out"}
+    assert max(peaks.values()) < 2048, json.dumps(peaks)
