@@ -62,7 +62,9 @@ def run() -> pd.DataFrame:
             )
         )
     table = pd.DataFrame(rows, columns=["what", "measured", "baseline", "wanted ratio"])
-    table.insert(3, "ratio", [_ratio(m, b) for m, b in zip(table.measured, table.baseline)])
+    table.insert(
+        3, "ratio", [_ratio(m, b) for m, b in zip(table.measured, table.baseline, strict=True)]
+    )
     return table
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 import torch
 
 from benchmarks.scene import block_stack, demonstrations, paper
-from t2l.bc.rollout import roll_out
+from t2l.bc.rollout import Rollouts, roll_out
 from t2l.demos.replay import replay
 from t2l.gains import Cell
 from t2l.policies.acting import acting
@@ -24,44 +24,51 @@ REPEATS = 3
 def run() -> pd.DataFrame:
     """Medians over interleaved repeats, so that a drifting machine shifts both sides alike."""
     task = block_stack()
+    return pd.DataFrame(
+        [
+            compare(task, threads)
+            for threads in (1, 2)
+            for compare in (_compare_replays, _compare_rollouts)
+        ]
+    )
+
+
+def _compare_replays(task: Task, threads: int) -> dict:
     demos = demonstrations(task, 100)
+    replays = replay(task, demos, CELL, DECIMATION)
+    ticks = max(len(r.command) for r in replays)
+    commands = np.stack(
+        [
+            np.column_stack([r.command, r.gripper])[
+                np.minimum(np.arange(ticks), len(r.command) - 1)
+            ]
+            for r in replays
+        ]
+    )
+    starts = np.stack([d.qpos[0] for d in demos])
+    return _compare(
+        f"TPR replay, 100 at once, {threads} thread(s)",
+        lambda: replay(task, demos, CELL, DECIMATION, threads=threads),
+        lambda: _bare(task, starts, commands, threads),
+        len(demos) * ticks * DECIMATION,
+    )
+
+
+def _compare_rollouts(task: Task, threads: int) -> dict:
     starts = task.sample_starts(np.random.default_rng(1), 100)
     act, history = _policy(task)
-    rows = []
-    for threads in (1, 2):
-        replays = replay(task, demos, CELL, DECIMATION, threads=threads)
-        ticks = max(len(r.command) for r in replays)
-        pad = [np.minimum(np.arange(ticks), len(r.command) - 1) for r in replays]
-        commands = np.stack(
-            [
-                np.column_stack([r.command, r.gripper])[index]
-                for r, index in zip(replays, pad, strict=True)
-            ]
-        )
-        demo_starts = np.stack([d.qpos[0] for d in demos])
-        rows.append(
-            _compare(
-                f"TPR replay, 100 at once, {threads} thread(s)",
-                lambda threads=threads: replay(task, demos, CELL, DECIMATION, threads=threads),
-                lambda threads=threads, c=commands: _bare(task, demo_starts, c, threads),
-                commands.shape[0] * ticks * DECIMATION,
-            )
-        )
 
-        def policy_rollouts(threads: int = threads):
-            return roll_out(task, act, history, 10, CELL, starts, DECIMATION, threads)
+    def rollouts() -> Rollouts:
+        return roll_out(task, act, history, 10, CELL, starts, DECIMATION, threads)
 
-        sent = policy_rollouts().command
-        assert np.isfinite(sent).all(), "a rollout ended early: the comparison would not be fair"
-        rows.append(
-            _compare(
-                f"policy rollouts with inference, 100 at once, {threads} thread(s)",
-                policy_rollouts,
-                lambda threads=threads, c=sent.transpose(1, 0, 2): _bare(task, starts, c, threads),
-                sent.shape[0] * sent.shape[1] * DECIMATION,
-            )
-        )
-    return pd.DataFrame(rows)
+    commands = rollouts().command.transpose(1, 0, 2)
+    assert np.isfinite(commands).all(), "a rollout ended early: the comparison would not be fair"
+    return _compare(
+        f"policy rollouts with inference, 100 at once, {threads} thread(s)",
+        rollouts,
+        lambda: _bare(task, starts, commands, threads),
+        commands.shape[0] * commands.shape[1] * DECIMATION,
+    )
 
 
 def _compare(what: str, ours: Callable, bare: Callable, steps: int) -> dict:

@@ -1,4 +1,4 @@
-"""t2l: which controller gains make robot learning work, and where a simulator departs from reality."""
+"""t2l: which controller gains make robot learning work, and where a simulator is wrong."""
 
 import os
 import sys

@@ -174,8 +174,9 @@ def _describe(error: ValidationError) -> list[str]:
         case "additionalProperties":
             known = list(error.schema["properties"])
             prefix = f"{key}." if key else ""
+            allowed = ", ".join(known)
             return [
-                f"{prefix}{name}: no such key{_suggestion(name, known)}; allowed: {', '.join(known)}"
+                f"{prefix}{name}: no such key{_suggestion(name, known)}; allowed: {allowed}"
                 for name in error.instance
                 if name not in known
             ]

@@ -13,7 +13,7 @@ from pathlib import Path
 from t2l.errors import T2LError
 
 
-class AlreadyRunning(T2LError):
+class AlreadyRunningError(T2LError):
     """Another run works in the same folder."""
 
 
@@ -23,7 +23,7 @@ def claim(folder: Path | str) -> int:
     Snakemake's own lock outlives a run that was killed; the kernel drops this one.
 
     Raises:
-        AlreadyRunning: another process has it.
+        AlreadyRunningError: another process has it.
     """
     path = Path(folder) / ".t2l_running"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -32,7 +32,7 @@ def claim(folder: Path | str) -> int:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(descriptor)
-        raise AlreadyRunning(
+        raise AlreadyRunningError(
             f"{folder}: another run is at work here; wait for it or stop it first"
         ) from None
     return descriptor
@@ -40,7 +40,7 @@ def claim(folder: Path | str) -> int:
 
 @contextmanager
 def job(log_path: Path | str) -> Iterator[None]:
-    """Log to `log_path`; a `T2LError` ends the process with its message, anything else with a trace."""
+    """Log to `log_path`; a `T2LError` ends the process with its message alone."""
     handler = logging.FileHandler(log_path, mode="w")
     handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", datefmt="%H:%M:%S"))
     logging.basicConfig(level=logging.WARNING, handlers=[handler], force=True)

@@ -69,5 +69,8 @@ def test_the_studys_own_grids_show_its_trend():
         assert fit.kd > 2 * fit.kd_error, name
         # opening the dishwasher is the one task that stiffness does not hurt
         assert fit.kp < 0 or name == "Dishwasher Opening", name
-        inside = [grid.in_compliant_overdamped(Cell(*c)) for c in zip(rollouts.kp, rollouts.kd)]
+        inside = [
+            grid.in_compliant_overdamped(Cell(*c))
+            for c in zip(rollouts.kp, rollouts.kd, strict=True)
+        ]
         assert rollouts.success[inside].mean() > rollouts.success[~np.array(inside)].mean(), name

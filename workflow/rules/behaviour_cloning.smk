@@ -3,10 +3,10 @@
 
 rule train:
     input:
-        demonstrations=CELL + "/demonstrations",
+        demonstrations=of_cell("demonstrations"),
     output:
-        policy=CELL + "/policy.safetensors",
-        losses=CELL + "/losses.parquet",
+        policy=of_cell("policy.safetensors"),
+        losses=of_cell("losses.parquet"),
     params:
         task=task_parameters,
         seed=SEED,
@@ -17,16 +17,18 @@ rule train:
         result("benchmarks", "train", "{task}_{cell}.tsv")
     resources:
         mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/train.py"
 
 
 rule roll_out:
     input:
-        policy=CELL + "/policy.safetensors",
+        policy=of_cell("policy.safetensors"),
     output:
-        rollouts=CELL + "/rollouts.parquet",
-        traces=CELL + "/traces.parquet",
+        rollouts=of_cell("rollouts.parquet"),
+        traces=of_cell("traces.parquet"),
     params:
         task=task_parameters,
         seed=SEED,
@@ -38,5 +40,7 @@ rule roll_out:
         result("benchmarks", "roll_out", "{task}_{cell}.tsv")
     resources:
         mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/roll_out.py"

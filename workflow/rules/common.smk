@@ -1,6 +1,7 @@
 """Where results live, and which wildcards there are."""
 
 import os
+from pathlib import PurePosixPath
 
 from snakemake.io import report as in_report
 
@@ -14,12 +15,23 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 def result(*parts: str) -> str:
     """The path of an artefact of this study."""
-    return "/".join(("results", STUDY.sections["study"], *parts))
+    return str(PurePosixPath("results", STUDY.sections["study"], *parts))
+
+
+def of_cell(artefact: str) -> str:
+    """The path of an artefact that every cell of every task has."""
+    return result("{task}", "cells", "{cell}", artefact)
 
 
 def captioned(path: str, caption: str):
     """An output that `snakemake --report` shows with a caption."""
     return in_report(path, caption=caption, category="Behaviour cloning")
+
+
+def figure(name: str, caption: str) -> list:
+    """The files of one figure; the report shows the PNG, which the PDF would only repeat."""
+    pdf, png = (result("figures", f"{{task}}_{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/{caption}.rst")]
 
 
 def task_parameters(wildcards) -> dict:
@@ -31,7 +43,7 @@ TASKS = list(STUDY.tasks)
 CELLS = [cell.name for cell in STUDY.grid.cells]
 SEED = STUDY.sections["seed"]
 
-CELL = result("{task}", "cells", "{cell}")
+FORMATS = ("pdf", "png")
 DEMONSTRATIONS = result("{task}", "demonstrations")
 
 

@@ -15,6 +15,8 @@ rule demonstrate:
     threads: 2
     resources:
         mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/demonstrate.py"
 
@@ -23,8 +25,8 @@ rule retarget:
     input:
         demonstrations=DEMONSTRATIONS,
     output:
-        demonstrations=directory(CELL + "/demonstrations"),
-        replays=CELL + "/replays.parquet",
+        demonstrations=directory(of_cell("demonstrations")),
+        replays=of_cell("replays.parquet"),
     params:
         task=task_parameters,
         decimation=STUDY.decimation,
@@ -35,6 +37,8 @@ rule retarget:
         result("benchmarks", "retarget", "{task}_{cell}.tsv")
     resources:
         mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/retarget.py"
 
@@ -54,5 +58,7 @@ rule fidelity:
         result("benchmarks", "fidelity", "{task}_{cell}.tsv")
     resources:
         mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/fidelity.py"

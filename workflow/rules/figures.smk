@@ -1,14 +1,5 @@
 """Figures, each as PDF and PNG."""
 
-FORMATS = ("pdf", "png")
-
-
-def figure(name: str, caption: str) -> list:
-    """The files of one figure; the report shows the PNG, which the PDF would only repeat."""
-    pdf, png = (result("figures", f"{{task}}_{name}.{suffix}") for suffix in FORMATS)
-    return [pdf, captioned(png, f"../report/{caption}.rst")]
-
-
 FIGURES = expand(
     result("figures", "{task}_{name}.{suffix}"),
     task=TASKS,
@@ -32,6 +23,8 @@ rule success_figure:
         result("benchmarks", "success_figure", "{task}.tsv")
     resources:
         mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/success_figure.py"
 
@@ -51,13 +44,15 @@ rule fidelity_figure:
         result("benchmarks", "fidelity_figure", "{task}.tsv")
     resources:
         mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/fidelity_figure.py"
 
 
 rule tracking_figure:
     input:
-        expand(CELL + "/demonstrations", cell=CORNERS, allow_missing=True),
+        expand(of_cell("demonstrations"), cell=CORNERS, allow_missing=True),
     output:
         figure("tracking", "tracking"),
     params:
@@ -70,6 +65,8 @@ rule tracking_figure:
         result("benchmarks", "tracking_figure", "{task}.tsv")
     resources:
         mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/tracking_figure.py"
 
@@ -77,7 +74,7 @@ rule tracking_figure:
 rule frames_figure:
     input:
         demonstrations=DEMONSTRATIONS,
-        traces=expand(CELL + "/traces.parquet", cell=CELLS, allow_missing=True),
+        traces=expand(of_cell("traces.parquet"), cell=CELLS, allow_missing=True),
     output:
         figure("frames", "frames"),
     params:
@@ -90,5 +87,7 @@ rule frames_figure:
         result("benchmarks", "frames_figure", "{task}.tsv")
     resources:
         mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/frames_figure.py"

@@ -5,9 +5,9 @@ TABLES = multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex")
 
 rule summarise:
     input:
-        replays=expand(CELL + "/replays.parquet", cell=CELLS, allow_missing=True),
-        losses=expand(CELL + "/losses.parquet", cell=CELLS, allow_missing=True),
-        rollouts=expand(CELL + "/rollouts.parquet", cell=CELLS, allow_missing=True),
+        replays=expand(of_cell("replays.parquet"), cell=CELLS, allow_missing=True),
+        losses=expand(of_cell("losses.parquet"), cell=CELLS, allow_missing=True),
+        rollouts=expand(of_cell("rollouts.parquet"), cell=CELLS, allow_missing=True),
     output:
         rollouts=result("{task}", "rollouts.parquet"),
         cells=result("{task}", "cells.parquet"),
@@ -19,6 +19,8 @@ rule summarise:
         result("benchmarks", "summarise", "{task}.tsv")
     resources:
         mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
     script:
         "../scripts/summarise.py"
 
@@ -39,5 +41,7 @@ rule statistics:
         result("benchmarks", "statistics.tsv")
     resources:
         mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
     script:
-        "../scripts/statistics.py"
+        "../scripts/behaviour_cloning_table.py"

@@ -33,7 +33,8 @@ def load(path: Path | str) -> ChunkCVAE:
             if _KEY not in metadata:
                 raise ArtefactError(path, "holds no t2l policy", expected)
             fields = json.loads(metadata[_KEY])
-            tensors = {name: file.get_tensor(name) for name in file.keys()}
+            names = file.keys()
+            tensors = {name: file.get_tensor(name) for name in names}
     except FileNotFoundError:
         raise ArtefactError(path, "no such file", expected) from None
     except SafetensorError as error:

@@ -12,7 +12,7 @@ class Robot:
         torque_limit: N·m, one per joint.
         home: rad, one per joint, the pose that starts are sampled around.
         grip_site: site between the fingertips, z along the approach direction.
-        gripper_joints: finger slides that move as one, each driven by the actuator of the same name.
+        gripper_joints: finger slides that move as one, each with an actuator of its name.
         gripper_open: m, finger position when fully open.
     """
 

@@ -17,7 +17,7 @@ TIMESTEP_S = 0.002
 
 
 def make_batch(model: mujoco.MjModel, nsim: int, threads: int = 1) -> Batch:
-    """A batch of `nsim` simulations of `model` on `threads` threads; results do not depend on them."""
+    """A batch of `nsim` simulations of `model` on `threads` threads, which change no result."""
     return Batch(model, nsim, nthread=threads)
 
 
@@ -44,7 +44,7 @@ def apply_torque_control(batch: Batch, joints: Sequence[str]) -> None:
 
 
 def diverged(batch: Batch) -> np.ndarray:
-    """Which simulations raised a MuJoCo warning or hold a state that is not finite, (nsim,) bool."""
+    """Which simulations raised a MuJoCo warning or are no longer finite, (nsim,) bool."""
     raised = (batch.warning[:, :, 1] > 0).any(axis=1)  # columns: last info, count
     return raised | ~np.isfinite(batch.state).all(axis=1)
 

@@ -65,11 +65,15 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
             "Task": [name.replace("_", " ").title() for name in table.task],
             "Success in G^CO": [f"{100 * s:.1f} %" for s in table.success_co],
             "Success outside": [f"{100 * s:.1f} %" for s in table.success_rest],
-            "β log2 Kp": [estimate(*row) for row in zip(table.beta_kp, table.beta_kp_se)],
-            "β log2 Kd": [estimate(*row) for row in zip(table.beta_kd, table.beta_kd_se)],
+            "β log2 Kp": [estimate(*row) for row in _pairs(table, "beta_kp")],
+            "β log2 Kd": [estimate(*row) for row in _pairs(table, "beta_kd")],
             "p": [p_value(p) for p in table.p],
         }
     )
+
+
+def _pairs(table: pd.DataFrame, name: str) -> zip:
+    return zip(table[name], table[f"{name}_se"], strict=True)
 
 
 def to_latex(printed: pd.DataFrame) -> str:
