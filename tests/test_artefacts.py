@@ -48,6 +48,8 @@ def test_a_killed_process_leaves_no_artefact(tmp_path):
     process.wait()
     time.sleep(0.1)
     assert not path.exists()
+    write_table(pd.DataFrame({"x": [1]}), path)
+    assert os.listdir(tmp_path) == ["table.parquet"]
 
 
 def test_foreign_tables_are_named(tmp_path):

@@ -22,18 +22,25 @@ def whole(path: Path | str) -> Iterator[Path]:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    # what a killed process left: one job at a time writes an artefact
+    for stale in path.parent.glob(f".{path.stem}.draft-*{path.suffix}"):
+        _remove(stale)
     # same suffix: libraries choose a format by it
-    draft = path.with_name(f".{path.stem}.{uuid.uuid4().hex[:8]}{path.suffix}")
+    draft = path.with_name(f".{path.stem}.draft-{uuid.uuid4().hex[:8]}{path.suffix}")
     try:
         yield draft
         if path.is_dir():
             shutil.rmtree(path)
         os.replace(draft, path)
     finally:
-        if draft.is_dir():
-            shutil.rmtree(draft)
-        else:
-            draft.unlink(missing_ok=True)
+        _remove(draft)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def write_table(table: pd.DataFrame, path: Path | str) -> None:

@@ -3,6 +3,7 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
+from t2l.figures import frames
 from t2l.figures.fidelity import fidelity
 from t2l.figures.frames import filmstrips
 from t2l.figures.heatmap import replay_success, success_and_loss
@@ -72,3 +73,18 @@ def test_a_figure_is_written_as_pdf_and_png_with_something_in_it(cells, task, tm
     assert (tmp_path / "figure.pdf").read_bytes().startswith(b"%PDF")
     assert imread(tmp_path / "figure.png")[..., :3].std() > 0.05
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_without_opengl_the_picture_is_much_the_same(task, monkeypatch):
+    start = task.sample_starts(np.random.default_rng(0), 1)
+    (reference,) = frames.render(task, start)
+    monkeypatch.setattr(frames, "_opengl", lambda model: None)
+    (drawn,) = frames.render(task, start)
+    assert drawn.shape == reference.shape
+    assert drawn.dtype == np.uint8
+    # red and blue blocks where they are, the arm in front of the table
+    for channel, other in ((0, 2), (2, 0)):
+        masks = [i[..., channel].astype(int) - i[..., other] > 60 for i in (reference, drawn)]
+        assert masks[0].sum() > 50
+        assert (masks[0] & masks[1]).sum() > 0.6 * (masks[0] | masks[1]).sum()
+    assert np.corrcoef(reference.mean(axis=2).ravel(), drawn.mean(axis=2).ravel())[0, 1] > 0.5

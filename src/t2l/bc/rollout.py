@@ -56,7 +56,7 @@ def roll_out(
     n = len(starts)
     tick_s = decimation * TIMESTEP_S
     ticks = round(task.horizon_s / tick_s)
-    limits = task.model.jnt_range[[task.model.joint(j).id for j in task.robot.joints]]
+    actions = len(task.robot.joints) + 1
 
     batch = make_batch(task.model, n, threads)
     apply_position_gains(batch, task.robot.joints, cell.kp, cell.kd)
@@ -67,11 +67,11 @@ def roll_out(
     past = np.repeat(task.observe(batch).astype(np.float32)[:, None], history, axis=1)
     qpos = np.empty((ticks + 1, n, task.model.nq))
     qpos[0] = batch.qpos
-    command = np.full((ticks, n, len(limits) + 1), np.nan)
-    chunk = None
+    command = np.full((ticks, n, actions), np.nan)
+    chunk = np.empty((n, executed, actions))
     for k in range(ticks):
         if k % executed == 0:
-            chunk = np.full((n, *command.shape[2:]), np.nan)[:, None].repeat(executed, axis=1)
+            chunk.fill(np.nan)
             chunk[active] = act(past[active])[:, :executed]
         command[k] = chunk[:, k % executed]
         # a policy that answers NaN has failed; its simulation must not be fed one

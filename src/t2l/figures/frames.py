@@ -1,5 +1,6 @@
 """Rendered frames of trajectories."""
 
+import logging
 from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
@@ -7,25 +8,41 @@ import mujoco
 import numpy as np
 from matplotlib.figure import Figure
 
+from t2l.figures import software_renderer
 from t2l.figures.style import styled
 from t2l.tasks import Task
+
+log = logging.getLogger(__name__)
 
 CAMERA = "overview"
 WIDTH, HEIGHT = 480, 400
 
 
 def render(task: Task, qpos: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """An image (height, width, 3) uint8 for every position (nq,)."""
+    """An image (height, width, 3) uint8 for every position (nq,); without OpenGL a plainer one."""
     model = task.spec(visual=True).compile()
     data = mujoco.MjData(model)
+    renderer = _opengl(model)
     images = []
-    with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
-        for position in qpos:
-            data.qpos[:] = position
-            mujoco.mj_forward(model, data)
+    for position in qpos:
+        data.qpos[:] = position
+        mujoco.mj_forward(model, data)
+        if renderer is None:
+            images.append(software_renderer.render(model, data, CAMERA, WIDTH, HEIGHT))
+        else:
             renderer.update_scene(data, CAMERA)
             images.append(renderer.render())
+    if renderer is not None:
+        renderer.close()
     return images
+
+
+def _opengl(model: mujoco.MjModel) -> mujoco.Renderer | None:
+    try:
+        return mujoco.Renderer(model, HEIGHT, WIDTH)
+    except (mujoco.FatalError, RuntimeError, ImportError) as error:
+        log.warning("no OpenGL here (%s): frames are drawn without it", error)
+        return None
 
 
 def filmstrips(

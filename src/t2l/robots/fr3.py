@@ -13,7 +13,7 @@ JOINTS = tuple(f"fr3_joint{i}" for i in range(1, 8))
 # Franka Research 3 data sheet: 87 N·m for joints 1-4, 12 N·m for joints 5-7.
 TORQUE_LIMIT = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
 
-# Gripper pointing down, 0.28 m above a table at the height of the base, elbow well inside limits.
+# Gripper pointing down, 0.40 m above a table at the height of the base, elbow well inside limits.
 HOME = (0.0, -0.3, 0.0, -2.2, 0.0, 1.9, 0.785)
 
 ROBOT = Robot(
