@@ -22,7 +22,7 @@ help:
 figures tables all: $(ENV)/ready
 	$(SNAKEMAKE) -- $@
 
-report: $(ENV)/ready
+report: all
 	$(SNAKEMAKE) --report results/report.html -- all
 
 test: $(ENV)/ready lint
