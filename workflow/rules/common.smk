@@ -24,8 +24,9 @@ def of_cell(artefact: str) -> str:
 
 
 def captioned(path: str, caption: str):
-    """An output that `snakemake --report` shows with a caption."""
-    return in_report(path, caption=caption, category="Behaviour cloning")
+    """An output that `snakemake --report` shows with a caption, its path relative to the rules."""
+    # str: the flag must not stick to a path that other rules use as input
+    return in_report(str(path), caption=caption, category="Behaviour cloning")
 
 
 def figure(name: str, caption: str) -> list:
