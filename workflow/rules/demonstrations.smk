@@ -30,6 +30,7 @@ rule retarget:
     params:
         task=task_parameters,
         decimation=STUDY.decimation,
+        rate_hz=STUDY.sections["retargeting"]["policy_rate_hz"],
         hold=STUDY.sections["retargeting"]["hold"],
     log:
         result("logs", "retarget", "{task}_{cell}.log"),

@@ -38,6 +38,8 @@ rule fidelity_figure:
         ),
     output:
         figure("fidelity", "fidelity"),
+    params:
+        simulation_rate_hz=SIMULATION_RATE_HZ,
     log:
         result("logs", "fidelity_figure", "{task}.log"),
     benchmark:

@@ -1,10 +1,9 @@
 """Write the study's table as CSV, Markdown and LaTeX."""
 
 from t2l.artefacts import read_table, write_text
-from t2l.bc.rollout import COLUMNS
 from t2l.gains import Grid
 from t2l.jobs import job
-from t2l.stats.table import behaviour_cloning_table, printable, to_latex
+from t2l.stats.table import COLUMNS, behaviour_cloning_table, printable, to_latex
 
 with job(snakemake.log[0]):
     rollouts = {

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from t2l.artefacts import write_table
-from t2l.configuration import SIMULATION_RATE_HZ
 from t2l.demos.dataset import read_demonstrations, write_replays
 from t2l.demos.replay import replay, replay_table, successful
 from t2l.gains import Cell
@@ -20,5 +19,5 @@ with job(snakemake.log[0]):
     )
     kept = successful(replays, cell)
     path = Path(snakemake.output.demonstrations)
-    write_replays(kept, task, SIMULATION_RATE_HZ // decimation, path)
+    write_replays(kept, task, snakemake.params.rate_hz, path)
     write_table(replay_table(replays, cell), snakemake.output.replays)

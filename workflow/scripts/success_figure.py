@@ -1,15 +1,14 @@
 """Draw success, validation loss and replay success over the grid."""
 
 from t2l.artefacts import read_table
-from t2l.bc.summary import CELL_COLUMNS
-from t2l.figures.heatmap import replay_success, success_and_loss
+from t2l.figures.heatmap import COLUMNS, replay_success, success_and_loss
 from t2l.figures.style import title, write
 from t2l.gains import Grid
 from t2l.jobs import job
 
 with job(snakemake.log[0]):
     grid = Grid.from_section(snakemake.params.grid)
-    cells = read_table(snakemake.input.cells, CELL_COLUMNS)
+    cells = read_table(snakemake.input.cells, COLUMNS)
     heading = title(snakemake.wildcards.task)
     write(
         success_and_loss(cells, grid, f"{heading}: behaviour cloning by controller gains"),

@@ -7,6 +7,8 @@ from matplotlib.figure import Figure
 from t2l.figures.style import COLOURS, styled
 from t2l.gains import Cell
 
+COLUMNS = ("kp", "kd", "hold", "decimation", "success", "mse_q_rad2")
+
 # the study's validation: at least 90 % success and an MSE below 1e-3 rad² up to 25×
 SUCCESS_BOUND = 0.9
 MSE_BOUND_RAD2 = 1e-3
@@ -18,7 +20,7 @@ def fidelity(table: pd.DataFrame, simulation_rate_hz: float, title: str) -> Figu
     """Replay success and joint position error against decimation, a line per cell and hold.
 
     Args:
-        table: one row per replay: kp, kd, hold, decimation, success, mse_q_rad2.
+        table: one row per replay, columns `COLUMNS`.
     """
     summary = table.groupby(["hold", "kp", "kd", "decimation"], as_index=False).agg(
         success=("success", "mean"), mse=("mse_q_rad2", "mean"), replays=("success", "size")

@@ -11,12 +11,14 @@ from matplotlib.patches import Rectangle
 from t2l.figures.style import plain, styled
 from t2l.gains import Grid
 
+COLUMNS = ("kp", "kd", "replay_success", "replays", "validation_loss", "success", "rollouts")
+
 
 def success_and_loss(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
     """Success rate of the cloned policy, and beside it its final validation loss.
 
     Args:
-        cells: one row per cell: kp, kd, success (fraction), rollouts, validation_loss.
+        cells: one row per cell, columns `COLUMNS`; successes are fractions.
     """
     with styled():
         figure, axes = plt.subplots(1, 2, figsize=(_width(grid), _height(grid)))
@@ -44,7 +46,7 @@ def replay_success(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
     """Share of demonstrations that still succeed after retargeting, per cell.
 
     Args:
-        cells: one row per cell: kp, kd, replay_success (fraction), replays.
+        cells: one row per cell, columns `COLUMNS`; successes are fractions.
     """
     with styled():
         figure, axes = plt.subplots(figsize=(_width(grid) / 2, _height(grid)))

@@ -4,8 +4,9 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-import statsmodels.api as sm
 from numpy.typing import ArrayLike
+from statsmodels.genmod.families import Binomial
+from statsmodels.genmod.generalized_linear_model import GLM
 from statsmodels.tools.sm_exceptions import PerfectSeparationWarning
 
 
@@ -36,13 +37,13 @@ def logistic_regression(kp: ArrayLike, kd: ArrayLike, success: ArrayLike) -> Log
     """
     regressors = np.log2(np.column_stack([kp, kd]))
     success = np.asarray(success, dtype=float)
-    design = sm.add_constant(regressors, has_constant="add")
+    design = np.column_stack([np.ones(len(regressors)), regressors])
     if success.min() == success.max() or np.linalg.matrix_rank(design) < design.shape[1]:
         return UNDETERMINED
     with warnings.catch_warnings():
         warnings.simplefilter("error", PerfectSeparationWarning)
         try:
-            fit = sm.GLM(success, design, family=sm.families.Binomial()).fit()
+            fit = GLM(success, design, family=Binomial()).fit()
         except PerfectSeparationWarning:
             return UNDETERMINED
     # without a maximum the errors explode long before the iterations stop

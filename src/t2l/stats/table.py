@@ -8,12 +8,14 @@ from t2l.gains import Cell, Grid
 from t2l.stats.barnard import barnard_greater, bonferroni
 from t2l.stats.logistic import logistic_regression
 
+COLUMNS = ("kp", "kd", "success")
+
 
 def behaviour_cloning_table(rollouts: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataFrame:
     """Success in the compliant, overdamped region G^CO and outside it, and what gains do to it.
 
     Args:
-        rollouts: per task, one row per rollout with kp, kd, success.
+        rollouts: per task, one row per rollout with columns `COLUMNS`.
 
     Returns:
         One row per task: task; success_co, success_rest as fractions of rollouts_co,

@@ -1,14 +1,17 @@
 """Block Stack: pick up the red block and leave it standing on the blue one."""
 
+from typing import TYPE_CHECKING
+
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
-from scipy.spatial.transform import Rotation
 
 from t2l.robots import fr3
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks.task import Monitor, Task
-from t2l.tasks.waypoints import POINTING_DOWN, Waypoint
+
+if TYPE_CHECKING:
+    from t2l.tasks.waypoints import Waypoint
 
 BLOCKS = ("red_block", "blue_block")
 _COLOURS = ((0.80, 0.20, 0.16, 1), (0.16, 0.36, 0.75, 1))
@@ -154,8 +157,13 @@ class BlockStack(Task):
             axis=1,
         )
 
-    def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> list[Waypoint]:
+    def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> "list[Waypoint]":
         """Above red, down, grasp, lift, above blue, down, let go, up; heights, pace, grip vary."""
+        # only an expert needs them, and SciPy's rotations take long to import
+        from scipy.spatial.transform import Rotation
+
+        from t2l.tasks.waypoints import POINTING_DOWN, Waypoint
+
         red, blue = self.block_poses(qpos)
         size, fully_open = self.block_size_m, self.robot.gripper_open
         pace = rng.uniform(0.85, 1.2)

@@ -2,13 +2,16 @@
 
 from abc import ABC, abstractmethod
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
 from t2l.robots import Robot
-from t2l.tasks.waypoints import Waypoint
+
+if TYPE_CHECKING:
+    from t2l.tasks.waypoints import Waypoint
 
 
 class Monitor(ABC):
@@ -62,7 +65,7 @@ class Task(ABC):
         """(nsim, nobs) privileged state of every simulation, its derived fields current."""
 
     @abstractmethod
-    def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> list[Waypoint]:
+    def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> "list[Waypoint]":
         """One way to solve the task from `qpos` (nq,), varied by `rng`, for an expert to follow."""
 
     @abstractmethod
