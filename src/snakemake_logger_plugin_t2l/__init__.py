@@ -19,7 +19,13 @@ _SILENT = (
     LogEvent.JOB_STARTED,
     LogEvent.RESOURCES_INFO,
 )
-_CHATTER = ("Select jobs to execute", "Execute ", "Assuming unrestricted", "Using shell")
+_CHATTER = (
+    "Select jobs to execute",
+    "Execute ",
+    "Assuming unrestricted",
+    "Using shell",
+    "Conda env",
+)
 
 
 class LogHandler(LogHandlerBase):

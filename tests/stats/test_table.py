@@ -51,6 +51,15 @@ def test_the_printed_table_has_the_studys_layout(table):
     assert "±" not in latex
 
 
+def test_a_grid_of_one_cell_has_nothing_to_compare():
+    one = Grid(kp=(32,), kd=(32,), compliant_up_to_kp=128, overdamped_from_kd=32)
+    table = behaviour_cloning_table({"t": _rollouts({Cell(32, 32): 3}, 10)}, one)
+    row = printable(table).iloc[0]
+    assert row["Success in G^CO"] == "30.0 %"
+    assert row["Success outside"] == "no cells"
+    assert row["p"] == row["β log2 Kp"] == "undetermined"
+
+
 @pytest.mark.skipif(not STUDY.exists(), reason="the study's result grids are not on this machine")
 def test_the_studys_own_grids_show_its_trend():
     blocks = json.loads(STUDY.read_text())["bc_success"]

@@ -13,7 +13,7 @@ with job(snakemake.log[0]):
     demonstrations = demonstrate(
         task,
         **snakemake.params.settings,
-        rng=generator(snakemake.params.seed, "demonstrations", task.name),
+        rng=generator(snakemake.params.seed, "demonstrations", snakemake.wildcards.task),
         threads=snakemake.threads,
     )
     write_demonstrations(demonstrations, task, Path(snakemake.output.demonstrations))

@@ -19,6 +19,8 @@ with job(snakemake.log[0]):
     }
     strips |= pick_traces(by_cell, snakemake.params.preferred)
     write(
-        filmstrips(task, strips, columns=6, title=f"{title(task.name)}: {task.instruction}"),
+        filmstrips(
+            task, strips, columns=6, title=f"{title(snakemake.wildcards.task)}: {task.instruction}"
+        ),
         snakemake.output,
     )

@@ -14,7 +14,7 @@ with job(snakemake.log[0]):
     policy = checkpoint.load(snakemake.input.policy)
     settings = snakemake.params.settings
     # the same starts in every cell, so that cells differ by their gains alone
-    rng = generator(snakemake.params.seed, "rollouts", task.name)
+    rng = generator(snakemake.params.seed, "rollouts", snakemake.wildcards.task)
     rollouts = roll_out(
         task,
         acting(policy, snakemake.threads),

@@ -10,6 +10,7 @@ from t2l.tasks import make_task
 with job(snakemake.log[0]):
     task = make_task(snakemake.params.task)
     dof = len(task.robot.joints)
+    heading = title(snakemake.wildcards.task)
     episodes = {}
     for name, path in zip(snakemake.params.cells, snakemake.input, strict=True):
         observation, action = read_replays(path, task)[0]
@@ -20,7 +21,7 @@ with job(snakemake.log[0]):
             episodes,
             joints={f"joint {i + 1}": i for i in range(1, dof, 2)},
             rate_hz=snakemake.params.rate_hz,
-            title=f"{title(task.name)}: a retargeted demonstration at the corners of the grid",
+            title=f"{heading}: a retargeted demonstration at the corners of the grid",
         ),
         snakemake.output,
     )

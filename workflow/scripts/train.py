@@ -17,7 +17,7 @@ with job(snakemake.log[0]):
     policy, losses = train(
         [Episode(*replay) for replay in replays],
         TrainingSettings(**snakemake.params.settings),
-        seed=torch_seed(snakemake.params.seed, "train", task.name, cell.name),
+        seed=torch_seed(snakemake.params.seed, "train", snakemake.wildcards.task, cell.name),
         threads=snakemake.threads,
     )
     write_table(losses.assign(kp=cell.kp, kd=cell.kd), snakemake.output.losses)

@@ -56,6 +56,9 @@ def behaviour_cloning_table(rollouts: Mapping[str, pd.DataFrame], grid: Grid) ->
 def printable(table: pd.DataFrame) -> pd.DataFrame:
     """The table in the study's layout, as text: percentages, coefficients with errors."""
 
+    def rate(success: float) -> str:
+        return "no cells" if pd.isna(success) else f"{100 * success:.1f} %"
+
     def estimate(value: float, error: float) -> str:
         return "undetermined" if pd.isna(value) else f"{value:+.3f} ± {error:.3f}"
 
@@ -65,8 +68,8 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "Task": [name.replace("_", " ").title() for name in table.task],
-            "Success in G^CO": [f"{100 * s:.1f} %" for s in table.success_co],
-            "Success outside": [f"{100 * s:.1f} %" for s in table.success_rest],
+            "Success in G^CO": [rate(s) for s in table.success_co],
+            "Success outside": [rate(s) for s in table.success_rest],
             "β log2 Kp": [estimate(*row) for row in _pairs(table, "beta_kp")],
             "β log2 Kd": [estimate(*row) for row in _pairs(table, "beta_kd")],
             "p": [p_value(p) for p in table.p],
