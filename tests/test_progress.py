@@ -20,6 +20,14 @@ def test_no_estimate_before_there_is_something_to_go_by():
     assert progress.seconds_left(100.0) is None
 
 
+def test_a_quarter_of_the_jobs_is_enough_to_go_by():
+    progress = Progress({"demonstrate": 1, "retarget": 1, "train": 6}, now=0.0)
+    for job, rule in enumerate(("demonstrate", "retarget")):
+        progress.started(job, rule, {}, now=10.0 * job)
+        progress.finished(job, now=10.0 * (job + 1))
+    assert progress.seconds_left(20.0) == pytest.approx(60.0)
+
+
 def test_a_failed_job_is_not_done():
     progress = Progress({"train": 2}, now=0.0)
     progress.started(1, "train", {}, now=0.0)

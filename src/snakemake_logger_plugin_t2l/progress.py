@@ -48,14 +48,16 @@ class Progress:
     def seconds_left(self, now: float) -> float | None:
         """Estimate from the mean time of each rule's jobs and how many ran side by side so far.
 
-        A rule that has not run yet counts as the mean of all jobs. None while that would be a
-        guess, for most of the jobs that remain, and at the end.
+        A rule that has not run yet counts as the mean of all jobs. None at the end, and at the
+        beginning: while fewer than a quarter of the jobs are done and most of those that remain
+        are of such rules.
         """
         spent = sum(map(sum, self._seconds.values()))
         jobs = sum(map(len, self._seconds.values()))
         left = sum(self._remaining.values())
         known = sum(count for rule, count in self._remaining.items() if rule in self._seconds)
-        if not spent or not left or known < left / 2:
+        guess = jobs < self._total / 4 and known < left / 2
+        if not spent or not left or guess:
             return None
         work = -sum(now - began for *_, began in self._running.values())
         for rule, count in self._remaining.items():

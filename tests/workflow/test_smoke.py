@@ -48,7 +48,8 @@ def test_progress_says_what_is_done_and_what_is_left(smoke):
     lines = re.findall(r"^ *(\d+) of 24  (.+)$", smoke.first.stdout, re.MULTILINE)
     assert [int(n) for n, _ in lines] == list(range(1, 25))
     assert re.search(r"train block_stack kp\d+_kd\d+  \d+ s", smoke.first.stdout)
-    assert re.search(r"; about \d+ s left", smoke.first.stdout)
+    # from a quarter of the jobs on, at the latest, every line but the last says how long
+    assert all(re.search(r"; about .+ left$", text) for _, text in lines[6:-1])
 
 
 def test_a_second_run_does_nothing_and_says_so(smoke):
@@ -118,7 +119,8 @@ def test_one_cell_is_one_path_and_comes_out_the_same(smoke):
     shutil.rmtree(cell)
     done = smoke.run("--", target)
     assert done.returncode == 0, done.stdout
-    assert "3 jobs: 1 retarget, 1 train, 1 roll_out" in done.stdout
+    plan = re.search(r"^3 jobs: (.+)$", done.stdout, re.MULTILINE)[1]
+    assert set(plan.split(", ")) == {"1 retarget", "1 train", "1 roll_out"}
     pd.testing.assert_frame_equal(pd.read_parquet(cell / "rollouts.parquet"), before)
     assert (cell / "policy.safetensors").read_bytes() == weights
     changed = {p for p, t in smoke.artefacts().items() if artefacts.get(p) != t}
@@ -155,7 +157,7 @@ def test_a_killed_run_leaves_nothing_half_written_and_resumes(smoke):
     assert resumed.returncode == 0, resumed.stdout[-4000:]
     assert (cell / "policy.safetensors").exists()
     assert (cell / "replays.parquet").stat().st_mtime_ns == retargeted
-    assert "demonstrate" not in resumed.stdout.splitlines()[0]
+    assert not re.search(r" of \d+  (demonstrate|retarget) ", resumed.stdout)
 
 
 def test_a_truncated_artefact_is_named(smoke):
