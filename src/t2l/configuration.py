@@ -13,9 +13,10 @@ from jsonschema.exceptions import ValidationError
 
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell, Grid
+from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import make_task
 
-SIMULATION_RATE_HZ = 500
+SIMULATION_RATE_HZ = round(1 / TIMESTEP_S)
 
 
 @dataclass(frozen=True)

@@ -74,8 +74,8 @@ def attempt(
         dq[:, k] = arm.dq
         torque[:, k] = np.clip(arm.torque(motion, k), -limit, limit)
         task.command(batch.ctrl, torque[:, k], motion.gripper[:, k])
-        # a motion that has ended is not part of its demonstration: freeze it as it is judged
         step(batch, running, stage=mujoco.mjtStage.mjSTAGE_VEL)
+        # what happens after a motion has ended is no part of its demonstration
         monitor.update(batch, (k + 1) * TIMESTEP_S, running & (k < lengths))
     demonstrations = [
         Demonstration(qpos[i, :m], dq[i, :m], torque[i, :m], motion.gripper[i, :m])
