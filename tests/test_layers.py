@@ -7,10 +7,10 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = [
-    {"figures", "stats", "configuration"},
-    {"bc"},
-    {"demos", "policies"},
-    {"tasks"},
+    {"cli", "figures", "stats", "configuration"},
+    {"bc", "discrepancy"},
+    {"demos", "policies", "effects"},
+    {"tasks", "measurements"},
     {"robots", "control", "gains", "sim"},
     {"artefacts", "errors", "seeds", "jobs"},
 ]

@@ -27,3 +27,11 @@ class ReplayError(T2LError):
 
 class ExpertError(T2LError):
     """The expert did not reach the wanted number of successful demonstrations."""
+
+
+class RecordingError(T2LError):
+    """A recording, or what is to become one, holds something that cannot be used."""
+
+    def __init__(self, path: Path | str, where: str, found: str, allowed: str):
+        super().__init__(f"{path}: {where}: found {found}; allowed: {allowed}")
+        self.path, self.where, self.found, self.allowed = path, where, found, allowed

@@ -1,0 +1,97 @@
+"""``t2l import-lerobot``: recordings from the episodes of a LeRobot data set."""
+
+import argparse
+from pathlib import Path
+
+HELP = "make a recording of each episode of a LeRobot data set"
+
+DESCRIPTION = """\
+Make a recording of each episode of a LeRobot data set on disk (format 3): `action` is the commanded
+position, `observation.state` the measured one. A data set says nothing about the controller, so the
+options do.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.description = DESCRIPTION
+    parser.add_argument("dataset", type=Path, metavar="DATASET", help="folder with meta and data")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
+    parser.add_argument("--robot", required=True, help="fr3, or the path of an MJCF file")
+    parser.add_argument(
+        "--joints",
+        type=_words,
+        required=True,
+        metavar="A,B,...",
+        help="the model's joints, found by name in the data set unless indices are given",
+    )
+    parser.add_argument(
+        "--kp", type=_numbers, required=True, help="N·m/rad, one number or one for each joint: 1,2"
+    )
+    parser.add_argument("--kd", type=_numbers, required=True, help="N·m·s/rad, likewise")
+    parser.add_argument("--control-rate-hz", type=float, required=True)
+    parser.add_argument(
+        "--gravity-compensation",
+        choices=("yes", "no"),
+        required=True,
+        help="whether the machine cancels gravity itself",
+    )
+    parser.add_argument(
+        "--command-rate-hz", type=float, help="the data set's frame rate unless given"
+    )
+    parser.add_argument(
+        "--degrees", action="store_true", help="positions and velocities are in degrees"
+    )
+    parser.add_argument("--action-indices", type=_integers, metavar="I,J,...")
+    parser.add_argument("--state-indices", type=_integers, metavar="I,J,...")
+    parser.add_argument("--episodes", type=_integers, metavar="I,J,...", help="all unless given")
+    parser.add_argument("--notes", default="", help="kept with every recording")
+    parser.add_argument("--format", choices=("csv", "parquet"), default="csv")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Check every episode, then write every recording.
+
+    Raises:
+        RecordingError: the data set or an option is wrong; nothing is written.
+    """
+    from t2l.measurements.importers import read_lerobot
+    from t2l.measurements.importers.writing import write_all
+    from t2l.measurements.recording import KNOWN_ROBOTS
+
+    known = arguments.robot in KNOWN_ROBOTS
+    controller = {
+        # paths of a command line are relative to where it is typed
+        "robot": arguments.robot if known else str(Path(arguments.robot).resolve()),
+        "joints": arguments.joints,
+        "kp": arguments.kp,
+        "kd": arguments.kd,
+        "control_rate_hz": arguments.control_rate_hz,
+        "gravity_compensation": arguments.gravity_compensation == "yes",
+        "notes": arguments.notes,
+    }
+    if arguments.command_rate_hz is not None:
+        controller["command_rate_hz"] = arguments.command_rate_hz
+    recordings = read_lerobot(
+        arguments.dataset,
+        controller,
+        degrees=arguments.degrees,
+        action_indices=arguments.action_indices,
+        state_indices=arguments.state_indices,
+        episodes=arguments.episodes,
+    )
+    for path in write_all(recordings, arguments.out, arguments.format):
+        print(path)
+
+
+def _words(text: str) -> list[str]:
+    return [word.strip() for word in text.split(",")]
+
+
+def _integers(text: str) -> list[int]:
+    return [int(word) for word in text.split(",")]
+
+
+def _numbers(text: str) -> float | list[float]:
+    numbers = [float(word) for word in text.split(",")]
+    return numbers if len(numbers) > 1 else numbers[0]

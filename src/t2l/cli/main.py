@@ -1,0 +1,51 @@
+"""``t2l COMMAND``: each command is a module with HELP, add_arguments and run."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from t2l.cli import (
+    adopt,
+    compare,
+    diagnose,
+    effects,
+    explain,
+    import_csv,
+    import_lerobot,
+    record,
+)
+from t2l.errors import T2LError
+
+COMMANDS = {
+    "compare": compare,
+    "diagnose": diagnose,
+    "adopt": adopt,
+    "explain": explain,
+    "effects": effects,
+    "record": record,
+    "import-csv": import_csv,
+    "import-lerobot": import_lerobot,
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command that the arguments name; a mistake of the user ends with its message."""
+    parser = argparse.ArgumentParser(prog="t2l")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, module in COMMANDS.items():
+        module.add_arguments(
+            commands.add_parser(
+                name, help=module.HELP, formatter_class=argparse.RawDescriptionHelpFormatter
+            )
+        )
+    parsed = parser.parse_args(arguments)
+    try:
+        COMMANDS[parsed.command].run(parsed)
+    except T2LError as error:
+        sys.exit(f"t2l {parsed.command}: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,67 @@
+"""``t2l record``: recordings from an FR3 that aiofranka drives, or from its simulation."""
+
+import argparse
+import contextlib
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+HELP = "record motions of a Franka Research 3, or of aiofranka's simulation of it"
+
+DESCRIPTION = """\
+Move a Franka Research 3 by aiofranka at one or more settings of gains and write a recording of
+each. CONFIG.yaml says how; examples/record_fr3.yaml is one to start from. All commands are checked
+against the limits of positions, velocities and torques before anything moves. Nothing checks for
+obstacles: the arm must be able to move freely around its start, and to get there.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.description = DESCRIPTION
+    parser.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
+    parser.add_argument("--check", action="store_true", help="check everything, move nothing")
+    parser.add_argument("--yes", action="store_true", help="do not ask before a real arm moves")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Check the configuration, then record.
+
+    Raises:
+        RecordingError: the configuration is wrong or the robot stopped; what was recorded before
+            is kept.
+    """
+    from t2l.measurements.plan import SIMULATION, check_free, read_plan
+    from t2l.measurements.record import record
+
+    plan = read_plan(arguments.config)
+    check_free(plan, arguments.out)
+    count = len(plan.settings)
+    print(
+        f"{count} recording{'s' if count > 1 else ''} of {plan.duration_s:.1f} s on "
+        f"{plan.address}, within all limits"
+    )
+    if arguments.check:
+        return
+    if plan.address != SIMULATION and not arguments.yes:
+        answer = input(f"The arm at {plan.address} will move. Is it free to? [y/N] ")
+        if answer.strip().lower() not in ("y", "yes"):
+            sys.exit("nothing was moved")
+    with _termination_as_interrupt():
+        record(plan, arguments.out)
+
+
+@contextlib.contextmanager
+def _termination_as_interrupt() -> Iterator[None]:
+    """Let a request to terminate stop the arm as Ctrl-C does."""
+
+    def interrupt(*_) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,76 @@
+"""Motions that excite a robot: offsets from where it starts, beginning and ending at rest.
+
+Each kind is a function of time to offsets, (n, njoint), within ±amplitude of every joint; an
+envelope makes the first and the last of them, with their velocities and accelerations, zero.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def sine(time: np.ndarray, amplitude: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """One frequency for each joint, all in phase.
+
+    Args:
+        time: s, (n,), from zero.
+        amplitude: rad, (njoint,).
+        frequency_hz: (njoint,).
+
+    Returns:
+        rad, (n, njoint).
+    """
+    return amplitude * np.sin(2 * np.pi * np.outer(time, frequency_hz))
+
+
+def chirp(
+    time: np.ndarray, amplitude: np.ndarray, from_hz: float, to_hz: float, duration_s: float
+) -> np.ndarray:
+    """A sine on every joint whose frequency changes linearly over `duration_s`.
+
+    Returns:
+        rad, (n, njoint).
+    """
+    cycles = from_hz * time + (to_hz - from_hz) * time**2 / (2 * duration_s)
+    return np.outer(np.sin(2 * np.pi * cycles), amplitude)
+
+
+def multisine(
+    time: np.ndarray, amplitude: np.ndarray, frequencies_hz: Sequence[float], seed: int
+) -> np.ndarray:
+    """A sum of equally strong sines with random phases, other ones for every joint.
+
+    The sum is scaled so that each joint's largest offset over `time` is its amplitude.
+
+    Args:
+        time: s, (n,).
+        amplitude: rad, (njoint,).
+        frequencies_hz: of the parts.
+        seed: the same phases for the same seed.
+
+    Returns:
+        rad, (n, njoint).
+    """
+    rng = np.random.default_rng(seed)
+    phases = rng.uniform(0, 2 * np.pi, (len(frequencies_hz), len(amplitude)))
+    cycles = np.outer(time, frequencies_hz)
+    total = np.sin(2 * np.pi * cycles[:, :, None] + phases).sum(axis=1)
+    return amplitude * total / np.abs(total).max(axis=0)
+
+
+def envelope(time: np.ndarray, duration_s: float, ramp_s: float) -> np.ndarray:
+    """From 0 to 1 within the first `ramp_s` and back within the last, (n,).
+
+    The ramps are minimum-jerk, so that velocity and acceleration are zero at both ends.
+    """
+    return smooth_step(np.minimum(time, duration_s - time) / ramp_s)
+
+
+def smooth_step(part: np.ndarray) -> np.ndarray:
+    """Minimum-jerk course from 0 to 1 as `part` goes from 0 to 1, and constant outside."""
+    s = np.clip(part, 0.0, 1.0)
+    return s**3 * (10 - 15 * s + 6 * s**2)
+
+
+# of smooth_step, at its middle: largest velocity of a unit step in unit time
+SMOOTH_STEP_PEAK_VELOCITY = 1.875

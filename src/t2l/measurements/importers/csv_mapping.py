@@ -1,0 +1,247 @@
+"""Recordings from CSV files with columns and units of their own, by a mapping.
+
+A mapping is a YAML with the keys of a recording's YAML and a section `columns`, which says where
+every column of the recording comes from:
+
+    columns:
+      time: {from: stamp, unit: ms}
+      q_des: {from: [cmd_0, cmd_1], unit: deg, sign: [1, -1]}
+      q.shoulder: {from: pos_0, unit: deg, offset: 0.01}
+      q.elbow: {from: pos_1, unit: deg, sign: -1}
+
+A quantity of all joints takes a list of columns, one for each joint, and one joint's takes one.
+A number becomes ``sign · scale · number · unit + offset``, with the offset in s, rad, rad/s or N·m.
+Time is shifted to begin at zero.
+"""
+
+from collections.abc import Mapping as AnyMapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from t2l.errors import RecordingError
+from t2l.measurements.checks import COMMANDED, MEASURED, check_samples
+from t2l.measurements.importers.units import FACTORS
+from t2l.measurements.keys import Keys, describe, read_yaml, suggestion
+from t2l.measurements.metadata import METADATA_KEYS, metadata_of
+from t2l.measurements.recording import Recording
+
+OWN_KEYS = ("columns", "separator", "decimal", "held_commands")
+COLUMN_KEYS = ("from", "unit", "sign", "scale", "offset")
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where one column of a recording comes from: ``factor · column + offset``, in SI."""
+
+    column: str
+    factor: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """A checked mapping file.
+
+    Attributes:
+        path: the mapping file.
+        metadata: keyword arguments of `Recording`.
+        sources: by column of the recording, such as `time` or `q.shoulder`.
+        separator: between cells.
+        decimal: the decimal mark.
+        held_commands: an empty command means that the one before still holds.
+    """
+
+    path: Path
+    metadata: AnyMapping[str, Any]
+    sources: AnyMapping[str, Source]
+    separator: str
+    decimal: str
+    held_commands: bool
+
+
+def read_mapping(path: Path | str, **overrides: Any) -> Mapping:
+    """Read and check a mapping file.
+
+    Args:
+        path: the YAML.
+        overrides: values that replace keys of the file, such as ``kp=64``.
+
+    Raises:
+        RecordingError: a key is missing, unknown or wrong, or a column has no source.
+    """
+    path = Path(path)
+    values = read_yaml(path, "a mapping, which says what each column of the recording comes from")
+    if isinstance(values, dict):
+        values = {**values, **overrides}
+    keys = Keys(values, path, (*METADATA_KEYS, *OWN_KEYS))
+    metadata = metadata_of(keys)
+    separator = keys.text("separator", default=",")
+    decimal = keys.choice("decimal", (".", ","), default=".")
+    if separator == decimal:
+        raise keys.error("decimal", describe(decimal), "another mark than the separator")
+    return Mapping(
+        path=path,
+        metadata=metadata,
+        sources=_sources(keys, metadata["joints"]),
+        separator=separator,
+        decimal=decimal,
+        held_commands=keys.boolean("held_commands", default=False),
+    )
+
+
+def read_mapped(table: Path | str, mapping: Mapping) -> Recording:
+    """The recording that a mapping makes of a CSV file.
+
+    Raises:
+        RecordingError: a column or number is missing or wrong, or the result is no recording.
+    """
+    table = Path(table)
+    columns = _read_columns(table, mapping)
+    if mapping.held_commands:
+        columns = _hold_commands(columns)
+    time = columns["time"]
+
+    def signal(kind: str) -> np.ndarray | None:
+        names = [f"{kind}.{joint}" for joint in mapping.metadata["joints"]]
+        return np.stack([columns[n] for n in names], axis=1) if names[0] in columns else None
+
+    recording = Recording(
+        name=table.stem,
+        path=table,
+        time=time - time[0] if len(time) else time,
+        **{kind: signal(kind) for kind in (COMMANDED, *MEASURED)},
+        **mapping.metadata,
+    )
+    try:
+        check_samples(recording)
+    except RecordingError as error:
+        where = f"{error.where}, as mapped by {mapping.path}"
+        raise RecordingError(table, where, error.found, error.allowed) from None
+    return recording
+
+
+def _sources(keys: Keys, joints: tuple[str, ...]) -> dict[str, Source]:
+    kinds = (COMMANDED, *MEASURED)
+    known = ["time", *kinds, *(f"{kind}.{joint}" for kind in kinds for joint in joints)]
+    columns = keys.section("columns", known)
+    sources: dict[str, Source] = {}
+    for key, value in columns.values.items():
+        kind = next(k for k in FACTORS if key == k or key.startswith(f"{k}."))
+        targets = [f"{kind}.{joint}" for joint in joints] if key in kinds else [key]
+        # text alone names a column that is in SI already
+        value = {"from": value} if isinstance(value, str | list) else value
+        part = Keys(value, keys.path, COLUMN_KEYS, f"columns.{key}.")
+        for target, source in zip(targets, _each_source(part, kind, len(targets)), strict=True):
+            if target in sources:
+                raise columns.error(key, f"a second source of {target}", "one")
+            sources[target] = source
+    _check_complete(columns, sources, joints)
+    return sources
+
+
+def _each_source(part: Keys, kind: str, count: int) -> list[Source]:
+    units = FACTORS[kind]
+    unit = units[part.choice("unit", tuple(units), default=next(iter(units)))]
+    sign = part.each("sign", count, default=1)
+    if not np.isin(sign, (-1, 1)).all():
+        raise part.error("sign", describe(part.values["sign"]), "1 or -1")
+    scale = part.each("scale", count, default=1)
+    if (scale == 0).any():
+        raise part.error("scale", describe(part.values["scale"]), "a number other than 0")
+    offset = part.each("offset", count, default=0)
+    names = part.names("from", "columns of the CSV") if count > 1 else _one_name(part)
+    if len(names) != count:
+        raise part.error("from", f"{len(names)} columns", f"{count}, one for each joint")
+    return [
+        Source(name, float(g * s * unit), float(o))
+        for name, g, s, o in zip(names, sign, scale, offset, strict=True)
+    ]
+
+
+def _one_name(part: Keys) -> tuple[str, ...]:
+    # a robot with one joint may list it as well
+    if isinstance(part.values.get("from"), list):
+        return part.names("from", "columns of the CSV")
+    return (part.text("from", allowed="the name of a column of the CSV"),)
+
+
+def _check_complete(columns: Keys, sources: AnyMapping, joints: tuple[str, ...]) -> None:
+    if "time" not in sources:
+        raise columns.error("time", "nothing", "the column that holds the time")
+    for kind in (COMMANDED, *MEASURED):
+        missing = [joint for joint in joints if f"{kind}.{joint}" not in sources]
+        optional = kind in ("dq", "tau")
+        if missing and not (optional and len(missing) == len(joints)):
+            raise columns.error(
+                f"{kind}.{missing[0]}", "nothing", f"a source of {kind} for every joint"
+            )
+
+
+def _read_columns(table: Path, mapping: Mapping) -> dict[str, np.ndarray]:
+    """Every column of the recording, in SI, NaN where empty."""
+    import pandas as pd
+
+    try:
+        # as text: only so can a cell that is no number be named
+        cells = pd.read_csv(
+            table,
+            sep=mapping.separator,
+            dtype=str,
+            keep_default_na=False,
+            skipinitialspace=True,
+            encoding="utf-8-sig",
+            engine="c" if len(mapping.separator) == 1 else "python",
+        )
+    except FileNotFoundError:
+        raise RecordingError(table, "the file", "nothing", "a CSV file") from None
+    except (ValueError, OSError) as error:
+        reason = " ".join(str(error).split())
+        raise RecordingError(table, "the file", f"what is not CSV ({reason})", "CSV") from None
+    cells.columns = [str(name).strip() for name in cells.columns]
+    return {
+        target: source.factor * _numbers(cells, source.column, table, mapping) + source.offset
+        for target, source in mapping.sources.items()
+    }
+
+
+def _numbers(cells: Any, column: str, table: Path, mapping: Mapping) -> np.ndarray:
+    import pandas as pd
+
+    known = list(cells.columns)
+    if column not in known:
+        raise RecordingError(
+            table,
+            f"column {column}, which {mapping.path} names",
+            f"nothing{suggestion(column, known)}",
+            f"one of {', '.join(known)}",
+        )
+    # a short row leaves None
+    texts = cells[column].fillna("").str.strip()
+    numbers = pd.to_numeric(texts.str.replace(mapping.decimal, "."), errors="coerce")
+    bad = numbers.isna() & ~texts.str.lower().isin(("", "nan"))
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise RecordingError(
+            table,
+            f"row {row + 1}, column {column}",
+            repr(texts[row]),
+            f"a number with the decimal mark {mapping.decimal!r}, or nothing where not sampled",
+        )
+    return numbers.to_numpy(dtype=float)
+
+
+def _hold_commands(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Each empty command replaced by the one before; rows before the first ones left out."""
+    held = dict(columns)
+    first = 0
+    for name, values in columns.items():
+        if not name.startswith(f"{COMMANDED}."):
+            continue
+        given = np.where(np.isnan(values), -1, np.arange(len(values)))
+        last = np.maximum.accumulate(given)
+        held[name] = np.where(last >= 0, values[last], np.nan)
+        first = max(first, int(np.argmax(last >= 0)))
+    return {name: values[first:] for name, values in held.items()}

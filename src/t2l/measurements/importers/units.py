@@ -1,0 +1,14 @@
+"""Units that other recorders use, as factors to SI and radians."""
+
+import math
+
+_RAD = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180}
+
+# by what a column of a recording holds
+FACTORS = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9},
+    "q_des": _RAD,
+    "q": _RAD,
+    "dq": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.pi / 180, "rpm": math.pi / 30},
+    "tau": {"N·m": 1.0, "N*m": 1.0, "Nm": 1.0, "mN·m": 1e-3, "mNm": 1e-3},
+}

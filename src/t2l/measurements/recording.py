@@ -1,0 +1,66 @@
+"""One run of a position-controlled machine: what was commanded, what was measured."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from t2l.gains import Cell
+
+# robots that a recording may name instead of giving the path of an MJCF file
+KNOWN_ROBOTS = ("fr3",)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Commands and measurements over time, with the controller that ran.
+
+    Attributes:
+        name: the file's name without its ending.
+        path: the table it was read from; None while it exists in memory only.
+        robot: one of `KNOWN_ROBOTS`, or the absolute path of an MJCF file.
+        joints: names, in the order of every array's columns.
+        kp: N·m/rad, (njoint,).
+        kd: N·m·s/rad, (njoint,).
+        command_rate_hz: how often the commanded positions change.
+        control_rate_hz: how often the controller evaluates its law.
+        gravity_compensation: whether the machine cancels gravity itself.
+        time: s, (n,), strictly increasing; gaps are allowed.
+        q_des: rad, (n, njoint), each row held until the next.
+        q: rad, (n, njoint), NaN where not sampled.
+        dq: rad/s, as q; None if never recorded.
+        tau: N·m, as q; None if never recorded.
+        base_position: m, (3,), of the robot's base in the world of its model.
+        notes: anything a person wants to remember.
+    """
+
+    name: str
+    path: Path | None
+    robot: str
+    joints: tuple[str, ...]
+    kp: np.ndarray
+    kd: np.ndarray
+    command_rate_hz: float
+    control_rate_hz: float
+    gravity_compensation: bool
+    time: np.ndarray
+    q_des: np.ndarray
+    q: np.ndarray
+    dq: np.ndarray | None = None
+    tau: np.ndarray | None = None
+    base_position: tuple[float, ...] | None = None
+    notes: str = ""
+
+    @property
+    def duration_s(self) -> float:
+        """From the first row to the last."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def cell(self) -> str:
+        """``kp64_kd4`` where every joint has the same gains, else the recording's name."""
+        kp, kd = self.kp[0], self.kd[0]
+        # no cell has zero damping, but a recording may
+        if (self.kp != kp).any() or (self.kd != kd).any() or kd <= 0:
+            return self.name
+        return Cell(kp=float(kp), kd=float(kd)).name
