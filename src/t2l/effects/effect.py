@@ -1,0 +1,123 @@
+"""What a physical effect is to t2l: parameters, and how they enter the simulation."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from t2l.sim.servo import ServoLoop
+
+Values = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that an effect adds to the model.
+
+    Attributes:
+        unit: SI, as written in reports.
+        lower, upper: bounds of the fit.
+        meaning: what it is, in a few words.
+        neutral: the value at which the effect is absent (may be infinite).
+        log: fitted by its logarithm (positive quantities that span decades).
+        per_joint: one value a joint; otherwise one for the robot.
+        rough: the error jumps with it, so that no derivative helps.
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    meaning: str
+    neutral: float = 0.0
+    log: bool = False
+    per_joint: bool = True
+    rough: bool = False
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Sizes that the recordings and the model give, for first guesses; (njoint,) each.
+
+    Attributes:
+        torque: RMS of the motor torque the model spends, N·m.
+        inertia: diagonal of the mass matrix at the start, kg·m².
+        velocity: RMS of the joint velocity, rad/s.
+        peak_torque, peak_torque_rate: largest of them, N·m and N·m/s.
+        control_rate_hz: the loop's rate by the log.
+        range: rad, how far the joint moves.
+        kp, kd: largest gains over the recordings.
+        armature, friction, damping: what the MJCF has already, kg·m², N·m and N·m·s/rad.
+    """
+
+    torque: np.ndarray
+    inertia: np.ndarray
+    velocity: np.ndarray
+    peak_torque: np.ndarray
+    peak_torque_rate: np.ndarray
+    control_rate_hz: float
+    range: np.ndarray
+    kp: np.ndarray
+    kd: np.ndarray
+    armature: np.ndarray
+    friction: np.ndarray
+    damping: np.ndarray
+
+
+class Effect(ABC):
+    """One physical effect. Subclass it in a file of its own; see the README for an example.
+
+    Class attributes:
+        name: what users type.
+        title: what reports print.
+        parameters: the numbers it adds.
+        summary: what it is and what it does to a torque or a signal, in a sentence.
+        signature: how it shows in a recording, in a sentence that can follow "because".
+        source: where its equation comes from.
+        contains: effects that it becomes for some values of its parameters.
+        follows: the condition (see `t2l.discrepancy.conditions`) that its error follows.
+        amplitudes: parameters in which the response is linear; their first guesses are directions
+            whose best combination the scan computes.
+        order: effects on the same signal apply in this order, command to joint.
+    """
+
+    name: str
+    title: str
+    parameters: tuple[Parameter, ...]
+    summary: str
+    signature: str
+    source: str
+    contains: tuple[str, ...] = ()
+    follows: str = ""
+    amplitudes: tuple[str, ...] = ()
+    order: int = 0
+
+    def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
+        """Add to the plant's MjSpec what the effect on `joints` needs; by default nothing."""
+        return
+
+    @abstractmethod
+    def install(self, loop: ServoLoop, rows: slice, joints: np.ndarray, values: Values) -> None:
+        """Write the parameters into `loop`: expanded fields of its batch, filters, torques.
+
+        Args:
+            rows: the simulations that have the effect.
+            joints: (k,) indices, into `loop.joints`, of the joints that have it.
+            values: for each parameter (nrow, k), or (nrow, 1) if it is not per joint.
+        """
+
+    @abstractmethod
+    def starts(self, scales: Scales) -> list[dict[str, np.ndarray]]:
+        """First guesses to scan, each parameter as (njoint,) or (1,); at least one."""
+
+    @property
+    def extends(self) -> bool:
+        """Whether it changes the structure of the model."""
+        return type(self).extend is not Effect.extend
+
+    @property
+    def rough(self) -> bool:
+        """Whether a parameter needs a search without derivatives."""
+        return any(parameter.rough for parameter in self.parameters)

@@ -1,0 +1,41 @@
+"""Dry friction that grows with the torque through the gearbox."""
+
+import numpy as np
+
+from t2l.effects.coulomb_friction import hold_at_rest
+from t2l.effects.effect import Effect, Parameter
+
+
+class LoadDependentFriction(Effect):
+    """Bound of the friction torque: |μm τ_motor − μl τ_load|."""
+
+    name = "load_dependent_friction"
+    title = "load-dependent friction"
+    parameters = (
+        Parameter("motor", "1", 0.0, 1.0, "friction per motor torque"),
+        Parameter("load", "1", 0.0, 1.0, "friction per external torque (gravity, Coriolis)"),
+    )
+    summary = "dry friction of gear teeth under load, in proportion to the torque they transmit"
+    signature = "the error follows the direction of motion and grows with the torque transmitted"
+    source = "Duclusaud et al., Extended friction models for servo actuators, 2024, models M3, M5"
+    follows = "load"
+
+    def install(self, loop, rows, joints, values):
+        hold_at_rest(loop, rows, joints)
+        bias = loop.batch.bind("qfrc_bias")
+        dofs = loop.dofs[joints]
+
+        def add(tick, dq, motor, level):
+            external = -bias[rows, dofs]
+            level[rows, joints] += np.abs(
+                values["motor"] * motor[rows, joints] - values["load"] * external
+            )
+
+        loop.friction.append(add)
+
+    def starts(self, scales):
+        one = np.ones_like(scales.torque)
+        return [
+            {"motor": motor * one, "load": load * one}
+            for motor, load in ((0.03, 0.0), (0.015, 0.015), (0.2, 0.0), (0.1, 0.1))
+        ]

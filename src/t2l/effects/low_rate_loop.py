@@ -1,0 +1,40 @@
+"""A control loop that runs slower than the log says."""
+
+import numpy as np
+
+from t2l.effects.effect import Effect, Parameter
+
+
+class LowRateLoop(Effect):
+    """The torque is computed anew at a lower rate, and held between."""
+
+    name = "low_rate_loop"
+    title = "low-rate control loop"
+    parameters = (
+        Parameter(
+            "rate", "Hz", 10.0, 1e4, "rate of the loop", neutral=np.inf, log=True,
+            per_joint=False, rough=True,
+        ),
+    )  # fmt: skip
+    summary = "the control loop runs slower than the log says and holds its torque longer"
+    signature = "stiff, damped gains ring and chatter, compliant ones do not"
+    source = "zero-order hold; to first order Kd − Kp·h/2 for a period h"
+    follows = "velocity"
+    order = -10
+
+    def install(self, loop, rows, joints, values):
+        per_tick = values["rate"] * loop.period_s
+        state = {}
+
+        def change(tick, torque):
+            command = torque[rows, joints]
+            due = np.floor(tick * per_tick + 1e-6) > np.floor((tick - 1) * per_tick + 1e-6)
+            state["torque"] = np.where(due, command, state.get("torque", command))
+            torque[rows, joints] = state["torque"]
+
+        loop.motor_filters.append(change)
+
+    def starts(self, scales):
+        divisors = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 33, 50)
+        rates = [scales.control_rate_hz / d for d in divisors]
+        return [{"rate": np.array([rate])} for rate in rates if rate >= 10.0]

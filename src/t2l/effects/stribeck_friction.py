@@ -1,0 +1,45 @@
+"""Dry friction that is larger at rest than in motion."""
+
+import numpy as np
+
+from t2l.effects.coulomb_friction import hold_at_rest
+from t2l.effects.effect import Effect, Parameter
+
+
+class StribeckFriction(Effect):
+    """τ = −(Fc + Fs exp(−(q̇/vs)²)) sign(q̇): the steady state of LuGre friction."""
+
+    name = "stribeck_friction"
+    title = "Stribeck friction"
+    parameters = (
+        Parameter("coulomb", "N·m", -20.0, 50.0, "friction in fast motion, added to the MJCF's"),
+        Parameter("extra_at_rest", "N·m", 0.0, 50.0, "by how much breakaway exceeds it"),
+        Parameter("velocity", "rad/s", 0.002, 3.0, "velocity at which the excess fades", log=True),
+    )
+    summary = "dry friction that falls from a breakaway torque to a lower level in motion"
+    signature = "the error follows the direction of motion and is largest in slow motion"
+    source = "Canudas de Wit et al., A new model for control of systems with friction, 1995, eq. 4"
+    contains = ("coulomb_friction",)
+    follows = "direction"
+
+    def install(self, loop, rows, joints, values):
+        hold_at_rest(loop, rows, joints)
+
+        def add(tick, dq, motor, level):
+            speed = dq[rows, joints] / values["velocity"]
+            level[rows, joints] += values["coulomb"] + values["extra_at_rest"] * np.exp(-(speed**2))
+
+        loop.friction.append(add)
+
+    def starts(self, scales):
+        return [
+            {
+                "coulomb": level * scales.torque,
+                "extra_at_rest": extra * scales.torque,
+                "velocity": np.maximum(fade * scales.velocity, 0.005),
+            }
+            for level, extra, fade in (
+                (0.01, 0.01, 0.1), (0.01, 0.01, 0.4), (0.1, 0.1, 0.1), (0.1, 0.1, 0.4),
+                (0.5, 0.5, 0.1),
+            )
+        ]  # fmt: skip

@@ -1,0 +1,88 @@
+"""Effects on chosen joints with their parameters as one vector, as an optimiser sees them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.effects.effect import Effect, Parameter
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect on some joints: (k,) indices into the recording's joints."""
+
+    effect: Effect
+    joints: tuple[int, ...]
+
+    def width(self, parameter: Parameter) -> int:
+        """How many numbers `parameter` has here."""
+        return len(self.joints) if parameter.per_joint else 1
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One number of a parameter vector; `joint` is None for a parameter of the robot."""
+
+    term: Term
+    parameter: Parameter
+    joint: int | None
+
+
+class Layout:
+    """How the parameters of several terms lie in one vector u.
+
+    u is the parameter itself, or its logarithm where `Parameter.log` says so.
+
+    Attributes:
+        slots: what each element of u is.
+        lower, upper: (n,) bounds of u.
+        rough: (n,) bool, elements without a useful derivative.
+    """
+
+    def __init__(self, terms: Sequence[Term]):
+        self.terms = tuple(sorted(terms, key=lambda term: term.effect.order))
+        self.slots = [
+            Slot(term, parameter, joint)
+            for term in self.terms
+            for parameter in term.effect.parameters
+            for joint in (term.joints if parameter.per_joint else (None,))
+        ]
+        self.log = np.array([slot.parameter.log for slot in self.slots], bool)
+        self.rough = np.array([slot.parameter.rough for slot in self.slots], bool)
+        self.lower = self._scaled(np.array([slot.parameter.lower for slot in self.slots], float))
+        self.upper = self._scaled(np.array([slot.parameter.upper for slot in self.slots], float))
+
+    def __len__(self) -> int:
+        return len(self.slots)
+
+    def _scaled(self, theta: np.ndarray) -> np.ndarray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.log, np.log(np.where(self.log, theta, 1.0)), theta)
+
+    def theta(self, u: np.ndarray) -> np.ndarray:
+        """The parameters themselves, of the shape of u."""
+        return np.where(self.log, np.exp(np.where(self.log, u, 0.0)), u)
+
+    def encode(self, values: Mapping[str, Mapping[str, np.ndarray]]) -> np.ndarray:
+        """u (n,) from ``values[effect][parameter]``, (k,) or (1,) each."""
+        theta = np.concatenate(
+            [
+                np.broadcast_to(values[term.effect.name][p.name], term.width(p))
+                for term in self.terms
+                for p in term.effect.parameters
+            ]
+            or [np.zeros(0)]
+        )
+        return np.clip(self._scaled(theta), self.lower, self.upper)
+
+    def decode(self, u: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
+        """``values[effect][parameter]`` (m, k) or (m, 1) from u (m, n)."""
+        theta, values, at = self.theta(u), {}, 0
+        for term in self.terms:
+            values[term.effect.name] = {}
+            for parameter in term.effect.parameters:
+                width = term.width(parameter)
+                values[term.effect.name][parameter.name] = theta[:, at : at + width]
+                at += width
+        return values

@@ -1,0 +1,24 @@
+"""A constant torque."""
+
+from t2l.effects.effect import Effect, Parameter
+
+
+class TorqueOffset(Effect):
+    """τ = τ0."""
+
+    name = "torque_offset"
+    title = "torque offset"
+    parameters = (Parameter("torque", "N·m", -50.0, 50.0, "constant torque on the joint"),)
+    summary = "a constant torque: imperfect gravity compensation, a cable that pulls"
+    signature = "the error keeps one sign, and a compliant gain shows more of it"
+    source = "Newton; Gaz et al., Dynamic identification of the Franka Emika Panda, 2019"
+    follows = "constant"
+
+    def install(self, loop, rows, joints, values):
+        def add(tick, q, dq, torque):
+            torque[rows, joints] += values["torque"]
+
+        loop.joint_torques.append(add)
+
+    def starts(self, scales):
+        return [{"torque": factor * scales.torque} for factor in (0.02, -0.02, 0.2, -0.2)]

@@ -1,0 +1,29 @@
+"""A motor torque that cannot exceed a limit."""
+
+import numpy as np
+
+from t2l.effects.effect import Effect, Parameter
+
+
+class TorqueSaturation(Effect):
+    """τ → clip(τ, −τ_max, τ_max)."""
+
+    name = "torque_saturation"
+    title = "torque saturation"
+    parameters = (
+        Parameter("limit", "N·m", 1e-3, 1e3, "largest motor torque", neutral=np.inf, log=True),
+    )
+    summary = "the motor torque is cut at a limit, gravity compensation included"
+    signature = "the error appears where the commanded torque is largest, and nowhere else"
+    source = "clip(τ, ±τ_max)"
+    follows = "torque"
+    order = 20
+
+    def install(self, loop, rows, joints, values):
+        def change(tick, torque):
+            torque[rows, joints] = np.clip(torque[rows, joints], -values["limit"], values["limit"])
+
+        loop.motor_filters.append(change)
+
+    def starts(self, scales):
+        return [{"limit": f * scales.peak_torque} for f in (0.9, 0.75, 0.55, 0.35, 0.2)]
