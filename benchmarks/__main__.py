@@ -2,9 +2,11 @@
 
 import sys
 
-from benchmarks import cell, overhead, throughput
+from benchmarks import cell, discrepancy, overhead, throughput
 
-BENCHMARKS = {module.__name__.split(".")[-1]: module for module in (throughput, cell, overhead)}
+BENCHMARKS = {
+    module.__name__.split(".")[-1]: module for module in (throughput, cell, overhead, discrepancy)
+}
 
 
 def main(names: list[str]) -> None:

@@ -6,11 +6,12 @@ import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-
-import pandas as pd
-import pyarrow as pa
+from typing import TYPE_CHECKING
 
 from t2l.errors import ArtefactError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @contextmanager
@@ -43,7 +44,7 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def write_table(table: pd.DataFrame, path: Path | str) -> None:
+def write_table(table: "pd.DataFrame", path: Path | str) -> None:
     """Write a Parquet table whole."""
     with whole(path) as draft:
         table.to_parquet(draft, index=False)
@@ -55,12 +56,16 @@ def write_text(text: str, path: Path | str) -> None:
         draft.write_text(text)
 
 
-def read_table(path: Path | str, columns: Sequence[str]) -> pd.DataFrame:
+def read_table(path: Path | str, columns: Sequence[str]) -> "pd.DataFrame":
     """Read a Parquet table that must have `columns`.
 
     Raises:
         ArtefactError: the file is missing, not Parquet, cut short, or lacks a column.
     """
+    # pandas takes a second to import, and not every job reads tables
+    import pandas as pd
+    import pyarrow as pa
+
     expected = f"a Parquet table with columns {', '.join(columns)}"
     try:
         table = pd.read_parquet(path)

@@ -1,7 +1,7 @@
 """Where results live, and which wildcards there are."""
 
 import os
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 
 from snakemake.io import report as in_report
 
@@ -38,6 +38,15 @@ def figure(name: str, caption: str) -> list:
 def task_parameters(wildcards) -> dict:
     """The content of the task's file, so that a change of it reruns what depends on it."""
     return dict(STUDY.tasks[wildcards.task])
+
+
+def logs_of(section: dict) -> list[str]:
+    """Every file of the recordings that the configuration names, for Snakemake to watch."""
+    files = []
+    for path in (*section.get("recordings", []), *section.get("holdout", [])):
+        given = Path(path)
+        files += sorted(given.iterdir()) if given.is_dir() else [given]
+    return [str(file) for file in files if file.suffix in (".csv", ".parquet", ".yaml")]
 
 
 TASKS = list(STUDY.tasks)

@@ -28,7 +28,6 @@ class CommandFilter(Effect):
 
         def change(tick, target):
             raw = target[rows, joints]
-            # one tick late, as a filter that has no look-ahead
             value = raw + (state.get("x", raw) - raw) * keep
             state["x"] = target[rows, joints] = value
 

@@ -24,7 +24,7 @@ class CoulombFriction(Effect):
     def install(self, loop, rows, joints, values):
         field, dofs = loop.batch.expand("dof_frictionloss"), loop.dofs[joints]
         field[rows, dofs] = np.maximum(field[rows, dofs] + values["torque"], 0.0)
-        hold_at_rest(loop, rows, joints)
+        hold_at_rest(loop, rows, joints, values["torque"])
 
     def starts(self, scales):
         return [
@@ -33,9 +33,20 @@ class CoulombFriction(Effect):
         ]
 
 
-def hold_at_rest(loop: ServoLoop, rows: slice, joints: np.ndarray) -> None:
-    """Make the friction of `joints` hold them at rest instead of letting them creep."""
-    dofs = loop.dofs[joints]
-    loop.batch.expand("dof_solimp")[rows, dofs, :2] = HOLDS
-    # the stiffest that refsafe allows: velocity vanishes within a step
-    loop.batch.expand("dof_solref")[rows, dofs] = (2 * loop.batch.model.opt.timestep, 1.0)
+def hold_at_rest(loop: ServoLoop, rows: slice, joints: np.ndarray, added: np.ndarray) -> None:
+    """Let friction hold `joints` at rest, the more of it is `added` (nrow, k) to the MJCF's own.
+
+    What the MJCF states keeps its own softness, which lets a joint at rest creep.
+    """
+    dofs, batch = loop.dofs[joints], loop.batch
+    own = batch.model.dof_frictionloss[dofs]
+    added = np.maximum(added, 0.0)
+    part = np.where(own > 0, added / (own + added + 1e-12), 1.0)
+    impedance, reference = batch.expand("dof_solimp"), batch.expand("dof_solref")
+    for end in (0, 1):
+        soft = 1 - batch.model.dof_solimp[dofs, end]
+        impedance[rows, dofs, end] = 1 - soft ** (1 - part) * (1 - HOLDS) ** part
+    # the stiffest that MuJoCo allows: velocity vanishes within a step
+    stiffest = 2 * batch.model.opt.timestep
+    time = np.maximum(batch.model.dof_solref[dofs, 0], stiffest)
+    reference[rows, dofs, 0] = time ** (1 - part) * stiffest**part

@@ -80,6 +80,8 @@ class Effect(ABC):
         follows: the condition (see `t2l.discrepancy.conditions`) that its error follows.
         amplitudes: parameters in which the response is linear; their first guesses are directions
             whose best combination the scan computes.
+        rough_error: the error has many small minima over the parameters, so that derivatives lead
+            only to the nearest.
         order: effects on the same signal apply in this order, command to joint.
     """
 
@@ -92,6 +94,7 @@ class Effect(ABC):
     contains: tuple[str, ...] = ()
     follows: str = ""
     amplitudes: tuple[str, ...] = ()
+    rough_error: bool = False
     order: int = 0
 
     def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
@@ -116,8 +119,3 @@ class Effect(ABC):
     def extends(self) -> bool:
         """Whether it changes the structure of the model."""
         return type(self).extend is not Effect.extend
-
-    @property
-    def rough(self) -> bool:
-        """Whether a parameter needs a search without derivatives."""
-        return any(parameter.rough for parameter in self.parameters)

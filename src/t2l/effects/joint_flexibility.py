@@ -40,8 +40,10 @@ class JointFlexibility(Effect):
         link = values["encoder_on_link"]
         two_mass.encoder_at(loop, rows, joints, qpos, dofs, link)
 
+        bias = loop.batch.bind("qfrc_bias")  # before the start is computed, which fills it
+
         def settle(loop):
-            twist = -loop.batch.bind("qfrc_bias")[rows, dofs] / stiffness
+            twist = -bias[rows, dofs] / stiffness
             loop.batch.qpos[rows, qpos] = twist
             loop.batch.qpos[rows, loop.qpos[joints]] -= link * twist
 

@@ -21,7 +21,7 @@ class LoadDependentFriction(Effect):
     follows = "load"
 
     def install(self, loop, rows, joints, values):
-        hold_at_rest(loop, rows, joints)
+        hold_at_rest(loop, rows, joints, values["motor"] + values["load"])  # at 1 N·m
         bias = loop.batch.bind("qfrc_bias")
         dofs = loop.dofs[joints]
 

@@ -4,6 +4,7 @@ import importlib
 import importlib.util
 import inspect
 import pkgutil
+import sys
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -13,6 +14,7 @@ import t2l.effects
 from t2l.effects.effect import Effect
 from t2l.errors import ConfigurationError
 
+REQUIRED = ("name", "title", "parameters", "summary", "signature", "source")
 _NOT_EFFECTS = ("effect", "registry", "term", "two_mass")
 
 
@@ -44,6 +46,7 @@ def _import_file(path: Path) -> ModuleType:
         raise ConfigurationError(f"effect file {path}: no such file")
     spec = importlib.util.spec_from_file_location(f"t2l_user_effect_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up there
     try:
         spec.loader.exec_module(module)
     except Exception as error:
@@ -55,9 +58,11 @@ def _defined_in(module: ModuleType, required: Path | None = None) -> dict[str, E
     found = {}
     for _, cls in inspect.getmembers(module, inspect.isclass):
         if issubclass(cls, Effect) and cls is not Effect and cls.__module__ == module.__name__:
-            for attribute in ("name", "title", "parameters", "summary", "signature", "source"):
-                if not hasattr(cls, attribute):
-                    raise ConfigurationError(f"effect {cls.__name__}: lacks `{attribute}`")
+            where = f"effect {cls.__name__} in {required or module.__file__}"
+            missing = [name for name in REQUIRED if not hasattr(cls, name)]
+            missing += sorted(cls.__abstractmethods__)
+            if missing:
+                raise ConfigurationError(f"{where}: lacks `{'`, `'.join(missing)}`")
             found[cls.name] = cls()
     if required is not None and not found:
         raise ConfigurationError(f"effect file {required}: defines no subclass of t2l Effect")

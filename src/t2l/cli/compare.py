@@ -1,0 +1,35 @@
+"""``t2l compare``: where a model departs from recordings."""
+
+import argparse
+
+from t2l.cli.inputs import add_log_arguments
+
+HELP = "simulate recordings and show where the model fails"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.description = (
+        "Simulate every recording from its measured start with its commands, gains and rates. "
+        "OUT receives comparison.json, figures and report.html."
+    )
+    add_log_arguments(parser, holdout=False)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Compare, write, and say where most of the error is."""
+    from t2l.cli.inputs import read_inputs
+    from t2l.discrepancy.accuracy import substeps_for
+    from t2l.discrepancy.compare import compare, write
+    from t2l.figures.discrepancy import draw_comparison
+    from t2l.figures.report import write_report
+
+    model, recordings, _ = read_inputs(arguments)
+    comparison = compare(model, recordings, substeps_for(model, recordings))
+    write(comparison, arguments.out)
+    draw_comparison(arguments.out)
+    write_report(arguments.out)
+    for contradiction in comparison.contradictions:
+        print(f"Contradiction: {contradiction}")
+    print(comparison.sentence)
+    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

@@ -1,0 +1,46 @@
+"""``t2l diagnose``: which physical effect a model lacks."""
+
+import argparse
+
+from t2l.cli.inputs import add_log_arguments
+
+HELP = "fit every known effect and judge each on held-out recordings"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.description = (
+        "Fit the model so far plus each known effect on the recordings, and judge on held-out "
+        "ones: those given, or whole recordings chosen from LOG, or blocks of time of a single "
+        "one. OUT receives diagnosis.json, models/ with each effect adopted, and report.html."
+    )
+    add_log_arguments(parser, holdout=True)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Diagnose, write, and say what is missing."""
+    from t2l.cli.inputs import progress_line, read_inputs
+    from t2l.discrepancy.accuracy import substeps_for
+    from t2l.discrepancy.diagnose import diagnose
+    from t2l.discrepancy.evidence import gather
+    from t2l.discrepancy.story import write_diagnosis
+    from t2l.figures.discrepancy import draw_diagnosis
+    from t2l.figures.report import write_report
+
+    model, recordings, holdout = read_inputs(arguments)
+    substeps = substeps_for(model, recordings)
+    evidence = gather(model.robot, recordings, holdout, substeps)
+    progress = progress_line()
+    diagnosis = diagnose(model, evidence, progress=progress)
+    content = write_diagnosis(diagnosis, evidence, arguments.out)
+    draw_diagnosis(arguments.out)
+    write_report(arguments.out)
+    progress("done", 1.0)
+    print(content["sentence"])
+    for entry in content["ranking"][:3]:
+        print(f"  {entry['effect']}: {entry['why']}")
+    for sentence in content["remaining"]:
+        print(f"  {sentence}")
+    if content["separating_experiment"]:
+        print(f"To tell them apart: {content['separating_experiment']['sentence']}")
+    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

@@ -1,0 +1,48 @@
+"""``t2l explain``: diagnose and adopt in turn until nothing more is justified."""
+
+import argparse
+
+from t2l.cli.inputs import add_log_arguments
+
+HELP = "diagnose and adopt in turn, and watch the error fall"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.description = (
+        "Add one effect after the other, each judged on held-out recordings, until nothing more "
+        "is justified. OUT receives explanation.json, model.yaml, the steps and report.html. An "
+        "interrupted run goes on with the step it was in."
+    )
+    add_log_arguments(parser, holdout=True)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Explain, compare before and after, write, and tell the story."""
+    from t2l.cli.inputs import progress_line, read_inputs
+    from t2l.discrepancy.accuracy import substeps_for
+    from t2l.discrepancy.compare import compare, write
+    from t2l.discrepancy.evidence import gather
+    from t2l.discrepancy.explain import explain, write_explanation
+    from t2l.figures.discrepancy import draw_explanation
+    from t2l.figures.report import write_report
+
+    model, recordings, holdout = read_inputs(arguments)
+    substeps = substeps_for(model, recordings)
+    evidence = gather(model.robot, recordings, holdout, substeps)
+    progress = progress_line()
+    explanation = explain(model, evidence, arguments.out, progress)
+    write_explanation(explanation, arguments.out)
+    progress("comparing before and after", 0.9)
+    for name, which in (("before", model), ("after", explanation.model)):
+        write(compare(which, [*recordings, *holdout], substeps), arguments.out / name)
+    draw_explanation(arguments.out)
+    write_report(arguments.out)
+    progress("done", 1.0)
+    for step in explanation.steps:
+        print(
+            f"{step.effect or 'model as it came':28s} training "
+            f"{1e3 * step.train_rmse_rad:8.4g} mrad, held out {1e3 * step.heldout_rmse_rad:8.4g}"
+        )
+    print(explanation.sentence)
+    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

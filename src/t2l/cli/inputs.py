@@ -1,0 +1,59 @@
+"""Arguments that compare, diagnose and explain share, read and checked together."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from t2l.discrepancy.model import Model
+from t2l.errors import ConfigurationError
+from t2l.measurements.recording import Recording
+
+
+def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
+    """LOG…, --model, --effects, --out, and --holdout where it makes sense."""
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="recording or folder")
+    if holdout:
+        parser.add_argument(
+            "--holdout", action="append", nargs="+", type=Path, default=[], metavar="LOG",
+            help="recording or folder to judge by instead of fitting; may be repeated",
+        )  # fmt: skip
+    parser.add_argument("--model", type=Path, help="the model so far (default: the MJCF as it is)")
+    parser.add_argument(
+        "--effects", action="append", type=Path, default=[], metavar="FILE",
+        help="Python file, or folder of them, with effects of your own; may be repeated",
+    )  # fmt: skip
+    parser.add_argument("--out", type=Path, required=True, help="folder for what is found")
+
+
+def read_inputs(
+    arguments: argparse.Namespace,
+) -> tuple[Model, list[Recording], list[Recording]]:
+    """The model so far, the recordings, and those to hold out.
+
+    Raises:
+        T2LError: a file is wrong, the recordings do not belong together or do not fit the robot.
+    """
+    from t2l.discrepancy.together import read_together
+
+    if arguments.out.exists() and not arguments.out.is_dir():
+        raise ConfigurationError(f"--out {arguments.out}: is a file; give a folder")
+    held = [path for group in getattr(arguments, "holdout", []) for path in group]
+    return read_together(arguments.logs, held, arguments.model, arguments.effects)
+
+
+def progress_line() -> Callable[[str, float], None]:
+    """Report what is being done: one line that is rewritten on a terminal, else a line each."""
+    import time
+
+    started, last = time.monotonic(), [""]
+
+    def report(what: str, fraction: float) -> None:
+        text = f"{100 * fraction:3.0f} %  {what}"
+        if sys.stderr.isatty():
+            print(f"\r\033[K{text}", end="\n" if fraction >= 1 else "", file=sys.stderr, flush=True)
+        elif what != last[0]:
+            print(f"[{time.monotonic() - started:6.1f} s] {text}", file=sys.stderr, flush=True)
+        last[0] = what
+
+    return report

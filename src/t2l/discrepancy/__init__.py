@@ -1,0 +1,1 @@
+"""Where a model departs from recordings, and which physical effect it lacks."""

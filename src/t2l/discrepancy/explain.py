@@ -1,0 +1,161 @@
+"""Diagnose and adopt in turn until nothing more is justified."""
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from t2l.artefacts import write_text
+from t2l.discrepancy.diagnose import MISSING, Diagnosis, diagnose
+from t2l.discrepancy.evidence import Evidence
+from t2l.discrepancy.model import Model, read_model, write_model
+from t2l.discrepancy.simplify import simplify
+from t2l.discrepancy.story import write_diagnosis
+from t2l.robots.plant import mjcf_path
+
+MOST_EFFECTS = 8
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A model on the way: `effect` is what was added last, None for the model as it came.
+
+    `dropped` are effects that this one made superfluous.
+    """
+
+    effect: str | None
+    train_rmse_rad: float
+    heldout_rmse_rad: float
+    dropped: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The steps, where they ended, and the final model."""
+
+    steps: list[Step]
+    verdict: str
+    noise_floor_rad: float
+    sentence: str
+    model: Model
+
+
+def explain(
+    model: Model,
+    evidence: Evidence,
+    folder: Path,
+    progress: Progress = lambda what, fraction: None,
+) -> Explanation:
+    """Adopt the first-ranked effect as long as the verdict is `missing_effect`.
+
+    Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
+    run goes on with the step it was in.
+    """
+    steps, fingerprint = [], _fingerprint(model, evidence)
+    added, dropped = None, []
+    for number in range(MOST_EFFECTS + 1):
+        where = folder / "steps" / str(number)
+        content = _finished(where, fingerprint)
+        if content is None:
+
+            def told(what, fraction, number=number):
+                progress(f"step {number + 1}: {what}", fraction)
+
+            content = _step(model, evidence, where, fingerprint, told)
+        else:
+            progress(f"step {number + 1}: kept from before", 1.0)
+        baseline = content["baseline"]
+        steps.append(
+            Step(
+                added, baseline["train_rmse_q_rad"], baseline["heldout_rmse_q_rad"], tuple(dropped)
+            )
+        )
+        if content["verdict"] != MISSING or number == MOST_EFFECTS:
+            break
+        added = content["ranking"][0]["effect"]
+        model, dropped = _adopted(model, added, evidence, where, fingerprint)
+        fingerprint = hashlib.sha256((fingerprint + added).encode()).hexdigest()
+    return Explanation(
+        steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model
+    )
+
+
+def _adopted(
+    model: Model, effect: str, evidence: Evidence, where: Path, fingerprint: str
+) -> tuple[Model, list[str]]:
+    """The model with `effect`, less what that made superfluous; kept with the step."""
+    kept, record = where / "model.yaml", where / "adopted.json"
+    try:
+        adopted = json.loads(record.read_text())
+        if adopted["fingerprint"] == fingerprint:
+            return read_model(kept), adopted["dropped"]
+    except (FileNotFoundError, json.JSONDecodeError, KeyError):
+        pass
+    grown = read_model(where / "models" / f"{effect}.yaml")
+    found, dropped = simplify(grown, evidence) if model.effects else (grown, [])
+    write_model(found, kept, f"the model after {effect} was adopted")
+    write_text(json.dumps({"fingerprint": fingerprint, "dropped": dropped}) + "\n", record)
+    return read_model(kept), dropped
+
+
+def _step(model, evidence, where, fingerprint, progress) -> dict:
+    diagnosis: Diagnosis = diagnose(model, evidence, progress=progress, quick=True)
+    (where / "fingerprint").unlink(missing_ok=True)
+    content = write_diagnosis(diagnosis, evidence, where)
+    # last: its presence says that the step is whole
+    write_text(fingerprint, where / "fingerprint")
+    return content
+
+
+def _finished(where: Path, fingerprint: str) -> dict | None:
+    try:
+        if (where / "fingerprint").read_text() != fingerprint:
+            return None
+        return json.loads((where / "diagnosis.json").read_text())
+    except (FileNotFoundError, json.JSONDecodeError):
+        return None
+
+
+def _fingerprint(model: Model, evidence: Evidence) -> str:
+    """Of everything a diagnosis depends on but the library itself."""
+    digest = hashlib.sha256(repr((model, evidence.split, evidence.train.substeps)).encode())
+    digest.update(mjcf_path(model.robot).read_bytes())
+    for file in model.effect_files:
+        for path in sorted(file.glob("*.py")) if file.is_dir() else [file]:
+            digest.update(path.read_bytes())
+    for predictor in (evidence.train, evidence.holdout):
+        for r in predictor.recordings:
+            said = (r.name, r.kp, r.kd, r.control_rate_hz, r.gravity_compensation)
+            digest.update(repr(said).encode())
+            for array in (r.time, r.q_des, r.q, r.dq):
+                digest.update(b"" if array is None else array.tobytes())
+    return digest.hexdigest()
+
+
+def as_json(explanation: Explanation) -> dict:
+    """What `explanation.json` holds."""
+    return {
+        "steps": [
+            {
+                "effect": step.effect,
+                "train_rmse_q_rad": step.train_rmse_rad,
+                "heldout_rmse_q_rad": step.heldout_rmse_rad,
+                "dropped": list(step.dropped),
+            }
+            for step in explanation.steps
+        ],
+        "verdict": explanation.verdict,
+        "sentence": explanation.sentence,
+        "noise_floor_rad": explanation.noise_floor_rad,
+    }
+
+
+def write_explanation(explanation: Explanation, folder: Path) -> None:
+    """Write `explanation.json` and `model.yaml`."""
+    names = [step.effect for step in explanation.steps if step.effect]
+    comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
+    write_model(explanation.model, folder / "model.yaml", comment)
+    write_text(json.dumps(as_json(explanation), indent=2) + "\n", folder / "explanation.json")

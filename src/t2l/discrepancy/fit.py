@@ -1,0 +1,181 @@
+"""Least-squares fits that advance together, each asking for simulations one batch can hold.
+
+Levenberg-Marquardt with finite differences: a round simulates some trial steps and the Jacobian's
+columns around the likeliest of them, so that one round is usually one iteration.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from t2l.discrepancy.prediction import Predictor, Request
+from t2l.effects.term import Layout
+
+RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
+DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
+TOLERANCE = 1e-3  # relative decrease of the loss that counts as none
+LARGEST_LOG_STEP = 1.5
+LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
+
+
+@dataclass
+class Fit:
+    """One Levenberg-Marquardt minimisation of |q_sim − q|² over u.
+
+    Attributes:
+        layout: what u means.
+        u: (n,) the best so far.
+        size: (n,) magnitude of each element, for finite differences.
+        diagonal: assume that a joint's parameters move that joint alone, which makes one column
+            serve all joints.
+        free: (n,) bool, which elements are fitted.
+        loss: mean squared residual at u, rad².
+        gain: relative decrease of the loss in the last round.
+        jacobian: (nsample, n) at u; residual: (nsample,) at u.
+    """
+
+    layout: Layout
+    u: np.ndarray
+    size: np.ndarray
+    diagonal: bool = False
+    free: np.ndarray | None = None
+    damping: float = 1e-2
+    loss: float = np.inf
+    residual: np.ndarray | None = None
+    jacobian: np.ndarray | None = None
+    iterations: int = 0
+    gain: float = 1.0
+    done: bool = False
+    _trial: np.ndarray | None = field(default=None, repr=False)
+    _dampings: tuple = ()
+
+    def __post_init__(self) -> None:
+        fixed = self.layout.rough | (self.layout.lower >= self.layout.upper)
+        self.free = ~fixed if self.free is None else self.free & ~fixed
+
+    def points(self) -> np.ndarray:
+        """(m, n) vectors u to simulate next."""
+        if self.jacobian is None:
+            self._trial = self.u[None]
+            return np.concatenate([self._trial, self._differences(self.u)[0]])
+        self._dampings = tuple(self.damping * factor for factor in DAMPINGS)
+        self._trial = np.array([self._step(damping) for damping in self._dampings])
+        centre = self._trial[0]
+        return np.concatenate([self._trial, self._differences(centre)[0]])
+
+    def receive(self, residuals: np.ndarray, joints: np.ndarray) -> None:
+        """Take the residuals (m, nsample) at `points`; `joints` (nsample,) are their joints."""
+        ntrial = len(self._trial)
+        losses = np.mean(residuals[:ntrial] ** 2, axis=1)
+        losses = np.where(np.isfinite(losses), losses, np.inf)
+        if self.jacobian is None:
+            self.loss, self.residual = losses[0], residuals[0]
+            self._take_jacobian(self.u, residuals[0], residuals[1:], joints)
+            self.done = not np.isfinite(self.loss) or not self.free.any()
+            return
+        self.iterations += 1
+        best, centre = int(np.argmin(losses)), 0
+        if losses[best] >= self.loss:
+            self.damping, self.gain = 30.0 * self.damping, 0.0
+            self.done = self.damping > 1e6
+            return
+        self.gain = 1 - losses[best] / self.loss
+        self.u, self.loss, self.residual = self._trial[best], losses[best], residuals[best]
+        self.damping = max(self._dampings[best], 1e-7)
+        # around a neighbouring trial the derivatives serve as well
+        around = centre if np.isfinite(losses[centre]) else best
+        if around == centre:
+            self._take_jacobian(self._trial[centre], residuals[centre], residuals[ntrial:], joints)
+        self.done = self.gain < TOLERANCE or self._promise() < TOLERANCE
+
+    def _promise(self) -> float:
+        """Relative decrease of the loss that the linear model still expects of a full step."""
+        change = self._step(0.0) - self.u
+        expected = self.residual + self.jacobian @ change
+        return float(1 - np.mean(expected**2) / self.loss)
+
+    def _columns(self) -> list[np.ndarray]:
+        """Index sets of elements that are moved together."""
+        free = np.flatnonzero(self.free)
+        if not self.diagonal:
+            return [np.array([i]) for i in free]
+        groups: dict[tuple, list[int]] = {}
+        for i in free:
+            slot = self.layout.slots[i]
+            key = (slot.term.effect.name, slot.parameter.name)
+            groups.setdefault(key, []).append(i)
+        return [np.array(group) for group in groups.values()]
+
+    def _differences(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        step = np.where(
+            self.layout.log, 10 * RELATIVE_STEP, RELATIVE_STEP * np.maximum(np.abs(u), self.size)
+        )
+        step = np.where(u + step > self.layout.upper, -step, step)
+        columns = self._columns()
+        points = np.repeat(u[None], len(columns), axis=0)
+        for row, members in enumerate(columns):
+            points[row, members] += step[members]
+        return points, step
+
+    def _take_jacobian(self, u, residual, moved, joints) -> None:
+        _, step = self._differences(u)
+        jacobian = np.zeros((len(residual), len(u)))
+        for difference, members in zip(moved - residual, self._columns(), strict=True):
+            difference = np.nan_to_num(difference)
+            for i in members:
+                joint = self.layout.slots[i].joint
+                if self.diagonal and joint is not None:
+                    jacobian[:, i] = np.where(joints == joint, difference, 0.0) / step[i]
+                else:
+                    jacobian[:, i] = difference / step[i]
+        self.jacobian = jacobian
+
+    def _step(self, damping: float) -> np.ndarray:
+        lower, upper = self.layout.lower, self.layout.upper
+        gradient = self.jacobian.T @ self.residual
+        outward = ((self.u <= lower) & (gradient > 0)) | ((self.u >= upper) & (gradient < 0))
+        moving = np.flatnonzero(self.free & ~outward)
+        if not len(moving):
+            return self.u.copy()
+        normal = self.jacobian[:, moving].T @ self.jacobian[:, moving]
+        scale = np.diag(normal) + 1e-12 * max(np.diag(normal).max(), 1e-30)
+        damped = normal + max(damping, LEAST_DAMPING) * np.diag(scale)
+        change = -np.linalg.solve(damped, gradient[moving])
+        limit = np.where(
+            self.layout.log[moving],
+            LARGEST_LOG_STEP,
+            20 * np.maximum(np.abs(self.u[moving]), self.size[moving]),
+        )
+        change = np.clip(change, -limit, limit)
+        new = self.u.copy()
+        new[moving] += change
+        return np.clip(new, lower, upper)
+
+
+def run(
+    fits: Sequence[Fit],
+    predictor: Predictor,
+    mask: np.ndarray,
+    iterations: int,
+    after_round: Callable[[Sequence[Fit]], None] = lambda fits: None,
+) -> None:
+    """Advance `fits` together until each is done or has made `iterations` more.
+
+    Args:
+        mask: (nsample,) bool, the samples that are fitted.
+        after_round: called after each round with the fits, to report or to drop some.
+    """
+    samples = predictor.samples
+    last = [fit.iterations + iterations for fit in fits]
+    while True:
+        active = [
+            fit for fit, stop in zip(fits, last, strict=True)
+            if not fit.done and fit.iterations < stop
+        ]  # fmt: skip
+        if not active:
+            return
+        requests = [Request(fit.layout, fit.points()) for fit in active]
+        for fit, q in zip(active, predictor.predict(requests), strict=True):
+            fit.receive(q[:, mask] - samples.q[mask], samples.joint[mask])
+        after_round(fits)

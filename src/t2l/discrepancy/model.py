@@ -1,0 +1,244 @@
+"""The model so far: a robot and the effects adopted with their values, as YAML a person edits.
+
+robot: fr3                 # a known name, or an MJCF path relative to this file
+effects:
+  coulomb_friction:
+    torque: {fr3_joint1: 0.52, fr3_joint2: 0.61}     # N·m
+  command_delay:
+    delay: 0.012                                     # s
+effect_files: [my_effects/rubber.py]                 # optional, relative to this file
+"""
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from t2l.artefacts import write_text
+from t2l.effects.effect import Effect, Parameter
+from t2l.effects.registry import load as load_effects
+from t2l.effects.term import Layout, Term
+from t2l.errors import ConfigurationError
+from t2l.robots.plant import KNOWN, mjcf_path
+
+Values = Mapping[str, Mapping[str, Mapping[str, float] | float]]
+KEYS = ("robot", "effects", "effect_files")
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot and the effects it has beyond its MJCF.
+
+    Attributes:
+        robot: a known name or the absolute path of an MJCF file.
+        effects: ``effects[name][parameter]`` is a number, or one for each joint by name.
+        effect_files: files of effects of the user's own.
+    """
+
+    robot: str
+    effects: Values = field(default_factory=dict)
+    effect_files: tuple[Path, ...] = ()
+
+    def known_effects(self) -> dict[str, Effect]:
+        """Every effect this model may use."""
+        return load_effects(self.effect_files)
+
+    def terms(self, joints: tuple[str, ...]) -> list[Term]:
+        """The adopted effects on the joints they have values for."""
+        known = self.known_effects()
+        return [
+            Term(known[name], _joints_with_values(values, known[name], joints))
+            for name, values in self.effects.items()
+        ]
+
+    def vector(self, joints: tuple[str, ...]) -> tuple[Layout, np.ndarray]:
+        """Layout and parameter vector u of the adopted effects."""
+        terms = self.terms(joints)
+        values = {
+            term.effect.name: {
+                p.name: _as_array(self.effects[term.effect.name][p.name], term, p, joints)
+                for p in term.effect.parameters
+            }
+            for term in terms
+        }
+        layout = Layout(terms)
+        return layout, layout.encode(values)
+
+
+def from_vector(model: Model, layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> Model:
+    """`model` with the effects of a layout in place of its own."""
+    values = layout.decode(u[None])
+    effects = {
+        term.effect.name: {
+            p.name: (
+                {
+                    joints[j]: float(v)
+                    for j, v in zip(term.joints, values[term.effect.name][p.name][0], strict=True)
+                }
+                if p.per_joint
+                else float(values[term.effect.name][p.name][0, 0])
+            )
+            for p in term.effect.parameters
+        }
+        for term in layout.terms
+    }
+    return Model(model.robot, effects, model.effect_files)
+
+
+def _joints_with_values(values, effect: Effect, joints: tuple[str, ...]) -> tuple[int, ...]:
+    for parameter in effect.parameters:
+        if parameter.per_joint:
+            return tuple(j for j, name in enumerate(joints) if name in values[parameter.name])
+    return tuple(range(len(joints)))
+
+
+def _as_array(value, term: Term, parameter: Parameter, joints: tuple[str, ...]) -> np.ndarray:
+    if parameter.per_joint:
+        return np.array([value[joints[j]] for j in term.joints])
+    return np.array([value])
+
+
+def read_model(path: Path | str) -> Model:
+    """Read a model file.
+
+    Raises:
+        ConfigurationError: the file is missing or not YAML; a key, robot, effect, parameter or
+            value is not allowed.
+    """
+    path = Path(path)
+    try:
+        content = yaml.safe_load(path.read_text())
+    except FileNotFoundError:
+        raise ConfigurationError(f"{path}: no such model file") from None
+    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: not YAML: {error}") from None
+    if not isinstance(content, dict) or "robot" not in content:
+        raise ConfigurationError(f"{path}: needs the key robot; allowed keys: {', '.join(KEYS)}")
+    for key in content:
+        if key not in KEYS:
+            raise ConfigurationError(f"{path}: unknown key {key!r}; allowed: {', '.join(KEYS)}")
+    try:
+        robot = _read_robot(content["robot"], path.parent)
+        files = _read_effect_files(content.get("effect_files"), path.parent)
+        effects = content.get("effects") or {}
+        _check_effects(effects, load_effects(files))
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
+    return Model(robot, effects, files)
+
+
+def _read_robot(robot: object, folder: Path) -> str:
+    if robot in KNOWN:
+        return str(robot)
+    if not isinstance(robot, str):
+        raise ConfigurationError(f"robot: {robot!r} is neither a known name nor a path")
+    resolved = str((folder / robot).resolve())
+    mjcf_path(resolved)
+    return resolved
+
+
+def _read_effect_files(files: object, folder: Path) -> tuple[Path, ...]:
+    if files is None:
+        return ()
+    if not isinstance(files, list) or not all(isinstance(file, str) for file in files):
+        raise ConfigurationError(f"effect_files: {files!r} is not a list of paths")
+    return tuple((folder / file).resolve() for file in files)
+
+
+def _check_effects(effects: object, known: Mapping[str, Effect]) -> None:
+    if not isinstance(effects, dict):
+        raise ConfigurationError("effects must map names to parameters")
+    for name, values in effects.items():
+        if name not in known:
+            raise ConfigurationError(
+                f"effects: unknown effect {name!r}; known: {', '.join(sorted(known))}"
+            )
+        names = {p.name for p in known[name].parameters}
+        if not isinstance(values, dict) or set(values) != names:
+            raise ConfigurationError(
+                f"effects.{name} must have exactly the parameters "
+                f"{', '.join(p.name for p in known[name].parameters)}"
+            )
+        joints = None
+        for p in known[name].parameters:
+            where = f"effects.{name}.{p.name}"
+            _check_value(where, p, values[p.name])
+            if p.per_joint:
+                if joints is not None and set(values[p.name]) != joints:
+                    raise ConfigurationError(
+                        f"{where} has values for {', '.join(map(str, values[p.name]))}; "
+                        f"effects.{name}.{first} for {', '.join(sorted(map(str, joints)))}"
+                    )
+                joints, first = set(values[p.name]), p.name
+
+
+def _check_value(where: str, parameter: Parameter, value: object) -> None:
+    if parameter.per_joint != isinstance(value, dict) or value == {}:
+        wanted = "one number for each joint" if parameter.per_joint else "one number"
+        raise ConfigurationError(f"{where} must be {wanted}")
+    for number in value.values() if isinstance(value, dict) else [value]:
+        if isinstance(number, bool) or not isinstance(number, (int, float)):
+            raise ConfigurationError(f"{where}: {number!r} is not a number")
+        if not parameter.lower <= number <= parameter.upper:
+            raise ConfigurationError(
+                f"{where} = {number} {parameter.unit}; allowed {parameter.lower} to "
+                f"{parameter.upper}"
+            )
+
+
+def check_joints(path: Path | str, model: Model, joints: tuple[str, ...]) -> None:
+    """Find values for joints that the recordings do not have.
+
+    Raises:
+        ConfigurationError: such a joint.
+    """
+    for name, values in model.effects.items():
+        for parameter, value in values.items():
+            for joint in value if isinstance(value, dict) else ():
+                if joint not in joints:
+                    raise ConfigurationError(
+                        f"{path}: effects.{name}.{parameter} names joint {joint!r}; the "
+                        f"recordings have {', '.join(joints)}"
+                    )
+
+
+def write_model(model: Model, path: Path | str, comment: str = "") -> None:
+    """Write a model file, whole, with paths relative to it and units as comments."""
+    path = Path(path)
+    known, here = model.known_effects(), path.resolve().parent
+    robot = model.robot if model.robot in KNOWN else os.path.relpath(model.robot, here)
+    lines = [f"# {line}" for line in comment.splitlines()]
+    lines += [f"robot: {_name(robot)}"]
+    lines += ["effects:" if model.effects else "effects: {}"]
+    for name, values in model.effects.items():
+        effect = known[name]
+        lines += [f"  {_name(name)}:  # {effect.summary}"]
+        for p in effect.parameters:
+            value = values[p.name]
+            text = (
+                "{" + ", ".join(f"{_name(j)}: {_number(v)}" for j, v in value.items()) + "}"
+                if isinstance(value, Mapping)
+                else _number(value)
+            )
+            lines += [f"    {_name(p.name)}: {text}  # {p.unit}, {p.meaning}"]
+    if model.effect_files:
+        files = [_name(os.path.relpath(file, here)) for file in model.effect_files]
+        lines += [f"effect_files: [{', '.join(files)}]"]
+    write_text("\n".join(lines) + "\n", path)
+
+
+def _name(text: str) -> str:
+    """A string as YAML reads it back: quoted where it would become something else."""
+    plain = re.fullmatch(r"[A-Za-z_./][\w./-]*", text) and yaml.safe_load(text) == text
+    return text if plain else json.dumps(text)
+
+
+def _number(value: float) -> str:
+    """Six digits; YAML takes 1e-05 for a string and 1.0e-05 for a number."""
+    text = f"{value:.6g}"
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text

@@ -1,0 +1,399 @@
+"""Recordings predicted by a plant with effects: many variants of it in one batch."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import mujoco
+import numpy as np
+
+from t2l.effects.effect import Scales
+from t2l.effects.term import Layout, Term
+from t2l.errors import T2LError
+from t2l.measurements.recording import Recording
+from t2l.robots import plant
+from t2l.sim.servo import Schedule, ServoLoop
+
+MAX_SIMULATIONS = 1024  # in one batch; more gain nothing and cost memory
+MAX_NUMBERS = 3e7  # recorded by one batch
+LEAST_DOFS_PER_THREAD = 60  # of all simulations together, for which another thread pays
+MOVING_RAD_S = 0.1  # a recording that starts slower starts at rest
+GRAVITY_POSES = 20_000  # beyond, gravity is interpolated between poses
+
+
+class DivergenceError(T2LError):
+    """A simulation of the model runs away."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Where the recordings were measured, flat: (nsample,) each.
+
+    Attributes:
+        recording, joint, row: indices.
+        time: s since the recording's start.
+        q: rad, measured.
+    """
+
+    recording: np.ndarray
+    joint: np.ndarray
+    row: np.ndarray
+    time: np.ndarray
+    q: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+
+@dataclass(frozen=True)
+class Request:
+    """Variants of the plant to simulate: a layout of terms and (m, n) vectors u."""
+
+    layout: Layout
+    u: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Group:
+    schedule: Schedule
+    recordings: tuple[int, ...]
+
+
+class Predictor:
+    """Predicts every measured sample of `recordings` for any number of variants at once.
+
+    Attributes:
+        joints: driven joints, the same in all recordings.
+        samples: what was measured.
+        substeps: physics steps a control tick are multiplied by this.
+    """
+
+    def __init__(
+        self,
+        robot: str,
+        recordings: Sequence[Recording],
+        substeps: int = 1,
+        threads: int | None = None,
+    ):
+        self.robot, self.recordings = robot, tuple(recordings)
+        self.joints = self.recordings[0].joints
+        self.substeps = substeps
+        self.threads = threads or len(os.sched_getaffinity(0))
+        self._models: dict[tuple, mujoco.MjModel] = {}
+        self._rows = [~np.isnan(recording.q).all(axis=1) for recording in self.recordings]
+        self.samples = self._samples()
+        self._groups = [self._group(indices) for indices in self._alike()]
+        self._flat = self._flat_index()
+
+    def _samples(self) -> Samples:
+        parts = []
+        for index, recording in enumerate(self.recordings):
+            row, joint = np.nonzero(~np.isnan(recording.q))
+            time = recording.time[row] - recording.time[0]
+            parts.append((np.full(len(row), index), joint, row, time, recording.q[row, joint]))
+        return Samples(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    def _alike(self) -> list[list[int]]:
+        groups: dict[tuple, list[int]] = {}
+        for index, recording in enumerate(self.recordings):
+            # recordings of like length: none waits long for another
+            length = round(np.log(max(recording.duration_s, 1e-3)) / np.log(1.5))
+            groups.setdefault((recording.control_rate_hz, length), []).append(index)
+        return list(groups.values())
+
+    def _group(self, indices: list[int]) -> _Group:
+        recordings = [self.recordings[i] for i in indices]
+        period = 1.0 / recordings[0].control_rate_hz
+        last = max(int(np.ceil(r.duration_s / period - 1e-6)) for r in recordings)
+        ticks = np.arange(last + 2)
+        commands = np.empty((len(ticks), len(recordings), len(self.joints)))
+        wanted = {0}
+        for column, recording in enumerate(recordings):
+            elapsed = recording.time - recording.time[0]
+            row = np.searchsorted(elapsed, ticks * period + 1e-6, side="right") - 1
+            commands[:, column] = recording.q_des[row]
+            below, _ = _ticks(elapsed[self._rows[indices[column]]], period)
+            wanted.update(below.tolist(), (below + 1).tolist())
+        start = [start_state(recording) for recording in recordings]
+        schedule = Schedule(
+            period_s=period,
+            commands=commands,
+            kp=np.array([r.kp for r in recordings]),
+            kd=np.array([r.kd for r in recordings]),
+            start_q=np.array([q for q, _ in start]),
+            start_dq=np.array([dq for _, dq in start]),
+            gravity_compensation=np.array([r.gravity_compensation for r in recordings]),
+            sample_ticks=np.array(sorted(wanted)),
+        )
+        return _Group(schedule, tuple(indices))
+
+    def _flat_index(self) -> list[tuple]:
+        """Per group: which samples it holds, and where they lie in its output."""
+        index = []
+        for group in self._groups:
+            column = {recording: i for i, recording in enumerate(group.recordings)}
+            held = np.flatnonzero(np.isin(self.samples.recording, group.recordings))
+            below, rest = _ticks(self.samples.time[held], group.schedule.period_s)
+            tick = np.searchsorted(group.schedule.sample_ticks, below)
+            record = np.array([column[r] for r in self.samples.recording[held]])
+            index.append((held, record, tick, rest, self.samples.joint[held]))
+        return index
+
+    def model(self, terms: Sequence[Term] = ()) -> mujoco.MjModel:
+        """The plant compiled with what `terms` add to its structure."""
+        extending = [term for term in terms if term.effect.extends]
+        key = _structure(extending)
+        if key not in self._models:
+            spec = plant.load(self.robot, self.joints)
+            for term in extending:
+                term.effect.extend(spec, tuple(self.joints[j] for j in term.joints))
+            model = self._models[key] = spec.compile()
+            if model.nv > len(self.joints):
+                # motor and link on one axis: conjugate gradients take many iterations
+                model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+        return self._models[key]
+
+    def predict(
+        self, requests: Sequence[Request], velocity: bool = False
+    ) -> list[np.ndarray] | tuple[list[np.ndarray], list[np.ndarray]]:
+        """Position at every sample, (m, nsample) for each request; NaN where it diverged.
+
+        With `velocity`, also the velocity, likewise.
+        """
+        q = [np.full((len(request.u), len(self.samples)), np.nan) for request in requests]
+        dq = [np.full_like(values, np.nan) for values in q]
+        structures: dict[tuple, list[int]] = {}
+        for i, request in enumerate(requests):
+            extending = [term for term in request.layout.terms if term.effect.extends]
+            structures.setdefault(_structure(extending), []).append(i)
+        for members in structures.values():
+            model = self.model(requests[members[0]].layout.terms)
+            pieces = [(i, row) for i in members for row in range(len(requests[i].u))]
+            for group, flat in zip(self._groups, self._flat, strict=True):
+                for chunk in _chunks(pieces, self._largest_chunk(group)):
+                    self._simulate(model, group, flat, chunk, requests, q, dq)
+        return (q, dq) if velocity else q
+
+    def _dofs(self, chunk: list, group: _Group) -> int:
+        return len(chunk) * len(group.recordings) * len(self.joints)
+
+    def _largest_chunk(self, group: _Group) -> int:
+        numbers = len(group.schedule.sample_ticks) * len(self.joints) * 2
+        simulations = min(MAX_SIMULATIONS, MAX_NUMBERS / numbers)
+        return max(1, int(simulations // len(group.recordings)))
+
+    def _simulate(self, model, group, flat, chunk, requests, q, dq) -> None:
+        extended = model.nv > len(self.joints)
+        loop = ServoLoop(
+            model,
+            self.joints,
+            group.schedule,
+            len(chunk),
+            min(self.threads, 1 + self._dofs(chunk, group) // LEAST_DOFS_PER_THREAD),
+            self.substeps * (2 if extended else 1),
+        )
+        at = 0
+        for i, rows in _runs(chunk):
+            layout, u = requests[i].layout, requests[i].u[rows]
+            simulations = loop.rows(slice(at, at + len(rows)))
+            values = layout.decode(u)
+            for term in layout.terms:
+                per_row = {k: loop.per_row(v) for k, v in values[term.effect.name].items()}
+                term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
+            at += len(rows)
+        held, record, tick, rest, joint = flat
+        position, speed = loop.run()
+        first = (slice(None), record, tick, joint)
+        second = (slice(None), record, tick + 1, joint)
+        between = _hermite(
+            rest, loop.period_s, position[first], position[second], speed[first], speed[second]
+        )
+        speed_between = (1 - rest) * speed[first] + rest * speed[second]
+        for value, out in ((between, q), (speed_between, dq)):
+            at = 0
+            for i, rows in _runs(chunk):
+                out[i][np.ix_(rows, held)] = value[at : at + len(rows)]
+                at += len(rows)
+
+    def subset(self, count: int) -> "Predictor":
+        """A predictor of `count` of the recordings, spread over their order."""
+        if count >= len(self.recordings):
+            return self
+        chosen = np.round(np.linspace(0, len(self.recordings) - 1, count)).astype(int)
+        recordings = [self.recordings[i] for i in chosen]
+        return Predictor(self.robot, recordings, self.substeps, self.threads)
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Sizes for first guesses, from the plant as it is under the recordings' commands."""
+        samples, kp = self.samples, np.array([r.kp for r in self.recordings])
+        kd = np.array([r.kd for r in self.recordings])
+        empty = Request(Layout(()), np.zeros((1, 0)))
+        _, dq = self.predict([empty], velocity=True)
+        velocity = np.nan_to_num(dq[0][0])
+        command = self.at_samples([r.q_des for r in self.recordings])
+        torque = kp[samples.recording, samples.joint] * (command - samples.q)
+        torque -= kd[samples.recording, samples.joint] * velocity
+        compensated = np.array([r.gravity_compensation for r in self.recordings])
+        torque += np.where(compensated[samples.recording], self.gravity_at_samples(), 0.0)
+
+        def per_joint(function, values):
+            return np.array([function(values[samples.joint == j]) for j in range(len(self.joints))])
+
+        step = np.array(
+            [
+                [np.abs(np.diff(r.q_des[:, j])).max(initial=0) * r.kp[j] for r in self.recordings]
+                for j in range(len(self.joints))
+            ]
+        ).max(axis=1)
+        dofs = [self.model().joint(name).dofadr[0] for name in self.joints]
+        return Scales(
+            torque=per_joint(lambda v: np.sqrt(np.mean(v**2)), torque) + 1e-6,
+            inertia=self.inertia,
+            velocity=per_joint(lambda v: np.sqrt(np.mean(v**2)), velocity) + 1e-6,
+            peak_torque=per_joint(lambda v: np.abs(v).max(), torque) + 1e-6,
+            peak_torque_rate=step * max(r.control_rate_hz for r in self.recordings) + 1e-6,
+            control_rate_hz=max(r.control_rate_hz for r in self.recordings),
+            range=per_joint(np.ptp, samples.q),
+            kp=kp.max(axis=0),
+            kd=kd.max(axis=0) + 1e-6,
+            armature=self.model().dof_armature[dofs],
+            friction=self.model().dof_frictionloss[dofs],
+            damping=self.model().dof_damping[dofs],
+        )
+
+    @cached_property
+    def inertia(self) -> np.ndarray:
+        """Diagonal of the mass matrix where the first recording starts, (njoint,) kg·m²."""
+        model = self.model()
+        data = mujoco.MjData(model)
+        data.qpos[[model.joint(name).qposadr[0] for name in self.joints]] = start_state(
+            self.recordings[0]
+        )[0]
+        mujoco.mj_forward(model, data)
+        mass = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        return np.diag(mass)[[model.joint(name).dofadr[0] for name in self.joints]]
+
+    def at_samples(self, signals: Sequence[np.ndarray]) -> np.ndarray:
+        """(nsample,) values of signals (n, njoint), one a recording, where it was measured."""
+        first = np.cumsum([0, *(len(signal) for signal in signals)])[self.samples.recording]
+        return np.concatenate(signals)[first + self.samples.row, self.samples.joint]
+
+    def by_row(self, values: np.ndarray) -> list[np.ndarray]:
+        """Values (nsample,) as one array (n, njoint) a recording, NaN where not measured."""
+        signals = [np.full_like(recording.q, np.nan) for recording in self.recordings]
+        for i, signal in enumerate(signals):
+            at = self.samples.recording == i
+            signal[self.samples.row[at], self.samples.joint[at]] = values[at]
+        return signals
+
+    def gravity_at_samples(self, q: np.ndarray | None = None) -> np.ndarray:
+        """Gravity torque N·m at each sample, (nsample,): what holding the arm still takes.
+
+        Args:
+            q: (nsample,) positions, rad; by default the measured ones.
+        """
+        model = self.model()
+        data = mujoco.MjData(model)
+        qpos = [model.joint(name).qposadr[0] for name in self.joints]
+        dofs = [model.joint(name).dofadr[0] for name in self.joints]
+        every = 1 + sum(len(r.time) for r in self.recordings) // GRAVITY_POSES
+        positions = self.by_row(self.samples.q if q is None else q)
+        signals, bias = [], np.empty(model.nv)
+        for recording, position, measured in zip(
+            self.recordings, positions, self._rows, strict=True
+        ):
+            rows = np.union1d(np.flatnonzero(measured)[::every], np.flatnonzero(measured)[-1:])
+            known = np.empty((len(rows), len(dofs)))
+            for i, row in enumerate(rows):
+                data.qpos[qpos] = np.where(
+                    np.isnan(position[row]), recording.q_des[row], position[row]
+                )
+                mujoco.mj_kinematics(model, data)
+                mujoco.mj_comPos(model, data)
+                mujoco.mj_comVel(model, data)
+                mujoco.mj_rne(model, data, 0, bias)
+                known[i] = bias[dofs]
+            at = np.arange(len(recording.time))
+            signals.append(np.column_stack([np.interp(at, rows, column) for column in known.T]))
+        return self.at_samples(signals)
+
+
+def _first_slope(time: np.ndarray, q: np.ndarray) -> float:
+    """Slope at the first of four samples; zero unless two estimates agree that it moves."""
+    t = time - time[0]
+    parabola, cubic = np.polyfit(t[:3], q[:3], 2)[-2], np.polyfit(t, q, 3)[-2]
+    clear = abs(cubic) > MOVING_RAD_S and abs(cubic) > 5 * abs(cubic - parabola)
+    return float(cubic) if clear else 0.0
+
+
+def check_finite(q: np.ndarray, predictor: Predictor) -> None:
+    """Find a recording whose prediction q (nsample,) is not finite.
+
+    Raises:
+        DivergenceError: naming it, its gains and its rate.
+    """
+    bad = np.unique(predictor.samples.recording[~np.isfinite(q)])
+    if len(bad):
+        first = predictor.recordings[bad[0]]
+        others = f" (and of {len(bad) - 1} more)" if len(bad) > 1 else ""
+        raise DivergenceError(
+            f"the simulation of {first.path or first.name}{others} diverges: with Kp up to "
+            f"{first.kp.max():g} and Kd up to {first.kd.max():g} at {first.control_rate_hz:g} Hz "
+            "the model runs away. Check these numbers in the recording's YAML, the inertias of "
+            "the robot's MJCF and the effects of the model."
+        )
+
+
+def start_state(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Measured position and velocity (njoint,) at the start.
+
+    Where velocity was not measured, it is the slope of the first measured positions if they
+    clearly move, and zero if they do not.
+    """
+    q, dq = np.empty(len(recording.joints)), np.zeros(len(recording.joints))
+    for j in range(len(recording.joints)):
+        rows = np.flatnonzero(~np.isnan(recording.q[:, j]))
+        q[j] = recording.q[rows[0], j]
+        if recording.dq is not None and np.isfinite(recording.dq[:, j]).any():
+            dq[j] = recording.dq[np.isfinite(recording.dq[:, j]), j][0]
+        elif len(rows) >= 4:
+            dq[j] = _first_slope(recording.time[rows[:4]], recording.q[rows[:4], j])
+    return q, dq
+
+
+def _ticks(elapsed: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """The tick at or before each time, and the fraction of a period since it."""
+    exact = elapsed / period
+    below = np.floor(exact + 1e-6).astype(int)
+    rest = np.clip(exact - below, 0.0, None)
+    return below, np.where(rest < 1e-6, 0.0, rest)
+
+
+def _hermite(part, period, q0, q1, v0, v1) -> np.ndarray:
+    """Position at a part of the period between two ticks; exact under a held torque."""
+    left, right = 1 - part, part
+    return (
+        (1 + 2 * right) * left**2 * q0
+        + right**2 * (1 + 2 * left) * q1
+        + period * (right * left**2 * v0 - right**2 * left * v1)
+    )
+
+
+def _structure(terms: Sequence[Term]) -> tuple:
+    return tuple(sorted((term.effect.name, term.joints) for term in terms))
+
+
+def _chunks(items: list, size: int) -> list[list]:
+    return [items[i : i + size] for i in range(0, len(items), size)]
+
+
+def _runs(chunk: list[tuple[int, int]]) -> list[tuple[int, list[int]]]:
+    runs: list[tuple[int, list[int]]] = []
+    for request, row in chunk:
+        if not runs or runs[-1][0] != request:
+            runs.append((request, []))
+        runs[-1][1].append(row)
+    return runs

@@ -1,0 +1,89 @@
+"""Take back effects that later ones made superfluous."""
+
+import numpy as np
+
+from t2l.discrepancy.diagnose import DIAGONAL_FROM_JOINTS, TIED
+from t2l.discrepancy.evidence import Evidence
+from t2l.discrepancy.fit import Fit, run
+from t2l.discrepancy.model import Model, from_vector
+from t2l.discrepancy.prediction import Request
+from t2l.discrepancy.scan import first_guesses
+from t2l.effects.term import Layout
+
+ITERATIONS = 6
+
+
+def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
+    """Drop each effect, or replace it by one that it contains, where that costs nothing held out.
+
+    An early effect may have stood in for one that was found later.
+
+    Returns:
+        The model and the names of effects that were dropped or replaced.
+    """
+    joints = evidence.train.joints
+    gone: list[str] = []
+    while True:
+        layout, u = model.vector(joints)
+        limit = (1 + TIED) * _heldout(evidence, layout, u)
+        trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
+        run([fit for _, fit in trials], evidence.train, evidence.train_mask, ITERATIONS)
+        kept = [
+            (_heldout(evidence, fit.layout, fit.u), name, fit)
+            for name, fit in trials
+            if np.isfinite(fit.loss)
+        ]
+        kept = [entry for entry in kept if entry[0] <= limit]
+        if not kept:
+            return model, gone
+        _, name, fit = min(kept, key=lambda entry: (len(entry[2].layout), entry[0]))
+        model = from_vector(model, fit.layout, fit.u, joints)
+        gone.append(name)
+
+
+def _without_one(layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> list[tuple[str, Fit]]:
+    if len(layout.terms) < 2:
+        return []
+    values = _values(layout, u)
+    return [
+        (
+            term.effect.name,
+            _fit(Layout([t for t in layout.terms if t is not term]), values, joints),
+        )
+        for term in layout.terms
+    ]
+
+
+def _with_simpler(
+    model: Model, layout: Layout, u: np.ndarray, evidence: Evidence
+) -> list[tuple[str, Fit]]:
+    known, trials = model.known_effects(), []
+    present = {term.effect.name for term in layout.terms}
+    for term in layout.terms:
+        simpler = [known[n] for n in term.effect.contains if n in known and n not in present]
+        rest = Layout([t for t in layout.terms if t is not term])
+        values = _values(layout, u)
+        guesses = first_guesses(
+            evidence.screen, evidence.screen_mask, rest, rest.encode(values), simpler
+        )
+        for with_simpler, start, _ in guesses.values():
+            fit = _fit(with_simpler, _values(with_simpler, start), evidence.train.joints)
+            trials.append((term.effect.name, fit))
+    return trials
+
+
+def _values(layout: Layout, u: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
+    return {
+        name: {parameter: value[0] for parameter, value in parameters.items()}
+        for name, parameters in layout.decode(u[None]).items()
+    }
+
+
+def _fit(layout: Layout, values, joints: tuple[str, ...]) -> Fit:
+    u = layout.encode(values)
+    return Fit(layout, u, np.maximum(np.abs(u), 1e-3), len(joints) >= DIAGONAL_FROM_JOINTS)
+
+
+def _heldout(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:
+    q = evidence.holdout.predict([Request(layout, u[None])])[0][0]
+    return float(np.sqrt(np.mean((q - evidence.holdout.samples.q)[evidence.holdout_mask] ** 2)))

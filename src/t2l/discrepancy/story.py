@@ -1,0 +1,85 @@
+"""A diagnosis with its reasons, written where people and `t2l adopt` find it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from t2l.artefacts import whole, write_text
+from t2l.discrepancy import conditions, wording
+from t2l.discrepancy.diagnose import NOTHING_MISSING, Diagnosis, adopt
+from t2l.discrepancy.evidence import Evidence
+from t2l.discrepancy.experiment import separating_experiment
+from t2l.discrepancy.findings import findings
+from t2l.discrepancy.followed import followed
+from t2l.discrepancy.model import write_model
+from t2l.discrepancy.prediction import Request
+
+
+def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> dict[str, Any]:
+    """Write ``diagnosis.json`` and, for each effect, the model with it in ``models/``.
+
+    Returns:
+        The content of ``diagnosis.json``.
+    """
+    remaining = _give_reasons(diagnosis, evidence)
+    with whole(folder / "models") as models:
+        models.mkdir()
+        for candidate in diagnosis.ranking:
+            name = candidate.effect.name
+            write_model(
+                adopt(diagnosis, name),
+                models / f"{name}.yaml",
+                f"the model so far with {candidate.effect.title}, fitted together",
+            )
+    extra = {
+        "split": evidence.split,
+        "training_recordings": [r.name for r in evidence.train.recordings],
+        "heldout_recordings": [r.name for r in evidence.holdout.recordings],
+        "remaining": remaining,
+        "separating_experiment": _experiment(diagnosis, evidence),
+    }
+    content = wording.as_json(diagnosis, extra)
+    write_text(json.dumps(content, indent=2) + "\n", folder / "diagnosis.json")
+    return content
+
+
+def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
+    """Say why of each candidate; return what the model's error follows, in sentences."""
+    layout, u = diagnosis.model.vector(diagnosis.joints)
+    predictor, joints = evidence.holdout, diagnosis.joints
+    (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
+    residual = predictor.samples.q - q[0]
+    under = conditions.features(predictor, q[0], dq[0])
+    for candidate in diagnosis.ranking:
+        found = {}
+        if candidate.effect.follows in under:
+            feature = under[candidate.effect.follows]
+            values = conditions.correlation(residual, feature, predictor.samples.joint)
+            found = {joints[j]: float(values[j]) for j in candidate.term.joints}
+        candidate.why = wording.why(candidate, found)
+    if diagnosis.verdict == NOTHING_MISSING:
+        return []
+    where = findings(predictor, residual, under, top=4)
+    follows = followed(predictor, residual, under)[:3]
+    return [entry.sentence for entry in (*where, *follows)]
+
+
+def _experiment(diagnosis: Diagnosis, evidence: Evidence) -> dict[str, Any] | None:
+    if not diagnosis.ranking or not diagnosis.ranking[0].tied_with:
+        return None
+    first = diagnosis.ranking[0]
+    second = next(c for c in diagnosis.ranking if c.effect.name == first.tied_with[0])
+    found = separating_experiment(
+        evidence.train,
+        (first.layout, first.u),
+        (second.layout, second.u),
+        diagnosis.noise_floor_rad,
+    )
+    return {
+        "between": [first.effect.name, second.effect.name],
+        "sentence": found.sentence,
+        "motion": found.motion,
+        "kp": found.kp.tolist(),
+        "kd": found.kd.tolist(),
+        "difference_rad": found.difference_rad,
+    }

@@ -1,0 +1,68 @@
+"""Numbers and lists as the page says them."""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from math import ceil, log10
+
+
+def mrad(value: float | None) -> str:
+    """Radians as milliradians with three digits."""
+    if value is None:
+        return "–"
+    return f"{number(1e3 * value)} mrad"
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Significant digits without an exponent where one can do without."""
+    if value == 0:
+        return "0"
+    if 1e-4 <= abs(value) < 1e6:
+        text = f"{value:.{digits}g}"
+        return text if "e" not in text else f"{float(text):.0f}"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa} · 10<sup>{int(exponent)}</sup>".replace("-", "−")
+
+
+def estimate(value: float, ci95: Sequence[float] | None) -> tuple[str, str]:
+    """A value and its interval, with two digits of the interval's width."""
+    if ci95 is None:
+        return number(value), "–"
+    width = ci95[1] - ci95[0]
+    digits = 3
+    if width > 0 and value != 0:
+        digits = min(6, max(3, 2 + ceil(log10(abs(value) / width))))
+    low, high = (number(bound, digits) for bound in ci95)
+    return number(value, digits), low if low == high else f"{low} to {high}"
+
+
+def percent(fraction: float) -> str:
+    """A fraction in per cent."""
+    return f"{100 * fraction:.0f} %" if abs(fraction) >= 0.01 else f"{100 * fraction:.1g} %"
+
+
+def span(values: Iterable[float], unit: str = "") -> str:
+    """One value, or the smallest to the largest."""
+    known = sorted(set(values))
+    ends = [f"{value:g}" for value in (known[0], known[-1])]
+    text = ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"
+    return f"{text} {unit}".strip()
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words with commas and an "and"."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def readable(name: str) -> str:
+    """An effect's name where its title is not known."""
+    return name.replace("_", " ")
+
+
+def sentence(text: str) -> str:
+    """With a capital and a full stop, safe in HTML."""
+    text = text.strip()
+    if not text:
+        return ""
+    return escape(text[0].upper() + text[1:] + ("" if text[-1] in ".!?:" else "."))

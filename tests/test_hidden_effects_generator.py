@@ -1,0 +1,273 @@
+"""The physics and the files of benchmarks/hidden_effects, against equations written here."""
+
+import dataclasses
+
+import mujoco
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from benchmarks.hidden_effects import effects as fx
+from benchmarks.hidden_effects.cases import ROBOTS, cases, recording
+from benchmarks.hidden_effects.generator import Machine, record, write
+from scipy.integrate import solve_ivp
+
+MASS, LENGTH, ARMATURE, DAMPING, GRAVITY = 0.5, 0.25, 0.005, 0.02, 9.81
+INERTIA = MASS * LENGTH**2 + 1e-4 + ARMATURE
+KP, KD = 20.0, 0.8
+JOINTS = ("hinge",)
+
+ARM = ROBOTS["two_joint_arm"]
+FR3 = ROBOTS["fr3"]
+
+
+@pytest.fixture
+def pendulum(tmp_path):
+    """A pendulum whose equation fits on a line."""
+    path = tmp_path / "pendulum.xml"
+    path.write_text(
+        f"""<mujoco><compiler angle="radian"/><worldbody><body>
+        <joint name="hinge" axis="0 1 0" armature="{ARMATURE}" damping="{DAMPING}"/>
+        <inertial pos="0 0 {-LENGTH}" mass="{MASS}" diaginertia="1e-4 1e-4 1e-4"/>
+        <site name="attachment_site" pos="0 0 {-LENGTH}"/>
+        </body></worldbody></mujoco>"""
+    )
+    return path
+
+
+def sine(t):
+    return 0.6 * np.sin(2 * np.pi * 0.8 * t)[:, None]
+
+
+def held(*position):
+    return lambda t: np.tile(position, (len(t), 1))
+
+
+def run(mjcf, q_des=sine, *hidden, kp=KP, kd=KD, joints=JOINTS, duration_s=1.0, **settings):
+    settings = {"sample_rate_hz": 1000} | settings
+    frame = record(mjcf, joints, kp, kd, q_des, duration_s=duration_s, hidden=hidden, **settings)
+    return frame[[f"q.{j}" for j in joints]].to_numpy().squeeze()
+
+
+@pytest.mark.parametrize("control_rate_hz", [1000, 250])
+def test_a_clean_recording_solves_the_pendulums_equation(pendulum, control_rate_hz):
+    state, expected = np.zeros(2), []
+    for tick in range(control_rate_hz):
+        command = sine(np.array([tick * 50 // control_rate_hz / 50]))[0, 0]
+        torque = KP * (command - state[0]) - KD * state[1]
+
+        def motion(_, x, torque=torque):
+            gravity = MASS * GRAVITY * LENGTH * np.sin(x[0])
+            return x[1], (torque - gravity - DAMPING * x[1]) / INERTIA
+
+        expected.append(state[0])
+        state = solve_ivp(motion, (0, 1 / control_rate_hz), state, rtol=1e-9, atol=1e-12).y[:, -1]
+    q = run(pendulum, control_rate_hz=control_rate_hz, sample_rate_hz=control_rate_hz)
+    np.testing.assert_allclose(q, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "identity",
+    [
+        fx.Armature(0.0),
+        fx.TorqueConstant(1.0),
+        fx.ControllerGains(),
+        fx.CommandDelay(0.0),
+        fx.ActuatorBandwidth(np.inf),
+        fx.TorqueRateLimit({}),
+        fx.TorqueSaturation(1e3),
+        fx.LowRateLoop(1000),
+        fx.EncoderOffset(0.0),
+        fx.CoulombFriction(0.0),
+        fx.LoadDependentFriction(0.0),
+        fx.HysteresisTorque(0.0, 0.1),
+        fx.JointFlexibility({}, 0.0),
+        fx.Backlash({}),
+    ],
+    ids=lambda e: type(e).__name__,
+)
+def test_an_effect_of_no_magnitude_changes_nothing(pendulum, identity):
+    clean = run(pendulum, duration_s=0.2)
+    np.testing.assert_allclose(run(pendulum, sine, identity, duration_s=0.2), clean, atol=1e-12)
+
+
+@pytest.mark.parametrize("split", [fx.JointFlexibility(2e4, 2.0), fx.Backlash(1e-9)])
+def test_a_rigid_transmission_gives_the_nominal_joint_back(pendulum, split):
+    np.testing.assert_allclose(run(pendulum, sine, split), run(pendulum), atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "friction", [fx.CoulombFriction(0.1), fx.LoadDependentFriction(0.0, 0.1)], ids=["dry", "gear"]
+)
+def test_friction_sticks_without_creep(pendulum, friction):
+    """Commands worth half of the friction's level do not move a joint at rest."""
+
+    def step(t):
+        return np.where(t > 0.1, 0.05 / KP, 0.0)[:, None]
+
+    q = run(pendulum, step, friction, duration_s=1.5)
+    assert np.abs(q).max() < 1e-5
+    assert np.abs(q[1000:] - q[1000]).max() < 1e-9
+
+
+def test_friction_dissipates_its_level_times_the_way(pendulum):
+    """A free swing loses the energy that Coulomb and viscous friction take."""
+    level = 0.05
+    machine = Machine(pendulum, JOINTS, [fx.CoulombFriction(level)], 8000, False, np.array([1.0]))
+
+    def energy():
+        q, v = machine.data.qpos[0], machine.data.qvel[0]
+        return 0.5 * INERTIA * v**2 - MASS * GRAVITY * LENGTH * np.cos(q)
+
+    before, way, viscous = energy(), 0.0, 0.0
+    for _ in range(8000):
+        q, v = machine.data.qpos[0], machine.data.qvel[0]
+        machine.step()
+        way += abs(machine.data.qpos[0] - q)
+        viscous += DAMPING * v**2 / 8000
+    assert before - energy() == pytest.approx(level * way + viscous, rel=5e-3)
+
+
+def test_a_spring_between_rotor_and_link_conserves_energy(pendulum):
+    pendulum.write_text(pendulum.read_text().replace(f'damping="{DAMPING}"', ""))
+    k = 50.0
+    spring = fx.JointFlexibility(k, 0.0)
+    machine = Machine(pendulum, JOINTS, [spring], 8000, False, np.array([0.5]))
+    link, rotor = (machine.model.joint(name).id for name in ("hinge", "hinge_rotor"))
+    machine.data.qvel[rotor] = 5.0
+
+    def energy():
+        q, v = machine.data.qpos, machine.data.qvel
+        kinetic = 0.5 * (INERTIA - ARMATURE) * v[link] ** 2 + 0.5 * ARMATURE * v[rotor] ** 2
+        spring = 0.5 * k * (q[rotor] - q[link]) ** 2
+        return kinetic + spring - MASS * GRAVITY * LENGTH * np.cos(q[link])
+
+    before = energy()
+    for _ in range(8000):
+        machine.step()
+    assert energy() - before == pytest.approx(0, abs=1e-3 * 0.5 * ARMATURE * 5.0**2)
+
+
+def test_a_payload_sags_by_its_own_weight():
+    """Under perfect compensation of the arm, the motors' springs carry the payload alone."""
+    mass, kp, home = 0.2, np.array([40.0, 15.0]), (0.4, 0.8)
+    q = run(
+        ARM.mjcf,
+        held(*home),
+        fx.Payload(mass, com=(0.0, 0.0, -0.05)),
+        kp=kp,
+        kd=(2, 0.6),
+        joints=ARM.joints,
+        duration_s=0.1,
+        gravity_compensation=True,
+    )[-1]
+    elbow = 0.35 * np.sin(q[0] + q[1])  # levers about the joints; both turn towards gravity
+    shoulder = 0.3 * np.sin(q[0]) + elbow
+    sag = mass * GRAVITY * np.array([shoulder, elbow]) / kp
+    np.testing.assert_allclose(np.array(home) - q, sag, atol=1e-5)
+
+
+def test_the_compensated_fr3_holds_its_pose_exactly():
+    q = run(
+        FR3.mjcf,
+        held(*FR3.home),
+        kp=100,
+        kd=10,
+        joints=FR3.joints,
+        duration_s=0.1,
+        gravity_compensation=True,
+        physics_rate_hz=4000,
+    )
+    np.testing.assert_allclose(q[-1], FR3.home, atol=1e-7)
+
+
+def test_a_delay_shifts_the_motion(pendulum):
+    q, late = run(pendulum), run(pendulum, sine, fx.CommandDelay(0.012))
+    np.testing.assert_allclose(late[12:], q[:-12], atol=1e-9)
+    np.testing.assert_allclose(late[:12], 0, atol=1e-12)
+
+
+def test_an_encoder_offset_moves_the_link_not_the_reading(pendulum):
+    machine = Machine(pendulum, JOINTS, [fx.EncoderOffset(0.02)], 8000, False, np.array([0.1]))
+    assert machine.q == pytest.approx(0.12)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_backlash_leaves_half_its_width_between_encoder_and_link(pendulum, side):
+    width = 0.03
+    effect = fx.Backlash(width)
+    machine = Machine(pendulum, JOINTS, [effect], 8000, False, np.array([0.5 * side]))
+    link, rotor = (machine.model.joint(name).id for name in ("hinge", "hinge_rotor"))
+    for step in range(8000):
+        if step % 8 == 0:
+            machine.demand = KP * (0.5 * side - machine.q) - KD * machine.dq
+        machine.step()
+    play = machine.data.qpos[rotor] - machine.data.qpos[link]
+    assert play == pytest.approx(side * width / 2, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("effect", "expected"),
+    [
+        (fx.ActuatorBandwidth(10.0), 1 - np.exp(-2 * np.pi * 10.0 * 0.01)),
+        (fx.TorqueRateLimit(30.0), 0.3),
+        (fx.TorqueSaturation(0.4), 0.4),
+    ],
+)
+def test_the_motor_answers_a_step_of_torque(pendulum, effect, expected):
+    """After 10 ms of a demand that jumps from 0 to 1 N·m."""
+    machine = Machine(pendulum, JOINTS, [effect], 8000, False, np.array([0.0]))
+    machine.step()
+    machine.demand = np.array([1.0])
+    for _ in range(80):
+        machine.step()
+    assert machine.motor_torque[0] == pytest.approx(expected, abs=3e-3)
+
+
+def test_a_recording_follows_the_log_format(pendulum, tmp_path):
+    facts = {"control_rate_hz": 1000, "command_rate_hz": 50, "gravity_compensation": True}
+    frame = record(
+        pendulum,
+        JOINTS,
+        KP,
+        KD,
+        sine,
+        duration_s=0.5,
+        sample_rate_hz=20,
+        encoder_resolution_rad=1e-3,
+        encoder_noise_rad=1e-3,
+        rng=np.random.default_rng(0),
+        with_velocity=True,
+        **facts,
+    )
+    write(frame, tmp_path / "a" / "swing", robot=pendulum, joints=JOINTS, kp=KP, kd=KD, **facts)
+
+    table = pd.read_csv(tmp_path / "a" / "swing.csv")
+    assert list(table) == ["time", "q_des.hinge", "q.hinge", "dq.hinge"]
+    commands = table[np.isclose(table.time * 50 % 1 % 1, 0, atol=1e-6)]
+    np.testing.assert_allclose(commands["q_des.hinge"], sine(commands.time.to_numpy())[:, 0])
+    samples = table["q.hinge"].dropna()
+    assert len(samples) == 10
+    np.testing.assert_allclose(samples / 1e-3, np.round(samples / 1e-3), atol=1e-6)
+
+    log = yaml.safe_load((tmp_path / "a" / "swing.yaml").read_text())
+    assert log == {"robot": "../pendulum.xml", "joints": ["hinge"], "kp": KP, "kd": KD} | facts
+
+
+def test_the_table_hides_every_effect_and_repeats_itself():
+    table = cases()
+    assert len({case.name for case in table}) == len(table)
+    hidden = {type(effect) for case in table for effect in case.hidden}
+    known = {e for e in vars(fx).values() if isinstance(e, type) and issubclass(e, fx.HiddenEffect)}
+    assert hidden == known - {fx.HiddenEffect, fx.TwoMass}
+
+    case = next(c for c in table if c.name == "coulomb_friction_1_pendulum")
+    case = dataclasses.replace(case, changes={"duration_s": 0.5})
+    first, second = (recording(case, 2, case.hidden) for _ in range(2))
+    pd.testing.assert_frame_equal(first, second)
+
+
+def test_small_robots_touch_nothing():
+    for name in ("pendulum", "two_joint_arm"):
+        model = mujoco.MjModel.from_xml_path(str(ROBOTS[name].mjcf))
+        assert not model.geom_contype.any()

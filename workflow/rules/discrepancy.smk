@@ -1,0 +1,93 @@
+"""Compare a model with recordings, explain the difference, compare again."""
+
+DIAGNOSIS = STUDY.sections.get("diagnosis", {})
+LOGS = logs_of(DIAGNOSIS)
+DIAGNOSIS_FIGURES = expand(
+    result("diagnosis", "figures", "{name}.{suffix}"),
+    name=["error_falling", "overlays", "error_by_cell", "residual_by_condition", "spectrum"],
+    suffix=FORMATS,
+)
+
+
+rule compare_before:
+    input:
+        LOGS,
+    output:
+        comparison=result("diagnosis", "before", "comparison.json"),
+        traces=result("diagnosis", "before", "traces.parquet"),
+    params:
+        diagnosis=DIAGNOSIS,
+        model=DIAGNOSIS.get("model"),
+    log:
+        result("logs", "compare_before.log"),
+    benchmark:
+        result("benchmarks", "compare_before.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/compare.py"
+
+
+rule explain:
+    input:
+        LOGS,
+    output:
+        explanation=result("diagnosis", "explanation.json"),
+        model=result("diagnosis", "model.yaml"),
+    params:
+        diagnosis=DIAGNOSIS,
+    log:
+        result("logs", "explain.log"),
+    benchmark:
+        result("benchmarks", "explain.tsv")
+    threads: 2
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/explain.py"
+
+
+rule compare_after:
+    input:
+        LOGS,
+        model=rules.explain.output.model,
+    output:
+        comparison=result("diagnosis", "after", "comparison.json"),
+        traces=result("diagnosis", "after", "traces.parquet"),
+    params:
+        diagnosis=DIAGNOSIS,
+        model=rules.explain.output.model,
+    log:
+        result("logs", "compare_after.log"),
+    benchmark:
+        result("benchmarks", "compare_after.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/compare.py"
+
+
+rule diagnosis_report:
+    input:
+        rules.compare_before.output,
+        rules.compare_after.output,
+        rules.explain.output,
+    output:
+        page=result("diagnosis", "report.html"),
+        figures=DIAGNOSIS_FIGURES,
+    log:
+        result("logs", "diagnosis_report.log"),
+    benchmark:
+        result("benchmarks", "diagnosis_report.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/diagnosis_report.py"

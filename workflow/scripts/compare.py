@@ -1,0 +1,19 @@
+"""Simulate the recordings with a model and write where it fails."""
+
+from pathlib import Path
+
+from t2l.discrepancy.accuracy import substeps_for
+from t2l.discrepancy.compare import compare, write
+from t2l.discrepancy.together import read_together
+from t2l.jobs import job
+
+with job(snakemake.log[0]):
+    section = snakemake.params.diagnosis
+    model, recordings, holdout = read_together(
+        [Path(path) for path in section["recordings"]],
+        [Path(path) for path in section.get("holdout", [])],
+        snakemake.params.model and Path(snakemake.params.model),
+        [Path(path) for path in section.get("effects", [])],
+    )
+    comparison = compare(model, [*recordings, *holdout], substeps_for(model, recordings))
+    write(comparison, Path(snakemake.output.comparison).parent)

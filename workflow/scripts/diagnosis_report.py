@@ -1,0 +1,12 @@
+"""Draw the figures and write the page that tells the story."""
+
+from pathlib import Path
+
+from t2l.figures.discrepancy import draw_explanation
+from t2l.figures.report import write_report
+from t2l.jobs import job
+
+with job(snakemake.log[0]):
+    folder = Path(snakemake.output.page).parent
+    draw_explanation(folder)
+    write_report(folder)

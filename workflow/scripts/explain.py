@@ -1,0 +1,22 @@
+"""Add effects to the model until nothing more is justified."""
+
+from pathlib import Path
+
+from t2l.discrepancy.accuracy import substeps_for
+from t2l.discrepancy.evidence import gather
+from t2l.discrepancy.explain import explain, write_explanation
+from t2l.discrepancy.together import read_together
+from t2l.jobs import job
+
+with job(snakemake.log[0]):
+    section = snakemake.params.diagnosis
+    model, recordings, holdout = read_together(
+        [Path(path) for path in section["recordings"]],
+        [Path(path) for path in section.get("holdout", [])],
+        section.get("model") and Path(section["model"]),
+        [Path(path) for path in section.get("effects", [])],
+    )
+    evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
+    folder = Path(snakemake.output.explanation).parent
+    report = lambda what, fraction: print(f"{100 * fraction:3.0f} %  {what}", flush=True)  # noqa: E731
+    write_explanation(explain(model, evidence, folder, report), folder)
