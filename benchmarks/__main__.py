@@ -2,10 +2,11 @@
 
 import sys
 
-from benchmarks import cell, discrepancy, overhead, throughput
+from benchmarks import cell, discrepancy, hidden, overhead, throughput
 
 BENCHMARKS = {
-    module.__name__.split(".")[-1]: module for module in (throughput, cell, overhead, discrepancy)
+    module.__name__.split(".")[-1]: module
+    for module in (throughput, cell, overhead, discrepancy, hidden)
 }
 
 

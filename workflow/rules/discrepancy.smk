@@ -17,7 +17,6 @@ rule compare_before:
         traces=result("diagnosis", "before", "traces.parquet"),
     params:
         diagnosis=DIAGNOSIS,
-        model=DIAGNOSIS.get("model"),
     log:
         result("logs", "compare_before.log"),
     benchmark:
@@ -60,7 +59,6 @@ rule compare_after:
         traces=result("diagnosis", "after", "traces.parquet"),
     params:
         diagnosis=DIAGNOSIS,
-        model=rules.explain.output.model,
     log:
         result("logs", "compare_after.log"),
     benchmark:

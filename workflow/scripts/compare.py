@@ -9,10 +9,11 @@ from t2l.jobs import job
 
 with job(snakemake.log[0]):
     section = snakemake.params.diagnosis
+    model_path = snakemake.input.get("model") or section.get("model")
     model, recordings, holdout = read_together(
         [Path(path) for path in section["recordings"]],
         [Path(path) for path in section.get("holdout", [])],
-        snakemake.params.model and Path(snakemake.params.model),
+        model_path and Path(model_path),
         [Path(path) for path in section.get("effects", [])],
     )
     comparison = compare(model, [*recordings, *holdout], substeps_for(model, recordings))

@@ -224,7 +224,7 @@ def _floor(evidence: Evidence, q: np.ndarray) -> float:
 
 def _drop_hopeless(fits: Sequence[Fit]) -> None:
     """End fits that several rounds have left far behind the best and that gain little more."""
-    best = min(fit.loss for fit in fits)
+    best = max(min(fit.loss for fit in fits), np.finfo(float).tiny)
     for fit in fits:
         behind = fit.loss / best
         if (fit.iterations >= 2 and behind > 4 and fit.gain < 0.3) or (

@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from t2l.discrepancy.prediction import Predictor, Request, start_state
+from t2l.discrepancy.prediction import Predictor, Request
 from t2l.effects.term import Layout
 from t2l.measurements.excitation import chirp, envelope, sine
 from t2l.measurements.recording import Recording
+from t2l.robots.plant import position_ranges
 
 DURATION_S = 4.0
 GAIN_FACTORS = (0.25, 1.0, 4.0)
@@ -72,18 +73,23 @@ def separating_experiment(
 
 
 def _motions(predictor: Predictor) -> list[tuple[str, Recording]]:
-    """Motions around the first recording's start, as large as those recorded."""
-    like = predictor.recordings[0]
-    start, _ = start_state(like)
-    amplitude = np.maximum(0.5 * predictor.scales.range, 0.02)
+    """Motions around the middle of what was recorded, as large, and within the joints' range."""
+    like, samples = predictor.recordings[0], predictor.samples
+    joints = range(len(predictor.joints))
+    low = np.array([samples.q[samples.joint == j].min() for j in joints])
+    high = np.array([samples.q[samples.joint == j].max() for j in joints])
+    lowest, highest = position_ranges(predictor.model(), predictor.joints).T
+    middle = np.clip((low + high) / 2, lowest, highest)
+    room = np.minimum(middle - lowest, highest - middle)
+    amplitude = np.minimum(np.maximum((high - low) / 2, 0.02), room)
     rate = like.command_rate_hz
     time = np.arange(int(DURATION_S * rate)) / rate
     shape = envelope(time, DURATION_S, 0.25)[:, None]
     motions = {
         f"a slow sine of {_list(amplitude)} rad at 0.25 Hz": sine(
-            time, amplitude, np.full(len(start), 0.25)
+            time, amplitude, np.full(len(middle), 0.25)
         ),
-        f"a sine of {_list(amplitude)} rad at 1 Hz": sine(time, amplitude, np.ones(len(start))),
+        f"a sine of {_list(amplitude)} rad at 1 Hz": sine(time, amplitude, np.ones(len(middle))),
         f"a chirp of {_list(amplitude / 2)} rad from 0.5 to 8 Hz": chirp(
             time, amplitude / 2, 0.5, 8.0, DURATION_S
         ),
@@ -92,7 +98,8 @@ def _motions(predictor: Predictor) -> list[tuple[str, Recording]]:
         ),
     }
     return [
-        (name, _recording(like, start, time, offset * shape)) for name, offset in motions.items()
+        (f"{name} around {_list(middle)} rad", _recording(like, middle, time, offset * shape))
+        for name, offset in motions.items()
     ]
 
 

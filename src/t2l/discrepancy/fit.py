@@ -93,7 +93,7 @@ class Fit:
         """Relative decrease of the loss that the linear model still expects of a full step."""
         change = self._step(0.0) - self.u
         expected = self.residual + self.jacobian @ change
-        return float(1 - np.mean(expected**2) / self.loss)
+        return float(1 - np.mean(expected**2) / max(self.loss, np.finfo(float).tiny))
 
     def _columns(self) -> list[np.ndarray]:
         """Index sets of elements that are moved together."""

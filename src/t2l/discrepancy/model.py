@@ -164,15 +164,16 @@ def _check_effects(effects: object, known: Mapping[str, Effect]) -> None:
                 f"effects.{name} must have exactly the parameters "
                 f"{', '.join(p.name for p in known[name].parameters)}"
             )
-        joints = None
+        joints, first = None, ""
         for p in known[name].parameters:
             where = f"effects.{name}.{p.name}"
             _check_value(where, p, values[p.name])
             if p.per_joint:
                 if joints is not None and set(values[p.name]) != joints:
+                    other = ", ".join(sorted(map(str, joints)))
                     raise ConfigurationError(
                         f"{where} has values for {', '.join(map(str, values[p.name]))}; "
-                        f"effects.{name}.{first} for {', '.join(sorted(map(str, joints)))}"
+                        f"effects.{name}.{first} for {other}"
                     )
                 joints, first = set(values[p.name]), p.name
 

@@ -8,6 +8,7 @@ import numpy as np
 from t2l.measurements.recording import Recording
 
 ORDERS = (2, 3, 4, 5)
+CLEARLY_LOWER = 0.75  # in variance: some of the signal was left in the other
 BLOCK = 24  # samples whose differences are pooled before the median is taken
 
 
@@ -15,9 +16,9 @@ def noise_floor(recordings: list[Recording], residuals: list[np.ndarray] | None 
     """RMS error in rad that a perfect model would have, over all measured samples.
 
     Differences of order d of a smooth signal vanish while white noise of variance σ² gives them
-    the variance C(2d, d) σ². Per joint the smallest estimate over orders, and the median over
-    short blocks, keep what is left of the signal out. A joint at rest hides its noise below the
-    encoder's step, whose rounding error is then counted.
+    the variance C(2d, d) σ². Per joint the lowest order that no higher one clearly undercuts,
+    and the median over short blocks, keep what is left of the signal out. A joint at rest hides
+    its noise below the encoder's step, whose rounding error is then counted.
 
     Args:
         residuals: (n, njoint) measured minus predicted per recording, NaN where not sampled; from
@@ -31,7 +32,7 @@ def noise_floor(recordings: list[Recording], residuals: list[np.ndarray] | None 
             left = [r[~np.isnan(r[:, j]), j] for r in residuals]
             series = left if all(len(x) for x in left) else measured
         n = sum(len(x) for x in measured)
-        white = min(_white(series), _white(measured))
+        white = _least([_white(series), _white(measured)])
         total += n * max(white, _step(measured) ** 2 / 12)
         count += n
     return float(np.sqrt(total / count))
@@ -44,7 +45,16 @@ def _white(series: list[np.ndarray]) -> float:
         blocks = [_blocks(signal, order) for signal in series if len(signal) > order]
         if blocks:
             estimates.append(np.median(np.concatenate(blocks)) / _median_of_unit_noise(order))
-    return min(estimates, default=0.0)
+    return _least(estimates)
+
+
+def _least(estimates: list[float]) -> float:
+    """The first, unless another is clearly lower: a bare minimum of estimates would be biased."""
+    chosen = estimates[0] if estimates else 0.0
+    for estimate in estimates[1:]:
+        if estimate < CLEARLY_LOWER * chosen:
+            chosen = estimate
+    return float(chosen)
 
 
 def _blocks(signal: np.ndarray, order: int) -> np.ndarray:

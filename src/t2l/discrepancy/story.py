@@ -11,6 +11,7 @@ from t2l.discrepancy.evidence import Evidence
 from t2l.discrepancy.experiment import separating_experiment
 from t2l.discrepancy.findings import findings
 from t2l.discrepancy.followed import followed
+from t2l.discrepancy.missing_torque import missing_torque
 from t2l.discrepancy.model import write_model
 from t2l.discrepancy.prediction import Request
 
@@ -50,17 +51,19 @@ def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
     (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
     residual = predictor.samples.q - q[0]
     under = conditions.features(predictor, q[0], dq[0])
+    # a torque that is missing, unlike the error it makes, is alike at all gains
+    missing = missing_torque(predictor, residual)
     for candidate in diagnosis.ranking:
         found = {}
         if candidate.effect.follows in under:
             feature = under[candidate.effect.follows]
-            values = conditions.correlation(residual, feature, predictor.samples.joint)
+            values = conditions.correlation(missing, feature, predictor.samples.joint)
             found = {joints[j]: float(values[j]) for j in candidate.term.joints}
         candidate.why = wording.why(candidate, found)
     if diagnosis.verdict == NOTHING_MISSING:
         return []
     where = findings(predictor, residual, under, top=4)
-    follows = followed(predictor, residual, under)[:3]
+    follows = followed(predictor, residual, under, missing)[:3]
     return [entry.sentence for entry in (*where, *follows)]
 
 

@@ -1,0 +1,58 @@
+import json
+import shutil
+
+import numpy as np
+import pytest
+from benchmarks.hidden_effects.generator import record, write
+
+from tests.conftest import ROOT
+
+PENDULUM = ROOT / "benchmarks/hidden_effects/robots/pendulum.xml"
+
+
+@pytest.fixture
+def clean_project(empty_project):
+    """Three recordings of a pendulum that hides nothing."""
+    folder = empty_project.folder
+    shutil.copy(PENDULUM, folder / "pendulum.xml")
+    for kp, kd in ((5.0, 0.3), (20.0, 0.8), (80.0, 2.0)):
+        frame = record(
+            PENDULUM, ("hinge",), kp, kd,
+            lambda t: 0.3 + 0.4 * np.sin(2 * np.pi * 0.8 * np.asarray(t))[:, None],
+            duration_s=1.5, encoder_noise_rad=1e-4, sample_rate_hz=200,
+            rng=np.random.default_rng(int(kp)),
+        )  # fmt: skip
+        write(
+            frame, folder / "logs" / f"kp{kp:g}", robot=folder / "pendulum.xml",
+            joints=("hinge",), kp=kp, kd=kd, command_rate_hz=50, control_rate_hz=1000,
+            gravity_compensation=False,
+        )  # fmt: skip
+    empty_project.config["diagnosis"] = {"recordings": ["logs"]}
+    return empty_project
+
+
+def test_the_diagnosis_target_explains_and_is_cached(clean_project):
+    done = clean_project.run("--", "diagnosis")
+    assert done.returncode == 0, done.stdout[-4000:]
+    folder = clean_project.results / "diagnosis"
+    found = json.loads((folder / "explanation.json").read_text())
+    assert found["verdict"] == "no_missing_effect"
+    assert found["steps"][0]["effect"] is None
+    assert found["steps"][-1]["heldout_rmse_q_rad"] < 1.1 * found["noise_floor_rad"]
+    for name in ("report.html", "model.yaml", "before/comparison.json", "figures/overlays.png"):
+        assert (folder / name).stat().st_size > 0
+    assert clean_project.planned("diagnosis") == {}
+
+    table = clean_project.folder / "logs" / "kp5.csv"
+    table.write_text(table.read_text() + "\n")
+    again = clean_project.planned("diagnosis")
+    assert {"compare_before", "explain", "compare_after", "diagnosis_report"} <= set(again)
+
+
+def test_a_bad_recording_is_named(clean_project):
+    table = clean_project.folder / "logs" / "kp20.csv"
+    table.write_text(table.read_text().replace("time", "tome", 1))
+    done = clean_project.run("--", "diagnosis")
+    assert done.returncode != 0
+    assert "kp20.csv" in done.stdout
+    assert "time" in done.stdout
