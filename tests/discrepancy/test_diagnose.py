@@ -7,16 +7,8 @@ from benchmarks.hidden_effects import effects as hidden
 from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
-from t2l.discrepancy.diagnose import (
-    MISSING,
-    NOTHING_MISSING,
-    UNEXPLAINED,
-    Candidate,
-    adopt,
-    diagnose,
-    mark_ties,
-    rank,
-)
+from t2l.discrepancy.candidate import Candidate, mark_ties, rank
+from t2l.discrepancy.diagnose import MISSING, NOTHING_MISSING, UNEXPLAINED, adopt, diagnose
 from t2l.discrepancy.evidence import gather
 from t2l.discrepancy.judge import Improvement
 from t2l.discrepancy.model import Model, read_model

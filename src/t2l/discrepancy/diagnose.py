@@ -1,21 +1,21 @@
 """Which physical effect a model lacks: every known one is fitted, and judged on held-out data."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from itertools import combinations
+from dataclasses import dataclass
 
 import numpy as np
 
 from t2l.discrepancy import judge
+from t2l.discrepancy.candidate import Candidate, Pair, mark_ties, promote, rank
 from t2l.discrepancy.evidence import Evidence
-from t2l.discrepancy.fit import Fit, run
-from t2l.discrepancy.judge import Improvement
+from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run
 from t2l.discrepancy.model import Model, from_vector
 from t2l.discrepancy.noise import noise_floor
+from t2l.discrepancy.pairs import best_pair
 from t2l.discrepancy.prediction import Predictor, Request, check_finite
 from t2l.discrepancy.scan import first_guesses
 from t2l.discrepancy.search import search
-from t2l.discrepancy.uncertainty import Uncertainty, uncertainty
+from t2l.discrepancy.uncertainty import uncertainty
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 
@@ -23,71 +23,15 @@ MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "
 
 AT_THE_FLOOR = 1.10  # times the noise floor: what remains is measurement
 NEAR_THE_FLOOR = 1.25  # likewise, if no effect improves on it
-LEAST_IMPROVEMENT = 0.05  # of the held-out error; less is no finding
-TIED = 0.03  # of the held-out error between effects that explain alike
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
 ITERATIONS = 8
 REFINEMENTS = 3
 LEADERS = 4
 PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
-PAIRED = 5  # best effects that are tried in pairs
-PAIR_ITERATIONS = 5
-FAR_BETTER = 0.4  # of the squared error that the best effect leaves
 NEAR = 4.0  # times the least loss: what may still turn out to be best
 INSIGNIFICANT = 2.0  # standard errors from neutral
 
 Progress = Callable[[str, float], None]
-
-
-@dataclass
-class Candidate:
-    """The model so far with one more effect, fitted.
-
-    Attributes:
-        layout, u: the terms and their parameters, adopted ones included.
-        train_rmse_rad, heldout_rmse_rad: errors with it.
-        improvement: over the model so far, held out.
-        residual: (nsample,) of the held-out samples that are judged.
-        uncertainty: intervals of u.
-        tied_with: names of effects that explain as well.
-        partner: the effect with which it explains far more than either alone.
-        why: a sentence for people.
-    """
-
-    effect: Effect
-    layout: Layout
-    u: np.ndarray
-    train_rmse_rad: float
-    heldout_rmse_rad: float
-    improvement: Improvement
-    residual: np.ndarray
-    uncertainty: Uncertainty | None = None
-    tied_with: list[str] = field(default_factory=list)
-    partner: str | None = None
-    why: str = ""
-
-    @property
-    def term(self) -> Term:
-        """The effect on the joints that have it."""
-        return next(t for t in self.layout.terms if t.effect.name == self.effect.name)
-
-    @property
-    def justified(self) -> bool:
-        """Whether it earns its place on data it has not seen."""
-        return self.improvement.lower > 0 and self.improvement.fraction >= LEAST_IMPROVEMENT
-
-
-@dataclass(frozen=True)
-class Pair:
-    """Two effects that explain together what neither does alone; RMSE on what was screened."""
-
-    first: str
-    second: str
-    rmse_rad: float
-
-    def partner(self, name: str) -> str:
-        """The other one."""
-        return self.second if name == self.first else self.first
 
 
 @dataclass
@@ -180,10 +124,10 @@ def _fit_all(
     fits = {
         name: Fit(layout, start, size, diagonal) for name, (layout, start, size) in guesses.items()
     }
-    run(list(fits.values()), evidence.screen, evidence.screen_mask, ITERATIONS, _drop_hopeless)
+    run(list(fits.values()), evidence.screen, evidence.screen_mask, ITERATIONS, drop_hopeless)
     _search_rough(fits, evidence)
     pair = None
-    if _least(fits) > (PARTIAL * floor) ** 2:
+    if least_loss(fits) > (PARTIAL * floor) ** 2:
         progress("trying pairs of effects", 0.5)
         pair = best_pair(fits, evidence, diagonal)
     progress("refining the best", 0.7)
@@ -222,94 +166,17 @@ def _floor(evidence: Evidence, q: np.ndarray) -> float:
     return noise_floor(list(predictor.recordings), predictor.by_row(predictor.samples.q - q))
 
 
-def _drop_hopeless(fits: Sequence[Fit]) -> None:
-    """End fits that several rounds have left far behind the best and that gain little more."""
-    best = max(min(fit.loss for fit in fits), np.finfo(float).tiny)
-    for fit in fits:
-        behind = fit.loss / best
-        if (fit.iterations >= 2 and behind > 4 and fit.gain < 0.3) or (
-            fit.iterations >= 4 and behind > 1.5 and fit.gain < 0.1
-        ):
-            fit.done = True
-
-
-def _least(fits: dict[str, Fit]) -> float:
-    return min(fit.loss for fit in fits.values())
-
-
 def _search_rough(fits: dict[str, Fit], evidence: Evidence) -> None:
     """Search on where derivatives got stuck, if the effect may still turn out to be best."""
     rough = [
         fit
         for fit in fits.values()
-        if any(t.effect.rough_error for t in fit.layout.terms) and fit.loss <= NEAR * _least(fits)
+        if any(t.effect.rough_error for t in fit.layout.terms)
+        and fit.loss <= NEAR * least_loss(fits)
     ]
     search(rough, evidence.screen, evidence.screen_mask)
     moved = [fit for fit in rough if fit.jacobian is None]
     run(moved, evidence.screen, evidence.screen_mask, REFINEMENTS)
-
-
-def best_pair(fits: dict[str, Fit], evidence: Evidence, diagonal: bool) -> Pair | None:
-    """Two effects that together explain far more than the best one alone.
-
-    What one effect explains is judged wrongly while another of like size is missing: its nearest
-    mimic may come out first. Of pairs that explain alike the one with fewer parameters is taken.
-    """
-    finite = {name: fit for name, fit in fits.items() if np.isfinite(fit.loss)}
-    best = sorted(finite, key=lambda name: finite[name].loss)[:PAIRED]
-    pairs = {}
-    for first, second in combinations(best, 2):
-        one, two = _term(finite[first], first).effect, _term(finite[second], second).effect
-        if first in two.contains or second in one.contains:
-            continue
-        pairs[first, second] = _joined(finite[first], finite[second], second, diagonal)
-    run(
-        list(pairs.values()),
-        evidence.screen,
-        evidence.screen_mask,
-        PAIR_ITERATIONS,
-        _drop_hopeless,
-    )
-    pairs = {names: fit for names, fit in pairs.items() if np.isfinite(fit.loss)}
-    if not pairs:
-        return None
-    least = _least(pairs)
-    if least > FAR_BETTER * _least(fits):
-        return None
-    alike = [names for names, fit in pairs.items() if fit.loss <= (1 + TIED) ** 4 * least]
-    names = min(alike, key=lambda names: (len(pairs[names].layout), pairs[names].loss))
-    return Pair(*names, rmse_rad=float(np.sqrt(pairs[names].loss)))
-
-
-def _term(fit: Fit, name: str) -> Term:
-    return next(term for term in fit.layout.terms if term.effect.name == name)
-
-
-def _joined(fit: Fit, other: Fit, name: str, diagonal: bool) -> Fit:
-    """`fit` with the effect `name` of `other` too."""
-    layout = Layout([*fit.layout.terms, _term(other, name)])
-    values = {k: {p: v[0] for p, v in d.items()} for k, d in fit.layout.decode(fit.u[None]).items()}
-    theirs = other.layout.decode(other.u[None])[name]
-    values[name] = {parameter: value[0] for parameter, value in theirs.items()}
-    sizes = {
-        (slot.term.effect.name, slot.parameter.name, slot.joint): size
-        for source in (other, fit)
-        for slot, size in zip(source.layout.slots, source.size, strict=True)
-    }
-    size = [sizes[s.term.effect.name, s.parameter.name, s.joint] for s in layout.slots]
-    return Fit(layout, layout.encode(values), np.array(size), diagonal)
-
-
-def promote(ranking: list[Candidate], pair: Pair | None) -> list[Candidate]:
-    """Put the members of a pair first, unless neither earns its place by itself."""
-    if pair is None:
-        return ranking
-    members = [c for c in ranking if c.effect.name in (pair.first, pair.second)]
-    if not any(c.justified for c in members):
-        return ranking
-    for candidate in members:
-        candidate.partner = pair.partner(candidate.effect.name)
-    return members + [c for c in ranking if c not in members]
 
 
 def _leaders(fits: dict[str, Fit], pair: Pair | None) -> list[str]:
@@ -389,31 +256,3 @@ def _judge(
             )
         )
     return candidates
-
-
-def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Best first by held-out error; among equals the one with fewer parameters."""
-    left = sorted(candidates, key=lambda c: c.heldout_rmse_rad)
-    ranking = []
-    while left:
-        best = left[0].heldout_rmse_rad
-        alike = [c for c in left if c.heldout_rmse_rad <= (1 + TIED) * best]
-        first = min(alike, key=lambda c: (len(c.layout), c.heldout_rmse_rad))
-        ranking.append(first)
-        left.remove(first)
-    return ranking
-
-
-def mark_ties(ranking: Sequence[Candidate]) -> None:
-    """Note which effects explain as well as the first, unless one merely contains the other."""
-    if not ranking or not ranking[0].justified or ranking[0].partner:
-        return
-    first = ranking[0]
-    for other in ranking[1:]:
-        alike = abs(other.heldout_rmse_rad / first.heldout_rmse_rad - 1) <= TIED
-        nested = (
-            first.effect.name in other.effect.contains or other.effect.name in first.effect.contains
-        )
-        if alike and not nested:
-            first.tied_with.append(other.effect.name)
-            other.tied_with.append(first.effect.name)

@@ -179,3 +179,19 @@ def run(
         for fit, q in zip(active, predictor.predict(requests), strict=True):
             fit.receive(q[:, mask] - samples.q[mask], samples.joint[mask])
         after_round(fits)
+
+
+def drop_hopeless(fits: Sequence[Fit]) -> None:
+    """End fits that several rounds have left far behind the best and that gain little more."""
+    best = max(min(fit.loss for fit in fits), np.finfo(float).tiny)
+    for fit in fits:
+        behind = fit.loss / best
+        if (fit.iterations >= 2 and behind > 4 and fit.gain < 0.3) or (
+            fit.iterations >= 4 and behind > 1.5 and fit.gain < 0.1
+        ):
+            fit.done = True
+
+
+def least_loss(fits: dict[str, Fit]) -> float:
+    """The least loss of several fits."""
+    return min(fit.loss for fit in fits.values())

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from t2l.discrepancy.diagnose import DIAGONAL_FROM_JOINTS, TIED
+from t2l.discrepancy.candidate import TIED
+from t2l.discrepancy.diagnose import DIAGONAL_FROM_JOINTS
 from t2l.discrepancy.evidence import Evidence
 from t2l.discrepancy.fit import Fit, run
 from t2l.discrepancy.model import Model, from_vector

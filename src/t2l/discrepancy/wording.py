@@ -4,12 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from t2l.discrepancy.diagnose import (
-    MISSING,
-    NOTHING_MISSING,
-    Candidate,
-    Diagnosis,
-)
+from t2l.discrepancy.candidate import Candidate
+from t2l.discrepancy.diagnose import MISSING, NOTHING_MISSING, Diagnosis
 
 
 def headline(diagnosis: Diagnosis) -> str:

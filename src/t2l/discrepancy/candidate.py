@@ -1,0 +1,105 @@
+"""Effects that were fitted, and which of them to believe first."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from t2l.discrepancy.judge import Improvement
+from t2l.discrepancy.uncertainty import Uncertainty
+from t2l.effects.effect import Effect
+from t2l.effects.term import Layout, Term
+
+LEAST_IMPROVEMENT = 0.05  # of the held-out error; less is no finding
+TIED = 0.03  # of the held-out error between effects that explain alike
+
+
+@dataclass
+class Candidate:
+    """The model so far with one more effect, fitted.
+
+    Attributes:
+        layout, u: the terms and their parameters, adopted ones included.
+        train_rmse_rad, heldout_rmse_rad: errors with it.
+        improvement: over the model so far, held out.
+        residual: (nsample,) of the held-out samples that are judged.
+        uncertainty: intervals of u.
+        tied_with: names of effects that explain as well.
+        partner: the effect with which it explains far more than either alone.
+        why: a sentence for people.
+    """
+
+    effect: Effect
+    layout: Layout
+    u: np.ndarray
+    train_rmse_rad: float
+    heldout_rmse_rad: float
+    improvement: Improvement
+    residual: np.ndarray
+    uncertainty: Uncertainty | None = None
+    tied_with: list[str] = field(default_factory=list)
+    partner: str | None = None
+    why: str = ""
+
+    @property
+    def term(self) -> Term:
+        """The effect on the joints that have it."""
+        return next(t for t in self.layout.terms if t.effect.name == self.effect.name)
+
+    @property
+    def justified(self) -> bool:
+        """Whether it earns its place on data it has not seen."""
+        return self.improvement.lower > 0 and self.improvement.fraction >= LEAST_IMPROVEMENT
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two effects that explain together what neither does alone; RMSE on what was screened."""
+
+    first: str
+    second: str
+    rmse_rad: float
+
+    def partner(self, name: str) -> str:
+        """The other one."""
+        return self.second if name == self.first else self.first
+
+
+def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Best first by held-out error; among equals the one with fewer parameters."""
+    left = sorted(candidates, key=lambda c: c.heldout_rmse_rad)
+    ranking = []
+    while left:
+        best = left[0].heldout_rmse_rad
+        alike = [c for c in left if c.heldout_rmse_rad <= (1 + TIED) * best]
+        first = min(alike, key=lambda c: (len(c.layout), c.heldout_rmse_rad))
+        ranking.append(first)
+        left.remove(first)
+    return ranking
+
+
+def mark_ties(ranking: Sequence[Candidate]) -> None:
+    """Note which effects explain as well as the first, unless one merely contains the other."""
+    if not ranking or not ranking[0].justified or ranking[0].partner:
+        return
+    first = ranking[0]
+    for other in ranking[1:]:
+        alike = abs(other.heldout_rmse_rad / first.heldout_rmse_rad - 1) <= TIED
+        nested = (
+            first.effect.name in other.effect.contains or other.effect.name in first.effect.contains
+        )
+        if alike and not nested:
+            first.tied_with.append(other.effect.name)
+            other.tied_with.append(first.effect.name)
+
+
+def promote(ranking: list[Candidate], pair: Pair | None) -> list[Candidate]:
+    """Put the members of a pair first, unless neither earns its place by itself."""
+    if pair is None:
+        return ranking
+    members = [c for c in ranking if c.effect.name in (pair.first, pair.second)]
+    if not any(c.justified for c in members):
+        return ranking
+    for candidate in members:
+        candidate.partner = pair.partner(candidate.effect.name)
+    return members + [c for c in ranking if c not in members]
