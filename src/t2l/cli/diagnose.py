@@ -21,7 +21,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Diagnose, write, and say what is missing."""
     from t2l.cli.inputs import progress_line, read_inputs
     from t2l.discrepancy.accuracy import substeps_for
-    from t2l.discrepancy.diagnose import diagnose
+    from t2l.discrepancy.diagnose import diagnose, telling
     from t2l.discrepancy.evidence import gather
     from t2l.discrepancy.story import write_diagnosis
     from t2l.figures.discrepancy import draw_diagnosis
@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, holdout = read_inputs(arguments)
     substeps = substeps_for(model, recordings)
-    evidence = gather(model.robot, recordings, holdout, substeps)
+    evidence = telling(model, gather(model.robot, recordings, holdout, substeps))
     progress = progress_line()
     diagnosis = diagnose(model, evidence, progress=progress)
     content = write_diagnosis(diagnosis, evidence, arguments.out)

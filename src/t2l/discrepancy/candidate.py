@@ -11,6 +11,8 @@ from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 
 LEAST_IMPROVEMENT = 0.05  # of the held-out error; less is no finding
+# an effect that acts in few blocks leaves a resample without them as it was
+HARMLESS = -0.005
 TIED = 0.03  # of the held-out error between effects that explain alike
 
 
@@ -49,7 +51,7 @@ class Candidate:
     @property
     def justified(self) -> bool:
         """Whether it earns its place on data it has not seen."""
-        return self.improvement.lower > 0 and self.improvement.fraction >= LEAST_IMPROVEMENT
+        return self.improvement.lower > HARMLESS and self.improvement.fraction >= LEAST_IMPROVEMENT
 
 
 @dataclass(frozen=True)

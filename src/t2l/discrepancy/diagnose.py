@@ -7,7 +7,7 @@ import numpy as np
 
 from t2l.discrepancy import judge
 from t2l.discrepancy.candidate import Candidate, Pair, mark_ties, promote, rank
-from t2l.discrepancy.evidence import Evidence
+from t2l.discrepancy.evidence import Evidence, pooled
 from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run
 from t2l.discrepancy.model import Model, from_vector
 from t2l.discrepancy.noise import noise_floor
@@ -22,6 +22,7 @@ from t2l.effects.term import Layout, Term
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
 
 AT_THE_FLOOR = 1.10  # times the noise floor: what remains is measurement
+SHOWN = 2.0  # likewise: training recordings that leave more show that something is missing
 NEAR_THE_FLOOR = 1.25  # likewise, if no effect improves on it
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
 ITERATIONS = 8
@@ -98,6 +99,22 @@ def diagnose(
     train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
     verdict = _verdict(heldout, floor, ranking)
     return Diagnosis(model, joints, verdict, floor, train, heldout, ranking)
+
+
+def telling(model: Model, evidence: Evidence) -> Evidence:
+    """`evidence`, unless what is held out does not show what the training recordings show.
+
+    Then no effect could earn its place there, and all recordings are judged by blocks of time.
+    """
+    if evidence.holdout is evidence.train:
+        return evidence
+    layout, u = model.vector(evidence.train.joints)
+    train_q, held_q = _predict(evidence, layout, u)
+    floor = _floor(evidence, held_q)
+    heldout = _rms(_residual(evidence.holdout, evidence.holdout_mask, held_q))
+    train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
+    silent = heldout <= AT_THE_FLOOR * floor and train > SHOWN * floor
+    return pooled(evidence) if silent else evidence
 
 
 def _verdict(heldout: float, floor: float, ranking: Sequence[Candidate]) -> str:

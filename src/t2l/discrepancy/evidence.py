@@ -45,27 +45,38 @@ def gather(
     if not held and len(recordings) >= 3:
         recordings, held = hold_out(recordings, HOLDOUT_FRACTION, seed=0)
         split = "whole recordings"
+    if not held:
+        return by_blocks(robot, recordings, substeps, threads)
     train = Predictor(robot, recordings, substeps, threads)
-    if held:
-        test = Predictor(robot, held, substeps, threads)
-        train_mask = np.ones(len(train.samples), bool)
-        test_mask = np.ones(len(test.samples), bool)
-    else:
-        split = "blocks of time"
-        test = train
-        test_mask = np.zeros(len(train.samples), bool)
-        for i, recording in enumerate(recordings):
-            at = train.samples.recording == i
-            block = time_blocks(recording, min(1.0, recording.duration_s / 4))
-            test_mask[at] = block[train.samples.row[at]] % 2 == 1
-        train_mask = ~test_mask
+    test = Predictor(robot, held, substeps, threads)
     few = _spread(recordings)
-    if held and len(few) < len(recordings):
-        screen = Predictor(robot, few, substeps, threads)
-        screen_mask = np.ones(len(screen.samples), bool)
-    else:
-        screen, screen_mask = train, train_mask
-    return Evidence(train, train_mask, test, test_mask, screen, screen_mask, split)
+    screen = train if len(few) == len(recordings) else Predictor(robot, few, substeps, threads)
+    return Evidence(train, _all(train), test, _all(test), screen, _all(screen), split)
+
+
+def by_blocks(
+    robot: str, recordings: Sequence[Recording], substeps: int = 1, threads: int | None = None
+) -> Evidence:
+    """Hold out every other block of time of each recording, of a second or a quarter of it."""
+    predictor = Predictor(robot, recordings, substeps, threads)
+    held = np.zeros(len(predictor.samples), bool)
+    for i, recording in enumerate(recordings):
+        at = predictor.samples.recording == i
+        block = time_blocks(recording, min(1.0, recording.duration_s / 4))
+        held[at] = block[predictor.samples.row[at]] % 2 == 1
+    return Evidence(predictor, ~held, predictor, held, predictor, ~held, "blocks of time")
+
+
+def pooled(evidence: Evidence) -> Evidence:
+    """All recordings together, judged by blocks of time."""
+    train, holdout = evidence.train, evidence.holdout
+    return by_blocks(
+        train.robot, [*train.recordings, *holdout.recordings], train.substeps, train.threads
+    )
+
+
+def _all(predictor: Predictor) -> np.ndarray:
+    return np.ones(len(predictor.samples), bool)
 
 
 def _spread(recordings: list[Recording]) -> list[Recording]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from t2l.artefacts import write_text
-from t2l.discrepancy.diagnose import MISSING, Diagnosis, diagnose
+from t2l.discrepancy.diagnose import MISSING, Diagnosis, diagnose, telling
 from t2l.discrepancy.evidence import Evidence
 from t2l.discrepancy.model import Model, read_model, write_model
 from t2l.discrepancy.simplify import simplify
@@ -54,6 +54,7 @@ def explain(
     Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
     run goes on with the step it was in.
     """
+    evidence = telling(model, evidence)
     steps, fingerprint = [], _fingerprint(model, evidence)
     added, dropped = None, []
     for number in range(MOST_EFFECTS + 1):
