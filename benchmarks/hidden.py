@@ -7,6 +7,7 @@ explains it, so that an interrupted table goes on where it stopped.
 import hashlib
 import json
 import re
+import shutil
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from time import perf_counter
@@ -98,6 +99,7 @@ def explained(folder: Path) -> dict:
     model, recordings, holdout = read_together([folder / "train"], [folder / "holdout"])
     evidence = gather(model.robot, recordings, holdout, threads=1)
     work = FOLDER / "work" / folder.name
+    shutil.rmtree(work, ignore_errors=True)  # steps of other code
     found = explain(model, evidence, work)
     seconds = perf_counter() - began
     step = json.loads((work / "steps/0/diagnosis.json").read_text())
