@@ -46,7 +46,8 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
     if correlations and effect.follows:
         joint = max(correlations, key=lambda name: abs(correlations[name]))
         seen = (
-            f" On {joint} the missing torque correlates with {effect.follows} by {correlations[joint]:+.2f}."
+            f" On {joint} the missing torque correlates with {effect.follows} by "
+            f"{correlations[joint]:+.2f}."
         )
     together = ""
     if candidate.partner:
