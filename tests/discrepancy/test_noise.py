@@ -28,8 +28,8 @@ def smooth(n, amplitude=0.5, hz=0.7):
     st.integers(0, 2**32 - 1),
 )
 def test_white_noise_on_a_smooth_motion_is_recovered(sigma, amplitude, hz, seed):
-    noise = sigma * np.random.default_rng(seed).normal(size=1000)
-    found = noise_floor([logged(smooth(1000, amplitude, hz) + noise)])
+    noise = sigma * np.random.default_rng(seed).normal(size=4000)
+    found = noise_floor([logged(smooth(4000, amplitude, hz) + noise)])
     assert found == pytest.approx(sigma, rel=0.15)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from t2l.measurements.recording import Recording
 
 ORDERS = (2, 3, 4, 5)
-CLEARLY_LOWER = 0.75  # in variance: some of the signal was left in the other
+SPREAD = 0.8  # two standard errors, times sqrt(blocks), of one order's variance over another's
 BLOCK = 24  # samples whose differences are pooled before the median is taken
 
 
@@ -32,7 +32,7 @@ def noise_floor(recordings: list[Recording], residuals: list[np.ndarray] | None 
             left = [r[~np.isnan(r[:, j]), j] for r in residuals]
             series = left if all(len(x) for x in left) else measured
         n = sum(len(x) for x in measured)
-        white = _least([_white(series), _white(measured)])
+        white = _least([_white(series), _white(measured)], n // BLOCK)
         total += n * max(white, _step(measured) ** 2 / 12)
         count += n
     return float(np.sqrt(total / count))
@@ -45,14 +45,15 @@ def _white(series: list[np.ndarray]) -> float:
         blocks = [_blocks(signal, order) for signal in series if len(signal) > order]
         if blocks:
             estimates.append(np.median(np.concatenate(blocks)) / _median_of_unit_noise(order))
-    return _least(estimates)
+    return _least(estimates, sum(len(signal) for signal in series) // BLOCK)
 
 
-def _least(estimates: list[float]) -> float:
+def _least(estimates: list[float], blocks: int) -> float:
     """The first, unless another is clearly lower: a bare minimum of estimates would be biased."""
+    clearly_lower = 1 - SPREAD / np.sqrt(max(blocks, 4))
     chosen = estimates[0] if estimates else 0.0
     for estimate in estimates[1:]:
-        if estimate < CLEARLY_LOWER * chosen:
+        if estimate < clearly_lower * chosen:
             chosen = estimate
     return float(chosen)
 
