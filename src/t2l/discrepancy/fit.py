@@ -16,6 +16,8 @@ RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
 DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
 TOLERANCE = 1e-3  # relative decrease of the loss that counts as none
 LARGEST_LOG_STEP = 1.5
+# after so many iterations, so many times the best loss, with a gain below this
+HOPELESS = ((1, 30.0, 0.3), (2, 4.0, 0.3), (4, 1.5, 0.1))
 LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
 
 
@@ -186,8 +188,9 @@ def drop_hopeless(fits: Sequence[Fit]) -> None:
     best = max(min(fit.loss for fit in fits), np.finfo(float).tiny)
     for fit in fits:
         behind = fit.loss / best
-        if (fit.iterations >= 2 and behind > 4 and fit.gain < 0.3) or (
-            fit.iterations >= 4 and behind > 1.5 and fit.gain < 0.1
+        if any(
+            fit.iterations >= iterations and behind > much and fit.gain < little
+            for iterations, much, little in HOPELESS
         ):
             fit.done = True
 

@@ -2,8 +2,9 @@
 
 import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import mujoco
 import numpy as np
@@ -17,7 +18,7 @@ from t2l.sim.servo import Schedule, ServoLoop
 
 MAX_SIMULATIONS = 1024  # in one batch; more gain nothing and cost memory
 MAX_NUMBERS = 3e7  # recorded by one batch
-LEAST_DOFS_PER_THREAD = 60  # of all simulations together, for which another thread pays
+LEAST_DOFS_PER_THREAD = 60  # of its simulations together, for which another batch pays
 MOVING_RAD_S = 0.1  # a recording that starts slower starts at rest
 GRAVITY_POSES = 20_000  # beyond, gravity is interpolated between poses
 
@@ -163,34 +164,53 @@ class Predictor:
         """
         q = [np.full((len(request.u), len(self.samples)), np.nan) for request in requests]
         dq = [np.full_like(values, np.nan) for values in q]
-        structures: dict[tuple, list[int]] = {}
-        for i, request in enumerate(requests):
-            extending = [term for term in request.layout.terms if term.effect.extends]
-            structures.setdefault(_structure(extending), []).append(i)
-        for members in structures.values():
-            model = self.model(requests[members[0]].layout.terms)
-            pieces = [(i, row) for i in members for row in range(len(requests[i].u))]
-            for group, flat in zip(self._groups, self._flat, strict=True):
-                for chunk in _chunks(pieces, self._largest_chunk(group)):
-                    self._simulate(model, group, flat, chunk, requests, q, dq)
+        jobs = [
+            partial(self._simulate, model, group, flat, chunk, requests, q, dq)
+            for model, pieces in self._by_structure(requests)
+            for group, flat in zip(self._groups, self._flat, strict=True)
+            for chunk in _chunks(pieces, self._chunk_size(group, len(pieces)))
+        ]
+        if len(jobs) == 1 or self.threads == 1:
+            for job in jobs:
+                job(self.threads)
+        else:
+            # one thread each: while one computes torques the other steps its physics
+            with ThreadPoolExecutor(self.threads) as pool:
+                for done in [pool.submit(job, 1) for job in jobs]:
+                    done.result()
         return (q, dq) if velocity else q
 
-    def _dofs(self, chunk: list, group: _Group) -> int:
-        return len(chunk) * len(group.recordings) * len(self.joints)
+    def _by_structure(self, requests: Sequence[Request]) -> list[tuple]:
+        """Models, each with the (request, row) pieces that it simulates."""
+        members: dict[tuple, list[int]] = {}
+        for i, request in enumerate(requests):
+            extending = [term for term in request.layout.terms if term.effect.extends]
+            members.setdefault(_structure(extending), []).append(i)
+        return [
+            (
+                self.model(requests[alike[0]].layout.terms),
+                [(i, row) for i in alike for row in range(len(requests[i].u))],
+            )
+            for alike in members.values()
+        ]
 
-    def _largest_chunk(self, group: _Group) -> int:
+    def _chunk_size(self, group: _Group, pieces: int) -> int:
+        """How many variants of `pieces` go into one batch: an equal share for every thread."""
+        dofs = len(group.recordings) * len(self.joints)
         numbers = len(group.schedule.sample_ticks) * len(self.joints) * 2
         simulations = min(MAX_SIMULATIONS, MAX_NUMBERS / numbers)
-        return max(1, int(simulations // len(group.recordings)))
+        largest = max(1, int(simulations // len(group.recordings)))
+        worth = int(np.ceil(LEAST_DOFS_PER_THREAD / dofs))
+        return min(largest, max(worth, -(-pieces // self.threads)))
 
-    def _simulate(self, model, group, flat, chunk, requests, q, dq) -> None:
+    def _simulate(self, model, group, flat, chunk, requests, q, dq, threads) -> None:
         extended = model.nv > len(self.joints)
         loop = ServoLoop(
             model,
             self.joints,
             group.schedule,
             len(chunk),
-            min(self.threads, 1 + self._dofs(chunk, group) // LEAST_DOFS_PER_THREAD),
+            threads,
             self.substeps * (2 if extended else 1),
         )
         at = 0

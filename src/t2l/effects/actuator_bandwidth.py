@@ -23,12 +23,12 @@ class ActuatorBandwidth(Effect):
         ticks = 2 * np.pi * values["cutoff"] * loop.period_s
         keep = np.exp(-ticks)
         mean = -np.expm1(-ticks) / ticks
-        state = {}
+        state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, torque):
-            command = torque[rows, joints]
+            command = torque[at].copy()
             gap = state.get("torque", command) - command
-            torque[rows, joints] = command + gap * mean
+            torque[at] = command + gap * mean
             state["torque"] = command + gap * keep
 
         loop.motor_filters.append(change)

@@ -22,11 +22,12 @@ class Cogging(Effect):
     amplitudes = ("sine", "cosine")
 
     def install(self, loop, rows, joints, values):
+        at = rows, loop.columns(joints)
+
         def add(tick, q, dq, torque):
             # the angle in the middle of the period for which the torque is held
-            angle = values["periods"] * (q + 0.5 * loop.period_s * dq)[rows, joints]
-            torque[rows, joints] += values["sine"] * np.sin(angle)
-            torque[rows, joints] += values["cosine"] * np.cos(angle)
+            angle = values["periods"] * (q[at] + 0.5 * loop.period_s * dq[at])
+            torque[at] += values["sine"] * np.sin(angle) + values["cosine"] * np.cos(angle)
 
         loop.joint_torques.append(add)
 

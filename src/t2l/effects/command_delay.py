@@ -25,12 +25,13 @@ class CommandDelay(Effect):
         recording = np.arange(loop.batch.nsim)[rows, None] % loop.nrec
         commands = loop.schedule.commands
 
+        at = rows, loop.columns(joints)
+
         def change(tick, target):
             late = np.maximum(tick - whole, 0)
             later = np.maximum(tick - whole - 1, 0)
-            target[rows, joints] = (1 - rest) * commands[late, recording, joints] + rest * commands[
-                later, recording, joints
-            ]
+            newer, older = commands[late, recording, joints], commands[later, recording, joints]
+            target[at] = newer + rest * (older - newer)
 
         loop.command_filters.append(change)
 

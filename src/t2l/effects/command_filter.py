@@ -24,12 +24,12 @@ class CommandFilter(Effect):
 
     def install(self, loop, rows, joints, values):
         keep = np.exp(-2 * np.pi * values["cutoff"] * loop.period_s)
-        state = {}
+        state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, target):
-            raw = target[rows, joints]
+            raw = target[at].copy()
             value = raw + (state.get("x", raw) - raw) * keep
-            state["x"] = target[rows, joints] = value
+            state["x"] = target[at] = value
 
         loop.command_filters.append(change)
 

@@ -23,13 +23,11 @@ class LoadDependentFriction(Effect):
     def install(self, loop, rows, joints, values):
         hold_at_rest(loop, rows, joints, values["motor"] + values["load"])  # at 1 N·m
         bias = loop.batch.bind("qfrc_bias")
-        dofs = loop.dofs[joints]
+        dofs, at = loop.dofs[joints], (rows, loop.columns(joints))
 
         def add(tick, dq, motor, level):
             external = -bias[rows, dofs]
-            level[rows, joints] += np.abs(
-                values["motor"] * motor[rows, joints] - values["load"] * external
-            )
+            level[at] += np.abs(values["motor"] * motor[at] - values["load"] * external)
 
         loop.friction.append(add)
 

@@ -24,13 +24,13 @@ class LowRateLoop(Effect):
 
     def install(self, loop, rows, joints, values):
         per_tick = values["rate"] * loop.period_s
-        state = {}
+        state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, torque):
-            command = torque[rows, joints]
+            command = torque[at].copy()
             due = np.floor(tick * per_tick + 1e-6) > np.floor((tick - 1) * per_tick + 1e-6)
             state["torque"] = np.where(due, command, state.get("torque", command))
-            torque[rows, joints] = state["torque"]
+            torque[at] = state["torque"]
 
         loop.motor_filters.append(change)
 

@@ -25,9 +25,11 @@ class StribeckFriction(Effect):
     def install(self, loop, rows, joints, values):
         hold_at_rest(loop, rows, joints, values["coulomb"] + values["extra_at_rest"])
 
+        at = rows, loop.columns(joints)
+
         def add(tick, dq, motor, level):
-            speed = dq[rows, joints] / values["velocity"]
-            level[rows, joints] += values["coulomb"] + values["extra_at_rest"] * np.exp(-(speed**2))
+            speed = dq[at] / values["velocity"]
+            level[at] += values["coulomb"] + values["extra_at_rest"] * np.exp(-(speed**2))
 
         loop.friction.append(add)
 

@@ -22,8 +22,10 @@ class TorqueConstant(Effect):
     order = 40
 
     def install(self, loop, rows, joints, values):
+        at = rows, loop.columns(joints)
+
         def change(tick, torque):
-            torque[rows, joints] *= values["factor"]
+            torque[at] *= values["factor"]
 
         loop.motor_filters.append(change)
 

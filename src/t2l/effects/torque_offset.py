@@ -15,8 +15,10 @@ class TorqueOffset(Effect):
     follows = "constant"
 
     def install(self, loop, rows, joints, values):
+        at = rows, loop.columns(joints)
+
         def add(tick, q, dq, torque):
-            torque[rows, joints] += values["torque"]
+            torque[at] += values["torque"]
 
         loop.joint_torques.append(add)
 

@@ -6,32 +6,39 @@ from t2l.effects.effect import Effect, Parameter
 
 
 class TorqueRateLimit(Effect):
-    """|τ_k − τ_{k−1}| ≤ rate · period."""
+    """|τ_k − τ_{k−1}| ≤ rate · period: in steps at the loop's ticks, or as a ramp between them."""
 
     name = "torque_rate_limit"
     title = "torque-rate limit"
     parameters = (
         Parameter("rate", "N·m/s", 0.01, 1e5, "fastest change of torque", neutral=np.inf, log=True),
-    )
+        Parameter(
+            "ramp", "1", 0.0, 1.0, "0: the controller limits its steps; 1: the drive ramps in time",
+            per_joint=False,
+        ),
+    )  # fmt: skip
     summary = "the motor torque changes no faster than a rate"
     signature = "the error appears after steps of the command, where the torque changes fastest"
-    source = "slew limit on the motor torque"
+    source = "slew limit on the motor torque; a ramp is averaged exactly over each period"
     follows = "torque rate"
     order = 15
 
     def install(self, loop, rows, joints, values):
         largest = values["rate"] * loop.period_s
-        state = {}
+        delay = values["ramp"] / (2 * largest)
+        state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, torque):
-            command = torque[rows, joints]
+            command = torque[at].copy()
             last = state.get("torque", command)
-            state["torque"] = last + np.clip(command - last, -largest, largest)
-            torque[rows, joints] = state["torque"]
+            step = np.minimum(np.maximum(command - last, -largest), largest)
+            state["torque"] = last + step
+            torque[at] = last + step - delay * step * np.abs(step)
 
         loop.motor_filters.append(change)
 
     def starts(self, scales):
         return [
-            {"rate": f * scales.peak_torque_rate} for f in (0.5, 0.15, 0.05, 0.015, 0.005, 0.0015)
+            {"rate": f * scales.peak_torque_rate, "ramp": np.array([0.5])}
+            for f in (0.5, 0.15, 0.05, 0.015, 0.005, 0.0015)
         ]

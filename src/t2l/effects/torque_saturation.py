@@ -20,8 +20,10 @@ class TorqueSaturation(Effect):
     order = 20
 
     def install(self, loop, rows, joints, values):
+        at = rows, loop.columns(joints)
+
         def change(tick, torque):
-            torque[rows, joints] = np.clip(torque[rows, joints], -values["limit"], values["limit"])
+            torque[at] = np.minimum(np.maximum(torque[at], -values["limit"]), values["limit"])
 
         loop.motor_filters.append(change)
 

@@ -53,8 +53,10 @@ def encoder_at(
     if not np.any(link):
         return
 
+    position, velocity, at = loop.batch.qpos, loop.batch.qvel, (rows, loop.columns(joints))
+
     def change(tick, q, dq):
-        q[rows, joints] += link * loop.batch.qpos[rows, qpos]
-        dq[rows, joints] += link * loop.batch.qvel[rows, dofs]
+        q[at] += link * position[rows, qpos]
+        dq[at] += link * velocity[rows, dofs]
 
     loop.sensor_filters.append(change)

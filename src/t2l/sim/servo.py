@@ -110,6 +110,10 @@ class ServoLoop:
         """The simulations of `variants`."""
         return slice(variants.start * self.nrec, variants.stop * self.nrec)
 
+    def columns(self, joints: np.ndarray) -> np.ndarray | slice:
+        """`joints` as an index into signals (nsim, njoint), a slice where it is all of them."""
+        return slice(None) if len(joints) == len(self.joints) else joints
+
     def per_row(self, values: np.ndarray) -> np.ndarray:
         """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
         return np.repeat(values, self.nrec, axis=0)
