@@ -95,6 +95,13 @@ def test_from_a_shell():
     assert "Traceback" not in bad.stderr
 
 
+def test_a_reader_that_stops_early_is_no_error():
+    line = f"{sys.executable} -m t2l.cli.main effects | head -1"
+    done = subprocess.run(line, shell=True, capture_output=True, text=True)
+    assert done.stdout
+    assert done.stderr == ""
+
+
 def test_without_a_command_they_are_listed(capsys):
     fails(capsys)
     with pytest.raises(SystemExit):

@@ -1,6 +1,7 @@
 """``t2l COMMAND``: each command is a module with HELP, add_arguments and run."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 
@@ -41,6 +42,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parsed = parser.parse_args(arguments)
     try:
         COMMANDS[parsed.command].run(parsed)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # whoever reads, such as `head`, has seen enough; nothing is left to flush at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except T2LError as error:
         sys.exit(f"t2l {parsed.command}: {error}")
     except KeyboardInterrupt:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from html import escape
+from pathlib import Path
 from typing import Any
 
 from t2l.figures.report.artefacts import Compared, Found
@@ -19,8 +20,8 @@ MOST_FOLLOWED = 5
 
 
 def robot(numbers: dict[str, Any]) -> str:
-    """The robot's name, without the ending of a file."""
-    return numbers["robot"].removesuffix(".xml").removesuffix(".mjcf")
+    """The robot's name: known, or that of its MJCF file."""
+    return Path(numbers["robot"]).stem
 
 
 def what(found: Found) -> str:
