@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from t2l.discrepancy.evidence import gather
+from t2l.discrepancy.evidence import gather, some
 from tests.discrepancy.made import pendulum, recording, swing
 
 DURATIONS = st.lists(st.floats(0.3, 6.0), min_size=1, max_size=8)
@@ -101,3 +101,15 @@ def test_many_recordings_are_screened_on_some_of_them(robot):
     # both ends of the gains among them
     gains = sorted(r.kp[0] for r in evidence.train.recordings)
     assert {gains[0], gains[-1]} <= {r.kp[0] for r in evidence.screen.recordings}
+
+
+def test_some_recordings_spread_over_their_order_with_their_part_of_the_mask(robot):
+    predictor = gather(robot, made(robot, [0.5] * 20)).train
+    mask = predictor.samples.time < 0.1 * (1 + predictor.samples.recording)
+    part, part_mask = some(predictor, mask, 3)
+    assert part.recordings == tuple(predictor.recordings[i] for i in (0, 6, 13))
+    at = part_mask.nonzero()[0]
+    whole = [6 * r if r < 2 else 13 for r in part.samples.recording[at]]
+    assert (part.samples.time[at] < 0.1 * (1 + np.array(whole))).all()
+    assert part_mask.sum() == mask[np.isin(predictor.samples.recording, (0, 6, 13))].sum()
+    assert some(predictor, mask, 14) == (predictor, mask)

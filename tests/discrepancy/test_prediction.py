@@ -129,14 +129,6 @@ def test_samples_tell_where_each_was_measured(tmp_path):
     )
 
 
-def test_a_subset_spreads_over_the_recordings(tmp_path):
-    robot = pendulum(tmp_path)
-    recordings = [recording(robot, swing(), str(i), duration_s=0.3) for i in range(7)]
-    predictor = Predictor(robot, recordings)
-    assert [r.name for r in predictor.subset(3).recordings] == ["0", "3", "6"]
-    assert predictor.subset(7) is predictor
-
-
 def test_scales_are_sizes_of_the_motion_and_the_plant(tmp_path):
     speed, kp = 2.0, 20.0
     robot = pendulum(tmp_path, f'armature="{ARMATURE}" damping="{DAMPING}" frictionloss="0.03"')

@@ -80,6 +80,14 @@ def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
     return ranking
 
 
+def alike(ranking: Sequence[Candidate]) -> list[str]:
+    """Names of the first and of those that explain as well as it."""
+    if not ranking:
+        return []
+    limit = (1 + TIED) * ranking[0].heldout_rmse_rad
+    return [c.effect.name for i, c in enumerate(ranking) if i == 0 or c.heldout_rmse_rad <= limit]
+
+
 def mark_ties(ranking: Sequence[Candidate]) -> None:
     """Note which effects explain as well as the first, unless one merely contains the other."""
     if not ranking or not ranking[0].justified or ranking[0].partner:

@@ -10,7 +10,9 @@ from t2l.measurements.recording import Recording
 from t2l.measurements.splits import hold_out, time_blocks
 
 HOLDOUT_FRACTION = 0.3
-SCREENED = (2, 5)  # fewest and most recordings that every effect is tried on
+SCREENED = (2, 3)  # recordings that every effect is tried on; the more where there are many
+MANY = 9  # recordings
+SHORTLISTED = 12  # recordings that the likeliest effects are fitted on before they are judged
 
 
 @dataclass(frozen=True)
@@ -18,14 +20,17 @@ class Evidence:
     """Samples to fit, samples to judge by, and fewer of the first to try everything on.
 
     Attributes:
-        train, holdout, screen: predictors; one and the same where blocks of time are held out.
-        train_mask, holdout_mask, screen_mask: (nsample,) bool of each predictor's samples.
+        train, holdout: predictors; one and the same where blocks of time are held out.
+        shortlist, screen: predictors of some of the training recordings, or of all if few.
+        train_mask, …: (nsample,) bool of each predictor's samples.
     """
 
     train: Predictor
     train_mask: np.ndarray
     holdout: Predictor
     holdout_mask: np.ndarray
+    shortlist: Predictor
+    shortlist_mask: np.ndarray
     screen: Predictor
     screen_mask: np.ndarray
     split: str
@@ -49,9 +54,11 @@ def gather(
         return by_blocks(robot, recordings, substeps, threads)
     train = Predictor(robot, recordings, substeps, threads)
     test = Predictor(robot, held, substeps, threads)
-    few = _spread(recordings)
-    screen = train if len(few) == len(recordings) else Predictor(robot, few, substeps, threads)
-    return Evidence(train, _all(train), test, _all(test), screen, _all(screen), split)
+    mask = _all(train)
+    return Evidence(
+        train, mask, test, _all(test), *_over_the_gains(train, mask, SHORTLISTED),
+        *_screened(train, mask), split,
+    )  # fmt: skip
 
 
 def by_blocks(
@@ -64,7 +71,10 @@ def by_blocks(
         at = predictor.samples.recording == i
         block = time_blocks(recording, min(1.0, recording.duration_s / 4))
         held[at] = block[predictor.samples.row[at]] % 2 == 1
-    return Evidence(predictor, ~held, predictor, held, predictor, ~held, "blocks of time")
+    return Evidence(
+        predictor, ~held, predictor, held, *_over_the_gains(predictor, ~held, SHORTLISTED),
+        *_screened(predictor, ~held), "blocks of time",
+    )  # fmt: skip
 
 
 def pooled(evidence: Evidence) -> Evidence:
@@ -75,15 +85,38 @@ def pooled(evidence: Evidence) -> Evidence:
     )
 
 
+def some(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor, np.ndarray]:
+    """A predictor of `count` of the recordings, spread over their order, and its part of `mask`."""
+    return _part(predictor, mask, np.arange(len(predictor.recordings)), count)
+
+
+def _screened(predictor: Predictor, mask: np.ndarray) -> tuple[Predictor, np.ndarray]:
+    many = len(predictor.recordings) >= MANY
+    return _over_the_gains(predictor, mask, SCREENED[many])
+
+
+def _over_the_gains(
+    predictor: Predictor, mask: np.ndarray, count: int
+) -> tuple[Predictor, np.ndarray]:
+    recordings = predictor.recordings
+    order = sorted(range(len(recordings)), key=lambda i: (*recordings[i].kp, *recordings[i].kd))
+    return _part(predictor, mask, np.array(order), count)
+
+
+def _part(
+    predictor: Predictor, mask: np.ndarray, order: np.ndarray, count: int
+) -> tuple[Predictor, np.ndarray]:
+    if count >= len(order):
+        return predictor, mask
+    chosen = np.sort(order[np.round(np.linspace(0, len(order) - 1, count)).astype(int)])
+    part = Predictor(
+        predictor.robot,
+        [predictor.recordings[i] for i in chosen],
+        predictor.substeps,
+        predictor.threads,
+    )
+    return part, mask[np.isin(predictor.samples.recording, chosen)]
+
+
 def _all(predictor: Predictor) -> np.ndarray:
     return np.ones(len(predictor.samples), bool)
-
-
-def _spread(recordings: list[Recording]) -> list[Recording]:
-    """A few recordings spread over the gains, on which every effect is tried first."""
-    count = int(np.clip(1 + np.ceil(len(recordings) / 8), *SCREENED))
-    if count >= len(recordings):
-        return recordings
-    order = sorted(range(len(recordings)), key=lambda i: (*recordings[i].kp, *recordings[i].kd))
-    chosen = np.round(np.linspace(0, len(order) - 1, count)).astype(int)
-    return [recordings[order[i]] for i in chosen]

@@ -14,10 +14,10 @@ from t2l.effects.term import Layout
 
 RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
 DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
-TOLERANCE = 1e-3  # relative decrease of the loss that counts as none
+TOLERANCE = 1e-3
 LARGEST_LOG_STEP = 1.5
 # after so many iterations, so many times the best loss, with a gain below this
-HOPELESS = ((1, 30.0, 0.3), (2, 4.0, 0.3), (4, 1.5, 0.1))
+HOPELESS = ((1, 30.0, 0.3), (2, 4.0, 0.3), (3, 1.2, 0.05))
 LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
 
 
@@ -32,6 +32,8 @@ class Fit:
         diagonal: assume that a joint's parameters move that joint alone, which makes one column
             serve all joints.
         free: (n,) bool, which elements are fitted.
+        tolerance: relative decrease of the loss that counts as none.
+        given: columns (nsample,) of the Jacobian, by slot key, that are not computed anew.
         loss: mean squared residual at u, rad².
         gain: relative decrease of the loss in the last round.
         jacobian: (nsample, n) at u; residual: (nsample,) at u.
@@ -43,6 +45,8 @@ class Fit:
     diagonal: bool = False
     free: np.ndarray | None = None
     damping: float = 1e-2
+    tolerance: float = TOLERANCE
+    given: dict[tuple, np.ndarray] = field(default_factory=dict)
     loss: float = np.inf
     residual: np.ndarray | None = None
     jacobian: np.ndarray | None = None
@@ -89,7 +93,11 @@ class Fit:
         around = centre if np.isfinite(losses[centre]) else best
         if around == centre:
             self._take_jacobian(self._trial[centre], residuals[centre], residuals[ntrial:], joints)
-        self.done = self.gain < TOLERANCE or self._promise() < TOLERANCE
+        self.done = self.gain < self.tolerance or self._promise() < self.tolerance
+
+    def columns(self) -> dict[tuple, np.ndarray]:
+        """Columns of the Jacobian by slot key."""
+        return {slot.key: self.jacobian[:, i] for i, slot in enumerate(self.layout.slots)}
 
     def _promise(self) -> float:
         """Relative decrease of the loss that the linear model still expects of a full step."""
@@ -99,7 +107,8 @@ class Fit:
 
     def _columns(self) -> list[np.ndarray]:
         """Index sets of elements that are moved together."""
-        free = np.flatnonzero(self.free)
+        slots = self.layout.slots
+        free = [i for i in np.flatnonzero(self.free) if slots[i].key not in self.given]
         if not self.diagonal:
             return [np.array([i]) for i in free]
         groups: dict[tuple, list[int]] = {}
@@ -131,6 +140,9 @@ class Fit:
                     jacobian[:, i] = np.where(joints == joint, difference, 0.0) / step[i]
                 else:
                     jacobian[:, i] = difference / step[i]
+        for i, slot in enumerate(self.layout.slots):
+            if slot.key in self.given and self.free[i]:
+                jacobian[:, i] = self.given[slot.key]
         self.jacobian = jacobian
 
     def _step(self, damping: float) -> np.ndarray:
@@ -173,7 +185,7 @@ def run(
     while True:
         active = [
             fit for fit, stop in zip(fits, last, strict=True)
-            if not fit.done and fit.iterations < stop
+            if fit.jacobian is None or not (fit.done or fit.iterations >= stop)
         ]  # fmt: skip
         if not active:
             return
@@ -183,9 +195,13 @@ def run(
         after_round(fits)
 
 
-def drop_hopeless(fits: Sequence[Fit]) -> None:
-    """End fits that several rounds have left far behind the best and that gain little more."""
-    best = max(min(fit.loss for fit in fits), np.finfo(float).tiny)
+def drop_hopeless(fits: Sequence[Fit], best: float | None = None) -> None:
+    """End fits that several rounds have left far behind the best and that gain little more.
+
+    Args:
+        best: mean squared residual to compare with; by default the least of the fits.
+    """
+    best = max(min(fit.loss for fit in fits) if best is None else best, np.finfo(float).tiny)
     for fit in fits:
         behind = fit.loss / best
         if any(

@@ -57,9 +57,10 @@ def _joined(fit: Fit, other: Fit, name: str, diagonal: bool) -> Fit:
     theirs = other.layout.decode(other.u[None])[name]
     values[name] = {parameter: value[0] for parameter, value in theirs.items()}
     sizes = {
-        (slot.term.effect.name, slot.parameter.name, slot.joint): size
+        slot.key: size
         for source in (other, fit)
         for slot, size in zip(source.layout.slots, source.size, strict=True)
     }
-    size = [sizes[s.term.effect.name, s.parameter.name, s.joint] for s in layout.slots]
-    return Fit(layout, layout.encode(values), np.array(size), diagonal)
+    size = np.array([sizes[slot.key] for slot in layout.slots])
+    given = {key: column for key, column in fit.given.items() if key[0] != name}
+    return Fit(layout, layout.encode(values), size, diagonal, given=given)

@@ -236,14 +236,6 @@ class Predictor:
                 out[i][np.ix_(rows, held)] = value[at : at + len(rows)]
                 at += len(rows)
 
-    def subset(self, count: int) -> "Predictor":
-        """A predictor of `count` of the recordings, spread over their order."""
-        if count >= len(self.recordings):
-            return self
-        chosen = np.round(np.linspace(0, len(self.recordings) - 1, count)).astype(int)
-        recordings = [self.recordings[i] for i in chosen]
-        return Predictor(self.robot, recordings, self.substeps, self.threads)
-
     @cached_property
     def scales(self) -> Scales:
         """Sizes for first guesses, from the plant as it is under the recordings' commands."""

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from t2l.discrepancy.evidence import some
 from t2l.discrepancy.prediction import Predictor, Request
 from t2l.effects.effect import Effect, Scales
 from t2l.effects.term import Layout, Term
@@ -36,8 +37,7 @@ def first_guesses(
     # directions are many: few recordings show which is best
     linear = [effect for effect in effects if effect.amplitudes]
     other = [effect for effect in effects if not effect.amplitudes]
-    few = predictor.subset(FEW)
-    few_mask = mask if few is predictor else np.ones(len(few.samples), bool)
+    few, few_mask = some(predictor, mask, FEW)
     found = {}
     for group, where, at in ((other, predictor, mask), (linear, few, few_mask)):
         if group:

@@ -1,13 +1,15 @@
 """Take back effects that later ones made superfluous."""
 
+from functools import partial
+
 import numpy as np
 
 from t2l.discrepancy.candidate import TIED
-from t2l.discrepancy.diagnose import DIAGONAL_FROM_JOINTS
 from t2l.discrepancy.evidence import Evidence
-from t2l.discrepancy.fit import Fit, run
+from t2l.discrepancy.fit import Fit, drop_hopeless, run
+from t2l.discrepancy.leaders import fit_fully, moves_together
 from t2l.discrepancy.model import Model, from_vector
-from t2l.discrepancy.prediction import Request
+from t2l.discrepancy.prediction import Predictor, Request
 from t2l.discrepancy.scan import first_guesses
 from t2l.effects.term import Layout
 
@@ -26,9 +28,11 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
     gone: list[str] = []
     while True:
         layout, u = model.vector(joints)
-        limit = (1 + TIED) * _heldout(evidence, layout, u)
+        limit = (1 + TIED) ** 2 * _heldout(evidence, layout, u)
         trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
-        run([fit for _, fit in trials], evidence.train, evidence.train_mask, ITERATIONS)
+        predictor, mask = evidence.shortlist, evidence.shortlist_mask
+        hopeless = partial(drop_hopeless, best=_loss(predictor, mask, layout, u))
+        run([fit for _, fit in trials], predictor, mask, ITERATIONS, hopeless)
         kept = [
             (_heldout(evidence, fit.layout, fit.u), name, fit)
             for name, fit in trials
@@ -38,6 +42,8 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         if not kept:
             return model, gone
         _, name, fit = min(kept, key=lambda entry: (len(entry[2].layout), entry[0]))
+        if predictor is not evidence.train:
+            fit = fit_fully({name: fit}, [name], evidence)[name]
         model = from_vector(model, fit.layout, fit.u, joints)
         gone.append(name)
 
@@ -82,9 +88,14 @@ def _values(layout: Layout, u: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
 
 def _fit(layout: Layout, values, joints: tuple[str, ...]) -> Fit:
     u = layout.encode(values)
-    return Fit(layout, u, np.maximum(np.abs(u), 1e-3), len(joints) >= DIAGONAL_FROM_JOINTS)
+    return Fit(layout, u, np.maximum(np.abs(u), 1e-3), moves_together(joints))
 
 
 def _heldout(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:
-    q = evidence.holdout.predict([Request(layout, u[None])])[0][0]
-    return float(np.sqrt(np.mean((q - evidence.holdout.samples.q)[evidence.holdout_mask] ** 2)))
+    return _loss(evidence.holdout, evidence.holdout_mask, layout, u)
+
+
+def _loss(predictor: Predictor, mask: np.ndarray, layout: Layout, u: np.ndarray) -> float:
+    """Mean squared error, rad²."""
+    q = predictor.predict([Request(layout, u[None])])[0][0]
+    return float(np.mean((q - predictor.samples.q)[mask] ** 2))

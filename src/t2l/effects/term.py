@@ -28,6 +28,11 @@ class Slot:
     parameter: Parameter
     joint: int | None
 
+    @property
+    def key(self) -> tuple[str, str, int | None]:
+        """What it is in any layout: names of effect and parameter, and the joint."""
+        return self.term.effect.name, self.parameter.name, self.joint
+
 
 class Layout:
     """How the parameters of several terms lie in one vector u.

@@ -1,0 +1,183 @@
+"""Every effect fitted on a few recordings, the likeliest on more, the first on all of them."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.discrepancy.candidate import Pair
+from t2l.discrepancy.evidence import Evidence, some
+from t2l.discrepancy.fit import TOLERANCE, Fit, drop_hopeless, least_loss, run
+from t2l.discrepancy.pairs import best_pair
+from t2l.discrepancy.scan import first_guesses
+from t2l.discrepancy.search import search
+from t2l.discrepancy.uncertainty import uncertainty
+from t2l.effects.effect import Effect
+from t2l.effects.term import Layout, Term
+
+DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
+ITERATIONS = 8
+REFINEMENTS = 3
+LEADERS = 4
+PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
+NEAR = 4.0  # times the least loss: what may still turn out to be best
+SEARCHED_NEAR = 1.3  # likewise, for a search that takes many simulations
+SCREENING_TOLERANCE = 5e-3  # relative decrease of the loss that counts as none
+LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
+SEARCHED = 2  # recordings on which rough effects are searched
+INSIGNIFICANT = 2.0  # standard errors from neutral
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Every effect fitted.
+
+    Attributes:
+        fits: by the effect's name; leaders on the shortlist, the others on what is screened.
+        leaders: the likeliest few, best first.
+        pair: two effects that explain far more together.
+    """
+
+    fits: dict[str, Fit]
+    leaders: list[str]
+    pair: Pair | None
+
+
+def fit_all(
+    evidence: Evidence,
+    adopted: Layout,
+    u: np.ndarray,
+    effects: Sequence[Effect],
+    floor: float,
+    progress: Progress,
+) -> Fitted:
+    """Fit every effect on what is screened, and the leaders on the shortlist.
+
+    While every effect is tried, the derivatives by the model so far are those it has without them.
+
+    Args:
+        adopted, u: the model so far.
+        floor: RMSE in rad below which nothing is missing.
+    """
+    screen, mask = evidence.screen, evidence.screen_mask
+    diagonal = moves_together(evidence.train.joints)
+    progress("first guesses", 0.0)
+    guesses = first_guesses(screen, mask, adopted, u, effects)
+    progress("fitting every effect", 0.2)
+    so_far = Fit(adopted, u, np.maximum(np.abs(u), LEAST_SIZE), diagonal)
+    run([so_far], screen, mask, 0)
+    fits = {
+        name: Fit(
+            layout, start, size, diagonal, tolerance=SCREENING_TOLERANCE,
+            given={key: c for key, c in so_far.columns().items() if key[0] != name},
+        )
+        for name, (layout, start, size) in guesses.items()
+    }  # fmt: skip
+    run(list(fits.values()), screen, mask, ITERATIONS, drop_hopeless)
+    fits |= _searched(fits, evidence)
+    pair = None
+    if least_loss(fits) > (PARTIAL * floor) ** 2:
+        progress("trying pairs of effects", 0.5)
+        pair = best_pair(fits, evidence, diagonal)
+    progress("refining the best", 0.7)
+    leaders = _leaders(fits, pair)
+    fits |= _refined({name: fits[name] for name in leaders}, evidence)
+    return Fitted(fits, leaders, pair)
+
+
+def fit_fully(fits: dict[str, Fit], names: Iterable[str], evidence: Evidence) -> dict[str, Fit]:
+    """The named fits on all training samples."""
+    full = {name: _again(fits[name]) for name in names}
+    run(list(full.values()), evidence.train, evidence.train_mask, REFINEMENTS)
+    return full
+
+
+def moves_together(joints: Sequence[str]) -> bool:
+    """Whether finite differences move all joints at once, each answered by its own motion."""
+    return len(joints) >= DIAGONAL_FROM_JOINTS
+
+
+def _again(fit: Fit, layout: Layout | None = None, keep: Sequence[int] | None = None) -> Fit:
+    """A fit from where `fit` ended, to other samples, or with only some elements kept."""
+    index = slice(None) if keep is None else keep
+    return Fit(layout or fit.layout, fit.u[index], fit.size[index], fit.diagonal, damping=1e-3)
+
+
+def _searched(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+    """Rough effects where a search finds better than derivatives did."""
+    rough = {
+        name: fit
+        for name, fit in fits.items()
+        if any(t.effect.rough_error for t in fit.layout.terms)
+        and fit.loss <= SEARCHED_NEAR * least_loss(fits)
+    }
+    if not rough:
+        return {}
+    found = search(list(rough.values()), *some(evidence.screen, evidence.screen_mask, SEARCHED))
+    moved = {
+        name: Fit(
+            fit.layout, u, fit.size, fit.diagonal, tolerance=SCREENING_TOLERANCE, given=fit.given
+        )
+        for (name, fit), u in zip(rough.items(), found, strict=True)
+        if not np.array_equal(u, fit.u)
+    }
+    run(list(moved.values()), evidence.screen, evidence.screen_mask, REFINEMENTS)
+    return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
+
+
+def _leaders(fits: dict[str, Fit], pair: Pair | None) -> list[str]:
+    """Names of the few effects worth fitting on everything, best first."""
+    ranked = sorted(fits, key=lambda name: fits[name].loss)
+    best = fits[ranked[0]].loss
+    near = [name for name in ranked if fits[name].loss <= NEAR * best]
+    leaders = near[:LEADERS] if len(near) > 1 else ranked[:2]
+    members = [] if pair is None else [pair.first, pair.second]
+    return leaders + [name for name in members if name not in leaders]
+
+
+def _refined(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+    """Fits to the shortlist, without the joints that show no sign of the effect."""
+    predictor, mask = evidence.shortlist, evidence.shortlist_mask
+    refined = {}
+    for name, fit in fits.items():
+        if predictor is evidence.screen and not fit.given:
+            fit.tolerance, fit.done = TOLERANCE, False
+            refined[name] = fit
+        else:
+            refined[name] = _again(fit)
+    run(list(refined.values()), predictor, mask, REFINEMENTS, drop_hopeless)
+    pruned = {}
+    for name, fit in refined.items():
+        smaller = _without_insignificant(name, fit, evidence)
+        if smaller is not None:
+            pruned[name] = smaller
+    run(list(pruned.values()), predictor, mask, REFINEMENTS)
+    # what a joint contributes beyond 1 % of the error is kept
+    return refined | {
+        name: fit for name, fit in pruned.items() if fit.loss < 1.02 * refined[name].loss
+    }
+
+
+def _without_insignificant(name: str, fit: Fit, evidence: Evidence) -> Fit | None:
+    term = next(t for t in fit.layout.terms if t.effect.name == name)
+    if not any(p.per_joint for p in term.effect.parameters) or fit.jacobian is None:
+        return None
+    found = uncertainty(fit, evidence.shortlist, evidence.shortlist_mask)
+    keep = []
+    for joint in term.joints:
+        slots = [
+            i for i, s in enumerate(fit.layout.slots)
+            if s.term.effect.name == name and s.joint == joint
+        ]  # fmt: skip
+        if any(found.distance(i) > INSIGNIFICANT for i in slots):
+            keep.append(joint)
+    if not keep or len(keep) == len(term.joints):
+        return None
+    layout = Layout([Term(t.effect, tuple(keep)) if t is term else t for t in fit.layout.terms])
+    index = [
+        i for i, s in enumerate(fit.layout.slots)
+        if s.term is not term or s.joint is None or s.joint in keep
+    ]  # fmt: skip
+    return _again(fit, layout, index)
