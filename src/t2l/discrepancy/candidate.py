@@ -81,9 +81,9 @@ def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def alike(ranking: Sequence[Candidate]) -> list[str]:
-    """Names of the first and of those that explain as well as it."""
-    if not ranking:
-        return []
+    """Names of the first and, if it earns its place, of those that explain as well as it."""
+    if not ranking or not ranking[0].justified:
+        return [c.effect.name for c in ranking[:1]]
     limit = (1 + TIED) * ranking[0].heldout_rmse_rad
     return [c.effect.name for i, c in enumerate(ranking) if i == 0 or c.heldout_rmse_rad <= limit]
 

@@ -110,7 +110,7 @@ def _searched(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
     rough = {
         name: fit
         for name, fit in fits.items()
-        if any(t.effect.rough_error for t in fit.layout.terms)
+        if any(t.effect.rough_error for t in fit.layout.terms if t.effect.name == name)
         and fit.loss <= SEARCHED_NEAR * least_loss(fits)
     }
     if not rough:
