@@ -90,6 +90,7 @@ def code_key() -> str:
 def explained(folder: Path) -> dict:
     """Explain the recordings of `folder` as a user would, and fit what was really hidden."""
     # here, so that listing cases does not import the simulator in the parent
+    from t2l.discrepancy.accuracy import substeps_for
     from t2l.discrepancy.evidence import gather
     from t2l.discrepancy.explain import explain
     from t2l.discrepancy.together import read_together
@@ -97,7 +98,8 @@ def explained(folder: Path) -> dict:
     began = perf_counter()
     truth = yaml.safe_load((folder / "truth.yaml").read_text())
     model, recordings, holdout = read_together([folder / "train"], [folder / "holdout"])
-    evidence = gather(model.robot, recordings, holdout, threads=1)
+    substeps = substeps_for(model, recordings)
+    evidence = gather(model.robot, recordings, holdout, substeps, threads=1)
     work = FOLDER / "work" / folder.name
     shutil.rmtree(work, ignore_errors=True)  # steps of other code
     found = explain(model, evidence, work)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.discrepancy.fit import Fit
 from t2l.discrepancy.judge import Improvement
 from t2l.discrepancy.uncertainty import Uncertainty
 from t2l.effects.effect import Effect
@@ -28,6 +29,7 @@ class Candidate:
         uncertainty: intervals of u.
         tied_with: names of effects that explain as well.
         partner: the effect with which it explains far more than either alone.
+        together: improvement of the two over the model so far, held out.
         why: a sentence for people.
     """
 
@@ -41,6 +43,7 @@ class Candidate:
     uncertainty: Uncertainty | None = None
     tied_with: list[str] = field(default_factory=list)
     partner: str | None = None
+    together: Improvement | None = None
     why: str = ""
 
     @property
@@ -50,17 +53,17 @@ class Candidate:
 
     @property
     def justified(self) -> bool:
-        """Whether it earns its place on data it has not seen."""
-        return self.improvement.lower > HARMLESS and self.improvement.fraction >= LEAST_IMPROVEMENT
+        """Whether it, or it with its partner, earns its place on data it has not seen."""
+        return _earns(self.improvement) or (self.together is not None and _earns(self.together))
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two effects that explain together what neither does alone; RMSE on what was screened."""
+    """Two effects that explain together what neither does alone, and their fit."""
 
     first: str
     second: str
-    rmse_rad: float
+    fit: Fit
 
     def partner(self, name: str) -> str:
         """The other one."""
@@ -103,13 +106,18 @@ def mark_ties(ranking: Sequence[Candidate]) -> None:
             other.tied_with.append(first.effect.name)
 
 
-def promote(ranking: list[Candidate], pair: Pair | None) -> list[Candidate]:
-    """Put the members of a pair first, unless neither earns its place by itself."""
-    if pair is None:
+def promote(
+    ranking: list[Candidate], pair: Pair | None, together: Improvement | None
+) -> list[Candidate]:
+    """Put the members of a pair first if it earns its place; `together` is what it improves."""
+    if pair is None or together is None or not _earns(together):
         return ranking
     members = [c for c in ranking if c.effect.name in (pair.first, pair.second)]
-    if not any(c.justified for c in members):
-        return ranking
     for candidate in members:
         candidate.partner = pair.partner(candidate.effect.name)
+        candidate.together = together
     return members + [c for c in ranking if c not in members]
+
+
+def _earns(improvement: Improvement) -> bool:
+    return improvement.lower > HARMLESS and improvement.fraction >= LEAST_IMPROVEMENT

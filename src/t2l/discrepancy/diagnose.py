@@ -123,8 +123,12 @@ def _ranking(
             where = (evidence.shortlist, evidence.shortlist_mask)
         candidate.uncertainty = uncertainty(found.fits[name], *where)
     full = set(candidates) if evidence.shortlist is evidence.train else set()
+    together = None
+    if found.pair:
+        pair = _judge(evidence, {found.pair.second: found.pair.fit}, before)
+        together = next((both.improvement for both in pair.values()), None)
     while True:
-        ranking = promote(rank(candidates.values()), found.pair)
+        ranking = promote(rank(candidates.values()), found.pair, together)
         first = [name for name in alike(ranking) if name not in full]
         if not first:
             mark_ties(ranking)

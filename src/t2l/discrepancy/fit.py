@@ -16,6 +16,7 @@ RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
 DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
 TOLERANCE = 1e-3
 LARGEST_LOG_STEP = 1.5
+SMALL_DAMPING = 1.0  # below, a step is nearly that of Gauss and Newton
 # after so many iterations, so many times the best loss, with a gain below this
 HOPELESS = ((1, 30.0, 0.3), (2, 4.0, 0.3), (3, 1.2, 0.05))
 LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
@@ -93,14 +94,19 @@ class Fit:
         around = centre if np.isfinite(losses[centre]) else best
         if around == centre:
             self._take_jacobian(self._trial[centre], residuals[centre], residuals[ntrial:], joints)
-        self.done = self.gain < self.tolerance or self._promise() < self.tolerance
+        # a heavily damped step that gains little is no minimum
+        settled = self.gain < self.tolerance and self.damping < SMALL_DAMPING
+        self.done = settled or abs(self._promise()) < self.tolerance
 
     def columns(self) -> dict[tuple, np.ndarray]:
         """Columns of the Jacobian by slot key."""
         return {slot.key: self.jacobian[:, i] for i, slot in enumerate(self.layout.slots)}
 
     def _promise(self) -> float:
-        """Relative decrease of the loss that the linear model still expects of a full step."""
+        """Relative decrease of the loss that the linear model still expects of a full step.
+
+        Negative where bounds cut the step short.
+        """
         change = self._step(0.0) - self.u
         expected = self.residual + self.jacobian @ change
         return float(1 - np.mean(expected**2) / max(self.loss, np.finfo(float).tiny))

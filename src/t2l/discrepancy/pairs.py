@@ -1,5 +1,6 @@
 """Two effects at once, where one alone leaves much unexplained."""
 
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -22,28 +23,49 @@ def best_pair(fits: dict[str, Fit], evidence: Evidence, diagonal: bool) -> Pair 
     """
     finite = {name: fit for name, fit in fits.items() if np.isfinite(fit.loss)}
     best = sorted(finite, key=lambda name: finite[name].loss)[:PAIRED]
+    pairs = _fitted(list(combinations(best, 2)), finite, evidence, diagonal)
+    if not pairs or least_loss(pairs) > FAR_BETTER * least_loss(fits):
+        return None
+    found = _simplest(pairs)
+    others = [names for names in _with_one_replaced(found, finite) if names not in pairs]
+    pairs |= _fitted(others, finite, evidence, diagonal, least_loss(pairs))
+    names = _simplest(pairs)
+    return Pair(*names, pairs[names])
+
+
+def _fitted(
+    names: list[tuple[str, str]],
+    singles: dict[str, Fit],
+    evidence: Evidence,
+    diagonal: bool,
+    best: float | None = None,
+) -> dict[tuple[str, str], Fit]:
+    """Pairs fitted from what each effect alone was fitted to; those that contain another not."""
     pairs = {}
-    for first, second in combinations(best, 2):
-        one, two = _term(finite[first], first).effect, _term(finite[second], second).effect
-        if first in two.contains or second in one.contains:
-            continue
-        pairs[first, second] = _joined(finite[first], finite[second], second, diagonal)
-    run(
-        list(pairs.values()),
-        evidence.screen,
-        evidence.screen_mask,
-        ITERATIONS,
-        drop_hopeless,
-    )
-    pairs = {names: fit for names, fit in pairs.items() if np.isfinite(fit.loss)}
-    if not pairs:
-        return None
-    least = least_loss(pairs)
-    if least > FAR_BETTER * least_loss(fits):
-        return None
-    alike = [names for names, fit in pairs.items() if fit.loss <= (1 + TIED) ** 4 * least]
-    names = min(alike, key=lambda names: (len(pairs[names].layout), pairs[names].loss))
-    return Pair(*names, rmse_rad=float(np.sqrt(pairs[names].loss)))
+    for first, second in names:
+        one, two = _term(singles[first], first).effect, _term(singles[second], second).effect
+        if first not in two.contains and second not in one.contains:
+            pairs[first, second] = _joined(singles[first], singles[second], second, diagonal)
+    hopeless = partial(drop_hopeless, best=best)
+    run(list(pairs.values()), evidence.screen, evidence.screen_mask, ITERATIONS, hopeless)
+    return {names: fit for names, fit in pairs.items() if np.isfinite(fit.loss)}
+
+
+def _simplest(pairs: dict[tuple[str, str], Fit]) -> tuple[str, str]:
+    """Of pairs that explain alike, the one with fewest parameters."""
+    limit = (1 + TIED) ** 4 * least_loss(pairs)
+    alike = [names for names, fit in pairs.items() if fit.loss <= limit]
+    return min(alike, key=lambda names: (len(pairs[names].layout), pairs[names].loss))
+
+
+def _with_one_replaced(pair: tuple[str, str], singles: dict[str, Fit]) -> list[tuple[str, str]]:
+    """Pairs in which an effect of no more parameters stands for one of the two."""
+    return [
+        (kept, name)
+        for kept, replaced in (pair, pair[::-1])
+        for name, fit in singles.items()
+        if name not in pair and len(fit.layout) <= len(singles[replaced].layout)
+    ]
 
 
 def _term(fit: Fit, name: str) -> Term:

@@ -50,8 +50,11 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
             f"{correlations[joint]:+.2f}."
         )
     together = ""
-    if candidate.partner:
-        together = f" Together with {candidate.partner} it explains far more than either alone."
+    if candidate.partner and candidate.together:
+        together = (
+            f" Together with {candidate.partner} it explains far more than either alone: "
+            f"{100 * candidate.together.fraction:.0f} %."
+        )
     return (
         f"{effect.signature[0].upper()}{effect.signature[1:]}.{seen} With {effect.title} "
         f"the held-out error falls by {100 * gain.fraction:.0f} % "
