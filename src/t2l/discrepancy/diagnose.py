@@ -122,7 +122,7 @@ def _ranking(
         if name in found.leaders:
             where = (evidence.shortlist, evidence.shortlist_mask)
         candidate.uncertainty = uncertainty(found.fits[name], *where)
-    full = set(candidates) if evidence.shortlist is evidence.train else set()
+    full: set[str] = set()
     together = None
     if found.pair:
         pair = _judge(evidence, {found.pair.second: found.pair.fit}, before)

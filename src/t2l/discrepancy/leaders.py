@@ -7,8 +7,9 @@ import numpy as np
 
 from t2l.discrepancy.candidate import Pair
 from t2l.discrepancy.evidence import Evidence, some
-from t2l.discrepancy.fit import TOLERANCE, Fit, drop_hopeless, least_loss, run
+from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run
 from t2l.discrepancy.pairs import best_pair
+from t2l.discrepancy.prediction import Predictor
 from t2l.discrepancy.scan import first_guesses
 from t2l.discrepancy.search import search
 from t2l.discrepancy.uncertainty import uncertainty
@@ -18,6 +19,7 @@ from t2l.effects.term import Layout, Term
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
 ITERATIONS = 8
 REFINEMENTS = 3
+RESTARTS = 2  # derivatives on all recordings are dear
 LEADERS = 4
 PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
 NEAR = 4.0  # times the least loss: what may still turn out to be best
@@ -25,6 +27,7 @@ SEARCHED_NEAR = 1.3  # likewise, for a search that takes many simulations
 SCREENING_TOLERANCE = 5e-3  # relative decrease of the loss that counts as none
 LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
 SEARCHED = 2  # recordings on which rough effects are searched
+SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
 INSIGNIFICANT = 2.0  # standard errors from neutral
 
 Progress = Callable[[str, float], None]
@@ -88,10 +91,15 @@ def fit_all(
 
 
 def fit_fully(fits: dict[str, Fit], names: Iterable[str], evidence: Evidence) -> dict[str, Fit]:
-    """The named fits on all training samples."""
+    """The named fits on all training samples, less the joints that show no sign of the effect."""
+    predictor, mask = evidence.train, evidence.train_mask
     full = {name: _again(fits[name]) for name in names}
-    run(list(full.values()), evidence.train, evidence.train_mask, REFINEMENTS)
-    return full
+    _settle(list(full.values()), predictor, mask)
+    smaller = {name: _without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
+    smaller = {name: fit for name, fit in smaller.items() if fit is not None}
+    run(list(smaller.values()), predictor, mask, REFINEMENTS)
+    # what a joint contributes beyond 1 % of the error is kept
+    return full | {name: fit for name, fit in smaller.items() if fit.loss < 1.02 * full[name].loss}
 
 
 def moves_together(joints: Sequence[str]) -> bool:
@@ -103,6 +111,20 @@ def _again(fit: Fit, layout: Layout | None = None, keep: Sequence[int] | None = 
     """A fit from where `fit` ended, to other samples, or with only some elements kept."""
     index = slice(None) if keep is None else keep
     return Fit(layout or fit.layout, fit.u[index], fit.size[index], fit.diagonal, damping=1e-3)
+
+
+def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
+    """Fit with derivatives taken anew only where the last ones still gained much."""
+    left = fits
+    for _ in range(RESTARTS):
+        for fit in left:
+            fit.given, fit.jacobian, fit.done = {}, None, False
+        run(left, predictor, mask, 0)
+        before = [fit.loss for fit in left]
+        for fit in left:
+            fit.given = fit.columns()
+        run(left, predictor, mask, REFINEMENTS)
+        left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
 
 
 def _searched(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
@@ -138,33 +160,22 @@ def _leaders(fits: dict[str, Fit], pair: Pair | None) -> list[str]:
 
 
 def _refined(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
-    """Fits to the shortlist, without the joints that show no sign of the effect."""
+    """Fits to the shortlist; what was adopted before keeps the derivatives of the first round."""
     predictor, mask = evidence.shortlist, evidence.shortlist_mask
-    refined = {}
-    for name, fit in fits.items():
-        if predictor is evidence.screen and not fit.given:
-            fit.tolerance, fit.done = TOLERANCE, False
-            refined[name] = fit
-        else:
-            refined[name] = _again(fit)
-    run(list(refined.values()), predictor, mask, REFINEMENTS, drop_hopeless)
-    pruned = {}
+    refined = {name: _again(fit) for name, fit in fits.items()}
+    run(list(refined.values()), predictor, mask, 0)
     for name, fit in refined.items():
-        smaller = _without_insignificant(name, fit, evidence)
-        if smaller is not None:
-            pruned[name] = smaller
-    run(list(pruned.values()), predictor, mask, REFINEMENTS)
-    # what a joint contributes beyond 1 % of the error is kept
-    return refined | {
-        name: fit for name, fit in pruned.items() if fit.loss < 1.02 * refined[name].loss
-    }
+        fit.given = {key: column for key, column in fit.columns().items() if key[0] != name}
+    run(list(refined.values()), predictor, mask, REFINEMENTS, drop_hopeless)
+    return refined
 
 
-def _without_insignificant(name: str, fit: Fit, evidence: Evidence) -> Fit | None:
+def _without_idle_joints(name: str, fit: Fit, predictor: Predictor, mask: np.ndarray) -> Fit | None:
+    """A fit of effect `name` to the joints that show it alone; None if all do or none does."""
     term = next(t for t in fit.layout.terms if t.effect.name == name)
     if not any(p.per_joint for p in term.effect.parameters) or fit.jacobian is None:
         return None
-    found = uncertainty(fit, evidence.shortlist, evidence.shortlist_mask)
+    found = uncertainty(fit, predictor, mask)
     keep = []
     for joint in term.joints:
         slots = [
@@ -180,4 +191,7 @@ def _without_insignificant(name: str, fit: Fit, evidence: Evidence) -> Fit | Non
         i for i, s in enumerate(fit.layout.slots)
         if s.term is not term or s.joint is None or s.joint in keep
     ]  # fmt: skip
-    return _again(fit, layout, index)
+    smaller = _again(fit, layout, index)
+    kept = {slot.key for slot in layout.slots}
+    smaller.given = {key: column for key, column in fit.columns().items() if key in kept}
+    return smaller

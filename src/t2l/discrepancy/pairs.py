@@ -11,7 +11,7 @@ from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run
 from t2l.effects.term import Layout, Term
 
 PAIRED = 5  # best effects that are tried in pairs
-ITERATIONS = 5
+ITERATIONS = 8
 FAR_BETTER = 0.4  # of the squared error that the best effect leaves
 
 
@@ -23,11 +23,13 @@ def best_pair(fits: dict[str, Fit], evidence: Evidence, diagonal: bool) -> Pair 
     """
     finite = {name: fit for name, fit in fits.items() if np.isfinite(fit.loss)}
     best = sorted(finite, key=lambda name: finite[name].loss)[:PAIRED]
-    pairs = _fitted(list(combinations(best, 2)), finite, evidence, diagonal)
-    if not pairs or least_loss(pairs) > FAR_BETTER * least_loss(fits):
+    wanted = FAR_BETTER * least_loss(fits)
+    pairs = _fitted(list(combinations(best, 2)), finite, evidence, diagonal, wanted)
+    if not pairs or least_loss(pairs) > wanted:
         return None
     found = _simplest(pairs)
-    others = [names for names in _with_one_replaced(found, finite) if names not in pairs]
+    tried = {frozenset(names) for names in pairs}
+    others = [names for names in _with_one_replaced(found, finite) if frozenset(names) not in tried]
     pairs |= _fitted(others, finite, evidence, diagonal, least_loss(pairs))
     names = _simplest(pairs)
     return Pair(*names, pairs[names])
@@ -38,7 +40,7 @@ def _fitted(
     singles: dict[str, Fit],
     evidence: Evidence,
     diagonal: bool,
-    best: float | None = None,
+    wanted: float,
 ) -> dict[tuple[str, str], Fit]:
     """Pairs fitted from what each effect alone was fitted to; those that contain another not."""
     pairs = {}
@@ -46,7 +48,7 @@ def _fitted(
         one, two = _term(singles[first], first).effect, _term(singles[second], second).effect
         if first not in two.contains and second not in one.contains:
             pairs[first, second] = _joined(singles[first], singles[second], second, diagonal)
-    hopeless = partial(drop_hopeless, best=best)
+    hopeless = partial(drop_hopeless, best=wanted)
     run(list(pairs.values()), evidence.screen, evidence.screen_mask, ITERATIONS, hopeless)
     return {names: fit for names, fit in pairs.items() if np.isfinite(fit.loss)}
 
