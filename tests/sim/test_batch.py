@@ -73,7 +73,10 @@ def test_the_stiffest_and_most_damped_cell_is_stable(task):
 
 
 @pytest.mark.parametrize("poison", [np.nan, 1e12])
-def test_a_diverging_simulation_is_taken_out_and_the_others_go_on(task, poison):
+def test_a_diverging_simulation_is_taken_out_and_the_others_go_on(
+    task, poison, capfd, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
     starts = task.sample_starts(np.random.default_rng(0), 3)
     batch = make_batch(task.model, 3)
     apply_position_gains(batch, task.robot.joints, 100.0, 10.0)
@@ -85,3 +88,5 @@ def test_a_diverging_simulation_is_taken_out_and_the_others_go_on(task, poison):
     np.testing.assert_array_equal(running, [True, False, True])
     task.reset(batch, starts)
     assert not diverged(batch).any()
+    # MuJoCo would print every warning and write it to a file where the user works
+    assert capfd.readouterr() == ("", "") and not list(tmp_path.iterdir())

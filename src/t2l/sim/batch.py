@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike
 
 TIMESTEP_S = 0.002
 
+# a fit tries what runs away: `diverged` reports it, where MuJoCo would fill terminal and log file
+mujoco.set_mju_user_warning(lambda text: None)
+
 
 def make_batch(model: mujoco.MjModel, nsim: int, threads: int = 1) -> Batch:
     """A batch of `nsim` simulations of `model` on `threads` threads, which change no result."""
