@@ -8,8 +8,8 @@ from tests.conftest import ROOT
 
 LAYERS = [
     {"cli", "figures", "stats", "configuration"},
-    {"bc", "discrepancy"},
-    {"demos", "policies", "effects"},
+    {"bc", "discrepancy", "sim2real"},
+    {"demos", "policies", "effects", "sysid"},
     {"tasks", "measurements"},
     {"robots", "control", "gains", "sim"},
     {"artefacts", "errors", "seeds", "jobs"},

@@ -1,0 +1,1 @@
+"""The robot at the other end: deployed on, measured, compared with its simulator."""
