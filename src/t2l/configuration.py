@@ -17,6 +17,7 @@ from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import make_task
 
 SIMULATION_RATE_HZ = round(1 / TIMESTEP_S)
+RECORDING_RATE_HZ = 50
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,8 @@ class Study:
         tasks: the content of config/tasks/NAME.yaml for every task of the study.
         grid: the gains that behaviour cloning runs over.
         fidelity_cells: the gains that retargeting is validated at.
+        recording_grid: the gains that sim-to-real transfer runs over.
+        transfer_cells: those of them that are run.
         decimation: timesteps of the simulation per policy step.
     """
 
@@ -35,6 +38,8 @@ class Study:
     tasks: Mapping[str, Mapping[str, Any]]
     grid: Grid
     fidelity_cells: tuple[Cell, ...]
+    recording_grid: Grid
+    transfer_cells: tuple[Cell, ...]
     decimation: int
 
 
@@ -49,15 +54,21 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         raise ConfigurationError("\n".join(problems))
     tasks = {name: _read_task(name, folder) for name in config["tasks"]}
     grid = _read_grid(config["grid"], "grid")
-    if "recording_grid" in config:
-        _read_grid(config["recording_grid"], "recording_grid")
+    recording_grid = _read_grid(config["recording_grid"], "recording_grid")
     _check_relations(config, grid)
+    transfer_cells = recording_grid.cells
+    if config["sim_to_real"]["cells"] == "corners_and_centre":
+        chosen = {*recording_grid.corners, recording_grid.centre}
+        transfer_cells = [cell for cell in recording_grid.cells if cell in chosen]
+    _check_robot(config["robot"], transfer_cells)
     fidelity = config["fidelity"]
     return Study(
         sections=config,
         tasks=tasks,
         grid=grid,
         fidelity_cells=tuple(Cell(kp, kd) for kd in fidelity["kd"] for kp in fidelity["kp"]),
+        recording_grid=recording_grid,
+        transfer_cells=tuple(transfer_cells),
         decimation=round(SIMULATION_RATE_HZ / config["retargeting"]["policy_rate_hz"]),
     )
 
@@ -130,6 +141,12 @@ def _check_relations(config: Mapping[str, Any], grid: Grid) -> None:
             f"a divisor of the simulation's {SIMULATION_RATE_HZ} Hz",
         ),
         (
+            "identification.rate_hz",
+            config["identification"]["rate_hz"],
+            config["identification"]["rate_hz"] % RECORDING_RATE_HZ == 0,
+            f"a multiple of the recordings' {RECORDING_RATE_HZ} Hz",
+        ),
+        (
             "rollouts.executed_actions",
             config["rollouts"]["executed_actions"],
             config["rollouts"]["executed_actions"] <= config["training"]["chunk"],
@@ -145,6 +162,29 @@ def _check_relations(config: Mapping[str, Any], grid: Grid) -> None:
     ):
         if not fine:
             raise ConfigurationError(f"config: {key}: found {found}; allowed: {allowed}")
+
+
+def _check_robot(robot: Mapping[str, Any], cells: list[Cell]) -> None:
+    if robot["backend"] != "recorded":
+        if "recordings" in robot:
+            raise ConfigurationError(
+                f"config: robot.recordings: found {robot['recordings']!r}; allowed: only with "
+                "backend: recorded"
+            )
+        return
+    folder = Path(robot.get("recordings", ""))
+    if "recordings" not in robot or not folder.is_dir():
+        raise ConfigurationError(
+            f"config: robot.recordings: found {robot.get('recordings')!r}; allowed: a folder with "
+            "one recording a cell, such as kp16_kd1.csv with kp16_kd1.yaml"
+        )
+    missing = [cell.name for cell in cells if not (folder / f"{cell.name}.yaml").is_file()]
+    if missing:
+        raise ConfigurationError(
+            f"config: robot.recordings: found no {', '.join(missing[:3])} in {folder}"
+            f"{f' (and {len(missing) - 3} more)' if len(missing) > 3 else ''}; allowed: a folder "
+            "with a recording of every cell of recording_grid"
+        )
 
 
 def _problems(value: Any, schema_path: Path, where: str) -> list[str]:

@@ -7,6 +7,7 @@ from snakemake.io import report as in_report
 
 from t2l.gains import Cell
 from t2l.gains.cell import NAME_PATTERN
+from t2l.sim2real.recording import recorded_path
 
 # one process a core: libraries must not start threads of their own
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -23,16 +24,27 @@ def of_cell(artefact: str) -> str:
     return result("{task}", "cells", "{cell}", artefact)
 
 
-def captioned(path: str, caption: str):
+def of_transfer(artefact: str) -> str:
+    """The path of an artefact that every cell of the sim-to-real chain has."""
+    return result("sim_to_real", "cells", "{cell}", artefact)
+
+
+def captioned(path: str, caption: str, category: str = "Behaviour cloning"):
     """An output that `snakemake --report` shows with a caption, its path relative to the rules."""
     # str: the flag must not stick to a path that other rules use as input
-    return in_report(str(path), caption=caption, category="Behaviour cloning")
+    return in_report(str(path), caption=caption, category=category)
 
 
 def figure(name: str, caption: str) -> list:
     """The files of one figure; the report shows the PNG, which the PDF would only repeat."""
     pdf, png = (result("figures", f"{{task}}_{name}.{suffix}") for suffix in FORMATS)
     return [pdf, captioned(png, f"../report/{caption}.rst")]
+
+
+def transfer_figure(name: str, caption: str) -> list:
+    """The files of one figure of the sim-to-real chain."""
+    pdf, png = (result("figures", f"{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/{caption}.rst", "Sim-to-real")]
 
 
 def task_parameters(wildcards) -> dict:

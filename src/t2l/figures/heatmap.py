@@ -26,16 +26,16 @@ def success_and_loss(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
         cells: one row per cell, columns `COLUMNS`; successes are fractions.
     """
     with styled():
-        figure, axes = plt.subplots(1, 2, figsize=(_width(grid), _height(grid)))
+        figure, axes = plt.subplots(1, 2, figsize=(width(grid), height(grid)))
         n = int(cells.rollouts.max())
         heatmap(
             axes[0],
-            *(_matrix(cells, "success", grid), grid, "viridis", Normalize(0, 1)),
+            *(matrix(cells, "success", grid), grid, "viridis", Normalize(0, 1)),
             text=lambda v: f"{100 * v:.0f}",
             label=f"success [% of {n} rollouts]",
             percent=True,
         )
-        losses = _matrix(cells, "validation_loss", grid)
+        losses = matrix(cells, "validation_loss", grid)
         low, high = np.nanmin(losses), np.nanmax(losses)
         heatmap(
             axes[1],
@@ -54,10 +54,10 @@ def replay_success(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
         cells: one row per cell, columns `COLUMNS`; successes are fractions.
     """
     with styled():
-        figure, axes = plt.subplots(figsize=(_width(grid) / 2, _height(grid)))
+        figure, axes = plt.subplots(figsize=(width(grid) / 2, height(grid)))
         heatmap(
             axes,
-            *(_matrix(cells, "replay_success", grid), grid, "viridis", Normalize(0, 1)),
+            *(matrix(cells, "replay_success", grid), grid, "viridis", Normalize(0, 1)),
             text=lambda v: f"{100 * v:.0f}",
             label=f"replay success [% of {int(cells.replays.max())}]",
             percent=True,
@@ -66,7 +66,8 @@ def replay_success(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
     return figure
 
 
-def _matrix(table: "pd.DataFrame", column: str, grid: Grid) -> np.ndarray:
+def matrix(table: "pd.DataFrame", column: str, grid: Grid) -> np.ndarray:
+    """A column as (nkd, nkp), NaN where a cell has no row."""
     by_cell = table.set_index(["kp", "kd"])[column]
     values = [[by_cell.get((kp, kd), np.nan) for kp in grid.kp] for kd in grid.kd]
     return np.array(values, dtype=float)
@@ -81,8 +82,13 @@ def heatmap(
     text: Callable[[float], str],
     label: str | None,
     percent: bool = False,
+    region: str = "CO",
 ) -> None:
-    """Draw values (nkd, nkp) with their text, blank where NaN; with a label, a colour bar too."""
+    """Draw values (nkd, nkp) with their text, blank where NaN; with a label, a colour bar too.
+
+    Args:
+        region: to outline, as `Grid.region` names it: of the overdamped ones.
+    """
     image = axes.imshow(values, origin="lower", cmap=colours, norm=norm, aspect="auto")
     for (row, column), value in np.ndenumerate(values):
         if np.isnan(value):
@@ -101,7 +107,7 @@ def heatmap(
     axes.set_xlabel("stiffness Kp [N·m/rad]")
     axes.set_ylabel("damping Kd [N·m·s/rad]")
     axes.spines[:].set_visible(False)
-    _outline_compliant_overdamped(axes, grid)
+    _outline(axes, grid, region)
     if label is None:
         return
     bar = axes.figure.colorbar(image, ax=axes, label=label, shrink=0.9)
@@ -110,25 +116,29 @@ def heatmap(
         bar.set_ticks([0, 0.25, 0.5, 0.75, 1], labels=["0", "25", "50", "75", "100"])
 
 
-def _outline_compliant_overdamped(axes: Axes, grid: Grid) -> None:
+def _outline(axes: Axes, grid: Grid, region: str) -> None:
     compliant = sum(kp <= grid.compliant_up_to_kp for kp in grid.kp)
+    left, width = (0, compliant) if region == "CO" else (compliant, len(grid.kp) - compliant)
     underdamped = sum(kd < grid.overdamped_from_kd for kd in grid.kd)
     height = len(grid.kd) - underdamped
-    if not compliant or not height:
+    if not width or not height:
         return
-    corner = (-0.5, underdamped - 0.5)
-    axes.add_patch(
-        Rectangle(corner, compliant, height, fill=False, ec="white", lw=2.5, clip_on=False)
-    )
-    axes.add_patch(
-        Rectangle(corner, compliant, height, fill=False, ec="black", lw=1.2, ls="--", clip_on=False)
-    )
-    axes.set_title("dashed: compliant, overdamped region $G^{CO}$", fontsize=8, loc="left")
+    corner = (left - 0.5, underdamped - 0.5)
+    for colour, line, dashes in (("white", 2.5, "-"), ("black", 1.2, "--")):
+        axes.add_patch(
+            Rectangle(
+                corner, width, height, fill=False, ec=colour, lw=line, ls=dashes, clip_on=False
+            )
+        )
+    word = "compliant" if region == "CO" else "stiff"
+    axes.set_title(f"dashed: {word}, overdamped region $G^{{{region}}}$", fontsize=8, loc="left")
 
 
-def _width(grid: Grid) -> float:
+def width(grid: Grid) -> float:
+    """Inches for two heatmaps side by side."""
     return 3.4 + 1.1 * max(4, len(grid.kp))
 
 
-def _height(grid: Grid) -> float:
+def height(grid: Grid) -> float:
+    """Inches for a heatmap."""
     return 1.4 + 0.42 * max(4, len(grid.kd))

@@ -1,0 +1,16 @@
+"""Draw S* over the grid, and measured against simulated motion."""
+
+from t2l.artefacts import read_table
+from t2l.figures.identification import CELL_COLUMNS, overlays, residual_error
+from t2l.figures.style import write
+from t2l.gains import Grid
+from t2l.jobs import job
+from t2l.sysid.artefacts import LOSS_COLUMNS, TRACE_COLUMNS
+
+with job(snakemake.log[0]):
+    grid = Grid.from_section(snakemake.params.grid)
+    cells = read_table(snakemake.input.cells, CELL_COLUMNS)
+    losses = [read_table(path, LOSS_COLUMNS) for path in snakemake.input.losses]
+    traces = [read_table(path, TRACE_COLUMNS) for path in snakemake.input.traces]
+    write(residual_error(cells, losses, grid), snakemake.output.error)
+    write(overlays(traces), snakemake.output.overlays)

@@ -1,0 +1,13 @@
+"""Record one cell's identification motion."""
+
+from t2l.gains import Cell
+from t2l.jobs import job
+from t2l.measurements.log import write_recording
+from t2l.sim2real.recording import Motion
+from t2l.sim2real.robots import obtain_recording
+
+with job(snakemake.log[0]):
+    cell = Cell.from_name(snakemake.wildcards.cell)
+    motion = Motion(**snakemake.params.motion)
+    recording = obtain_recording(snakemake.params.robot, cell, motion)
+    write_recording(recording, snakemake.output.table, format="parquet")
