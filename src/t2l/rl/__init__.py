@@ -1,0 +1,1 @@
+"""Reaching by reinforcement learning in an identified simulator."""

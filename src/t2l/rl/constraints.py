@@ -1,0 +1,54 @@
+"""What a deployed policy must not do: rates at which it leaves the robot's limits."""
+
+import numpy as np
+
+from t2l.measurements.limits import FR3_VELOCITY_LIMIT
+from t2l.robots.fr3 import TORQUE_LIMIT
+
+NAMES = ("position", "velocity", "torque", "torque_rate")
+
+# the study's: the FCI rejects more than 1000
+TORQUE_RATE_LIMIT = 990.0
+
+# largest tolerated share of instants, the study's
+TOLERATED = {"position": 0.0, "velocity": 0.0, "torque": 0.0, "torque_rate": 0.2}
+
+
+def violations(
+    q: np.ndarray,
+    dq: np.ndarray,
+    torque: np.ndarray,
+    torque_before: np.ndarray,
+    period_s: float,
+    ranges: np.ndarray,
+) -> np.ndarray:
+    """Which limits an arm exceeds at an instant, on any joint: (n, 4) bool in order of `NAMES`.
+
+    Args:
+        q, dq: (n, 7), rad and rad/s.
+        torque, torque_before: (n, 7) N·m that the controller asks for now and a period earlier,
+            before any clamp.
+        ranges: (7, 2) rad.
+    """
+    rate = np.abs(torque - torque_before) / period_s
+    return np.stack(
+        [
+            ((q < ranges[:, 0]) | (q > ranges[:, 1])).any(axis=1),
+            (np.abs(dq) > FR3_VELOCITY_LIMIT).any(axis=1),
+            (np.abs(torque) > TORQUE_LIMIT).any(axis=1),
+            (rate > TORQUE_RATE_LIMIT).any(axis=1),
+        ],
+        axis=1,
+    )
+
+
+def objective(success: float, rates: dict[str, float]) -> float:
+    """The study's two-stage objective of a trial, 0 to 2.
+
+    1 + success where every rate is tolerated, else success · Π max(0, 1 − (v_c − v̄_c)) over the
+    constraints c that are not.
+    """
+    excess = {name: rates[name] - TOLERATED[name] for name in NAMES}
+    if all(value <= 0 for value in excess.values()):
+        return 1.0 + success
+    return success * float(np.prod([max(0.0, 1.0 - max(0.0, value)) for value in excess.values()]))

@@ -1,0 +1,212 @@
+"""Reaching as a stable-baselines3 VecEnv: all environments are one batch of simulations.
+
+An action a in [-1, 1]⁷ commands q_des = q + α ⊙ a, where α has one value for joints 1 to 4 and
+one for joints 5 to 7; the command is held for a policy period.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+from gymnasium import spaces
+from stable_baselines3.common.vec_env import VecEnv
+
+from t2l.control.position import pd_torque
+from t2l.errors import ConfigurationError
+from t2l.gains import Cell
+from t2l.rl.constraints import NAMES, violations
+from t2l.rl.reach import SITE, Reach, joint_ranges
+from t2l.robots.fr3 import JOINTS
+from t2l.sysid.parameters import Parameters
+from t2l.sysid.simulator import RATE_HZ, Simulator
+
+HORIZON_S = 4.0
+PROXIMAL = 4  # joints that share the first action scale
+
+
+class ReachEnvironments(VecEnv):
+    """`n` arms that reach, each to goals of its own.
+
+    An episode has a fixed length and ends by truncation. Episodes begin at random points of
+    their length, so that they do not all end at once. The info of an episode that ends holds
+    `success` and, by constraint, the share of instants that violated it.
+    """
+
+    def __init__(
+        self,
+        task: Reach,
+        cell: Cell,
+        parameters: Parameters,
+        action_scale: tuple[float, float],
+        n: int,
+        seed: int,
+        policy_rate_hz: float = 50.0,
+        horizon_s: float = HORIZON_S,
+        rate_hz: float = RATE_HZ,
+        threads: int = 1,
+        randomisation: float = 0.0,
+        staggered: bool = True,
+    ):
+        """See the class.
+
+        Args:
+            parameters: of the identified simulator, (7,) each.
+            action_scale: α of joints 1 to 4 and 5 to 7, rad.
+            randomisation: each environment's parameters differ by up to this fraction.
+            staggered: whether first episodes begin at random points of their length.
+
+        Raises:
+            ConfigurationError: an action scale is not above zero, or the policy's rate does not
+                divide the simulator's.
+        """
+        if not all(0 < scale < np.inf for scale in action_scale):
+            raise ConfigurationError(
+                f"action scale: found {action_scale}; allowed: two numbers above 0"
+            )
+        nstep = rate_hz / policy_rate_hz
+        if abs(nstep - round(nstep)) > 1e-9:
+            raise ConfigurationError(
+                f"policy rate: found {policy_rate_hz:g} Hz; allowed: a divisor of the "
+                f"simulator's {rate_hz:g} Hz"
+            )
+        self.task, self.cell = task, cell
+        self.nstep, self.horizon = round(nstep), round(horizon_s * policy_rate_hz)
+        self.scale = np.repeat(action_scale, [PROXIMAL, len(JOINTS) - PROXIMAL])
+        self.generator = np.random.default_rng(seed)
+        self.simulator = Simulator(n, threads, rate_hz)
+        self.simulator.set_parameters(_randomised(parameters, n, randomisation, self.generator))
+        self.staggered = staggered
+        self._site = self.simulator.batch.model.site(SITE).id
+        self._ranges = joint_ranges()
+        batch = self.simulator.batch
+        self._position, self._rotation = batch.bind("site_xpos"), batch.bind("site_xmat")
+        self.render_mode = None
+        self._infos: list[dict[str, Any]] = [{} for _ in range(n)]
+        self._goal = np.zeros((n, task.goal_size))
+        self._elapsed = np.zeros(n, int)
+        self._action = np.zeros((n, len(JOINTS)))
+        self._torque = np.zeros((n, len(JOINTS)))
+        self._violated = np.zeros((n, len(NAMES)))
+        size = self._observe(self._begin(np.arange(n))).shape[1]
+        super().__init__(
+            n,
+            spaces.Box(-np.inf, np.inf, (size,), np.float32),
+            spaces.Box(-1.0, 1.0, (len(JOINTS),), np.float32),
+        )
+
+    def reset(self) -> np.ndarray:
+        """Begin every episode anew."""
+        errors = self._begin(np.arange(self.num_envs))
+        if self.staggered:
+            self._elapsed = self.generator.integers(0, self.horizon, self.num_envs)
+        return self._observe(errors)
+
+    def place(self, q: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        """Begin every episode at given starts (n, 7) and goals (n, goal_size)."""
+        return self._observe(self._begin(np.arange(self.num_envs), q, goal))
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """See `VecEnv`."""
+        self._next = np.clip(actions, -1.0, 1.0)
+
+    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """See `VecEnv`."""
+        change, self._action = self._next - self._action, self._next
+        self._advance(self.simulator.qpos + self.scale * self._action)
+        errors = self._errors()
+        reward = self.task.reward(errors, self.simulator.qvel, change)
+        self._elapsed += 1
+        done = self._elapsed >= self.horizon
+        observation = self._observe(errors)
+        infos = self._infos
+        if done.any():
+            ended = np.flatnonzero(done)
+            infos = list(self._infos)
+            success = self.task.success(errors)
+            rates = self._violated[ended] / (self.horizon * self.nstep)
+            for i, rate in zip(ended, rates, strict=True):
+                infos[i] = {
+                    "terminal_observation": observation[i],
+                    "TimeLimit.truncated": True,
+                    "success": bool(success[i]),
+                    **dict(zip(NAMES, rate.tolist(), strict=True)),
+                }
+            self._begin(ended)
+            observation = observation.copy()
+            observation[ended] = self._observe(self._errors())[ended]
+        return observation, reward.astype(np.float32), done, infos
+
+    def _advance(self, q_des: np.ndarray) -> None:
+        simulator, period = self.simulator, self.simulator.timestep_s
+        for _ in range(self.nstep):
+            # what the robot's own controller would ask for, with the gains it is given
+            torque = pd_torque(q_des, simulator.qpos, simulator.qvel, self.cell.kp, self.cell.kd)
+            self._violated += violations(
+                simulator.qpos, simulator.qvel, torque, self._torque, period, self._ranges
+            )
+            self._torque = torque
+            simulator.step(q_des, 1)
+
+    def _begin(
+        self, ids: np.ndarray, q: np.ndarray | None = None, goal: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Put environments `ids` at a start at rest with a goal; the errors of all."""
+        simulator, task = self.simulator, self.task
+        simulator.batch.reset(ids=ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        simulator.qpos[ids] = task.sample_starts(self.generator, len(ids)) if q is None else q
+        self._goal[ids] = task.sample_goals(self.generator, len(ids)) if goal is None else goal
+        self._elapsed[ids] = 0
+        self._action[ids] = 0.0
+        self._torque[ids] = 0.0
+        self._violated[ids] = 0.0
+        return self._errors()
+
+    def _errors(self) -> np.ndarray:
+        pose = np.empty((0, 12))
+        if self.task.goal_size != len(JOINTS):
+            self.simulator.batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
+            pose = np.concatenate(
+                [
+                    self._position[:, self._site],
+                    self._rotation[:, self._site].reshape(-1, 9),
+                ],
+                axis=1,
+            )
+        return self.task.errors(self.simulator.qpos, pose, self._goal)
+
+    def _observe(self, errors: np.ndarray) -> np.ndarray:
+        parts = [self.simulator.qpos, self.simulator.qvel, errors, self._action]
+        return np.concatenate(parts, axis=1).astype(np.float32)
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+    def get_attr(self, attr_name: str, indices=None) -> list[Any]:
+        """See `VecEnv`; the environments share their attributes."""
+        return [getattr(self, attr_name)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices=None) -> None:
+        """See `VecEnv`."""
+        raise AttributeError("the environments of a batch share their attributes")
+
+    def env_method(self, method_name: str, *method_args, indices=None, **method_kwargs):
+        """See `VecEnv`."""
+        raise AttributeError("the environments of a batch have no methods of their own")
+
+    def env_is_wrapped(self, wrapper_class, indices=None) -> list[bool]:
+        """See `VecEnv`."""
+        return [False] * len(list(self._get_indices(indices)))
+
+
+def _randomised(
+    parameters: Mapping[str, np.ndarray],
+    n: int,
+    fraction: float,
+    generator: np.random.Generator,
+) -> Parameters:
+    """Parameters (n, 7), each up to `fraction` more or less."""
+    return {
+        name: values * generator.uniform(1 - fraction, 1 + fraction, (n, len(JOINTS)))
+        for name, values in parameters.items()
+    }

@@ -1,0 +1,174 @@
+"""The two reaching tasks: what a goal is, what a policy sees, what it is paid for."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from t2l.robots.fr3 import JOINTS
+from t2l.sysid.simulator import model
+
+# The pose of the study's recordings; starts and goals are drawn about it.
+CENTRE = (0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, -np.pi / 4)
+START_SPREAD_RAD = 0.1
+GOAL_SPREAD_RAD = 0.6
+MARGIN_RAD = 0.1  # of goals from the ends of the ranges
+
+SITE = "attachment_site"
+
+
+def joint_ranges() -> np.ndarray:
+    """(7, 2) rad."""
+    return model().jnt_range.copy()
+
+
+class Reach(ABC):
+    """A goal to reach and hold; success is judged at the end of an episode.
+
+    Attributes:
+        name: what configurations write.
+        goal_size, errors_size: numbers in a goal, and in what is left to do.
+        weights: of the reward's terms.
+    """
+
+    name: str
+    goal_size: int
+    errors_size: int
+    weights: Mapping[str, float]
+
+    def sample_starts(self, generator: np.random.Generator, n: int) -> np.ndarray:
+        """(n, 7) rad."""
+        return np.array(CENTRE) + generator.normal(0.0, START_SPREAD_RAD, (n, len(JOINTS)))
+
+    def sample_joint_goals(self, generator: np.random.Generator, n: int) -> np.ndarray:
+        """(n, 7) rad, within the ranges, each joint uniform about the centre."""
+        low, high = (
+            np.clip(
+                np.array(CENTRE) + sign * GOAL_SPREAD_RAD,
+                *(joint_ranges() + np.array([MARGIN_RAD, -MARGIN_RAD])).T,
+            )
+            for sign in (-1, 1)
+        )
+        return generator.uniform(low, high, (n, len(JOINTS)))
+
+    @abstractmethod
+    def sample_goals(self, generator: np.random.Generator, n: int) -> np.ndarray:
+        """(n, goal_size), all reachable."""
+
+    @abstractmethod
+    def errors(self, q: np.ndarray, pose: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        """(n, errors_size) what is left to do, signed.
+
+        Args:
+            q: (n, 7) rad.
+            pose: (n, 12) of the flange: position in m and rotation matrix.
+        """
+
+    @abstractmethod
+    def success(self, errors: np.ndarray) -> np.ndarray:
+        """(n,) bool."""
+
+    @abstractmethod
+    def reward(self, errors: np.ndarray, dq: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """(n,); `change` (n, 7) is by how much the action differs from the one before."""
+
+
+@dataclass(frozen=True)
+class JointReach(Reach):
+    """Success: ‖q − q_goal‖ < 0.1 rad."""
+
+    name = "joint_reach"
+    goal_size = 7
+    errors_size = 7
+    weights: Mapping[str, float] = field(
+        default_factory=lambda: {"distance": 1.0, "near": 1.0, "velocity": 0.02, "change": 0.005}
+    )
+    tolerance_rad: float = 0.1
+
+    def sample_goals(self, generator, n):
+        """See `Reach`."""
+        return self.sample_joint_goals(generator, n)
+
+    def errors(self, q, pose, goal):
+        """See `Reach`: (n, 7) rad."""
+        return goal - q
+
+    def success(self, errors):
+        """See `Reach`."""
+        return np.linalg.norm(errors, axis=1) < self.tolerance_rad
+
+    def reward(self, errors, dq, change):
+        """See `Reach`."""
+        distance, w = np.linalg.norm(errors, axis=1), self.weights
+        return (
+            -w["distance"] * distance
+            + w["near"] * (1 - np.tanh(distance / self.tolerance_rad))
+            - w["velocity"] * (dq**2).sum(axis=1)
+            - w["change"] * (change**2).sum(axis=1)
+        )
+
+
+@dataclass(frozen=True)
+class EndEffectorReach(Reach):
+    """Success: flange within 0.02 m of the goal's position and 0.1 rad of its orientation."""
+
+    name = "end_effector_reach"
+    goal_size = 12
+    errors_size = 6
+    weights: Mapping[str, float] = field(
+        default_factory=lambda: {
+            "position": 2.0, "orientation": 0.5, "near": 1.0, "velocity": 0.02, "change": 0.005
+        }
+    )  # fmt: skip
+    position_tolerance_m: float = 0.02
+    orientation_tolerance_rad: float = 0.1
+
+    def sample_goals(self, generator, n):
+        """See `Reach`: poses of sampled joint positions, so that all can be reached."""
+        arm = model()
+        data, site = mujoco.MjData(arm), arm.site(SITE).id
+        goals = np.empty((n, self.goal_size))
+        for goal, q in zip(goals, self.sample_joint_goals(generator, n), strict=True):
+            data.qpos[:] = q
+            mujoco.mj_kinematics(arm, data)
+            goal[:3], goal[3:] = data.site_xpos[site], data.site_xmat[site]
+        return goals
+
+    def errors(self, q, pose, goal):
+        """See `Reach`: (n, 6), m and the rotation vector in rad."""
+        here, there = pose[:, 3:].reshape(-1, 3, 3), goal[:, 3:].reshape(-1, 3, 3)
+        return np.concatenate(
+            [goal[:, :3] - pose[:, :3], rotation_vector(there @ here.transpose(0, 2, 1))], axis=1
+        )
+
+    def success(self, errors):
+        """See `Reach`."""
+        near = np.linalg.norm(errors[:, :3], axis=1) < self.position_tolerance_m
+        aligned = np.linalg.norm(errors[:, 3:], axis=1) < self.orientation_tolerance_rad
+        return near & aligned
+
+    def reward(self, errors, dq, change):
+        """See `Reach`."""
+        away = np.linalg.norm(errors[:, :3], axis=1)
+        turned = np.linalg.norm(errors[:, 3:], axis=1)
+        near = np.tanh(away / 0.1) + np.tanh(turned / 0.3)
+        w = self.weights
+        return (
+            -w["position"] * away
+            - w["orientation"] * turned
+            + w["near"] * (1 - near / 2)
+            - w["velocity"] * (dq**2).sum(axis=1)
+            - w["change"] * (change**2).sum(axis=1)
+        )
+
+
+def rotation_vector(rotation: np.ndarray) -> np.ndarray:
+    """Axis times angle (n, 3) rad of rotation matrices (n, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(rotation).as_rotvec()
+
+
+TASKS: dict[str, type[Reach]] = {task.name: task for task in (JointReach, EndEffectorReach)}

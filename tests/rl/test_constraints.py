@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from t2l.rl.constraints import NAMES, TOLERATED, objective, violations
+from t2l.rl.reach import CENTRE, joint_ranges
+
+share = st.floats(0, 1)
+
+
+@given(share, st.fixed_dictionaries(dict.fromkeys(NAMES, share)))
+def test_whoever_keeps_the_limits_beats_whoever_does_not(success, rates):
+    value = objective(success, rates)
+    tolerated = all(rates[name] <= TOLERATED[name] for name in NAMES)
+    assert (1 <= value <= 2) if tolerated else (0 <= value <= 1)
+
+
+@given(share, st.fixed_dictionaries(dict.fromkeys(NAMES, share)), st.sampled_from(NAMES), share)
+def test_more_violations_are_never_better(success, rates, name, more):
+    worse = rates | {name: max(rates[name], more)}
+    assert objective(success, worse) <= objective(success, rates) + 1e-12
+
+
+def test_a_torque_rate_within_its_allowance_costs_nothing():
+    rates = dict.fromkeys(NAMES, 0.0) | {"torque_rate": 0.2}
+    assert objective(0.9, rates) == pytest.approx(1.9)
+    assert objective(0.9, rates | {"torque_rate": 0.5}) == pytest.approx(0.9 * 0.7)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("position", {"q": (3, -0.1)}),
+        ("velocity", {"dq": (0, 2.7)}),
+        ("torque", {"torque": (6, 12.5), "before": (6, 12.0)}),
+        ("torque_rate", {"torque": (2, 11.0), "before": (2, 1.0)}),
+    ],
+)
+def test_each_limit_is_noticed_alone(name, change):
+    values = {key: np.zeros((2, 7)) for key in ("q", "dq", "torque", "before")}
+    values["q"][:] = CENTRE
+    for key, (joint, value) in change.items():
+        values[key][1, joint] = value
+    found = violations(
+        values["q"], values["dq"], values["torque"], values["before"], 0.01, joint_ranges()
+    )
+    assert not found[0].any()
+    assert [NAMES[i] for i in np.flatnonzero(found[1])] == [name]
