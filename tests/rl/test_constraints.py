@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.rl.constraints import NAMES, TOLERATED, objective, violations
+from t2l.rl.constraints import NAMES, TOLERATED, Evaluation, violations
 from t2l.rl.reach import CENTRE, joint_ranges
 
 share = st.floats(0, 1)
@@ -11,7 +11,7 @@ share = st.floats(0, 1)
 
 @given(share, st.fixed_dictionaries(dict.fromkeys(NAMES, share)))
 def test_whoever_keeps_the_limits_beats_whoever_does_not(success, rates):
-    value = objective(success, rates)
+    value = Evaluation(success, rates).objective
     tolerated = all(rates[name] <= TOLERATED[name] for name in NAMES)
     assert (1 <= value <= 2) if tolerated else (0 <= value <= 1)
 
@@ -19,13 +19,13 @@ def test_whoever_keeps_the_limits_beats_whoever_does_not(success, rates):
 @given(share, st.fixed_dictionaries(dict.fromkeys(NAMES, share)), st.sampled_from(NAMES), share)
 def test_more_violations_are_never_better(success, rates, name, more):
     worse = rates | {name: max(rates[name], more)}
-    assert objective(success, worse) <= objective(success, rates) + 1e-12
+    assert Evaluation(success, worse).objective <= Evaluation(success, rates).objective + 1e-12
 
 
 def test_a_torque_rate_within_its_allowance_costs_nothing():
     rates = dict.fromkeys(NAMES, 0.0) | {"torque_rate": 0.2}
-    assert objective(0.9, rates) == pytest.approx(1.9)
-    assert objective(0.9, rates | {"torque_rate": 0.5}) == pytest.approx(0.9 * 0.7)
+    assert Evaluation(0.9, rates).objective == pytest.approx(1.9)
+    assert Evaluation(0.9, rates | {"torque_rate": 0.5}).objective == pytest.approx(0.9 * 0.7)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from t2l.rl.reach import SITE, EndEffectorReach, JointReach, joint_ranges, rotation_vector
+from t2l.rl.kinematics import SITE
+from t2l.rl.reach import EndEffectorReach, JointReach, joint_ranges, rotation_vector
 from t2l.sysid.simulator import model
 
 

@@ -29,6 +29,11 @@ def of_transfer(artefact: str) -> str:
     return result("sim_to_real", "cells", "{cell}", artefact)
 
 
+def of_condition(artefact: str) -> str:
+    """The path of an artefact that every cell of every condition has."""
+    return result("sim_to_real", "{condition}", "{cell}", artefact)
+
+
 def captioned(path: str, caption: str, category: str = "Behaviour cloning"):
     """An output that `snakemake --report` shows with a caption, its path relative to the rules."""
     # str: the flag must not stick to a path that other rules use as input
@@ -45,6 +50,12 @@ def transfer_figure(name: str, caption: str) -> list:
     """The files of one figure of the sim-to-real chain."""
     pdf, png = (result("figures", f"{name}.{suffix}") for suffix in FORMATS)
     return [pdf, captioned(png, f"../report/{caption}.rst", "Sim-to-real")]
+
+
+def captioned_table(name: str) -> list:
+    """The files of one table of the sim-to-real chain; the report shows the CSV."""
+    csv, markdown, latex = multiext(result("tables", name), ".csv", ".md", ".tex")
+    return [captioned(csv, f"../report/{name}_table.rst", "Sim-to-real"), markdown, latex]
 
 
 def task_parameters(wildcards) -> dict:

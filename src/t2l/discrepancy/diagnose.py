@@ -134,7 +134,8 @@ def _ranking(
             mark_ties(ranking)
             return ranking
         progress(f"fitting {', '.join(first)} to all recordings", 0.9)
-        fits = fit_fully(found.fits, first, evidence)
+        origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
+        fits = fit_fully(found.fits, first, evidence, origin)
         for name, candidate in _judge(evidence, fits, before).items():
             candidate.uncertainty = uncertainty(fits[name], evidence.train, evidence.train_mask)
             candidates[name] = candidate

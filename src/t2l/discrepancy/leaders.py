@@ -1,6 +1,6 @@
 """Every effect fitted on a few recordings, the likeliest on more, the first on all of them."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,7 @@ from t2l.discrepancy.candidate import Pair
 from t2l.discrepancy.evidence import Evidence, some
 from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run
 from t2l.discrepancy.pairs import best_pair
-from t2l.discrepancy.prediction import Predictor
+from t2l.discrepancy.prediction import Predictor, Request
 from t2l.discrepancy.scan import first_guesses
 from t2l.discrepancy.search import search
 from t2l.discrepancy.uncertainty import uncertainty
@@ -31,6 +31,7 @@ SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
 INSIGNIFICANT = 2.0  # standard errors from neutral
 
 Progress = Callable[[str, float], None]
+Origin = Mapping[tuple, float]  # elements of u by slot key
 
 
 @dataclass(frozen=True)
@@ -86,14 +87,21 @@ def fit_all(
         pair = best_pair(fits, evidence, diagonal)
     progress("refining the best", 0.7)
     leaders = _leaders(fits, pair)
-    fits |= _refined({name: fits[name] for name in leaders}, evidence)
+    origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
+    fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
     return Fitted(fits, leaders, pair)
 
 
-def fit_fully(fits: dict[str, Fit], names: Iterable[str], evidence: Evidence) -> dict[str, Fit]:
-    """The named fits on all training samples, less the joints that show no sign of the effect."""
+def fit_fully(
+    fits: dict[str, Fit], names: Iterable[str], evidence: Evidence, origin: Origin | None = None
+) -> dict[str, Fit]:
+    """The named fits on all training samples, less the joints that show no sign of the effect.
+
+    Args:
+        origin: the model so far, fitted to all; few recordings may have led away from it.
+    """
     predictor, mask = evidence.train, evidence.train_mask
-    full = {name: _again(fits[name]) for name in names}
+    full = _from_the_better({name: fits[name] for name in names}, origin or {}, predictor, mask)
     _settle(list(full.values()), predictor, mask)
     smaller = {name: _without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
@@ -111,6 +119,25 @@ def _again(fit: Fit, layout: Layout | None = None, keep: Sequence[int] | None = 
     """A fit from where `fit` ended, to other samples, or with only some elements kept."""
     index = slice(None) if keep is None else keep
     return Fit(layout or fit.layout, fit.u[index], fit.size[index], fit.diagonal, damping=1e-3)
+
+
+def _from_the_better(
+    fits: dict[str, Fit], origin: Origin, predictor: Predictor, mask: np.ndarray
+) -> dict[str, Fit]:
+    """Fits from where they ended, or with what was adopted as in `origin`, where that is better."""
+    starts = {
+        name: np.array(
+            [fit.u, [origin.get(s.key, v) for s, v in zip(fit.layout.slots, fit.u, strict=True)]]
+        )
+        for name, fit in fits.items()
+    }
+    requests = [Request(fit.layout, starts[name]) for name, fit in fits.items()]
+    begun = {}
+    for (name, fit), q in zip(fits.items(), predictor.predict(requests), strict=True):
+        losses = np.mean((q - predictor.samples.q)[:, mask] ** 2, axis=1)
+        begun[name] = _again(fit)
+        begun[name].u = starts[name][int(np.argmin(np.nan_to_num(losses, nan=np.inf)))]
+    return begun
 
 
 def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
@@ -159,10 +186,10 @@ def _leaders(fits: dict[str, Fit], pair: Pair | None) -> list[str]:
     return leaders + [name for name in members if name not in leaders]
 
 
-def _refined(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+def _refined(fits: dict[str, Fit], evidence: Evidence, origin: Origin) -> dict[str, Fit]:
     """Fits to the shortlist; what was adopted before keeps the derivatives of the first round."""
     predictor, mask = evidence.shortlist, evidence.shortlist_mask
-    refined = {name: _again(fit) for name, fit in fits.items()}
+    refined = _from_the_better(fits, origin, predictor, mask)
     run(list(refined.values()), predictor, mask, 0)
     for name, fit in refined.items():
         fit.given = {key: column for key, column in fit.columns().items() if key[0] != name}

@@ -76,7 +76,9 @@ def _term(fit: Fit, name: str) -> Term:
 
 def _joined(fit: Fit, other: Fit, name: str, diagonal: bool) -> Fit:
     """`fit` with the effect `name` of `other` too."""
-    layout = Layout([*fit.layout.terms, _term(other, name)])
+    # the model so far may have it on some joints already
+    rest = [term for term in fit.layout.terms if term.effect.name != name]
+    layout = Layout([*rest, _term(other, name)])
     values = {k: {p: v[0] for p, v in d.items()} for k, d in fit.layout.decode(fit.u[None]).items()}
     theirs = other.layout.decode(other.u[None])[name]
     values[name] = {parameter: value[0] for parameter, value in theirs.items()}

@@ -10,6 +10,7 @@ from t2l.errors import RecordingError
 from t2l.gains import Cell
 from t2l.measurements import excitation
 from t2l.measurements.checks import LEAST_DURATION_S, LEAST_SAMPLES
+from t2l.measurements.franka import CONTROL_RATE_HZ, SIMULATION
 from t2l.measurements.keys import Keys, describe, read_yaml
 from t2l.measurements.limits import Limits, check_commands, fr3_limits
 from t2l.robots import fr3
@@ -30,10 +31,6 @@ KIND_KEYS = {
     "chirp": ("from_hz", "to_hz"),
     "multisine": ("frequencies_hz", "seed"),
 }
-SIMULATION = "simulation"
-
-# aiofranka's torque loop runs at the rate of the robot, and at no other
-CONTROL_RATE_HZ = 1000
 
 
 @dataclass(frozen=True)

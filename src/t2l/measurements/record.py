@@ -5,31 +5,18 @@ the commands of the plan. aiofranka's loop logs every cycle; a row is kept for e
 cycle that first used it, so that the log says when a command acted and not when it was sent.
 """
 
-import contextlib
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from t2l.errors import RecordingError
-from t2l.measurements.excitation import SMOOTH_STEP_PEAK_VELOCITY, smooth_step
-from t2l.measurements.limits import check_state
+from t2l.measurements.franka import CONTROL_RATE_HZ, FrankaArm, franka_arm
 from t2l.measurements.log import write_recording
-from t2l.measurements.plan import CONTROL_RATE_HZ, SIMULATION, Plan, Setting, check_free
+from t2l.measurements.plan import Plan, Setting, check_free
 from t2l.measurements.recording import Recording
-
-# to move about and to brake: aiofranka's stiffness, and damping near critical at every joint
-APPROACH_KP, APPROACH_KD = 80.0, 16.0
-APPROACH_VELOCITY = 0.4  # rad/s
-
-# to come to rest at the start under the gains of the setting
-SETTLE_S = 1.0
-# to come to rest when a motion is broken off
-BRAKE_S = 0.5
 
 FIELDS = ["time", "q", "dq", "tau", "q_desired"]
 TAU = "tau is the torque that was sent, on top of the robot's gravity compensation"
@@ -55,7 +42,7 @@ def record(plan: Plan, folder: Path | str, report: Callable[[str], None] = print
     folder = Path(folder)
     check_free(plan, folder)
     paths = []
-    with _arm(plan) as arm:
+    with franka_arm(plan.address, plan.limits, plan.path) as arm:
         for setting in plan.settings:
             recording = _record_one(arm, plan, setting)
             paths.append(write_recording(recording, folder / setting.name))
@@ -73,114 +60,16 @@ def _summary(recording: Recording, plan: Plan) -> str:
     return text
 
 
-@contextlib.contextmanager
-def _arm(plan: Plan) -> Iterator[Any]:
-    """A started aiofranka Controller, stopped again however the block ends."""
-    # slow to import, and only needed here
-    import aiofranka
-
-    try:
-        with _no_viewer():
-            robot = aiofranka.Robot(None if plan.address == SIMULATION else plan.address)
-    # libfranka's errors have no common base but Exception
-    except Exception as error:
-        reason = " ".join(str(error).split())
-        raise RecordingError(
-            plan.path,
-            "key address",
-            f"{plan.address}, which cannot be reached ({reason})",
-            f"{SIMULATION}, or the address of an FR3 with FCI active (aiofranka unlock)",
-        ) from None
-    controller = aiofranka.Controller(robot)
-    try:
-        controller.start()
-        yield controller
-    except RuntimeError as error:
-        raise RecordingError(
-            plan.path, "the robot", str(error), "a run without errors of the robot"
-        ) from error
-    finally:
-        try:
-            _brake(controller)
-        finally:
-            robot.close()
-
-
-@contextlib.contextmanager
-def _no_viewer() -> Iterator[None]:
-    """Let aiofranka's simulation do without the window that it opens unasked."""
-    import mujoco.viewer
-
-    class NoViewer:
-        def sync(self) -> None: ...
-
-        def close(self) -> None: ...
-
-    launch = mujoco.viewer.launch_passive
-    mujoco.viewer.launch_passive = lambda *_, **__: NoViewer()
-    try:
-        yield
-    finally:
-        mujoco.viewer.launch_passive = launch
-
-
-def _brake(controller: Any) -> None:
-    """Hold the arm where it is until it rests; a loop that has stopped needs none of it."""
-    if not controller.running:
-        return
-    with contextlib.suppress(RuntimeError):
-        _take_gains(controller, np.full(7, APPROACH_KP), np.full(7, APPROACH_KD))
-        time.sleep(BRAKE_S)
-
-
-def _take_gains(controller: Any, kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
-    """Change gains without a jump: the target becomes the pose, which is returned."""
-    controller.switch("impedance")
-    controller.kp, controller.kd = kp, kd
-    return np.array(controller.initial_qpos)
-
-
-def _record_one(controller: Any, plan: Plan, setting: Setting) -> Recording:
-    start = plan.q_des[0]
-    here = _take_gains(controller, np.full(7, APPROACH_KP), np.full(7, APPROACH_KD))
-    distance = np.abs(start - here).max()
-    duration = max(1.0, SMOOTH_STEP_PEAK_VELOCITY * distance / APPROACH_VELOCITY)
-    _follow(controller, plan, _line(here, start, duration, plan), f"{setting.name}, approach")
-    here = _take_gains(controller, setting.kp, setting.kd)
-    settle = _line(here, start, SETTLE_S, plan)
-    hold = np.repeat(start[None], round(SETTLE_S * plan.command_rate_hz), axis=0)
-    _follow(controller, plan, np.concatenate([settle, hold]), f"{setting.name}, settling")
+def _record_one(arm: FrankaArm, plan: Plan, setting: Setting) -> Recording:
+    arm.approach(plan.q_des[0], setting.kp, setting.kd, setting.name)
     # the loop must never wait for its buffer to be emptied
-    with controller.record(FIELDS, seconds=plan.duration_s + 60.0) as cycles:
-        _follow(controller, plan, plan.q_des, setting.name)
+    with arm.controller.record(FIELDS, seconds=plan.duration_s + 60.0) as cycles:
+        arm.follow(plan.q_des, plan.command_rate_hz, setting.name)
     if cycles.dropped:
         raise RecordingError(
             plan.path, setting.name, f"{cycles.dropped} cycles not logged", "none; record it again"
         )
     return _as_recording(cycles.data(), plan, setting)
-
-
-def _line(start: np.ndarray, end: np.ndarray, duration_s: float, plan: Plan) -> np.ndarray:
-    """Commands from one pose to another, (n, njoint)."""
-    n = max(2, round(duration_s * plan.command_rate_hz))
-    return start + smooth_step(np.arange(1, n + 1) / n)[:, None] * (end - start)
-
-
-def _follow(controller: Any, plan: Plan, q_des: np.ndarray, what: str) -> None:
-    """Send commands at their rate, and watch the arm.
-
-    A command is never sent earlier than a period after the one before: what a stalled computer
-    did not send in time comes late, where catching up would make the arm jump.
-    """
-    period = 1 / plan.command_rate_hz
-    due = time.perf_counter()
-    for row, command in enumerate(q_des):
-        controller.q_desired = command
-        due = max(due + period, time.perf_counter() + period / 2)
-        time.sleep(max(0.0, due - time.perf_counter()))
-        state = controller.robot.state
-        where = f"{what}, {row * period:.2f} s"
-        check_state(state["qpos"], state["qvel"], plan.limits, plan.path, where)
 
 
 def _as_recording(cycles: dict[str, np.ndarray], plan: Plan, setting: Setting) -> Recording:

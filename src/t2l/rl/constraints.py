@@ -1,5 +1,9 @@
 """What a deployed policy must not do: rates at which it leaves the robot's limits."""
 
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 
 from t2l.measurements.limits import FR3_VELOCITY_LIMIT
@@ -42,13 +46,21 @@ def violations(
     )
 
 
-def objective(success: float, rates: dict[str, float]) -> float:
-    """The study's two-stage objective of a trial, 0 to 2.
+@dataclass(frozen=True)
+class Evaluation:
+    """Success rate over episodes, and the share of instants that violated each constraint."""
 
-    1 + success where every rate is tolerated, else success · Π max(0, 1 − (v_c − v̄_c)) over the
-    constraints c that are not.
-    """
-    excess = {name: rates[name] - TOLERATED[name] for name in NAMES}
-    if all(value <= 0 for value in excess.values()):
-        return 1.0 + success
-    return success * float(np.prod([max(0.0, 1.0 - max(0.0, value)) for value in excess.values()]))
+    success: float
+    rates: Mapping[str, float]
+
+    @property
+    def objective(self) -> float:
+        """The study's two-stage objective of a trial, 0 to 2.
+
+        1 + success where every rate is tolerated, else success · Π max(0, 1 − (v_c − v̄_c)) over
+        the constraints c that are not.
+        """
+        excess = [self.rates[name] - TOLERATED[name] for name in NAMES]
+        if all(value <= 0 for value in excess):
+            return 1.0 + self.success
+        return self.success * math.prod(max(0.0, 1.0 - max(0.0, value)) for value in excess)

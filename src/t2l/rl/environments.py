@@ -16,13 +16,12 @@ from t2l.control.position import pd_torque
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.rl.constraints import NAMES, violations
-from t2l.rl.reach import SITE, Reach, joint_ranges
+from t2l.rl.interface import observe, per_joint
+from t2l.rl.kinematics import SITE, flange_pose
+from t2l.rl.reach import Reach, joint_ranges
 from t2l.robots.fr3 import JOINTS
 from t2l.sysid.parameters import Parameters
 from t2l.sysid.simulator import RATE_HZ, Simulator
-
-HORIZON_S = 4.0
-PROXIMAL = 4  # joints that share the first action scale
 
 
 class ReachEnvironments(VecEnv):
@@ -42,7 +41,7 @@ class ReachEnvironments(VecEnv):
         n: int,
         seed: int,
         policy_rate_hz: float = 50.0,
-        horizon_s: float = HORIZON_S,
+        horizon_s: float = 4.0,
         rate_hz: float = RATE_HZ,
         threads: int = 1,
         randomisation: float = 0.0,
@@ -72,7 +71,8 @@ class ReachEnvironments(VecEnv):
             )
         self.task, self.cell = task, cell
         self.nstep, self.horizon = round(nstep), round(horizon_s * policy_rate_hz)
-        self.scale = np.repeat(action_scale, [PROXIMAL, len(JOINTS) - PROXIMAL])
+        self.action_scale = tuple(action_scale)
+        self.scale = per_joint(self.action_scale)
         self.generator = np.random.default_rng(seed)
         self.simulator = Simulator(n, threads, rate_hz)
         self.simulator.set_parameters(_randomised(parameters, n, randomisation, self.generator))
@@ -166,18 +166,11 @@ class ReachEnvironments(VecEnv):
         pose = np.empty((0, 12))
         if self.task.goal_size != len(JOINTS):
             self.simulator.batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
-            pose = np.concatenate(
-                [
-                    self._position[:, self._site],
-                    self._rotation[:, self._site].reshape(-1, 9),
-                ],
-                axis=1,
-            )
+            pose = flange_pose(self._position, self._rotation, self._site)
         return self.task.errors(self.simulator.qpos, pose, self._goal)
 
     def _observe(self, errors: np.ndarray) -> np.ndarray:
-        parts = [self.simulator.qpos, self.simulator.qvel, errors, self._action]
-        return np.concatenate(parts, axis=1).astype(np.float32)
+        return observe(self.simulator.qpos, self.simulator.qvel, errors, self._action)
 
     def close(self) -> None:
         """Nothing to release."""

@@ -3,10 +3,12 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
-import mujoco
 import numpy as np
 
+from t2l.errors import ConfigurationError
+from t2l.rl.kinematics import Flange
 from t2l.robots.fr3 import JOINTS
 from t2l.sysid.simulator import model
 
@@ -15,8 +17,6 @@ CENTRE = (0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, -np.pi / 4)
 START_SPREAD_RAD = 0.1
 GOAL_SPREAD_RAD = 0.6
 MARGIN_RAD = 0.1  # of goals from the ends of the ranges
-
-SITE = "attachment_site"
 
 
 def joint_ranges() -> np.ndarray:
@@ -127,14 +127,7 @@ class EndEffectorReach(Reach):
 
     def sample_goals(self, generator, n):
         """See `Reach`: poses of sampled joint positions, so that all can be reached."""
-        arm = model()
-        data, site = mujoco.MjData(arm), arm.site(SITE).id
-        goals = np.empty((n, self.goal_size))
-        for goal, q in zip(goals, self.sample_joint_goals(generator, n), strict=True):
-            data.qpos[:] = q
-            mujoco.mj_kinematics(arm, data)
-            goal[:3], goal[3:] = data.site_xpos[site], data.site_xmat[site]
-        return goals
+        return Flange(n).pose(self.sample_joint_goals(generator, n))
 
     def errors(self, q, pose, goal):
         """See `Reach`: (n, 6), m and the rotation vector in rad."""
@@ -172,3 +165,18 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
 
 
 TASKS: dict[str, type[Reach]] = {task.name: task for task in (JointReach, EndEffectorReach)}
+
+
+def make_task(name: str, weights: Mapping[str, float] = MappingProxyType({})) -> Reach:
+    """A task by its name, with some of its reward's weights replaced.
+
+    Raises:
+        ConfigurationError: the reward has no such weight.
+    """
+    own = TASKS[name]().weights
+    unknown = [weight for weight in weights if weight not in own]
+    if unknown:
+        raise ConfigurationError(
+            f"reward weights of {name}: found {', '.join(unknown)}; allowed: {', '.join(own)}"
+        )
+    return TASKS[name](weights={**own, **weights})

@@ -50,5 +50,9 @@ class Backend(ABC):
         """
 
     @abstractmethod
+    def hold(self) -> None:
+        """Come to rest where it is, whatever it was doing; it can be started again."""
+
+    @abstractmethod
     def close(self) -> None:
         """Stop safely and release the robot."""

@@ -1,11 +1,13 @@
 """Which robot a configuration names."""
 
 from collections.abc import Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from t2l.gains import Cell
 from t2l.measurements.recording import Recording
+from t2l.sim2real.backend import Backend
 from t2l.sim2real.recording import Motion, record, recorded
 
 
@@ -20,11 +22,30 @@ def obtain_recording(robot: Mapping[str, Any], cell: Cell, motion: Motion) -> Re
     """
     if robot["backend"] == "recorded":
         return recorded(Path(robot["recordings"]), cell)
-    # it loads the simulator, which reading a recording does not need
-    from t2l.sim2real.virtual import VirtualRobot
-
-    arm = VirtualRobot(threads=1)
+    arm = open_robot(robot, 1)
+    notes = "the virtual FR3"
+    if robot["backend"] == "aiofranka":
+        notes = f"aiofranka {version('aiofranka')}, {robot['address']}"
     try:
-        return record(arm, cell, motion, "the virtual FR3")
+        return record(arm, cell, motion, notes)
+    except BaseException:
+        arm.hold()
+        raise
     finally:
         arm.close()
+
+
+def open_robot(robot: Mapping[str, Any], n: int) -> Backend:
+    """The robot that a configuration names: `n` virtual ones side by side, or the one of metal.
+
+    Raises:
+        BackendError: it cannot be reached.
+    """
+    # either loads what reading a recording does not need
+    if robot["backend"] == "aiofranka":
+        from t2l.sim2real.franka import FrankaRobot
+
+        return FrankaRobot(robot["address"], "config: robot")
+    from t2l.sim2real.virtual import VirtualRobot
+
+    return VirtualRobot(n, threads=1)

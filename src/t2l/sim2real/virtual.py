@@ -88,6 +88,9 @@ class VirtualRobot(Backend):
             )
         return self.state
 
+    def hold(self) -> None:
+        """Nothing to brake: nobody stands beside it."""
+
     def close(self) -> None:
         """Nothing to release."""
 

@@ -1,5 +1,6 @@
 """Whether one group succeeds more often than another."""
 
+import numpy as np
 from scipy.stats import barnard_exact
 
 
@@ -22,5 +23,5 @@ def barnard_greater(successes: int, trials: int, other_successes: int, other_tri
 
 
 def bonferroni(p: float, tests: int) -> float:
-    """A p value corrected for `tests` tests."""
-    return min(1.0, p * tests)
+    """A p value corrected for `tests` tests; NaN stays NaN."""
+    return float(np.minimum(1.0, p * tests))

@@ -7,6 +7,7 @@ import pandas as pd
 from t2l.gains import Cell, Grid
 from t2l.stats.barnard import barnard_greater, bonferroni
 from t2l.stats.logistic import logistic_regression
+from t2l.stats.text import estimate, heading, latex, p_value, rate
 
 COLUMNS = ("kp", "kd", "success")
 
@@ -55,19 +56,9 @@ def behaviour_cloning_table(rollouts: Mapping[str, pd.DataFrame], grid: Grid) ->
 
 def printable(table: pd.DataFrame) -> pd.DataFrame:
     """The table in the study's layout, as text: percentages, coefficients with errors."""
-
-    def rate(success: float) -> str:
-        return "no cells" if pd.isna(success) else f"{100 * success:.1f} %"
-
-    def estimate(value: float, error: float) -> str:
-        return "undetermined" if pd.isna(value) else f"{value:+.3f} ± {error:.3f}"
-
-    def p_value(p: float) -> str:
-        return "undetermined" if pd.isna(p) else ("< 0.001" if p < 0.001 else f"{p:.3f}")
-
     return pd.DataFrame(
         {
-            "Task": [name.replace("_", " ").title() for name in table.task],
+            "Task": [heading(name) for name in table.task],
             "Success in G^CO": [rate(s) for s in table.success_co],
             "Success outside": [rate(s) for s in table.success_rest],
             "β log2 Kp": [estimate(*row) for row in _pairs(table, "beta_kp")],
@@ -90,7 +81,4 @@ def to_latex(printed: pd.DataFrame) -> str:
         "β log2 Kd": r"$\beta_{\log_2 K_d}$",
         "p": "$p$",
     }
-    cells = printed.replace(
-        {"%": r"\\%", "±": r"$\\pm$", "< ": r"$<$ ", r"([+-])(\d)": r"$\1$\2"}, regex=True
-    )
-    return cells.rename(columns=headers).to_latex(index=False, column_format="lrrrrr")
+    return latex(printed, headers)

@@ -58,8 +58,9 @@ def read_parameters(path: Path | str) -> Parameters:
             raise ValueError("one number a joint is allowed")
     except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         raise ArtefactError(
-            f"{path}: found no identified parameters ({' '.join(str(error).split())}); allowed: "
-            "a file that the rule identify wrote"
+            path,
+            f"no identified parameters ({' '.join(str(error).split())})",
+            "a file that the rule identify wrote",
         ) from None
     return parameters
 

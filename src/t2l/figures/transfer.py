@@ -1,0 +1,159 @@
+"""How far policies on the robot depart from their simulators, over the grid of gains."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+
+from t2l.figures.heatmap import heatmap, height, matrix, width
+from t2l.figures.style import COLOURS, styled, title
+from t2l.gains import Cell, Grid
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CELL_COLUMNS = ("kp", "kd", "trajectory_error", "nn_error", "jitter_rate", "stopped_rate")
+TRACE_COLUMNS = ("rollout", "where", "time")
+OBSERVATIONS = (
+    "rollout",
+    "where",
+    "q.joint2",
+    "q.joint6",
+    "dq.joint2",
+    "dq.joint6",
+    "action.joint6",
+)
+WRIST = ("fr3_joint5", "fr3_joint6", "fr3_joint7")
+
+
+def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
+    """A row a condition: trajectory error, error of the policy's outputs, share that jitters.
+
+    Args:
+        cells: per condition, one row a cell, columns `CELL_COLUMNS`.
+    """
+    shown = (
+        ("trajectory_error", "E [rad² + (rad/s)²]", "{:.2g}".format),
+        ("nn_error", "policy outputs, RMS difference", "{:.2g}".format),
+        ("jitter_rate", "rollouts that jitter [%]", lambda v: f"{100 * v:.0f}"),
+    )
+    with styled():
+        figure, axes = plt.subplots(
+            *(len(cells), 3),
+            figsize=(1.5 * width(grid), height(grid) * len(cells) + 0.3),
+            squeeze=False,
+        )
+        for row, (name, table) in enumerate(cells.items()):
+            for column, (key, label, text) in enumerate(shown):
+                values = matrix(table, key, grid)
+                norm = Normalize(0, 1)
+                if key != "jitter_rate":
+                    positive = values[np.isfinite(values) & (values > 0)]
+                    low, high = (positive.min(), positive.max()) if len(positive) else (0.1, 1.0)
+                    norm = LogNorm(low, max(high, 1.01 * low))
+                panel = axes[row, column]
+                heatmap(
+                    panel, values, grid, "magma_r", norm, text, label,
+                    percent=key == "jitter_rate", region="SO",
+                )  # fmt: skip
+                if column == 0:
+                    panel.set_ylabel(f"{title(name)}\n{panel.get_ylabel()}")
+        figure.suptitle("Robot against its identified simulator", fontsize=11)
+    return figure
+
+
+def jitter_by_period(table: "pd.DataFrame") -> Figure:
+    """Share of rollouts that jitter against the policy's period, with 95 % intervals.
+
+    Args:
+        table: as `t2l.stats.transfer.jitter_table` makes it.
+    """
+    with styled():
+        figure, axes = plt.subplots(figsize=(4.2, 3.0))
+        period, share = 1000 * table.period_s, 100 * table.jitter_rate
+        spread = [share - 100 * table.lower, 100 * table.upper - share]
+        axes.errorbar(period, share, yerr=np.maximum(spread, 0), fmt="o-", capsize=3)
+        axes.set_xlabel("policy period [ms]")
+        axes.set_ylabel("rollouts that jitter [%]")
+        axes.set_xticks(period, [f"{p:.0f}" for p in period])
+        axes.set_ylim(-3, 103)
+        axes.set_title(f"all cells, {table.rollouts.iloc[0]} rollouts a period", fontsize=9)
+    return figure
+
+
+def wrist_trajectories(traces: Mapping[Cell, "pd.DataFrame"], captions: Sequence[str]) -> Figure:
+    """A column a cell, a row a wrist joint: velocity on the robot and in its simulator.
+
+    Args:
+        traces: of one rollout each, columns `TRACE_COLUMNS` and `dq.JOINT`.
+        captions: of the columns.
+    """
+    with styled():
+        figure, axes = plt.subplots(
+            *(len(WRIST), len(traces)),
+            figsize=(3.4 * len(traces) + 0.6, 4.8),
+            sharex=True,
+            sharey="row",
+            squeeze=False,
+        )
+        for column, ((cell, trace), caption) in enumerate(
+            zip(traces.items(), captions, strict=True)
+        ):
+            for row, joint in enumerate(WRIST):
+                panel = axes[row, column]
+                for where, colour, label in (
+                    ("real", COLOURS[0], "robot"),
+                    ("sim", COLOURS[1], "identified simulator"),
+                ):
+                    part = trace[trace["where"] == where]
+                    panel.plot(part.time, part[f"dq.{joint}"], color=colour, lw=0.9, label=label)
+                if column == 0:
+                    panel.set_ylabel(f"{joint.rpartition('_')[2]}\nvelocity [rad/s]", fontsize=8)
+            axes[0, column].set_title(f"{cell}\n{caption}", fontsize=9)
+            axes[-1, column].set_xlabel("time [s]")
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        figure.align_ylabels()
+        figure.suptitle("A policy's wrist on the robot and in simulation", fontsize=11)
+    return figure
+
+
+def observation_distributions(observations: Mapping[Cell, "pd.DataFrame"]) -> Figure:
+    """A row a cell, a column an observation: densities on the robot and in its simulator.
+
+    Args:
+        observations: columns `OBSERVATIONS`.
+    """
+    columns = OBSERVATIONS[2:]
+    with styled():
+        figure, axes = plt.subplots(
+            *(len(observations), len(columns)),
+            figsize=(2.3 * len(columns) + 0.6, 1.6 * len(observations) + 0.9),
+            squeeze=False,
+        )
+        for row, (cell, table) in enumerate(observations.items()):
+            for column, name in enumerate(columns):
+                panel = axes[row, column]
+                edges = np.histogram_bin_edges(table[name], bins=40)
+                for where, colour, label in (
+                    ("real", COLOURS[0], "robot"),
+                    ("sim", COLOURS[1], "identified simulator"),
+                ):
+                    panel.hist(
+                        table.loc[table["where"] == where, name],
+                        bins=edges, density=True, histtype="step", color=colour, label=label,
+                    )  # fmt: skip
+                panel.set_yticks([])
+                panel.tick_params(labelsize=7)
+                if row == len(observations) - 1:
+                    panel.set_xlabel(f"{name} [{_unit(name)}]", fontsize=8)
+            axes[row, 0].set_ylabel(str(cell), fontsize=8)
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        figure.suptitle("What policies see on the robot and in simulation", fontsize=11)
+    return figure
+
+
+def _unit(name: str) -> str:
+    return {"q": "rad", "dq": "rad/s", "error": "rad", "action": "1"}[name.partition(".")[0]]

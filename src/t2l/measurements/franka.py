@@ -1,0 +1,178 @@
+"""An FR3 under aiofranka's joint impedance controller: of metal by its address, or simulated.
+
+aiofranka's own 1 kHz loop evaluates τ = Kp (q_des − q) − Kd q̇, clamps torques and limits their
+rate; here are the motions around it: approach, change of gains, following commands at their rate
+under watch, and coming to rest when anything goes wrong.
+"""
+
+import contextlib
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from t2l.errors import RecordingError
+from t2l.measurements.excitation import SMOOTH_STEP_PEAK_VELOCITY, smooth_step
+from t2l.measurements.limits import Limits, check_state
+
+SIMULATION = "simulation"
+
+# aiofranka's torque loop runs at the rate of the robot, and at no other
+CONTROL_RATE_HZ = 1000
+
+# to move about and to brake: aiofranka's stiffness, and damping near critical at every joint
+APPROACH_KP, APPROACH_KD = 80.0, 16.0
+APPROACH_VELOCITY = 0.4  # rad/s
+APPROACH_RATE_HZ = 50.0
+
+# to come to rest at the start under gains of one's own
+SETTLE_S = 1.0
+# to come to rest when a motion is broken off
+BRAKE_S = 0.5
+
+
+class FrankaArm:
+    """A started arm; `close` holds it where it is, then releases it.
+
+    Attributes:
+        controller: aiofranka's.
+        limits: that the arm must stay in while it moves.
+        source: file whose keys messages name.
+    """
+
+    def __init__(self, address: str, limits: Limits, source: Path):
+        """Connect and start the control loop.
+
+        Raises:
+            RecordingError: the robot cannot be reached.
+        """
+        # slow to import, and only needed here
+        import aiofranka
+
+        self.limits, self.source = limits, source
+        try:
+            with _no_viewer():
+                self._robot = aiofranka.Robot(None if address == SIMULATION else address)
+        # libfranka's errors have no common base but Exception
+        except Exception as error:
+            reason = " ".join(str(error).split())
+            raise RecordingError(
+                source,
+                "key address",
+                f"{address}, which cannot be reached ({reason})",
+                f"{SIMULATION}, or the address of an FR3 with FCI active (aiofranka unlock)",
+            ) from None
+        self.controller: Any = aiofranka.Controller(self._robot)
+        try:
+            self.controller.start()
+        except RuntimeError as error:
+            self.close()
+            raise _stopped(source, error) from error
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Hold the arm where it is until it rests, then release it."""
+        try:
+            self.brake()
+        finally:
+            self._robot.close()
+
+    def brake(self) -> None:
+        """Hold the arm where it is until it rests; a loop that has stopped needs none of it."""
+        if not self.controller.running:
+            return
+        with contextlib.suppress(RuntimeError):
+            self.take_gains(np.full(7, APPROACH_KP), np.full(7, APPROACH_KD))
+            time.sleep(BRAKE_S)
+
+    def take_gains(self, kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
+        """Change gains without a jump: the target becomes the pose, which is returned."""
+        self.controller.switch("impedance")
+        self.controller.kp, self.controller.kd = kp, kd
+        return np.array(self.controller.initial_qpos)
+
+    def approach(self, start: np.ndarray, kp: np.ndarray, kd: np.ndarray, what: str) -> None:
+        """Go to a pose (7,) rad and come to rest there under gains kp and kd (7,)."""
+        here = self.take_gains(np.full(7, APPROACH_KP), np.full(7, APPROACH_KD))
+        distance = np.abs(start - here).max()
+        duration = max(1.0, SMOOTH_STEP_PEAK_VELOCITY * distance / APPROACH_VELOCITY)
+        self.follow(_line(here, start, duration), APPROACH_RATE_HZ, f"{what}, approach")
+        here = self.take_gains(kp, kd)
+        hold = np.repeat(start[None], round(SETTLE_S * APPROACH_RATE_HZ), axis=0)
+        settle = np.concatenate([_line(here, start, SETTLE_S), hold])
+        self.follow(settle, APPROACH_RATE_HZ, f"{what}, settling")
+
+    def follow(self, q_des: np.ndarray, rate_hz: float, what: str) -> None:
+        """Send commands (n, 7) rad at their rate, and watch the arm.
+
+        A command is never sent earlier than a period after the one before: what a stalled computer
+        did not send in time comes late, where catching up would make the arm jump.
+
+        Raises:
+            RecordingError: the arm left its limits.
+        """
+        period = 1 / rate_hz
+        due = time.perf_counter()
+        for row, command in enumerate(q_des):
+            self.controller.q_desired = command
+            due = max(due + period, time.perf_counter() + period / 2)
+            time.sleep(max(0.0, due - time.perf_counter()))
+            self.watch(f"{what}, {row * period:.2f} s")
+
+    def watch(self, where: str) -> dict[str, np.ndarray]:
+        """The arm's state, if it is within its limits.
+
+        Raises:
+            RecordingError: it is not.
+        """
+        state = self._robot.state
+        check_state(state["qpos"], state["qvel"], self.limits, self.source, where)
+        return state
+
+
+@contextlib.contextmanager
+def franka_arm(address: str, limits: Limits, source: Path) -> Iterator[FrankaArm]:
+    """An arm, at rest and released again however the block ends.
+
+    Raises:
+        RecordingError: the robot cannot be reached, or its loop stopped.
+    """
+    arm = FrankaArm(address, limits, source)
+    try:
+        yield arm
+    except RuntimeError as error:
+        raise _stopped(source, error) from error
+    finally:
+        arm.close()
+
+
+def _stopped(source: Path, error: RuntimeError) -> RecordingError:
+    return RecordingError(source, "the robot", str(error), "a run without errors of the robot")
+
+
+@contextlib.contextmanager
+def _no_viewer() -> Iterator[None]:
+    """Let aiofranka's simulation do without the window that it opens unasked."""
+    import mujoco.viewer
+
+    class NoViewer:
+        def sync(self) -> None: ...
+
+        def close(self) -> None: ...
+
+    launch = mujoco.viewer.launch_passive
+    mujoco.viewer.launch_passive = lambda *_, **__: NoViewer()
+    try:
+        yield
+    finally:
+        mujoco.viewer.launch_passive = launch
+
+
+def _line(start: np.ndarray, end: np.ndarray, duration_s: float) -> np.ndarray:
+    """Commands from one pose to another, (n, 7) rad."""
+    n = max(2, round(duration_s * APPROACH_RATE_HZ))
+    return start + smooth_step(np.arange(1, n + 1) / n)[:, None] * (end - start)

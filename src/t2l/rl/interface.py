@@ -1,0 +1,22 @@
+"""What passes between a policy and a robot, simulated or not."""
+
+import numpy as np
+
+from t2l.robots.fr3 import JOINTS
+
+PROXIMAL = 4  # joints that share the first action scale
+
+
+def observe(q: np.ndarray, dq: np.ndarray, errors: np.ndarray, action: np.ndarray) -> np.ndarray:
+    """What a policy sees, (n, nobs) float32: state, what is left to do, and its last action."""
+    return np.concatenate([q, dq, errors, action], axis=1).astype(np.float32)
+
+
+def per_joint(action_scale: tuple[float, float]) -> np.ndarray:
+    """(7,) rad: α of joints 1 to 4 and 5 to 7."""
+    return np.repeat(action_scale, [PROXIMAL, len(JOINTS) - PROXIMAL])
+
+
+def command(q: np.ndarray, action: np.ndarray, action_scale: tuple[float, float]) -> np.ndarray:
+    """q_des = q + α ⊙ a, (n, 7) rad, for actions a (n, 7) in [-1, 1]."""
+    return q + per_joint(action_scale) * action

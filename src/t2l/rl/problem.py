@@ -1,0 +1,62 @@
+"""What is to be learned."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from t2l.gains import Cell
+from t2l.rl.choice import Choice
+from t2l.rl.condition import Condition
+from t2l.rl.reach import make_task
+from t2l.rl.settings import Search, Settings
+from t2l.sysid.parameters import Parameters
+from t2l.sysid.simulator import RATE_HZ
+
+if TYPE_CHECKING:
+    from t2l.rl.environments import ReachEnvironments
+
+HORIZON_S = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A condition in the identified simulator of a cell, whose parameters are (7,) each."""
+
+    condition: Condition
+    cell: Cell
+    parameters: Parameters
+    rate_hz: float = RATE_HZ
+    horizon_s: float = HORIZON_S
+
+    def environments(
+        self, choice: Choice, n: int, seed: int, training: bool = False, threads: int = 1
+    ) -> "ReachEnvironments":
+        """`n` environments; only those for training are randomised and staggered.
+
+        Raises:
+            ConfigurationError: an action scale or the policy's rate is not allowed.
+        """
+        # it loads torch, which only training needs
+        from t2l.rl.environments import ReachEnvironments
+
+        condition = self.condition
+        task = make_task(condition.task, choice.reward_weights)
+        return ReachEnvironments(
+            task, self.cell, self.parameters, choice.action_scale, n, seed,
+            policy_rate_hz=condition.policy_rate_hz, horizon_s=self.horizon_s,
+            rate_hz=self.rate_hz, threads=threads,
+            randomisation=condition.randomisation if training else 0.0, staggered=training,
+        )  # fmt: skip
+
+    def study_name(self, search: Search, settings: Settings, seed: int) -> str:
+        """Of Optuna's study: a change of what a trial is makes another; more trials do not."""
+        content = {
+            **asdict(self), "search": asdict(search) | {"trials": None},
+            "settings": asdict(settings), "seed": seed,
+        }  # fmt: skip
+        text = json.dumps(content, sort_keys=True, default=np.ndarray.tolist)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:12]
+        return f"{self.condition.name}/{self.cell.name}/{digest}"

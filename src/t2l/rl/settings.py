@@ -1,0 +1,55 @@
+"""How policies are trained and tuned; nothing here loads torch."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Of training.
+
+    Attributes:
+        environments: that run side by side.
+        updates: of the policy, each after 24 steps of every environment.
+        evaluate_every: updates between evaluations, of which the best policy is kept.
+        enough: success rate, with every constraint kept, at which training ends.
+        seed: the study's is 42.
+    """
+
+    environments: int = 256
+    updates: int = 300
+    evaluate_every: int = 20
+    enough: float = 0.98
+    seed: int = 42
+
+
+@dataclass(frozen=True)
+class Search:
+    """Of tuning.
+
+    Attributes:
+        trials: that a study is to have.
+        action_scale: bounds of both action scales, rad; searched by their logarithms.
+        reward_weights: bounds by name, searched by their logarithms.
+        startup: trials before the sampler and the pruner judge by earlier ones.
+    """
+
+    trials: int
+    action_scale: tuple[float, float] = (0.005, 1.0)
+    reward_weights: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    startup: int = 5
+
+    @classmethod
+    def from_section(cls, section: Mapping[str, Any], task: str) -> "Search":
+        """What the `tuning` section of a checked configuration asks of a task.
+
+        Joint reaching has the reward it comes with; for end-effector reaching weights are tuned.
+        """
+        weights = section["reward_weights"] if task == "end_effector_reach" else {}
+        return cls(
+            trials=section["trials"],
+            action_scale=tuple(section["action_scale"]),
+            reward_weights={name: tuple(bounds) for name, bounds in weights.items()},
+            startup=section["startup"],
+        )

@@ -1,0 +1,37 @@
+"""How reward and success grow over training."""
+
+from typing import TYPE_CHECKING
+
+from t2l.rl.choice import Choice
+from t2l.rl.problem import Problem
+from t2l.rl.settings import Settings
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COLUMNS = ("update", "steps", "reward", "success", "objective")
+EPISODES = 50
+
+
+def curve(problem: Problem, choice: Choice, settings: Settings, threads: int = 1) -> "pd.DataFrame":
+    """One row an evaluation, over the whole length of training, columns `COLUMNS`."""
+    # it loads torch, which a cell that did not pass needs not
+    import torch
+
+    from t2l.rl.train import train
+
+    torch.set_num_threads(threads)
+    whole_length = Settings(**{**vars(settings), "enough": 1.1})
+    trained = train(
+        problem.environments(choice, settings.environments, settings.seed, True, threads),
+        problem.environments(choice, EPISODES, settings.seed + 1, threads=threads),
+        whole_length,
+    )
+    return trained.history[list(COLUMNS)]
+
+
+def no_curve() -> "pd.DataFrame":
+    """The table of a cell whose policy did not pass."""
+    import pandas as pd
+
+    return pd.DataFrame({name: [] for name in COLUMNS}, dtype=float)

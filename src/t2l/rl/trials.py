@@ -1,0 +1,122 @@
+"""Optuna's studies on disk: opened, continued after a kill, shared, and read as tables."""
+
+import os
+import re
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import optuna
+from optuna.trial import FrozenTrial, TrialState
+
+from t2l.errors import T2LError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+JOURNAL = "journal"
+
+# a worker on another machine that has not reported for so long is taken for dead
+SILENCE_S = 900.0
+
+FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
+
+
+class StorageError(T2LError):
+    """Optuna's storage does not answer or is none."""
+
+
+def open_study(storage: str, journal: Path | str, name: str) -> optuna.Study:
+    """The study `name`, which is maximised, new or as it was left.
+
+    Args:
+        storage: `journal`, or the URL of a database.
+        journal: file of the journal.
+
+    Raises:
+        StorageError: the storage cannot be used.
+    """
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    with _answering(storage, journal):
+        if storage == JOURNAL:
+            from optuna.storages.journal import JournalFileBackend, JournalStorage
+
+            Path(journal).parent.mkdir(parents=True, exist_ok=True)
+            return optuna.create_study(
+                storage=JournalStorage(JournalFileBackend(str(journal))),
+                study_name=name, direction="maximize", load_if_exists=True,
+            )  # fmt: skip
+        return optuna.create_study(
+            storage=storage, study_name=name, direction="maximize", load_if_exists=True
+        )
+
+
+@contextmanager
+def _answering(storage: str, journal: Path | str) -> Iterator[None]:
+    shown = journal if storage == JOURNAL else re.sub(r"//[^@/]*@", "//…@", storage)
+    allowed = f"allowed: {JOURNAL}, or the URL of a database that answers, such as sqlite:///F.db"
+    try:
+        yield
+    # every database driver has errors of its own
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = re.sub(r"//[^@/\s]*@", "//…@", reason)
+        raise StorageError(
+            f"Optuna's storage {shown}: cannot be used ({reason[:300]}); {allowed}"
+        ) from None
+
+
+def sign(trial: optuna.Trial) -> None:
+    """Leave this process's name on a trial, and the time: repeated, it says `still at work`."""
+    trial.set_user_attr("worker", f"{socket.gethostname()}:{os.getpid()}")
+    trial.set_user_attr("seen", time.time())
+
+
+def alive(trial: FrozenTrial) -> bool:
+    """Whether the process that runs a trial still does, as far as can be seen from here."""
+    seen = trial.user_attrs.get("seen")
+    if seen is None:  # it was asked for, and not signed yet
+        started = trial.datetime_start
+        return started is not None and time.time() - started.timestamp() < SILENCE_S
+    host, _, pid = trial.user_attrs["worker"].rpartition(":")
+    if host == socket.gethostname():
+        return Path(f"/proc/{pid}").exists()
+    return time.time() - seen < SILENCE_S
+
+
+def requeue_abandoned(study: optuna.Study) -> list[int]:
+    """Fail trials that killed processes left running, and queue their parameters again."""
+    requeued = []
+    for trial in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
+        if alive(trial):
+            continue
+        try:
+            study.tell(trial.number, state=TrialState.FAIL)
+        except ValueError:  # another worker was faster
+            continue
+        if trial.params:
+            study.enqueue_trial(trial.params)
+        requeued.append(trial.number)
+    return requeued
+
+
+def count(study: optuna.Study, *states: TrialState) -> int:
+    """How many trials are in one of `states`."""
+    return len(study.get_trials(deepcopy=False, states=states))
+
+
+def table(study: optuna.Study) -> "pd.DataFrame":
+    """One row a trial that finished: number, state, value, what it chose, what it came to."""
+    import pandas as pd
+
+    return pd.DataFrame(
+        [
+            {"number": trial.number, "state": trial.state.name.lower(), "objective": trial.value}
+            | trial.params
+            | {k: v for k, v in trial.user_attrs.items() if k not in ("worker", "seen")}
+            for trial in study.get_trials(deepcopy=False, states=FINISHED)
+        ]
+    )

@@ -1,0 +1,72 @@
+"""Commands are checked before they are sent."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.control.position import pd_torque
+from t2l.gains import Cell
+from t2l.measurements.limits import FR3_VELOCITY_LIMIT
+from t2l.rl.kinematics import Flange
+from t2l.rl.reach import joint_ranges
+from t2l.robots.fr3 import JOINTS, TORQUE_LIMIT
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A box that the flange must stay in, in the frame of the robot's base, m.
+
+    The default is what an arm on a table may use: not through the table, and within its reach of
+    0.855 m (data sheet of the Franka Research 3) and the height of its shoulder, 0.333 m.
+    """
+
+    lower: tuple[float, float, float] = (-0.855, -0.855, 0.02)
+    upper: tuple[float, float, float] = (0.855, 0.855, 1.19)
+
+
+class Guard:
+    """Says what is wrong with commands, for `n` robots side by side."""
+
+    def __init__(self, n: int, cell: Cell, workspace: Workspace | None = None):
+        self._cell, self._workspace = cell, workspace or Workspace()
+        self._ranges = joint_ranges()
+        self._flange = Flange(n)
+
+    def objections(self, q_des: np.ndarray, q: np.ndarray, dq: np.ndarray) -> list[str]:
+        """For each robot why q_des (n, 7) must not be sent in state q, dq (n, 7), or nothing.
+
+        A command must lie within the joints' ranges, ask for no more than the torque limits, find
+        joints no faster than they may be, and the flange must stay in the workspace, now and where
+        the command leads.
+        """
+        torque = pd_torque(q_des, q, dq, self._cell.kp, self._cell.kd)
+        low, high = self._ranges.T
+        speed, most = np.array(FR3_VELOCITY_LIMIT), np.array(TORQUE_LIMIT)
+        checks = [
+            _beyond("position command of", q_des, low, high, "rad"),
+            _beyond("velocity of", dq, -speed, speed, "rad/s"),
+            _beyond("torque of", torque, -most, most, "N·m"),
+        ]
+        for where, at in (("measured", q), ("commanded", q_des)):
+            position = self._flange.pose(at)[:, :3]
+            box = (np.array(self._workspace.lower), np.array(self._workspace.upper))
+            axes = [f"{axis} of the flange" for axis in "xyz"]
+            checks.append(_beyond(where, position, *box, "m", axes))
+        return [next((text for text in texts if text), "") for texts in zip(*checks, strict=True)]
+
+
+def _beyond(
+    what: str, values: np.ndarray, low: np.ndarray, high: np.ndarray, unit: str, names=JOINTS
+) -> list[str]:
+    # what is not a number is not within anything
+    outside = ~((values >= low) & (values <= high))
+    texts = []
+    for row, out in zip(values, outside, strict=True):
+        if not out.any():
+            texts.append("")
+            continue
+        i = int(np.argmax(out))
+        texts.append(
+            f"{what} {names[i]} {row[i]:.4g} {unit}; allowed: {low[i]:.4g} to {high[i]:.4g}"
+        )
+    return texts

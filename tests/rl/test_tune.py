@@ -1,0 +1,134 @@
+"""Tuning with real, tiny trainings, and real Optuna storages."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import optuna
+import pytest
+from optuna.trial import TrialState
+
+from t2l.gains import Cell
+from t2l.rl.condition import Condition
+from t2l.rl.outcome import TuningError, best
+from t2l.rl.problem import Problem
+from t2l.rl.settings import Search, Settings
+from t2l.rl.trials import StorageError, count, open_study, requeue_abandoned, sign, table
+from t2l.rl.tune import first_guess, work
+from tests.rl.test_environments import PARAMETERS
+
+TINY = Settings(environments=8, updates=2, evaluate_every=1)
+PROBLEM = Problem(Condition("joint_reach", "joint_reach"), Cell(128, 16), PARAMETERS, horizon_s=0.4)
+KILLED = """
+import sys
+from pathlib import Path
+from t2l.rl.settings import Search
+from t2l.rl.trials import open_study
+from t2l.rl.tune import work
+from tests.rl.test_tune import PROBLEM, Settings
+folder = Path(sys.argv[1])
+study = open_study("journal", folder / "trials.journal", "s")
+forever = Settings(environments=8, updates=100000, evaluate_every=1)
+work(study, folder / "store", PROBLEM, Search(1), forever, 0)
+"""
+
+
+def run(folder, trials, storage="journal", name="s", settings=TINY, problem=PROBLEM):
+    study = open_study(storage, folder / "trials.journal", name)
+    work(study, folder / "store", problem, Search(trials, startup=2), settings, seed=0)
+    return study
+
+
+def test_a_study_continues_as_if_it_had_never_stopped(tmp_path):
+    whole = run(tmp_path / "whole", 4)
+    run(tmp_path / "parts", 2)
+    parts = run(tmp_path / "parts", 4)
+    for one, other in zip(whole.trials, parts.trials, strict=True):
+        assert one.params == other.params
+        assert one.value == other.value
+    found = best(parts, tmp_path / "parts" / "store", 4)
+    assert found.evaluation.objective == max(t.value for t in parts.trials)
+    assert found.policy.action_scale == found.choice.action_scale
+    assert {"update", "steps", "reward"} <= set(found.history)
+    rows = table(parts)
+    assert list(rows.number) == [0, 1, 2, 3]
+    assert np.isfinite(rows[["success", "torque_rate", "action_scale_distal"]]).all(axis=None)
+
+
+def test_it_begins_with_half_the_torque_limits(tmp_path):
+    guess = first_guess(PROBLEM, Search(1))
+    assert guess == pytest.approx(
+        {"action_scale_proximal": 0.5 * 87 / 128, "action_scale_distal": 0.5 * 12 / 128}
+    )
+    study = run(tmp_path, 1)
+    assert study.trials[0].params == pytest.approx(guess)
+
+
+def test_a_trial_of_a_killed_process_is_run_again(tmp_path):
+    process = subprocess.Popen([sys.executable, "-c", KILLED, str(tmp_path)])
+    study = open_study("journal", tmp_path / "trials.journal", "s")
+    waited = time.monotonic()
+    while not any(t.intermediate_values for t in study.trials):
+        assert process.poll() is None
+        assert time.monotonic() - waited < 120
+        time.sleep(0.2)
+    assert requeue_abandoned(study) == []  # it is still at work
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    params = study.trials[0].params
+    study = run(tmp_path, 1)
+    states = [trial.state for trial in study.trials]
+    assert states == [TrialState.FAIL, TrialState.COMPLETE]
+    assert study.trials[1].params == params
+
+
+def test_workers_share_a_study(tmp_path):
+    study = open_study("journal", tmp_path / "trials.journal", "s")
+    other = study.ask()  # a living process is at work on the last of two
+    sign(other)
+    run(tmp_path, 2)
+    assert count(study, TrialState.COMPLETE) == 1
+    with pytest.raises(TuningError, match="found 1 trials that finished"):
+        best(study, tmp_path / "store", 2)
+
+
+def test_a_database_will_do(tmp_path):
+    url = f"sqlite:///{tmp_path / 'trials.db'}"
+    study = run(tmp_path, 1, storage=url)
+    assert optuna.load_study(study_name="s", storage=url).best_value == study.best_value
+
+
+@pytest.mark.parametrize(
+    "url",
+    ["postgresql://me:secret@127.0.0.1:1/db", "sqlite:////no/such/folder/trials.db", "nonsense"],
+)
+def test_a_storage_that_does_not_answer_is_named(tmp_path, url):
+    with pytest.raises(StorageError, match="cannot be used") as caught:
+        open_study(url, tmp_path / "trials.journal", "s")
+    assert "secret" not in str(caught.value)
+    assert "allowed: journal, or the URL of a database" in str(caught.value)
+
+
+def test_a_policy_that_is_not_finite_is_a_hopeless_trial(tmp_path):
+    # no simulator steps through this
+    wild = {**PARAMETERS, "stiffness": np.full(7, np.nan)}
+    problem = Problem(PROBLEM.condition, PROBLEM.cell, wild, horizon_s=0.4)
+    study = run(tmp_path, 2, problem=problem)
+    assert [trial.state for trial in study.trials] == [TrialState.PRUNED] * 2
+    assert "not finite" in study.trials[0].user_attrs["error"]
+    with pytest.raises(TuningError, match="0 of them with a policy"):
+        best(study, tmp_path / "store", 2)
+
+
+def test_another_problem_is_another_study_and_more_trials_are_not():
+    def name(**changes):
+        problem = Problem(**{**vars(PROBLEM), **changes})
+        return problem.study_name(Search(3), TINY, 0)
+
+    assert name() == PROBLEM.study_name(Search(50), TINY, 0)
+    assert name() != name(cell=Cell(64, 16))
+    assert name() != name(parameters={**PARAMETERS, "armature": np.full(7, 0.2)})
+    assert name() != PROBLEM.study_name(Search(3), TINY, 1)

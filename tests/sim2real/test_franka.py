@@ -1,0 +1,47 @@
+"""A deployment to aiofranka's own simulated robot, in real time."""
+
+import numpy as np
+import pytest
+
+from t2l.gains import Cell
+from t2l.measurements import franka
+from t2l.rl.reach import JointReach
+from t2l.sim2real.backend import BackendError
+from t2l.sim2real.deploy import deploy
+from t2l.sim2real.franka import FrankaRobot
+from tests.sim2real.test_deploy import proportional
+
+# where aiofranka's simulation begins
+START = np.array([[0, 0, 0, -1.57079, 0, 1.57079, -0.7853]])
+
+
+@pytest.fixture(autouse=True)
+def _impatient(monkeypatch):
+    monkeypatch.setattr(franka, "SETTLE_S", 0.3)
+
+
+def test_a_policy_reaches_on_aiofrankas_robot_and_is_stopped_where_it_must(tmp_path):
+    robot = FrankaRobot("simulation")
+    task, cell = JointReach(), Cell(128, 16)
+    starts, goals = START.repeat(2, axis=0), START.repeat(2, axis=0) + 0.1
+    try:
+        rollouts = deploy(
+            robot, proportional(), task, cell, starts, goals, 50.0, 3.0, folder=tmp_path
+        )
+        wild = proportional(gain=20.0, scale=(0.2, 1.5))
+        stopped = deploy(robot, wild, task, cell, starts[:1], goals[:1] + 0.2, 50.0, 1.0)
+    finally:
+        robot.close()
+    assert rollouts.success.all()
+    assert rollouts.stopped == ("", "")
+    # it moved, and rests at the end
+    assert np.abs(rollouts.dq).max() > 0.05
+    assert np.abs(rollouts.dq[-20:]).max() < 0.05
+    assert "torque of fr3_joint" in stopped.stopped[0]
+    with pytest.raises(BackendError):
+        robot.step(START, 0.02)
+
+
+def test_a_robot_that_is_not_there_is_named():
+    with pytest.raises(BackendError, match=r"address: found 127.0.0.1, which cannot be reached"):
+        FrankaRobot("127.0.0.1", "config: robot")

@@ -1,0 +1,29 @@
+"""Run a cell's policy on the robot and in its simulator, from matched starts and goals."""
+
+from pathlib import Path
+
+from t2l.artefacts import write_table
+from t2l.gains import Cell
+from t2l.jobs import job
+from t2l.rl.condition import Condition
+from t2l.rl.policy import load
+from t2l.sim2real.matched import Deployment, matched_rollouts
+from t2l.sim2real.transfer import observation_table, rollout_table, trace_table
+from t2l.sysid.artefacts import read_parameters
+
+with job(snakemake.log[0]):
+    params, cell = snakemake.params, Cell.from_name(snakemake.wildcards.cell)
+    policy = load(snakemake.input.policy)
+    real, sim = matched_rollouts(
+        params.robot,
+        policy,
+        Condition.from_entry(params.condition),
+        cell,
+        read_parameters(snakemake.input.parameters),
+        Deployment.from_section(params.deployment, params.horizon_s, params.rate_hz),
+        params.seed,
+        Path(snakemake.output.rollouts).parent / "deployed",
+    )
+    write_table(trace_table(real, sim), snakemake.output.traces)
+    write_table(observation_table(real, sim), snakemake.output.observations)
+    write_table(rollout_table(policy, cell, real, sim), snakemake.output.rollouts)

@@ -1,0 +1,15 @@
+"""Join the rollouts of all cells of a condition, and summarise each cell."""
+
+import pandas as pd
+
+from t2l.artefacts import read_table, write_table
+from t2l.jobs import job
+from t2l.rl.chosen import read_chosen
+from t2l.sim2real.summary import cell_table
+from t2l.sim2real.transfer import ROLLOUT_COLUMNS
+
+with job(snakemake.log[0]):
+    rollouts = [read_table(path, ROLLOUT_COLUMNS) for path in snakemake.input.rollouts]
+    chosen = [read_chosen(path) for path in snakemake.input.chosen]
+    write_table(pd.concat(rollouts, ignore_index=True), snakemake.output.rollouts)
+    write_table(cell_table(rollouts, chosen), snakemake.output.cells)

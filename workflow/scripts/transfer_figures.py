@@ -1,0 +1,32 @@
+"""Draw how far policies on the robot depart from their simulators."""
+
+import pandas as pd
+
+from t2l.artefacts import read_table
+from t2l.figures import transfer
+from t2l.figures.style import write
+from t2l.gains import Grid
+from t2l.jobs import job
+from t2l.sim2real.summary import best_and_worst
+
+with job(snakemake.log[0]):
+    given, output = snakemake.input, snakemake.output
+    grid = Grid.from_section(snakemake.params.grid)
+    names = snakemake.params.cells
+    cells = {
+        condition: read_table(path, transfer.CELL_COLUMNS)
+        for condition, path in zip(snakemake.params.conditions, given.cells, strict=True)
+    }
+    write(transfer.error_maps(cells, grid), output.errors)
+    write(transfer.jitter_by_period(pd.read_csv(given.jitter)), output.jitter)
+
+    rollouts = read_table(given.rollouts, ("kp", "kd", "rollout", "trajectory_error"))
+    traces, observations, captions = {}, {}, []
+    for word, (cell, rollout, error) in best_and_worst(rollouts).items():
+        at = names.index(cell.name)
+        trace = read_table(given.traces[at], transfer.TRACE_COLUMNS)
+        traces[cell] = trace[trace.rollout == rollout]
+        observations[cell] = read_table(given.observations[at], transfer.OBSERVATIONS)
+        captions.append(f"{word} of the cells, E = {error:.2g}")
+    write(transfer.wrist_trajectories(traces, captions), output.wrist)
+    write(transfer.observation_distributions(observations), output.observations)
