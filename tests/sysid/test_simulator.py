@@ -45,3 +45,17 @@ def test_simulations_of_a_batch_do_not_touch_each_other():
     both, _ = simulate(0.1, n=2, stiffness=np.array([[64.0], [256.0]]))
     np.testing.assert_array_equal(both[0], alone[0])
     assert np.abs(both[1] - both[0]).max() > 1e-3
+
+
+def test_a_light_damped_joint_that_saturates_is_slowed_by_its_damping():
+    # the last joint as once identified: a torque held for 10 ms would make it 5 rad/s fast
+    simulator = Simulator(1)
+    simulator.set_parameters(parameters(stiffness=895.0, damping=37.0, armature=0.015))
+    simulator.qpos[:] = HOME
+    for sign in (1, -1) * 5:
+        q_des = simulator.qpos.copy()
+        q_des[0, 6] += 0.02 * sign  # asks for 18 N·m of 12
+        for _ in range(2):
+            simulator.step(q_des, 1)
+            # about 12 N·m against 37 N·m·s/rad
+            assert abs(simulator.qvel[0, 6]) < 0.5

@@ -12,6 +12,8 @@ from t2l.sim2real.recording import recorded_path
 # one process a core: libraries must not start threads of their own
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+# torch's threads wait without holding the core that the simulator's next step needs
+os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 
 
 def result(*parts: str) -> str:

@@ -14,6 +14,8 @@ NAMES = ("position", "velocity", "torque", "torque_rate")
 # the study's: the FCI rejects more than 1000
 TORQUE_RATE_LIMIT = 990.0
 
+_VELOCITY, _TORQUE = np.array(FR3_VELOCITY_LIMIT), np.array(TORQUE_LIMIT)
+
 # largest tolerated share of instants, the study's
 TOLERATED = {"position": 0.0, "velocity": 0.0, "torque": 0.0, "torque_rate": 0.2}
 
@@ -34,16 +36,14 @@ def violations(
             before any clamp.
         ranges: (7, 2) rad.
     """
-    rate = np.abs(torque - torque_before) / period_s
-    return np.stack(
-        [
-            ((q < ranges[:, 0]) | (q > ranges[:, 1])).any(axis=1),
-            (np.abs(dq) > FR3_VELOCITY_LIMIT).any(axis=1),
-            (np.abs(torque) > TORQUE_LIMIT).any(axis=1),
-            (rate > TORQUE_RATE_LIMIT).any(axis=1),
-        ],
-        axis=1,
-    )
+    exceeded = np.empty((len(q), len(NAMES), q.shape[1]), bool)
+    low, high = ranges.T
+    np.logical_or(q < low, q > high, out=exceeded[:, 0])
+    np.greater(np.abs(dq), _VELOCITY, out=exceeded[:, 1])
+    np.greater(np.abs(torque), _TORQUE, out=exceeded[:, 2])
+    change = np.abs(torque - torque_before)
+    np.greater(change, TORQUE_RATE_LIMIT * period_s, out=exceeded[:, 3])
+    return exceeded.any(axis=2)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,8 @@ from t2l.robots.fr3 import JOINTS
 from t2l.sysid.parameters import Parameters
 from t2l.sysid.simulator import RATE_HZ, Simulator
 
+STAGGER = 10  # steps between instants at which episodes end: resets are dear one by one
+
 
 class ReachEnvironments(VecEnv):
     """`n` arms that reach, each to goals of its own.
@@ -83,6 +85,7 @@ class ReachEnvironments(VecEnv):
         self._position, self._rotation = batch.bind("site_xpos"), batch.bind("site_xmat")
         self.render_mode = None
         self._infos: list[dict[str, Any]] = [{} for _ in range(n)]
+        self._period_s = 1 / policy_rate_hz
         self._goal = np.zeros((n, task.goal_size))
         self._elapsed = np.zeros(n, int)
         self._action = np.zeros((n, len(JOINTS)))
@@ -99,7 +102,8 @@ class ReachEnvironments(VecEnv):
         """Begin every episode anew."""
         errors = self._begin(np.arange(self.num_envs))
         if self.staggered:
-            self._elapsed = self.generator.integers(0, self.horizon, self.num_envs)
+            phases = max(1, self.horizon // STAGGER)
+            self._elapsed = STAGGER * self.generator.integers(0, phases, self.num_envs)
         return self._observe(errors)
 
     def place(self, q: np.ndarray, goal: np.ndarray) -> np.ndarray:
@@ -114,8 +118,9 @@ class ReachEnvironments(VecEnv):
         """See `VecEnv`."""
         change, self._action = self._next - self._action, self._next
         self._advance(self.simulator.qpos + self.scale * self._action)
-        errors = self._errors()
-        reward = self.task.reward(errors, self.simulator.qvel, change)
+        before, errors = self._before, self._errors()
+        reward = self.task.reward(before, errors, self._period_s, self.simulator.qvel, change)
+        self._before = errors
         self._elapsed += 1
         done = self._elapsed >= self.horizon
         observation = self._observe(errors)
@@ -132,9 +137,8 @@ class ReachEnvironments(VecEnv):
                     "success": bool(success[i]),
                     **dict(zip(NAMES, rate.tolist(), strict=True)),
                 }
-            self._begin(ended)
             observation = observation.copy()
-            observation[ended] = self._observe(self._errors())[ended]
+            observation[ended] = self._observe(self._begin(ended))[ended]
         return observation, reward.astype(np.float32), done, infos
 
     def _advance(self, q_des: np.ndarray) -> None:
@@ -160,7 +164,8 @@ class ReachEnvironments(VecEnv):
         self._action[ids] = 0.0
         self._torque[ids] = 0.0
         self._violated[ids] = 0.0
-        return self._errors()
+        self._before = self._errors()
+        return self._before
 
     def _errors(self) -> np.ndarray:
         pose = np.empty((0, 12))

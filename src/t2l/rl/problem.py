@@ -18,7 +18,7 @@ from t2l.sysid.simulator import RATE_HZ
 if TYPE_CHECKING:
     from t2l.rl.environments import ReachEnvironments
 
-HORIZON_S = 4.0
+HORIZON_S = 8.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from types import MappingProxyType
 
 import numpy as np
@@ -15,13 +16,23 @@ from t2l.sysid.simulator import model
 # The pose of the study's recordings; starts and goals are drawn about it.
 CENTRE = (0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, -np.pi / 4)
 START_SPREAD_RAD = 0.1
-GOAL_SPREAD_RAD = 0.6
+GOAL_SPREAD_RAD = 0.4
 MARGIN_RAD = 0.1  # of goals from the ends of the ranges
 
 
+@cache
 def joint_ranges() -> np.ndarray:
-    """(7, 2) rad."""
-    return model().jnt_range.copy()
+    """(7, 2) rad, read-only."""
+    ranges = model().jnt_range.copy()
+    ranges.flags.writeable = False
+    return ranges
+
+
+@cache
+def _goal_bounds() -> tuple[np.ndarray, np.ndarray]:
+    inner = (joint_ranges() + np.array([MARGIN_RAD, -MARGIN_RAD])).T
+    low, high = (np.clip(np.array(CENTRE) + s * GOAL_SPREAD_RAD, *inner) for s in (-1, 1))
+    return low, high
 
 
 class Reach(ABC):
@@ -44,14 +55,7 @@ class Reach(ABC):
 
     def sample_joint_goals(self, generator: np.random.Generator, n: int) -> np.ndarray:
         """(n, 7) rad, within the ranges, each joint uniform about the centre."""
-        low, high = (
-            np.clip(
-                np.array(CENTRE) + sign * GOAL_SPREAD_RAD,
-                *(joint_ranges() + np.array([MARGIN_RAD, -MARGIN_RAD])).T,
-            )
-            for sign in (-1, 1)
-        )
-        return generator.uniform(low, high, (n, len(JOINTS)))
+        return generator.uniform(*_goal_bounds(), (n, len(JOINTS)))
 
     @abstractmethod
     def sample_goals(self, generator: np.random.Generator, n: int) -> np.ndarray:
@@ -71,8 +75,25 @@ class Reach(ABC):
         """(n,) bool."""
 
     @abstractmethod
-    def reward(self, errors: np.ndarray, dq: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """(n,); `change` (n, 7) is by how much the action differs from the one before."""
+    def reward(
+        self,
+        before: np.ndarray,
+        errors: np.ndarray,
+        period_s: float,
+        dq: np.ndarray,
+        change: np.ndarray,
+    ) -> np.ndarray:
+        """What a step is worth, (n,).
+
+        The term `progress` is the rate at which a potential of the errors falls, which credits an
+        action at once and moves no optimum (Ng, Harada and Russell, 1999).
+
+        Args:
+            before, errors: (n, errors_size) before and after the step.
+            period_s: of the step.
+            dq: (n, 7) rad/s, after it.
+            change: (n, 7), by how much the action differs from the one before.
+        """
 
 
 @dataclass(frozen=True)
@@ -83,8 +104,10 @@ class JointReach(Reach):
     goal_size = 7
     errors_size = 7
     weights: Mapping[str, float] = field(
-        default_factory=lambda: {"distance": 1.0, "near": 1.0, "velocity": 0.02, "change": 0.005}
-    )
+        default_factory=lambda: {
+            "distance": 0.4, "near": 1.0, "progress": 2.0, "velocity": 0.1, "change": 0.02
+        }
+    )  # fmt: skip
     tolerance_rad: float = 0.1
 
     def sample_goals(self, generator, n):
@@ -99,12 +122,14 @@ class JointReach(Reach):
         """See `Reach`."""
         return np.linalg.norm(errors, axis=1) < self.tolerance_rad
 
-    def reward(self, errors, dq, change):
+    def reward(self, before, errors, period_s, dq, change):
         """See `Reach`."""
-        distance, w = np.linalg.norm(errors, axis=1), self.weights
+        near, w = self.tolerance_rad / 2, self.weights
+        rate = (np.tanh(errors / near) * (before - errors)).sum(axis=1) / period_s
         return (
-            -w["distance"] * distance
-            + w["near"] * (1 - np.tanh(distance / self.tolerance_rad))
+            -w["distance"] * np.abs(errors).sum(axis=1)
+            + w["near"] * np.exp(-((errors / near) ** 2)).mean(axis=1)
+            + w["progress"] * rate
             - w["velocity"] * (dq**2).sum(axis=1)
             - w["change"] * (change**2).sum(axis=1)
         )
@@ -119,7 +144,8 @@ class EndEffectorReach(Reach):
     errors_size = 6
     weights: Mapping[str, float] = field(
         default_factory=lambda: {
-            "position": 2.0, "orientation": 0.5, "near": 1.0, "velocity": 0.02, "change": 0.005
+            "position": 4.0, "orientation": 1.0, "near": 1.0, "progress": 1.0,
+            "velocity": 0.1, "change": 0.02,
         }
     )  # fmt: skip
     position_tolerance_m: float = 0.02
@@ -138,23 +164,30 @@ class EndEffectorReach(Reach):
 
     def success(self, errors):
         """See `Reach`."""
-        near = np.linalg.norm(errors[:, :3], axis=1) < self.position_tolerance_m
-        aligned = np.linalg.norm(errors[:, 3:], axis=1) < self.orientation_tolerance_rad
-        return near & aligned
+        away, turned = self._sizes(errors)
+        return (away < self.position_tolerance_m) & (turned < self.orientation_tolerance_rad)
 
-    def reward(self, errors, dq, change):
-        """See `Reach`."""
-        away = np.linalg.norm(errors[:, :3], axis=1)
-        turned = np.linalg.norm(errors[:, 3:], axis=1)
-        near = np.tanh(away / 0.1) + np.tanh(turned / 0.3)
+    def reward(self, before, errors, period_s, dq, change):
+        """See `Reach`; progress is weighed as distance is."""
         w = self.weights
+        away, turned = self._sizes(errors)
+        was_away, was_turned = self._sizes(before)
+        near = np.exp(-((away / self.position_tolerance_m) ** 2)) + np.exp(
+            -((turned / self.orientation_tolerance_rad) ** 2)
+        )
+        rate = w["position"] * (was_away - away) + w["orientation"] * (was_turned - turned)
         return (
             -w["position"] * away
             - w["orientation"] * turned
-            + w["near"] * (1 - near / 2)
+            + w["near"] * near / 2
+            + w["progress"] * rate / period_s
             - w["velocity"] * (dq**2).sum(axis=1)
             - w["change"] * (change**2).sum(axis=1)
         )
+
+    @staticmethod
+    def _sizes(errors):
+        return np.linalg.norm(errors[:, :3], axis=1), np.linalg.norm(errors[:, 3:], axis=1)
 
 
 def rotation_vector(rotation: np.ndarray) -> np.ndarray:

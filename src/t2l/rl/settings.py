@@ -17,9 +17,9 @@ class Settings:
         seed: the study's is 42.
     """
 
-    environments: int = 256
-    updates: int = 300
-    evaluate_every: int = 20
+    environments: int = 512
+    updates: int = 120
+    evaluate_every: int = 10
     enough: float = 0.98
     seed: int = 42
 
@@ -36,7 +36,7 @@ class Search:
     """
 
     trials: int
-    action_scale: tuple[float, float] = (0.005, 1.0)
+    action_scale: tuple[float, float] = (0.002, 5.0)
     reward_weights: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     startup: int = 5
 

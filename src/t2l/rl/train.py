@@ -9,10 +9,10 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecNormalize
 
 from t2l.errors import T2LError
+from t2l.rl.adaptive_rate import AdaptiveRate, RememberingBuffer, WatchedPolicy
 from t2l.rl.constraints import Evaluation
 from t2l.rl.environments import ReachEnvironments
 from t2l.rl.evaluate import evaluate
@@ -27,9 +27,7 @@ MINIBATCHES = 4
 EPOCHS = 5
 GAMMA = 0.99
 MIN_LOG_STD = -3.0
-FIRST_RATE, TARGET_KL = 1e-3, 0.01
-RATES = (1e-5, 1e-2)
-RATE_FACTOR = 1.5
+FIRST_RATE = 1e-3
 
 
 class TrainingError(T2LError):
@@ -68,7 +66,7 @@ def train(
 
     normalised = VecNormalize(environments, clip_obs=CLIPPED_AT, gamma=GAMMA)
     ppo = _ppo(normalised, settings.seed)
-    listener = _Listener(judges, settings, report)
+    listener = _Listener(AdaptiveRate(ppo, FIRST_RATE), judges, settings, report)
     steps = settings.updates * ROLLOUT_STEPS * environments.num_envs
     try:
         ppo.learn(steps, listener, log_interval=None)
@@ -81,7 +79,11 @@ def train(
     return Trained(listener.best, listener.best_evaluation, pd.DataFrame(listener.history))
 
 
-class _BoundedPolicy(ActorCriticPolicy):
+# whether an update left a finite policy is checked once an update, not at every distribution
+torch.distributions.Distribution.set_default_validate_args(False)
+
+
+class _BoundedPolicy(WatchedPolicy):
     """Gaussian, with a spread that never falls below `MIN_LOG_STD`."""
 
     def _get_action_dist_from_latent(self, latent_pi: torch.Tensor):
@@ -103,23 +105,26 @@ def _ppo(environments: VecNormalize, seed: int) -> PPO:
         clip_range_vf=0.2,
         ent_coef=0.01,
         max_grad_norm=1.0,
-        policy_kwargs={"net_arch": [64, 64], "activation_fn": torch.nn.ELU},
+        policy_kwargs={
+            "net_arch": [64, 64],
+            "activation_fn": torch.nn.ELU,
+            "optimizer_kwargs": {"fused": True},
+        },
+        rollout_buffer_class=RememberingBuffer,
         seed=seed,
         device="cpu",
     )
 
 
 class _Listener(BaseCallback):
-    """Adapts the learning rate after each update, and evaluates after some.
+    """Evaluates after some updates, and keeps the best policy."""
 
-    The rate falls where the policy changed by more than twice `TARGET_KL` and rises where by less
-    than half of it, as in the study's PPO.
-    """
-
-    def __init__(self, judges: ReachEnvironments, settings: Settings, report):
+    def __init__(self, rate: AdaptiveRate, judges: ReachEnvironments, settings: Settings, report):
         super().__init__()
+        self.rate = rate
         self.judges, self.settings, self.report = judges, settings, report
-        self.rate, self.updates, self.began = FIRST_RATE, 0, time.perf_counter()
+        self.threads = torch.get_num_threads()
+        self.updates, self.began = -1, time.perf_counter()
         self.history: list[dict] = []
         self.best: ReachPolicy | None = None
         self.best_evaluation: Evaluation | None = None
@@ -130,19 +135,16 @@ class _Listener(BaseCallback):
         self._rewards.append(float(self.training_env.get_original_reward().mean()))
         return not self._ended
 
+    def _on_rollout_end(self) -> None:
+        torch.set_num_threads(self.threads)
+
     def _on_rollout_start(self) -> None:
-        kl = self.logger.name_to_value.get("train/approx_kl")
-        if kl is None:
-            return
+        # small forward passes gain nothing from threads, which would get in the simulator's way
+        torch.set_num_threads(1)
         self.updates += 1
-        if not np.isfinite(kl):
+        if not np.isfinite(self.rate.kl):
             raise self.not_finite()
-        if kl > 2 * TARGET_KL:
-            self.rate = max(self.rate / RATE_FACTOR, RATES[0])
-        elif kl < TARGET_KL / 2:
-            self.rate = min(self.rate * RATE_FACTOR, RATES[1])
-        self.model.lr_schedule = lambda _: self.rate
-        if self.updates % self.settings.evaluate_every == 0:
+        if self.updates and self.updates % self.settings.evaluate_every == 0:
             self.judge()
 
     def finish(self) -> None:
@@ -171,7 +173,7 @@ class _Listener(BaseCallback):
                 "success": found.success,
                 **found.rates,
                 "objective": found.objective,
-                "learning_rate": self.rate,
+                "learning_rate": self.rate.rate,
             }
         )
         self._rewards.clear()

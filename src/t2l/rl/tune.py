@@ -35,14 +35,22 @@ if TYPE_CHECKING:
 EPISODES = 100  # that judge a trial's best policy, the study's number
 SELECTING_EPISODES = 50  # that choose a trial's best policy
 
-# of the torque limit: what a first action scale lets the position error ask for
-FIRST_SHARE = 0.5
+# of a first guess at action scales
+CRUISE_RAD_S = 0.3
+ACCELERATING, MOST = 0.05, 0.5
 
 
 def first_guess(problem: Problem, search: Search) -> dict[str, float]:
-    """Scales at which a full action asks joints for `FIRST_SHARE` of their torque limits."""
-    limits = (min(TORQUE_LIMIT[:PROXIMAL]), min(TORQUE_LIMIT[PROXIMAL:]))
-    scales = FIRST_SHARE * np.array(limits) / problem.cell.kp
+    """Scales with which a full action moves every joint briskly in the identified simulator.
+
+    It asks a joint for `ACCELERATING` of its torque limit on top of what damping and friction take
+    at `CRUISE_RAD_S`, but for no more than `MOST` of the limit.
+    """
+    p, limit = problem.parameters, np.array(TORQUE_LIMIT)
+    resistance = p["static_friction"] + (p["damping"] + p["viscous_friction"]) * CRUISE_RAD_S
+    wanted = (ACCELERATING * limit + resistance) / p["stiffness"]
+    scale = np.minimum(wanted, MOST * limit / problem.cell.kp)
+    scales = [scale[:PROXIMAL].max(), scale[PROXIMAL:].max()]
     return dict(zip(SCALES, np.clip(scales, *search.action_scale).tolist(), strict=True))
 
 

@@ -16,6 +16,7 @@ from t2l.robots.fr3 import JOINTS, TORQUE_LIMIT
 from t2l.sim.batch import apply_position_gains, make_batch
 
 RATE_HZ = 100.0  # of the study's simulator
+_TORQUE = np.array(TORQUE_LIMIT)
 AT_REST_RAD_S = 1e-3  # slower joints feel static friction
 
 
@@ -31,16 +32,18 @@ class Simulator:
         self.n, self.timestep_s = n, 1.0 / rate_hz
         self.batch = make_batch(model(rate_hz), n, threads)
         # bound once: these are views that follow the batch
-        self.qpos, self.qvel = self.batch.qpos, self.batch.qvel
+        self.qpos, self.qvel, self._ctrl = self.batch.qpos, self.batch.qvel, self.batch.ctrl
         self._armature = self.batch.expand("dof_armature")
         self._damping = self.batch.expand("dof_damping")
         self._friction = self.batch.expand("dof_frictionloss")
         self._static = self._dynamic = np.zeros((n, len(JOINTS)))
+        self._stiffness = self._kd = np.ones((n, len(JOINTS)))
 
     def set_parameters(self, parameters: Mapping[str, np.ndarray]) -> None:
         """Take parameters as `t2l.sysid.parameters` names them, each broadcasting to (n, 7)."""
         p = {k: np.broadcast_to(v, (self.n, len(JOINTS))) for k, v in parameters.items()}
-        apply_position_gains(self.batch, JOINTS, p["stiffness"], p["damping"])
+        self._stiffness, self._kd = p["stiffness"].copy(), p["damping"].copy()
+        apply_position_gains(self.batch, JOINTS, self._stiffness, self._kd)
         self._armature[:] = p["armature"]
         self._damping[:] = p["viscous_friction"]
         self._static = p["static_friction"].copy()
@@ -49,11 +52,24 @@ class Simulator:
 
     def step(self, q_des: np.ndarray, nstep: int, ids: np.ndarray | None = None) -> None:
         """Hold commands q_des (n, 7) rad for `nstep` timesteps."""
-        self.batch.ctrl[:] = q_des
         for _ in range(nstep):
+            np.copyto(self._ctrl, self._within_torque_limits(q_des))
             moving = np.abs(self.qvel) > AT_REST_RAD_S
             np.copyto(self._friction, np.where(moving, self._dynamic, self._static))
             self.batch.step(ids=ids)
+
+    def _within_torque_limits(self, q_des: np.ndarray) -> np.ndarray:
+        """Commands that ask for no more than the torque limits at the beginning of a timestep.
+
+        A force limit on the actuators would not do: MuJoCo steps a saturated actuator explicitly,
+        and at 100 Hz that throws light, damped joints about.
+        """
+        damping = self._kd * self.qvel
+        torque = self._stiffness * (q_des - self.qpos) - damping
+        clipped = np.clip(torque, -_TORQUE, _TORQUE)
+        if np.array_equal(clipped, torque):
+            return q_des
+        return self.qpos + (clipped + damping) / self._stiffness
 
     def simulate(
         self, q_des: np.ndarray, start_q: np.ndarray, start_dq: np.ndarray, nstep: int
@@ -76,17 +92,16 @@ class Simulator:
 
 
 def model(rate_hz: float = RATE_HZ) -> mujoco.MjModel:
-    """The arm with position actuators, torques limited as the data sheet says."""
+    """The arm with position actuators."""
     spec = plant.load("fr3", JOINTS)
     spec.option.timestep = 1.0 / rate_hz
     # stiff and heavily damped cells are stable at 100 Hz, see `t2l.sim.batch`
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
-    for name, limit in zip(JOINTS, TORQUE_LIMIT, strict=True):
+    for name in JOINTS:
         joint = spec.joint(name)
+        joint.actfrclimited = 0  # see `Simulator`
         joint.frictionloss = 0.1  # nonzero, so that friction is part of the compiled model
         joint.solimp_friction[:2] = 0.9999
         actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=100.0, kv=10.0)
-        actuator.forcelimited = True
-        actuator.forcerange = (-limit, limit)
     return spec.compile()

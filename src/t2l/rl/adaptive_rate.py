@@ -1,0 +1,63 @@
+"""A learning rate that keeps policies near the one that acted, as in the study's PPO.
+
+Schulman et al. (2017), section 4, adapt a penalty by the KL divergence; here it is the rate, after
+every minibatch, by the rule of the PPO that robot learning commonly uses (rsl_rl).
+"""
+
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.buffers import RolloutBuffer
+from stable_baselines3.common.policies import ActorCriticPolicy
+
+TARGET_KL = 0.01
+BOUNDS = (1e-5, 1e-2)
+FACTOR = 1.5
+
+
+class RememberingBuffer(RolloutBuffer):
+    """A rollout buffer that keeps the minibatch it gave last as `minibatch`."""
+
+    def _get_samples(self, batch_inds, env=None):
+        self.minibatch = super()._get_samples(batch_inds, env)
+        return self.minibatch
+
+
+class WatchedPolicy(ActorCriticPolicy):
+    """A policy that shows the log-probabilities of each minibatch to `watch`."""
+
+    watch = None
+
+    def evaluate_actions(self, obs, actions):
+        """See `ActorCriticPolicy`."""
+        values, log_prob, entropy = super().evaluate_actions(obs, actions)
+        if self.watch is not None:
+            self.watch(log_prob.detach())
+        return values, log_prob, entropy
+
+
+class AdaptiveRate:
+    """The learning rate of a PPO with a `WatchedPolicy` and a `RememberingBuffer`.
+
+    It falls where the KL divergence from the policy that acted is above twice `TARGET_KL`, and
+    rises where it is below half of it.
+
+    Attributes:
+        rate: the current one.
+        kl: divergence in the last minibatch, by the estimator r − 1 − ln r.
+    """
+
+    def __init__(self, ppo: PPO, rate: float):
+        self.rate, self.kl = rate, 0.0
+        self._ppo = ppo
+        ppo.lr_schedule = lambda _: self.rate
+        ppo.policy.watch = self._adapt
+
+    def _adapt(self, log_prob: torch.Tensor) -> None:
+        log_ratio = log_prob - self._ppo.rollout_buffer.minibatch.old_log_prob
+        self.kl = float((torch.expm1(log_ratio) - log_ratio).mean())
+        if self.kl > 2 * TARGET_KL:
+            self.rate = max(self.rate / FACTOR, BOUNDS[0])
+        elif 0 < self.kl < TARGET_KL / 2:
+            self.rate = min(self.rate * FACTOR, BOUNDS[1])
+        for group in self._ppo.policy.optimizer.param_groups:
+            group["lr"] = self.rate
