@@ -204,7 +204,8 @@ rule train_again:
         result("sim_to_real", "{condition}", "{cell}", "seed_{seed}.parquet"),
     params:
         condition=condition_entry,
-        settings=TRAINING_SETTINGS,
+        settings=TRAINING_SETTINGS
+        | {"updates": STUDY.sections["sample_efficiency"]["updates"]},
         horizon_s=HORIZON_S,
         rate_hz=STUDY.sections["identification"]["rate_hz"],
         passed=STUDY.sections["sample_efficiency"]["passed"],

@@ -14,5 +14,5 @@ with job(snakemake.log[0]):
     printed = printable(table)
     csv, markdown, latex = snakemake.output
     write_text(table.to_csv(index=False), csv)
-    write_text(printed.to_markdown(index=False) + "\n", markdown)
+    write_text(printed.to_markdown(index=False, disable_numparse=True) + "\n", markdown)
     write_text(to_latex(printed), latex)

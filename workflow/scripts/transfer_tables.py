@@ -34,5 +34,5 @@ with job(snakemake.log[0]):
         csv, markdown, tex = snakemake.output[key]
         printed = printable(table)
         write_text(table.to_csv(index=False), csv)
-        write_text(printed.to_markdown(index=False) + "\n", markdown)
+        write_text(printed.to_markdown(index=False, disable_numparse=True) + "\n", markdown)
         write_text(latex(printed, transfer.HEADERS), tex)
