@@ -65,6 +65,12 @@ def task_parameters(wildcards) -> dict:
     return dict(STUDY.tasks[wildcards.task])
 
 
+def condition_entry(wildcards) -> dict:
+    """A condition as the configuration writes it."""
+    entries = STUDY.sections["sim_to_real"]["conditions"]
+    return next(dict(entry) for entry in entries if entry["name"] == wildcards.condition)
+
+
 def logs_of(section: dict) -> list[str]:
     """Every file of the recordings that the configuration names, for Snakemake to watch."""
     files = []

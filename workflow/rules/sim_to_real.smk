@@ -22,12 +22,6 @@ wildcard_constraints:
     seed=r"\d+",
 
 
-def condition_entry(wildcards) -> dict:
-    """A condition as the configuration writes it."""
-    entries = STUDY.sections["sim_to_real"]["conditions"]
-    return next(dict(entry) for entry in entries if entry["name"] == wildcards.condition)
-
-
 rule record_motion:
     input:
         lambda wildcards: recorded_path(ROBOT, wildcards.cell),

@@ -1,0 +1,105 @@
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import mannwhitneyu
+
+from t2l.gains import Grid
+from t2l.stats.text import latex
+from t2l.stats.transfer import (
+    HEADERS,
+    existence_table,
+    greater,
+    jitter_table,
+    log_error_regression,
+    printable_existence,
+    printable_jitter,
+    printable_transfer,
+    transfer_table,
+)
+
+GRID = Grid(kp=(16, 128, 512), kd=(1, 8, 24), compliant_up_to_kp=128, overdamped_from_kd=8)
+
+
+def rollouts(slope_kp=0.5, slope_kd=-0.3, spread=0.1, n=10, jitters=0):
+    """Errors that follow the gains exactly, but for a deviation a cell and one a rollout."""
+    draw, rows = np.random.default_rng(0), []
+    deviations = draw.normal(0, spread, len(GRID.cells))
+    for cell, own in zip(GRID.cells, deviations, strict=True):
+        for i in range(n):
+            log = slope_kp * np.log2(cell.kp) + slope_kd * np.log2(cell.kd) + own
+            rows.append((cell.kp, cell.kd, np.exp(log + draw.normal(0, spread / 5)), i < jitters))
+    return pd.DataFrame(rows, columns=["kp", "kd", "trajectory_error", "jitter_failure"])
+
+
+def test_the_slopes_of_log_error_are_recovered_within_their_errors():
+    table = rollouts()
+    fit = log_error_regression(*(table[c].to_numpy() for c in ("kp", "kd", "trajectory_error")))
+    assert abs(fit.kp - 0.5) < 3 * fit.kp_error
+    assert abs(fit.kd + 0.3) < 3 * fit.kd_error
+
+
+def test_rollouts_of_a_cell_do_not_count_as_so_many_experiments():
+    def error(n):
+        table = rollouts(n=n)
+        columns = (table[c].to_numpy() for c in ("kp", "kd", "trajectory_error"))
+        return log_error_regression(*columns).kp_error
+
+    # ten times the rollouts in the same cells tell hardly more about the gains
+    assert error(100) == pytest.approx(error(10), rel=0.2)
+
+
+def test_what_two_cells_cannot_tell_is_not_told():
+    table = rollouts()
+    table = table[table.kd == 1]
+    fit = log_error_regression(*(table[c].to_numpy() for c in ("kp", "kd", "trajectory_error")))
+    assert np.isnan(fit.kp)
+    assert np.isnan(greater(np.array([]), np.array([1.0])))
+    printed = printable_transfer(transfer_table({"joint_reach": table}, GRID))
+    assert printed["β log2 Kp"][0] == printed["p (cells)"][0] == "undetermined"
+    assert printed["Error in G^SO"][0] == "no cells"
+
+
+def test_the_table_compares_the_stiff_overdamped_cells_with_the_rest():
+    tables = {"one": rollouts(slope_kd=0.4), "other": rollouts(slope_kp=-0.5, slope_kd=-0.5)}
+    table = transfer_table(tables, GRID)
+    inside = (tables["one"].kp == 512) & (tables["one"].kd >= 8)
+    error = tables["one"].trajectory_error
+    assert (table.rollouts_so[0], table.rollouts_rest[0]) == (20, 70)
+    assert table.error_so[0] == pytest.approx(error[inside].mean())
+    single = mannwhitneyu(error[inside], error[~inside], alternative="greater").pvalue
+    assert table.p_rollouts[0] == pytest.approx(2 * single)
+    assert table.p_rollouts[0] < 0.001 < table.p_cells[0] < 0.1
+    assert table.p_rollouts[1] == table.p_cells[1] == 1.0
+
+
+def test_rollouts_without_an_error_are_left_out():
+    table = rollouts()
+    table.loc[:4, "trajectory_error"] = np.nan
+    assert transfer_table({"a": table}, GRID).rollouts_rest[0] == 65
+
+
+def test_jitter_by_period_is_ordered_and_its_intervals_hold_the_rate():
+    tables = {"fast": rollouts(jitters=5), "slow": rollouts(jitters=0)}
+    table = jitter_table(tables, {"slow": 10.0, "fast": 100.0})
+    assert table.condition.tolist() == ["fast", "slow"]
+    assert table.period_s.tolist() == [0.01, 0.1]
+    assert table.jitter_rate.tolist() == [0.5, 0.0]
+    assert (table.lower < [0.5, 1e-9]).all()
+    assert (table.upper > table.jitter_rate).all()
+    assert printable_jitter(table)["Policy period"].tolist() == ["10 ms", "100 ms"]
+
+
+def test_solutions_exist_by_corner():
+    cells = pd.DataFrame({"kp": [16.0, 512.0], "kd": [1.0, 24.0], "success_sim_100": [0.99, 0.5]})
+    printed = printable_existence(existence_table({"joint_reach": cells}, GRID))
+    assert printed.iloc[0].tolist() == ["Joint Reach", "99.0 %", "not run", "not run", "50.0 %"]
+
+
+def test_tables_are_latex_too():
+    text = latex(printable_transfer(transfer_table({"a_b": rollouts()}, GRID)), HEADERS)
+    assert r"\mathcal{G}^{\mathrm{SO}}" in text
+    assert "±" not in text
+    assert text.count("\\\\") >= 2
+    assert r"95 \% interval" in latex(
+        printable_jitter(jitter_table({"a": rollouts()}, {"a": 50.0})), HEADERS
+    )
