@@ -2,11 +2,11 @@
 
 import sys
 
-from benchmarks import cell, discrepancy, hidden, overhead, throughput
+from benchmarks import cell, discrepancy, hidden, overhead, reinforcement, throughput
 
 BENCHMARKS = {
     module.__name__.split(".")[-1]: module
-    for module in (throughput, cell, overhead, discrepancy, hidden)
+    for module in (throughput, cell, overhead, reinforcement, discrepancy, hidden)
 }
 
 

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import mujoco
 import numpy as np
 import pytest
@@ -39,7 +41,29 @@ def test_orientation_errors_are_rotations_from_here_to_there():
 def test_nearer_slower_and_steadier_pays_more(task):
     far, near = np.full((1, task.errors_size), 0.2), np.full((1, task.errors_size), 0.01)
     still, moving = np.zeros((1, 7)), np.full((1, 7), 0.5)
-    best = task.reward(near, still, still)
-    assert best > task.reward(far, still, still)
-    assert best > task.reward(near, moving, still)
-    assert best > task.reward(near, still, moving)
+
+    def reward(before, errors, dq=still, change=still):
+        return task.reward(before, errors, 0.02, dq, change)
+
+    best = reward(near, near)
+    assert best > reward(far, far)
+    assert best > reward(near, near, dq=moving)
+    assert best > reward(near, near, change=moving)
+    assert reward(far, near) > best > reward(near, far)
+
+
+@pytest.mark.parametrize("task", [JointReach(), EndEffectorReach()])
+def test_going_away_and_coming_back_earns_no_progress(task):
+    still, period = np.zeros((1, 7)), 0.02
+    path = 0.2 + 0.1 * np.sin(np.linspace(0, 2 * np.pi, 400))
+    errors = [np.full((1, task.errors_size), value) for value in path]
+    without = type(task)(weights={**task.weights, "progress": 0.0})
+    earned = sum(
+        float(
+            task.reward(before, after, period, still, still)[0]
+            - without.reward(before, after, period, still, still)[0]
+        )
+        for before, after in pairwise(errors)
+    )
+    there = task.reward(errors[0], errors[100], period, still, still)[0]
+    assert abs(earned) < 0.02 * abs(float(there))

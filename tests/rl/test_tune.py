@@ -12,9 +12,11 @@ import pytest
 from optuna.trial import TrialState
 
 from t2l.gains import Cell
+from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.outcome import TuningError, best
 from t2l.rl.problem import Problem
+from t2l.rl.reach import CENTRE
 from t2l.rl.settings import Search, Settings
 from t2l.rl.trials import StorageError, count, open_study, requeue_abandoned, sign, table
 from t2l.rl.tune import first_guess, work
@@ -58,13 +60,27 @@ def test_a_study_continues_as_if_it_had_never_stopped(tmp_path):
     assert np.isfinite(rows[["success", "torque_rate", "action_scale_distal"]]).all(axis=None)
 
 
-def test_it_begins_with_half_the_torque_limits(tmp_path):
-    guess = first_guess(PROBLEM, Search(1))
-    assert guess == pytest.approx(
-        {"action_scale_proximal": 0.5 * 87 / 128, "action_scale_distal": 0.5 * 12 / 128}
-    )
+@pytest.mark.parametrize("cell", [Cell(16, 1), Cell(16, 24), Cell(512, 1), Cell(512, 24)])
+def test_the_first_guess_moves_every_joint_within_the_torque_limits(cell):
+    parameters = {
+        **PARAMETERS, "stiffness": np.full(7, float(cell.kp)), "damping": np.full(7, float(cell.kd))
+    }  # fmt: skip
+    problem = Problem(PROBLEM.condition, cell, parameters, horizon_s=2.0)
+    guess = first_guess(problem, Search(1))
+    scales = tuple(guess[name] for name in ("action_scale_proximal", "action_scale_distal"))
+    assert scales[0] * cell.kp <= 0.5 * 87 + 1e-9
+    assert scales[1] * cell.kp <= 0.5 * 12 + 1e-9
+    environments = problem.environments(Choice(scales), 7, seed=0)
+    environments.place(start := np.tile(CENTRE, (7, 1)), start)
+    for _ in range(50):
+        environments.step(np.eye(7))
+    moved = np.diag(environments.simulator.qpos - start)
+    assert (moved > 0.1).all()
+
+
+def test_a_study_begins_with_the_first_guess(tmp_path):
     study = run(tmp_path, 1)
-    assert study.trials[0].params == pytest.approx(guess)
+    assert study.trials[0].params == pytest.approx(first_guess(PROBLEM, Search(1)))
 
 
 def test_a_trial_of_a_killed_process_is_run_again(tmp_path):
@@ -114,7 +130,7 @@ def test_a_storage_that_does_not_answer_is_named(tmp_path, url):
 
 def test_a_policy_that_is_not_finite_is_a_hopeless_trial(tmp_path):
     # no simulator steps through this
-    wild = {**PARAMETERS, "stiffness": np.full(7, np.nan)}
+    wild = {**PARAMETERS, "armature": np.full(7, np.nan)}
     problem = Problem(PROBLEM.condition, PROBLEM.cell, wild, horizon_s=0.4)
     study = run(tmp_path, 2, problem=problem)
     assert [trial.state for trial in study.trials] == [TrialState.PRUNED] * 2

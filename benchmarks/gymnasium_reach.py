@@ -1,0 +1,67 @@
+"""Joint reaching as most people would write it: a gymnasium environment that steps one MjData."""
+
+import gymnasium as gym
+import mujoco
+import numpy as np
+
+from t2l.control.position import pd_torque
+from t2l.rl.constraints import NAMES, violations
+from t2l.rl.interface import command, observe
+from t2l.rl.reach import JointReach, joint_ranges
+from t2l.sysid.simulator import AT_REST_RAD_S, model
+
+
+class GymnasiumReach(gym.Env):
+    """The same task, simulator, reward and constraints as `ReachEnvironments` of one arm."""
+
+    def __init__(self, problem, choice, seed: int):
+        self.task, self.cell, self.choice = JointReach(), problem.cell, choice
+        self.model = model(problem.rate_hz)
+        p = problem.parameters
+        self.model.actuator_gainprm[:, 0] = p["stiffness"]
+        self.model.actuator_biasprm[:, 1] = -p["stiffness"]
+        self.model.actuator_biasprm[:, 2] = -p["damping"]
+        self.model.dof_armature[:] = p["armature"]
+        self.model.dof_damping[:] = p["viscous_friction"]
+        self.static = p["static_friction"]
+        self.dynamic = self.static * p["dynamic_friction_ratio"]
+        self.data = mujoco.MjData(self.model)
+        mujoco.mj_setConst(self.model, self.data)
+        self.nstep = round(problem.rate_hz / problem.condition.policy_rate_hz)
+        self.period_s = 1 / problem.condition.policy_rate_hz
+        self.horizon = round(problem.horizon_s / self.period_s)
+        self.generator = np.random.default_rng(seed)
+        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (28,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (7,), np.float32)
+
+    def reset(self, *, seed=None, options=None):
+        """See `gymnasium.Env`."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:] = self.task.sample_starts(self.generator, 1)[0]
+        self.goal = self.task.sample_goals(self.generator, 1)
+        self.action, self.torque = np.zeros((1, 7)), np.zeros((1, 7))
+        self.elapsed, self.violated = 0, np.zeros(len(NAMES))
+        self.before = self.goal - self.data.qpos
+        return self._observe(self.before), {}
+
+    def step(self, action):
+        """See `gymnasium.Env`."""
+        action = np.clip(action, -1, 1)[None]
+        change, self.action = action - self.action, action
+        q_des = command(self.data.qpos[None], action, self.choice.action_scale)
+        for _ in range(self.nstep):
+            q, dq = self.data.qpos[None], self.data.qvel[None]
+            torque = pd_torque(q_des, q, dq, self.cell.kp, self.cell.kd)
+            self.violated += violations(q, dq, torque, self.torque, 0.01, joint_ranges())[0]
+            self.torque = torque
+            moving = np.abs(self.data.qvel) > AT_REST_RAD_S
+            self.model.dof_frictionloss[:] = np.where(moving, self.dynamic, self.static)
+            self.data.ctrl[:] = q_des[0]
+            mujoco.mj_step(self.model, self.data)
+        errors = self.goal - self.data.qpos
+        reward = self.task.reward(self.before, errors, self.period_s, self.data.qvel[None], change)
+        self.before, self.elapsed = errors, self.elapsed + 1
+        return self._observe(errors), float(reward[0]), False, self.elapsed >= self.horizon, {}
+
+    def _observe(self, errors):
+        return observe(self.data.qpos[None], self.data.qvel[None], errors, self.action)[0]

@@ -1,0 +1,210 @@
+"""Identification and reinforcement learning: steps a second, and time to succeed."""
+
+import os
+
+os.environ.setdefault("GOMP_SPINCOUNT", "20000")  # as the workflow does
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pandas as pd
+import torch
+from stable_baselines3.common.vec_env import SubprocVecEnv, VecNormalize
+
+from benchmarks.gymnasium_reach import GymnasiumReach
+from t2l.gains import Cell
+from t2l.rl.choice import Choice
+from t2l.rl.condition import Condition
+from t2l.rl.constraints import Evaluation
+from t2l.rl.problem import Problem
+from t2l.rl.settings import Search, Settings
+from t2l.rl.train import ROLLOUT_STEPS, _ppo, train
+from t2l.rl.tune import SELECTING_EPISODES, first_guess
+from t2l.seeds import seed_sequence
+from t2l.sim2real.recording import Motion
+from t2l.sim2real.robots import obtain_recording
+from t2l.sysid import identify as identification
+
+CORES = len(os.sched_getaffinity(0))
+CENTRE = Cell(128, 8)
+CORNERS = [Cell(kp, kd) for kd in (1, 24) for kp in (16, 512)]
+ENVIRONMENTS = Settings().environments
+PROCESSES_ENVIRONMENTS = 16  # of the rival
+REPEATS = 5
+
+Row = tuple[str, str, str, str]
+
+
+def run() -> pd.DataFrame:
+    """Each row is printed as it comes."""
+    torch.set_num_threads(CORES)
+    rows, parameters = [], {}
+    for part in (identify_all, environment_steps, training_steps, time_to_succeed):
+        for row in part(parameters):
+            print(" | ".join(row), flush=True)
+            rows.append(row)
+    print()
+    return pd.DataFrame(rows, columns=["what", "measured", "bound or baseline", "ratio"])
+
+
+def identify_all(parameters: dict) -> Iterator[Row]:
+    """Every corner and the centre as the default configuration identifies them."""
+    for cell in (CENTRE, *CORNERS):
+        recording = obtain_recording({"backend": "virtual"}, cell, Motion())
+        seed = int(seed_sequence(0, "identify", cell.name).generate_state(1)[0])
+        physics = _Stopwatch()
+        began = time.perf_counter()
+        with physics.around(identification.Simulator, "simulate"):
+            found = identification.identify(
+                recording, identification.Settings(), seed, CORES, lambda *_: None
+            )
+        seconds = time.perf_counter() - began
+        parameters[cell] = found.parameters
+        share = f"{seconds:.0f} s, {100 * physics.seconds / seconds:.0f} % of it physics"
+        yield (
+            f"identification of {cell.name}, 200 iterations",
+            share,
+            "30 s",
+            f"{seconds / 30:.2f}",
+        )
+
+
+def environment_steps(parameters: dict) -> Iterator[Row]:
+    """Random actions through the VecEnv, and the same batch stepped barely, in turn."""
+    environments, _ = _made(parameters, CENTRE, training=True)
+    environments.reset()
+    draw = np.random.default_rng(0)
+    actions = draw.uniform(-1, 1, (50, ENVIRONMENTS, 7)).astype(np.float32)
+    simulator = environments.simulator
+
+    def through(count: int = 50) -> None:
+        for i in range(count):
+            environments.step(actions[i])
+
+    def bare(count: int = 50) -> None:
+        for i in range(count):
+            simulator.batch.ctrl[:] = simulator.qpos + environments.scale * actions[i]
+            simulator.batch.step(nstep=environments.nstep)
+
+    through()
+    vectorised, barely = [], []
+    for _ in range(REPEATS):
+        vectorised.append(_rate(through, 50 * ENVIRONMENTS))
+        barely.append(_rate(bare, 50 * ENVIRONMENTS))
+        environments.reset()
+    ours, best = np.median(vectorised), np.median(barely)
+    yield (
+        f"VecEnv of {ENVIRONMENTS} arms, random actions", _per_second(ours),
+        f"bare `Batch.step`, {_per_second(best)}", f"{ours / best:.2f}",
+    )  # fmt: skip
+
+
+def training_steps(parameters: dict) -> Iterator[Row]:
+    """PPO on one batch, and on a gymnasium environment under SubprocVecEnv."""
+    environments, choice = _made(parameters, CENTRE, training=True)
+    rival = SubprocVecEnv(
+        [
+            _Maker(_problem(parameters, CENTRE), choice, seed)
+            for seed in range(PROCESSES_ENVIRONMENTS)
+        ]
+    )
+    try:
+        rates = {}
+        for name, made in (("batch", environments), ("processes", rival)):
+            ppo = _ppo(VecNormalize(made, clip_obs=10.0), 42)
+            steps = ROLLOUT_STEPS * made.num_envs
+            ppo.learn(2 * steps, log_interval=None)
+            rates[name] = np.median(
+                [
+                    _rate(lambda p=ppo, n=steps: p.learn(4 * n, log_interval=None), 4 * steps)
+                    for _ in range(REPEATS)
+                ]
+            )
+    finally:
+        rival.close()
+    yield (
+        "PPO training, Joint-Reach", _per_second(rates["batch"]), "40 k steps/s",
+        f"{rates['batch'] / 40e3:.2f}",
+    )  # fmt: skip
+    yield (
+        "… beside gymnasium", _per_second(rates["batch"]),
+        f"{PROCESSES_ENVIRONMENTS} environments under SubprocVecEnv, "
+        f"{_per_second(rates['processes'])}",
+        f"{rates['batch'] / rates['processes']:.0f}",
+    )  # fmt: skip
+
+
+def time_to_succeed(parameters: dict) -> Iterator[Row]:
+    """Until a policy succeeds in 95 % of its episodes and keeps every constraint."""
+    for cell in CORNERS:
+        environments, choice = _made(parameters, cell, training=True)
+        judges = _problem(parameters, cell).environments(
+            choice, SELECTING_EPISODES, 43, threads=CORES
+        )
+        seen: list[Evaluation] = []
+        began = time.perf_counter()
+        train(
+            environments,
+            judges,
+            Settings(enough=0.95),
+            lambda _, found, seen=seen: seen.append(found),
+        )
+        seconds = time.perf_counter() - began
+        yield (
+            f"Joint-Reach at {cell.name}, action scales of the first trial",
+            f"{100 * seen[-1].success:.0f} % in {seconds:.0f} s", "95 % in 60 s",
+            f"{seconds / 60:.2f}",
+        )  # fmt: skip
+
+
+def _problem(parameters: dict, cell: Cell) -> Problem:
+    return Problem(Condition("joint_reach", "joint_reach"), cell, parameters[cell])
+
+
+def _made(parameters: dict, cell: Cell, training: bool):
+    problem = _problem(parameters, cell)
+    guess = first_guess(problem, Search(1))
+    choice = Choice(tuple(guess.values()))
+    return problem.environments(choice, ENVIRONMENTS, 42, training, CORES), choice
+
+
+class _Maker:
+    """Makes an environment in another process."""
+
+    def __init__(self, problem: Problem, choice: Choice, seed: int):
+        self.given = problem, choice, seed
+
+    def __call__(self) -> GymnasiumReach:
+        return GymnasiumReach(*self.given)
+
+
+class _Stopwatch:
+    """Seconds spent in a method."""
+
+    seconds = 0.0
+
+    def around(self, owner: type, name: str):
+        """A patch that times `owner.name` while it lasts."""
+        from unittest.mock import patch
+
+        original = getattr(owner, name)
+
+        def timed(*args, **kwargs):
+            began = time.perf_counter()
+            try:
+                return original(*args, **kwargs)
+            finally:
+                self.seconds += time.perf_counter() - began
+
+        return patch.object(owner, name, timed)
+
+
+def _rate(work: Callable[[], None], steps: int) -> float:
+    began = time.perf_counter()
+    work()
+    return steps / (time.perf_counter() - began)
+
+
+def _per_second(rate: float) -> str:
+    return f"{rate / 1e3:.0f} k steps/s" if rate >= 1e4 else f"{rate / 1e3:.1f} k steps/s"
