@@ -1,0 +1,47 @@
+"""The second chain, on the smoke configuration's results."""
+
+import shutil
+
+import pandas as pd
+import pytest
+import yaml
+
+CELLS = [(16, 1), (512, 1), (16, 24), (512, 24)]
+
+
+def test_tables_hold_a_row_a_rollout_and_a_cell(smoke):
+    folder = smoke.results / "sim_to_real" / "joint_reach"
+    rollouts = pd.read_parquet(folder / "rollouts.parquet")
+    cells = pd.read_parquet(folder / "cells.parquet")
+    assert len(rollouts) == len(CELLS) * smoke.config["deployment"]["rollouts"]
+    assert set(zip(cells.kp, cells.kd, strict=True)) == set(CELLS)
+    assert (rollouts.trajectory_error.dropna() > 0).all()
+    # whoever was stopped did not succeed
+    assert not (rollouts.success & (rollouts.stopped != "")).any()
+
+
+@pytest.mark.parametrize("name", ["transfer", "jitter", "solution_existence"])
+def test_a_table_is_there_in_every_format(smoke, name):
+    paths = [smoke.results / "tables" / f"{name}.{suffix}" for suffix in ("csv", "md", "tex")]
+    assert all(path.read_text().strip() for path in paths)
+
+
+def test_more_trials_continue_a_study_and_one_cell_is_one_path(smoke):
+    cell = smoke.results / "sim_to_real" / "joint_reach" / "kp512_kd1"
+    other = cell.with_name("kp16_kd1") / "trials.parquet"
+    before, others = pd.read_parquet(cell / "trials.parquet"), other.stat().st_mtime_ns
+    kept = cell.with_name("kept")
+    shutil.copytree(cell, kept)
+    config = yaml.safe_load(yaml.safe_dump(smoke.config))
+    config["tuning"]["trials"] += 1
+    target = "results/smoke/sim_to_real/joint_reach/kp512_kd1/rollouts.parquet"
+    try:
+        done = smoke.run("--", target, config=config)
+        assert done.returncode == 0, done.stdout[-4000:]
+        after = pd.read_parquet(cell / "trials.parquet")
+    finally:
+        shutil.rmtree(cell)
+        kept.rename(cell)
+    assert len(after) == len(before) + 1
+    pd.testing.assert_frame_equal(after.iloc[: len(before)][before.columns], before)
+    assert other.stat().st_mtime_ns == others
