@@ -6,6 +6,7 @@ os.environ.setdefault("GOMP_SPINCOUNT", "20000")  # as the workflow does
 
 import time
 from collections.abc import Callable, Iterator
+from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
@@ -72,7 +73,7 @@ def identify_all(parameters: dict) -> Iterator[Row]:
 
 def environment_steps(parameters: dict) -> Iterator[Row]:
     """Random actions through the VecEnv, and the same batch stepped barely, in turn."""
-    environments, _ = _made(parameters, CENTRE, training=True)
+    environments, _ = _made(parameters, CENTRE)
     environments.reset()
     draw = np.random.default_rng(0)
     actions = draw.uniform(-1, 1, (50, ENVIRONMENTS, 7)).astype(np.float32)
@@ -102,7 +103,7 @@ def environment_steps(parameters: dict) -> Iterator[Row]:
 
 def training_steps(parameters: dict) -> Iterator[Row]:
     """PPO on one batch, and on a gymnasium environment under SubprocVecEnv."""
-    environments, choice = _made(parameters, CENTRE, training=True)
+    environments, choice = _made(parameters, CENTRE)
     rival = SubprocVecEnv(
         [
             _Maker(_problem(parameters, CENTRE), choice, seed)
@@ -138,7 +139,7 @@ def training_steps(parameters: dict) -> Iterator[Row]:
 def time_to_succeed(parameters: dict) -> Iterator[Row]:
     """Until a policy succeeds in 95 % of its episodes and keeps every constraint."""
     for cell in CORNERS:
-        environments, choice = _made(parameters, cell, training=True)
+        environments, choice = _made(parameters, cell)
         judges = _problem(parameters, cell).environments(
             choice, SELECTING_EPISODES, 43, threads=CORES
         )
@@ -162,11 +163,11 @@ def _problem(parameters: dict, cell: Cell) -> Problem:
     return Problem(Condition("joint_reach", "joint_reach"), cell, parameters[cell])
 
 
-def _made(parameters: dict, cell: Cell, training: bool):
+def _made(parameters: dict, cell: Cell):
     problem = _problem(parameters, cell)
     guess = first_guess(problem, Search(1))
     choice = Choice(tuple(guess.values()))
-    return problem.environments(choice, ENVIRONMENTS, 42, training, CORES), choice
+    return problem.environments(choice, ENVIRONMENTS, 42, True, CORES), choice
 
 
 class _Maker:
@@ -186,8 +187,6 @@ class _Stopwatch:
 
     def around(self, owner: type, name: str):
         """A patch that times `owner.name` while it lasts."""
-        from unittest.mock import patch
-
         original = getattr(owner, name)
 
         def timed(*args, **kwargs):

@@ -7,6 +7,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+from zipfile import BadZipFile
+
+import yaml
 
 from t2l.errors import ArtefactError
 
@@ -54,6 +57,23 @@ def write_text(text: str, path: Path | str) -> None:
     """Write a text file whole."""
     with whole(path) as draft:
         draft.write_text(text)
+
+
+@contextmanager
+def reading(path: Path | str, what: str, writer: str) -> Iterator[None]:
+    """Tell what goes wrong while a file is read that `writer` should have written.
+
+    Args:
+        what: it should hold, in a few words.
+
+    Raises:
+        ArtefactError: the body could not make sense of the file.
+    """
+    try:
+        yield
+    except (OSError, KeyError, TypeError, ValueError, yaml.YAMLError, BadZipFile) as error:
+        reason = " ".join(str(error).split())
+        raise ArtefactError(path, f"no {what} ({reason})", f"a file that {writer} wrote") from None
 
 
 def read_table(path: Path | str, columns: Sequence[str]) -> "pd.DataFrame":

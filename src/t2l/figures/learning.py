@@ -92,5 +92,8 @@ def training_curves(curves: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
         if handles:
             figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
         seeds = len(np.unique(np.concatenate([t.seed for t in curves.values()])))
-        figure.suptitle(f"Training with tuned action scales, {seeds} seeds", fontsize=11)
+        figure.suptitle(
+            f"Training with tuned action scales, {seeds} seed{'s' if seeds > 1 else ''}",
+            fontsize=11,
+        )
     return figure

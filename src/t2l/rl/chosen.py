@@ -4,8 +4,7 @@ from pathlib import Path
 
 import yaml
 
-from t2l.artefacts import write_text
-from t2l.errors import ArtefactError
+from t2l.artefacts import reading, write_text
 from t2l.gains import Cell
 from t2l.rl.choice import Choice
 from t2l.rl.constraints import Evaluation
@@ -34,7 +33,7 @@ def read_chosen(path: Path | str) -> tuple[Cell, Choice, Evaluation]:
     Raises:
         ArtefactError: it is not that.
     """
-    try:
+    with reading(path, "chosen trial", "the rule choose_policy"):
         content = yaml.safe_load(Path(path).read_text())
         proximal, distal = map(float, content["action_scale_rad"])
         return (
@@ -42,9 +41,3 @@ def read_chosen(path: Path | str) -> tuple[Cell, Choice, Evaluation]:
             Choice((proximal, distal), content["reward_weights"]),
             Evaluation(float(content["success"]), content["violation_rates"]),
         )
-    except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        raise ArtefactError(
-            path,
-            f"no chosen trial ({' '.join(str(error).split())})",
-            "a file that the rule choose_policy wrote",
-        ) from None

@@ -16,7 +16,7 @@ from t2l.control.position import pd_torque
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.rl.constraints import NAMES, violations
-from t2l.rl.interface import observe, per_joint
+from t2l.rl.interface import observe, per_joint, steps_held
 from t2l.rl.kinematics import SITE, flange_pose
 from t2l.rl.reach import Reach, joint_ranges
 from t2l.robots.fr3 import JOINTS
@@ -65,14 +65,9 @@ class ReachEnvironments(VecEnv):
             raise ConfigurationError(
                 f"action scale: found {action_scale}; allowed: two numbers above 0"
             )
-        nstep = rate_hz / policy_rate_hz
-        if abs(nstep - round(nstep)) > 1e-9:
-            raise ConfigurationError(
-                f"policy rate: found {policy_rate_hz:g} Hz; allowed: a divisor of the "
-                f"simulator's {rate_hz:g} Hz"
-            )
         self.task, self.cell = task, cell
-        self.nstep, self.horizon = round(nstep), round(horizon_s * policy_rate_hz)
+        self.nstep = steps_held(rate_hz, policy_rate_hz, "the simulator's")
+        self.horizon = round(horizon_s * policy_rate_hz)
         self.action_scale = tuple(action_scale)
         self.scale = per_joint(self.action_scale)
         self.generator = np.random.default_rng(seed)

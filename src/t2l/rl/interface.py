@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from t2l.errors import ConfigurationError
 from t2l.robots.fr3 import JOINTS
 
 PROXIMAL = 4  # joints that share the first action scale
@@ -10,6 +11,21 @@ PROXIMAL = 4  # joints that share the first action scale
 def observe(q: np.ndarray, dq: np.ndarray, errors: np.ndarray, action: np.ndarray) -> np.ndarray:
     """What a policy sees, (n, nobs) float32: state, what is left to do, and its last action."""
     return np.concatenate([q, dq, errors, action], axis=1).astype(np.float32)
+
+
+def steps_held(rate_hz: float, policy_rate_hz: float, of_what: str) -> int:
+    """How many steps at `rate_hz` an action is held for.
+
+    Raises:
+        ConfigurationError: no whole number of them.
+    """
+    steps = rate_hz / policy_rate_hz
+    if abs(steps - round(steps)) > 1e-9:
+        raise ConfigurationError(
+            f"policy rate: found {policy_rate_hz:g} Hz; allowed: a divisor of {of_what} "
+            f"{rate_hz:g} Hz"
+        )
+    return round(steps)
 
 
 def per_joint(action_scale: tuple[float, float]) -> np.ndarray:

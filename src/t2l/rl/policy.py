@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
-from t2l.artefacts import whole
-from t2l.errors import ArtefactError
+from t2l.artefacts import reading, whole
 
 CLIPPED_AT = 10.0  # standard deviations of a normalised observation
 
@@ -55,19 +53,12 @@ def load(path: Path | str) -> ReachPolicy:
     Raises:
         ArtefactError: it is not that.
     """
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            count = sum(name.startswith("weight") for name in arrays.files)
-            return ReachPolicy(
-                mean=arrays["mean"],
-                deviation=arrays["deviation"],
-                weights=tuple(arrays[f"weight{i}"] for i in range(count)),
-                biases=tuple(arrays[f"bias{i}"] for i in range(count)),
-                action_scale=tuple(float(scale) for scale in arrays["action_scale"]),
-            )
-    except (OSError, KeyError, ValueError, BadZipFile) as error:
-        raise ArtefactError(
-            path,
-            f"no policy ({' '.join(str(error).split())})",
-            "a file that a training job wrote",
-        ) from None
+    with reading(path, "policy", "a training job"), np.load(path, allow_pickle=False) as arrays:
+        count = sum(name.startswith("weight") for name in arrays.files)
+        return ReachPolicy(
+            mean=arrays["mean"],
+            deviation=arrays["deviation"],
+            weights=tuple(arrays[f"weight{i}"] for i in range(count)),
+            biases=tuple(arrays[f"bias{i}"] for i in range(count)),
+            action_scale=tuple(float(scale) for scale in arrays["action_scale"]),
+        )

@@ -13,7 +13,7 @@ from t2l.rl.kinematics import Flange
 from t2l.robots.fr3 import JOINTS
 from t2l.sysid.simulator import model
 
-# The pose of the study's recordings; starts and goals are drawn about it.
+# Where the study's 49 recordings start, to a few mrad; starts and goals are drawn about it.
 CENTRE = (0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, -np.pi / 4)
 START_SPREAD_RAD = 0.1
 GOAL_SPREAD_RAD = 0.4

@@ -7,10 +7,9 @@ import numpy as np
 
 from t2l.artefacts import whole
 from t2l.control.position import pd_torque
-from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.rl.constraints import violations
-from t2l.rl.interface import command, observe
+from t2l.rl.interface import command, observe, steps_held
 from t2l.rl.kinematics import Flange
 from t2l.rl.policy import ReachPolicy
 from t2l.rl.reach import Reach, joint_ranges
@@ -70,11 +69,7 @@ def deploy(
         ConfigurationError: the policy's rate does not divide `LOG_RATE_HZ`.
         BackendError: the robot does not go on.
     """
-    hold = LOG_RATE_HZ / policy_rate_hz
-    if abs(hold - round(hold)) > 1e-9:
-        raise ConfigurationError(
-            f"policy rate: found {policy_rate_hz:g} Hz; allowed: a divisor of {LOG_RATE_HZ:g} Hz"
-        )
+    hold = steps_held(LOG_RATE_HZ, policy_rate_hz, "the log's")
     parts = []
     for first in range(0, len(starts), robot.n):
         rows = slice(first, first + robot.n)
@@ -84,7 +79,7 @@ def deploy(
             continue
         run = _Run(robot, policy, task, cell, goals[rows], Guard(robot.n, cell, workspace))
         try:
-            parts.append(run.through(starts[rows], round(hold), round(duration_s * policy_rate_hz)))
+            parts.append(run.through(starts[rows], hold, round(duration_s * policy_rate_hz)))
         except BaseException:
             robot.hold()
             raise

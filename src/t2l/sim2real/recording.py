@@ -11,13 +11,11 @@ from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.measurements.log import read_recording
 from t2l.measurements.recording import Recording
+from t2l.rl.reach import CENTRE
 from t2l.robots.fr3 import JOINTS
 from t2l.sim2real.backend import Backend
 
 COMMAND_RATE_HZ = 50.0
-
-# Where the study's 49 recordings start, to a few mrad.
-START = (0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, -np.pi / 4)
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class Motion:
     def commands(self) -> np.ndarray:
         """(ncommand, 7) rad."""
         k = np.arange(round(self.duration_s * COMMAND_RATE_HZ))
-        return np.array(START) + self.amplitude_rad * np.sin(np.pi * k / 50)[:, None]
+        return np.array(CENTRE) + self.amplitude_rad * np.sin(np.pi * k / 50)[:, None]
 
 
 def record(robot: Backend, cell: Cell, motion: Motion, notes: str = "") -> Recording:
@@ -40,7 +38,7 @@ def record(robot: Backend, cell: Cell, motion: Motion, notes: str = "") -> Recor
         BackendError: the robot does not go on.
     """
     commands = motion.commands()
-    states = [robot.start(np.array(START), cell.kp, cell.kd)]
+    states = [robot.start(np.array(CENTRE), cell.kp, cell.kd)]
     states += [robot.step(command, 1 / COMMAND_RATE_HZ) for command in commands[:-1]]
     q, dq, tau = (
         np.array([getattr(state, signal)[0] for state in states]) for signal in ("q", "dq", "tau")

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import yaml
 
-from t2l.artefacts import write_table, write_text
-from t2l.errors import ArtefactError
+from t2l.artefacts import reading, write_table, write_text
 from t2l.gains import Cell
 from t2l.measurements.recording import Recording
 from t2l.sysid.identify import Identified
@@ -50,18 +49,12 @@ def read_parameters(path: Path | str) -> Parameters:
     Raises:
         ArtefactError: it is not one.
     """
-    try:
+    with reading(path, "identified parameters", "the rule identify"):
         content = yaml.safe_load(Path(path).read_text())
         parameters = {name: np.array(content["parameters"][name], float) for name in TABLE}
         shapes = {values.shape for values in parameters.values()}
         if shapes != {(len(content["joints"]),)}:
             raise ValueError("one number a joint is allowed")
-    except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        raise ArtefactError(
-            path,
-            f"no identified parameters ({' '.join(str(error).split())})",
-            "a file that the rule identify wrote",
-        ) from None
     return parameters
 
 

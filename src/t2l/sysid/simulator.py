@@ -50,13 +50,13 @@ class Simulator:
         self._dynamic = self._static * p["dynamic_friction_ratio"]
         self.batch.set_const()
 
-    def step(self, q_des: np.ndarray, nstep: int, ids: np.ndarray | None = None) -> None:
+    def step(self, q_des: np.ndarray, nstep: int) -> None:
         """Hold commands q_des (n, 7) rad for `nstep` timesteps."""
         for _ in range(nstep):
             np.copyto(self._ctrl, self._within_torque_limits(q_des))
             moving = np.abs(self.qvel) > AT_REST_RAD_S
             np.copyto(self._friction, np.where(moving, self._dynamic, self._static))
-            self.batch.step(ids=ids)
+            self.batch.step()
 
     def _within_torque_limits(self, q_des: np.ndarray) -> np.ndarray:
         """Commands that ask for no more than the torque limits at the beginning of a timestep.
@@ -99,7 +99,7 @@ def model(rate_hz: float = RATE_HZ) -> mujoco.MjModel:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     for name in JOINTS:
         joint = spec.joint(name)
-        joint.actfrclimited = 0  # see `Simulator`
+        joint.actfrclimited = 0  # see `Simulator._within_torque_limits`
         joint.frictionloss = 0.1  # nonzero, so that friction is part of the compiled model
         joint.solimp_friction[:2] = 0.9999
         actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
