@@ -2,11 +2,19 @@
 
 import sys
 
-from benchmarks import cell, discrepancy, hidden, overhead, reinforcement, throughput
+from benchmarks import (
+    cell,
+    discrepancy,
+    hidden,
+    overhead,
+    published,
+    reinforcement,
+    throughput,
+)
 
 BENCHMARKS = {
     module.__name__.split(".")[-1]: module
-    for module in (throughput, cell, overhead, reinforcement, discrepancy, hidden)
+    for module in (throughput, cell, overhead, reinforcement, discrepancy, hidden, published)
 }
 
 

@@ -35,6 +35,13 @@ def test_a_failed_job_is_not_done():
     assert progress.finished(1, now=5.0) is None
 
 
+def test_a_job_whose_start_was_not_seen_still_counts():
+    progress = Progress({"train": 2, "plot": 1}, now=0.0)
+    assert progress.finished(7, now=5.0, rule="train") == "1 of 3  train"
+    assert progress.finished(8, now=6.0, rule="train") == "2 of 3  train"
+    assert progress.finished(9, now=6.0, rule="unheard_of") is None
+
+
 def test_durations_read_as_a_person_says_them():
     assert [duration(s) for s in (3.4, 89, 120, 5399, 7200)] == [
         "3 s",

@@ -4,6 +4,7 @@ Snakemake finds it by its package name; `logger: t2l` in a profile selects it. W
 progress (errors, dry runs, "Nothing to be done") is shown as Snakemake shows it.
 """
 
+import re
 import sys
 from collections import Counter
 from logging import LogRecord
@@ -26,6 +27,12 @@ _CHATTER = (
     "Using shell",
     "Conda env",
 )
+
+
+def _rule_of(message: str) -> str | None:
+    """The rule that "Finished jobid: 3 (Rule: train)" names."""
+    found = re.search(r"\(Rule: (\w+)\)", message)
+    return found[1] if found else None
 
 
 class LogHandler(LogHandlerBase):
@@ -56,7 +63,9 @@ class LogHandler(LogHandlerBase):
                 )
                 return None
             if event == LogEvent.JOB_FINISHED:
-                return self._progress.finished(record.job_id, record.created)
+                return self._progress.finished(
+                    record.job_id, record.created, _rule_of(record.getMessage())
+                )
             if event == LogEvent.JOB_ERROR:
                 self._progress.failed(record.jobid)
         if event in _SILENT:

@@ -32,16 +32,23 @@ class Progress:
         """Forget a job that will not finish."""
         self._running.pop(job, None)
 
-    def finished(self, job: int, now: float) -> str | None:
-        """The line to show for a job that is done."""
-        if job not in self._running:
+    def finished(self, job: int, now: float, rule: str | None = None) -> str | None:
+        """The line to show for a job that is done.
+
+        A cluster's executor does not say when a job starts: then `rule` is all there is to show.
+        """
+        if job in self._running:
+            rule, name, began = self._running.pop(job)
+            self._seconds[rule].append(now - began)
+            name = f"{name}  {duration(now - began)}"
+        elif rule in self._remaining:
+            name = rule
+        else:
             return None
-        rule, name, began = self._running.pop(job)
         self._remaining[rule] -= 1
-        self._seconds[rule].append(now - began)
         done = self._total - sum(self._remaining.values())
         width = len(str(self._total))
-        line = f"{done:>{width}} of {self._total}  {name}  {duration(now - began)}"
+        line = f"{done:>{width}} of {self._total}  {name}"
         left = self.seconds_left(now)
         return line if left is None else f"{line}; about {duration(left)} left"
 
