@@ -2,6 +2,7 @@ import copy
 
 import pytest
 import yaml
+from snakemake.utils import update_config
 
 from t2l.configuration import read_study
 from t2l.errors import ConfigurationError
@@ -21,6 +22,14 @@ def test_the_shipped_configurations_are_sound(name):
     assert study.decimation == 10
     assert set(study.tasks) == {"block_stack"}
     assert study.fidelity_cells == (Cell(16, 2), Cell(512, 2), Cell(16, 24), Cell(512, 24))
+
+
+def test_a_configuration_inherits_what_it_leaves_out(config):
+    deployment = copy.deepcopy(config["deployment"])
+    update_config(config, yaml.safe_load((ROOT / "config/transfer_grid.yaml").read_text()))
+    study = read_study(config, ROOT / "config")
+    assert len(study.transfer_cells) == 49
+    assert config["deployment"] == deployment
 
 
 def test_the_full_study_has_the_studys_grids():
