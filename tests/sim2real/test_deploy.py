@@ -150,6 +150,11 @@ def test_jitter_is_what_shakes_at_the_end():
     assert calm == 0
     assert shaking == pytest.approx(0.06, rel=0.02)
     assert shaking > JITTER_RAD_S
+    dq[150:, 1] = np.nan  # stopped after 1.5 s
+    assert np.isnan(jitter(rollouts)[1])
+    table = rollout_table(proportional(), CELL, rollouts, rollouts)
+    assert not table.jitter_failure[0]
+    assert table.jitter_failure.isna().tolist() == [False, True]
 
 
 def test_poses_are_reached_too_and_tables_tell_all():

@@ -18,7 +18,8 @@ def cell_table(
 ) -> "pd.DataFrame":
     """One row a cell: what was tuned, what it came to in simulation, and on the robot.
 
-    Errors are means over rollouts; `jitter_rate`, `stopped_rate` and successes are shares.
+    Errors are means over rollouts; `jitter_rate`, `stopped_rate` and successes are shares, of
+    rollouts that lasted long enough to tell.
 
     Args:
         rollouts: a cell's, as `t2l.sim2real.transfer.rollout_table` makes them.
@@ -41,7 +42,7 @@ def cell_table(
                 "success_sim_100": evaluation.success,
                 "trajectory_error": np.nanmean(table.trajectory_error),
                 "nn_error": np.nanmean(table.nn_error),
-                "jitter_rate": table.jitter_failure.mean(),
+                "jitter_rate": table.jitter_failure.astype(float).mean(),
                 "success_real": table.success.mean(),
                 "success_sim": table.success_sim.mean(),
                 "stopped_rate": (table.stopped != "").mean(),

@@ -44,12 +44,15 @@ def nn_error(policy: ReachPolicy, real: Rollouts, sim: Rollouts) -> np.ndarray:
 
 
 def jitter(rollouts: Rollouts) -> np.ndarray:
-    """Largest standard deviation of any joint's velocity over the last 2 s, (n,) rad/s."""
+    """Largest standard deviation of any joint's velocity over the last 2 s, (n,) rad/s.
+
+    NaN where a rollout was stopped before it lasted that long.
+    """
     window = round(JITTER_WINDOW_S * LOG_RATE_HZ)
     found = []
     for dq in rollouts.dq.transpose(1, 0, 2):
         moved = dq[np.isfinite(dq).all(axis=1)][-window:]
-        found.append(moved.std(axis=0).max() if len(moved) else np.nan)
+        found.append(moved.std(axis=0).max() if len(moved) == window else np.nan)
     return np.array(found)
 
 
@@ -58,6 +61,8 @@ def rollout_table(policy: ReachPolicy, cell: Cell, real: Rollouts, sim: Rollouts
     import pandas as pd
 
     shaking = jitter(real)
+    failure = pd.array(shaking > JITTER_RAD_S, "boolean")
+    failure[np.isnan(shaking)] = pd.NA
     counts = {
         f"violations_{name}{suffix}": run.violated[:, :, i].sum(axis=0)
         for suffix, run in (("", real), ("_sim", sim))
@@ -71,7 +76,7 @@ def rollout_table(policy: ReachPolicy, cell: Cell, real: Rollouts, sim: Rollouts
             "trajectory_error": trajectory_error(real, sim),
             "nn_error": nn_error(policy, real, sim),
             "jitter_rad_s": shaking,
-            "jitter_failure": shaking > JITTER_RAD_S,
+            "jitter_failure": failure,
             "success": real.success,
             "success_sim": sim.success,
             "stopped": list(real.stopped),

@@ -111,14 +111,18 @@ def jitter_table(
 ) -> pd.DataFrame:
     """How often rollouts jitter, by policy period, with 95 % Wilson intervals.
 
+    Of rollouts that were not stopped too early to tell.
+
     Args:
         rollouts: per condition, one row a rollout with columns `COLUMNS`.
         rates_hz: of the conditions' policies, those that differ in nothing else.
     """
     rows = []
     for name, hertz in sorted(rates_hz.items(), key=lambda item: 1 / item[1]):
-        failed = rollouts[name].jitter_failure
-        low, high = proportion_confint(failed.sum(), len(failed), method="wilson")
+        failed = rollouts[name].jitter_failure.astype(float).dropna()
+        low = high = np.nan
+        if len(failed):
+            low, high = proportion_confint(failed.sum(), len(failed), method="wilson")
         rows.append(
             {
                 "condition": name,
