@@ -6,6 +6,8 @@ os.environ.setdefault("GOMP_SPINCOUNT", "20000")  # as the workflow does
 
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from unittest.mock import patch
 
 import numpy as np
@@ -41,7 +43,13 @@ def run() -> pd.DataFrame:
     """Each row is printed as it comes."""
     torch.set_num_threads(CORES)
     rows, parameters = [], {}
-    for part in (identify_all, environment_steps, training_steps, time_to_succeed):
+    for part in (
+        identify_all,
+        environment_steps,
+        training_steps,
+        trials_side_by_side,
+        time_to_succeed,
+    ):
         for row in part(parameters):
             print(" | ".join(row), flush=True)
             rows.append(row)
@@ -134,6 +142,36 @@ def training_steps(parameters: dict) -> Iterator[Row]:
         f"{_per_second(rates['processes'])}",
         f"{rates['batch'] / rates['processes']:.0f}",
     )  # fmt: skip
+
+
+def trials_side_by_side(parameters: dict) -> Iterator[Row]:
+    """A training on each core at once, as the workflow runs trials of tuning."""
+    context = get_context("spawn")
+    ready = context.Barrier(CORES)
+    problem = _problem(parameters, CENTRE)
+    choice = Choice(tuple(first_guess(problem, Search(1)).values()))
+    with ProcessPoolExecutor(CORES, context, _share, (ready,)) as pool:
+        rates = list(pool.map(_one_core_rate, [(problem, choice)] * CORES))
+    yield (
+        f"PPO training, {CORES} trials side by side, a core each", _per_second(sum(rates)),
+        "40 k steps/s", f"{sum(rates) / 40e3:.2f}",
+    )  # fmt: skip
+
+
+def _share(ready) -> None:
+    global _ready
+    _ready = ready
+
+
+def _one_core_rate(given: tuple[Problem, Choice]) -> float:
+    problem, choice = given
+    torch.set_num_threads(1)
+    environments = problem.environments(choice, ENVIRONMENTS, 42, True, 1)
+    ppo = _ppo(VecNormalize(environments, clip_obs=10.0), 42)
+    steps = ROLLOUT_STEPS * ENVIRONMENTS
+    ppo.learn(2 * steps, log_interval=None)
+    _ready.wait()
+    return _rate(lambda: ppo.learn(20 * steps, log_interval=None), 20 * steps)
 
 
 def time_to_succeed(parameters: dict) -> Iterator[Row]:
