@@ -120,7 +120,7 @@ def test_whatever_ends_a_deployment_the_robot_is_held_first(error):
 
 
 def test_a_guard_objects_to_each_limit_alone():
-    guard = Guard(1, CELL, Workspace(upper=(0.855, 0.855, 0.9)))
+    guard = Guard(1, CELL, 0.02, Workspace(upper=(0.855, 0.855, 0.9)))
     q = np.array([CENTRE])
     still = np.zeros((1, 7))
     fine = guard.objections(q + 0.01, q, still)
@@ -128,6 +128,7 @@ def test_a_guard_objects_to_each_limit_alone():
     outside = q.copy()
     outside[0, 3] = 0.2
     assert "position command of fr3_joint4 0.2 rad" in guard.objections(outside, q, still)[0]
+    assert "position of fr3_joint4 0.2 rad" in guard.objections(q, outside, still)[0]
     fast = still.copy()
     fast[0, 0] = 3.0
     assert "velocity of fr3_joint1 3 rad/s" in guard.objections(q, q, fast)[0]
@@ -137,6 +138,14 @@ def test_a_guard_objects_to_each_limit_alone():
     up = np.zeros((1, 7))
     up[0, [3, 5]] = -0.2, 1.6
     assert "measured z of the flange" in guard.objections(up, up, still)[0]
+
+
+def test_soft_gains_may_command_far_ahead_of_the_arm():
+    guard = Guard(1, Cell(16, 24), 0.01)
+    q = np.array([CENTRE])
+    down = q.copy()
+    down[0, 1] += 1.7  # there the flange would be far below the table
+    assert guard.objections(down, q, np.zeros((1, 7))) == [""]
 
 
 def test_jitter_is_what_shakes_at_the_end():

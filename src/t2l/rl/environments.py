@@ -16,7 +16,7 @@ from t2l.control.position import pd_torque
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.rl.constraints import NAMES, violations
-from t2l.rl.interface import observe, per_joint, steps_held
+from t2l.rl.interface import command, observe, per_joint, steps_held
 from t2l.rl.kinematics import SITE, flange_pose
 from t2l.rl.reach import Reach, joint_ranges
 from t2l.robots.fr3 import JOINTS
@@ -112,7 +112,7 @@ class ReachEnvironments(VecEnv):
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """See `VecEnv`."""
         change, self._action = self._next - self._action, self._next
-        self._advance(self.simulator.qpos + self.scale * self._action)
+        self._advance(command(self.simulator.qpos, self._action, self.scale, self._ranges))
         before, errors = self._before, self._errors()
         reward = self.task.reward(before, errors, self._period_s, self.simulator.qvel, change)
         self._before = errors

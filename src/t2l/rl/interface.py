@@ -33,6 +33,14 @@ def per_joint(action_scale: tuple[float, float]) -> np.ndarray:
     return np.repeat(action_scale, [PROXIMAL, len(JOINTS) - PROXIMAL])
 
 
-def command(q: np.ndarray, action: np.ndarray, action_scale: tuple[float, float]) -> np.ndarray:
-    """q_des = q + α ⊙ a, (n, 7) rad, for actions a (n, 7) in [-1, 1]."""
-    return q + per_joint(action_scale) * action
+def command(q: np.ndarray, action: np.ndarray, scale: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """q_des = q + α ⊙ a within the joints' ranges, (n, 7) rad.
+
+    Soft gains take commands far ahead of the arm, which no robot accepts beyond its ranges.
+
+    Args:
+        action: a, (n, 7) in [-1, 1].
+        scale: α, (7,) rad.
+        ranges: (7, 2) rad.
+    """
+    return np.clip(q + scale * action, ranges[:, 0], ranges[:, 1])

@@ -9,7 +9,7 @@ from t2l.artefacts import whole
 from t2l.control.position import pd_torque
 from t2l.gains import Cell
 from t2l.rl.constraints import violations
-from t2l.rl.interface import command, observe, steps_held
+from t2l.rl.interface import command, observe, per_joint, steps_held
 from t2l.rl.kinematics import Flange
 from t2l.rl.policy import ReachPolicy
 from t2l.rl.reach import Reach, joint_ranges
@@ -25,9 +25,9 @@ class Rollouts:
     """What `n` robots measured at `LOG_RATE_HZ`; NaN after a robot was stopped.
 
     Attributes:
-        time: (nsample,) s; a command is given every `hold` samples.
+        time: (nsample,) s; the policy decides every `hold` samples.
         q, dq, q_des: (nsample, n, 7).
-        observation, action: (ndecision, n, nobs) and (ndecision, n, 7), at each command.
+        observation, action: (ndecision, n, nobs) and (ndecision, n, 7), at each decision.
         violated: (nsample, n, 4) bool, in order of `t2l.rl.constraints.NAMES`.
         success: (n,) bool, at the end of those that were not stopped.
         stopped: why each robot was stopped, or nothing.
@@ -58,7 +58,8 @@ def deploy(
 ) -> Rollouts:
     """Run a policy from every start to its goal, as many side by side as there are robots.
 
-    A command that must not be sent is not: its robot is held where it is, and its rollout ends.
+    Commands are sent at `LOG_RATE_HZ`, whatever the policy's rate, and checked each time. One that
+    must not be sent is not: its robot is held where it is, and its rollout ends.
     Whatever else ends the deployment, an error or Ctrl-C, the robot is brought to rest first.
 
     Args:
@@ -77,7 +78,8 @@ def deploy(
         if kept and kept.exists():
             parts.append(_read(kept))
             continue
-        run = _Run(robot, policy, task, cell, goals[rows], Guard(robot.n, cell, workspace))
+        guard = Guard(robot.n, cell, 1 / LOG_RATE_HZ, workspace)
+        run = _Run(robot, policy, task, cell, goals[rows], guard)
         try:
             parts.append(run.through(starts[rows], hold, round(duration_s * policy_rate_hz)))
         except BaseException:
@@ -99,6 +101,7 @@ class _Run:
 
     def through(self, starts: np.ndarray, hold: int, decisions: int) -> Rollouts:
         kp, kd = self.cell.kp, self.cell.kd
+        scale = per_joint(self.policy.action_scale)
         state = self.robot.start(starts, np.full(7, float(kp)), np.full(7, float(kd)))
         before = np.zeros_like(state.q)
         previous = np.zeros_like(state.q)
@@ -106,29 +109,29 @@ class _Run:
         logged: dict[str, list[np.ndarray]] = {
             name: [] for name in ("q", "dq", "q_des", "observation", "action", "violated")
         }
-        for _ in range(decisions):
+        for sample in range(decisions * hold):
+            deciding = sample % hold == 0
+            if deciding:
+                observation = observe(state.q, state.dq, self.errors(state), previous)
+                action = self.policy.act(observation)
+                wanted = command(state.q, action, scale, joint_ranges())
+                previous = action
             running = self.running
-            observation = observe(state.q, state.dq, self.errors(state), previous)
-            action = self.policy.act(observation)
-            wanted = command(state.q, action, self.policy.action_scale)
             self.stop_where_needed(wanted, state)
             held = np.where(running[:, None] & ~self.running[:, None], state.q, held)
             q_des = np.where(self.running[:, None], wanted, held)
             if not self.running.any():
                 break
-            previous = action
-            for name, value in (("observation", observation), ("action", action)):
-                logged[name].append(_without(value, ~self.running))
-            for _ in range(hold):
-                torque = pd_torque(q_des, state.q, state.dq, kp, kd)
-                found = violations(
-                    state.q, state.dq, torque, before, 1 / LOG_RATE_HZ, joint_ranges()
-                )
-                before = torque
-                for name, value in (("q", state.q), ("dq", state.dq), ("q_des", q_des)):
+            if deciding:
+                for name, value in (("observation", observation), ("action", action)):
                     logged[name].append(_without(value, ~self.running))
-                logged["violated"].append(found & self.running[:, None])
-                state = self.robot.step(q_des, 1 / LOG_RATE_HZ)
+            torque = pd_torque(q_des, state.q, state.dq, kp, kd)
+            found = violations(state.q, state.dq, torque, before, 1 / LOG_RATE_HZ, joint_ranges())
+            before = torque
+            for name, value in (("q", state.q), ("dq", state.dq), ("q_des", q_des)):
+                logged[name].append(_without(value, ~self.running))
+            logged["violated"].append(found & self.running[:, None])
+            state = self.robot.step(q_des, 1 / LOG_RATE_HZ)
         if not self.running.all():
             self.robot.hold()
         success = self.task.success(self.errors(state)) & self.running

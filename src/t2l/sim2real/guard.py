@@ -25,29 +25,33 @@ class Workspace:
 
 
 class Guard:
-    """Says what is wrong with commands, for `n` robots side by side."""
+    """Says what is wrong with commands that are held for `period_s`, for `n` robots."""
 
-    def __init__(self, n: int, cell: Cell, workspace: Workspace | None = None):
+    def __init__(self, n: int, cell: Cell, period_s: float, workspace: Workspace | None = None):
         self._cell, self._workspace = cell, workspace or Workspace()
+        self._farthest = np.array(FR3_VELOCITY_LIMIT) * period_s
         self._ranges = joint_ranges()
         self._flange = Flange(n)
 
     def objections(self, q_des: np.ndarray, q: np.ndarray, dq: np.ndarray) -> list[str]:
         """For each robot why q_des (n, 7) must not be sent in state q, dq (n, 7), or nothing.
 
-        A command must lie within the joints' ranges, ask for no more than the torque limits, find
-        joints no faster than they may be, and the flange must stay in the workspace, now and where
-        the command leads.
+        Commands and joints must lie within the joints' ranges, ask for no more than the torque
+        limits, find joints no faster than they may be, and the flange must stay in the workspace,
+        now and where the command can lead until the next, at the joints' greatest speed. (Soft
+        gains take commands to where the arm never comes.)
         """
         torque = pd_torque(q_des, q, dq, self._cell.kp, self._cell.kd)
         low, high = self._ranges.T
         speed, most = np.array(FR3_VELOCITY_LIMIT), np.array(TORQUE_LIMIT)
         checks = [
             _beyond("position command of", q_des, low, high, "rad"),
+            _beyond("position of", q, low, high, "rad"),
             _beyond("velocity of", dq, -speed, speed, "rad/s"),
             _beyond("torque of", torque, -most, most, "N·m"),
         ]
-        for where, at in (("measured", q), ("commanded", q_des)):
+        ahead = q + np.clip(q_des - q, -self._farthest, self._farthest)
+        for where, at in (("measured", q), ("commanded", ahead)):
             position = self._flange.pose(at)[:, :3]
             box = (np.array(self._workspace.lower), np.array(self._workspace.upper))
             axes = [f"{axis} of the flange" for axis in "xyz"]
