@@ -23,7 +23,11 @@ START_S = 30.0
 
 # select/cons_tres: two jobs of one CPU share the node. proctrack/linuxproc and task/none:
 # nothing that containers refuse, as cgroups do. MinJobAge: squeue still tells how a job ended.
-SLURM_CONF = """\
+# config_overrides: the node has what is said here, whatever the machine has.
+MARK = "# of tests/slurm/cluster.py, process "
+SLURM_CONF = (
+    MARK
+    + """{pid}, removed when it ends
 ClusterName=one_machine
 SlurmctldHost={host}
 SlurmUser=root
@@ -44,12 +48,14 @@ SwitchType=switch/none
 MpiDefault=none
 AccountingStorageType=accounting_storage/none
 JobAcctGatherType=jobacct_gather/none
+SlurmdParameters=config_overrides
 SchedulerParameters=defer_batch,sched_min_interval=500000
 MinJobAge=3600
 ReturnToService=2
 NodeName={host} NodeAddr=localhost CPUs={cpus} RealMemory={memory_mb} State=UNKNOWN
 PartitionName=main Nodes={host} Default=YES MaxTime=INFINITE State=UP
 """
+)
 
 
 class CannotStartError(Exception):
@@ -71,7 +77,7 @@ def running(cpus: int = 2, memory_mb: int = 8000) -> Iterator[Path]:
         raise CannotStartError(
             f"{', '.join(missing)} not installed (apt-get install slurm-wlm munge)"
         )
-    if CONFIGURATION.exists():
+    if CONFIGURATION.exists() and not _left_behind(CONFIGURATION.read_text()):
         raise CannotStartError(f"{CONFIGURATION} is there already: not ours to replace")
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="slurm_")))
@@ -82,6 +88,7 @@ def running(cpus: int = 2, memory_mb: int = 8000) -> Iterator[Path]:
         CONFIGURATION.parent.mkdir(parents=True, exist_ok=True)
         CONFIGURATION.write_text(
             SLURM_CONF.format(
+                pid=os.getpid(),
                 host=socket.gethostname().split(".")[0],
                 folder=folder,
                 cpus=cpus,
@@ -96,6 +103,13 @@ def running(cpus: int = 2, memory_mb: int = 8000) -> Iterator[Path]:
         _wait(lambda: "idle" in _output("sinfo", "--noheader", "--format=%T"), "slurmd", folder)
         stack.callback(_output, "scancel", "--user=root")
         yield folder
+
+
+def _left_behind(configuration: str) -> bool:
+    """Whether a process wrote it that was killed since."""
+    if not configuration.startswith(MARK):
+        return False
+    return not Path(f"/proc/{configuration.removeprefix(MARK).split(',')[0]}").exists()
 
 
 def _start_munge(folder: Path, stack: ExitStack) -> None:
@@ -114,7 +128,9 @@ def _start_munge(folder: Path, stack: ExitStack) -> None:
 @contextmanager
 def _daemon(name: str, arguments: list[str], folder: Path) -> Iterator[None]:
     with open(folder / f"{name}.out", "w") as log:
-        process = subprocess.Popen(arguments, stdout=log, stderr=subprocess.STDOUT)
+        process = subprocess.Popen(
+            arguments, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
+        )
     try:
         yield
     finally:
@@ -150,9 +166,12 @@ def _free_port() -> int:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with running() as logs:
             print(f"Slurm is up, its logs in {logs}; Ctrl-C ends it", flush=True)
-            signal.sigwait([signal.SIGINT, signal.SIGTERM])
+            signal.pause()
+    except KeyboardInterrupt:
+        print("Slurm has ended")
     except CannotStartError as error:
         raise SystemExit(f"Slurm cannot start here: {error}") from None
