@@ -1,6 +1,8 @@
 """Imports go downwards only, as the README draws it."""
 
 import ast
+import subprocess
+import sys
 
 import pytest
 
@@ -55,3 +57,12 @@ def test_slow_libraries_stay_where_they_are_needed(package):
         if package in names:
             assert package != "lerobot", f"{path} imports lerobot at its top"
             assert path.relative_to(ROOT / "src/t2l").parts[0] in allowed
+
+
+@pytest.mark.parametrize("script", ["choose_policy", "deploy", "identify", "record_motion"])
+def test_jobs_of_the_second_chain_that_do_not_train_do_without_torch(script):
+    tree = ast.parse((ROOT / f"workflow/scripts/{script}.py").read_text())
+    imports = [n for n in tree.body if isinstance(n, (ast.Import, ast.ImportFrom))]
+    code = "\n".join(map(ast.unparse, imports)) + "\nimport sys; print('torch' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "False", done.stderr

@@ -21,7 +21,8 @@ PARAMETERS = {
 def make(task=None, n=4, **changes):
     arguments = {
         "task": task or JointReach(), "cell": CELL, "parameters": PARAMETERS,
-        "action_scale": (0.3, 0.2), "n": n, "seed": 0, "staggered": False,
+        "action_scale": (0.3, 0.2), "n": n, "seed": 0, "horizon_s": 4.0,
+        "staggered": False,
     } | changes  # fmt: skip
     return ReachEnvironments(**arguments)
 
