@@ -28,7 +28,7 @@ def test_a_configuration_inherits_what_it_leaves_out(config):
     deployment = copy.deepcopy(config["deployment"])
     update_config(config, yaml.safe_load((ROOT / "config/transfer_grid.yaml").read_text()))
     study = read_study(config, ROOT / "config")
-    assert len(study.transfer_cells) == 49
+    assert len(study.transfer_cells) == 25
     assert config["deployment"] == deployment
 
 
