@@ -80,7 +80,9 @@ def jitter_by_period(table: "pd.DataFrame") -> Figure:
         axes.set_ylabel("rollouts that jitter [%]")
         axes.set_xticks(period, [f"{p:.0f}" for p in period])
         axes.set_ylim(-3, 103)
-        axes.set_title(f"all cells, {table.rollouts.iloc[0]} rollouts a period", fontsize=9)
+        few, many = table.rollouts.min(), table.rollouts.max()
+        count = f"{many}" if few == many else f"{few} to {many}"
+        axes.set_title(f"all cells, {count} rollouts a period", fontsize=9)
     return figure
 
 
