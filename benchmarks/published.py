@@ -83,8 +83,8 @@ def identified(path: Path) -> float:
 def transfer(grid: dict, folder: Path) -> list[tuple]:
     """The study's table from its grid of cell means; ours from all rollouts of the condition."""
     theirs = pd.DataFrame(
-        [(c.kp, c.kd, e, False) for c, e in by_cell(grid, "mse").items()],
-        columns=["kp", "kd", "trajectory_error", "jitter_failure"],
+        [(c.kp, c.kd, e) for c, e in by_cell(grid, "mse").items()],
+        columns=["kp", "kd", "trajectory_error"],
     )
     tables = {"theirs": theirs}
     if (folder / "rollouts.parquet").exists():

@@ -28,7 +28,8 @@ def rollouts(slope_kp=0.5, slope_kd=-0.3, spread=0.1, n=10, jitters=0):
         for i in range(n):
             log = slope_kp * np.log2(cell.kp) + slope_kd * np.log2(cell.kd) + own
             rows.append((cell.kp, cell.kd, np.exp(log + draw.normal(0, spread / 5)), i < jitters))
-    return pd.DataFrame(rows, columns=["kp", "kd", "trajectory_error", "jitter_failure"])
+    table = pd.DataFrame(rows, columns=["kp", "kd", "trajectory_error", "jitter_failure"])
+    return table.assign(jitter_failure_sim=False)
 
 
 def test_the_slopes_of_log_error_are_recovered_within_their_errors():

@@ -75,7 +75,11 @@ def jitter_by_period(table: "pd.DataFrame") -> Figure:
         figure, axes = plt.subplots(figsize=(4.2, 3.0))
         period, share = 1000 * table.period_s, 100 * table.jitter_rate
         spread = [share - 100 * table.lower, 100 * table.upper - share]
-        axes.errorbar(period, share, yerr=np.maximum(spread, 0), fmt="o-", capsize=3)
+        axes.errorbar(period, share, yerr=np.maximum(spread, 0), fmt="o-", capsize=3, label="robot")
+        axes.plot(
+            period, 100 * table.jitter_rate_sim, "s--", mfc="none", label="identified simulator"
+        )
+        axes.legend(fontsize=8)
         axes.set_xlabel("policy period [ms]")
         axes.set_ylabel("rollouts that jitter [%]")
         axes.set_xticks(period, [f"{p:.0f}" for p in period])

@@ -20,7 +20,7 @@ JITTER_WINDOW_S = 2.0
 TRACE_SIGNALS = ("q", "dq", "q_des")
 ROLLOUT_COLUMNS = (
     "kp", "kd", "rollout", "trajectory_error", "nn_error", "jitter_rad_s", "jitter_failure",
-    "success", "success_sim", "stopped", "duration_s",
+    "jitter_rad_s_sim", "jitter_failure_sim", "success", "success_sim", "stopped", "duration_s",
 )  # fmt: skip
 
 
@@ -60,9 +60,13 @@ def rollout_table(policy: ReachPolicy, cell: Cell, real: Rollouts, sim: Rollouts
     """One row a rollout: `ROLLOUT_COLUMNS`, and by constraint how often either violated it."""
     import pandas as pd
 
-    shaking = jitter(real)
-    failure = pd.array(shaking > JITTER_RAD_S, "boolean")
-    failure[np.isnan(shaking)] = pd.NA
+    shaking, failed = {}, {}
+    for suffix, run in (("", real), ("_sim", sim)):
+        deviation = jitter(run)
+        failure = pd.array(deviation > JITTER_RAD_S, "boolean")
+        failure[np.isnan(deviation)] = pd.NA
+        shaking[f"jitter_rad_s{suffix}"] = deviation
+        failed[f"jitter_failure{suffix}"] = failure
     counts = {
         f"violations_{name}{suffix}": run.violated[:, :, i].sum(axis=0)
         for suffix, run in (("", real), ("_sim", sim))
@@ -75,8 +79,8 @@ def rollout_table(policy: ReachPolicy, cell: Cell, real: Rollouts, sim: Rollouts
             "rollout": np.arange(len(real.success)),
             "trajectory_error": trajectory_error(real, sim),
             "nn_error": nn_error(policy, real, sim),
-            "jitter_rad_s": shaking,
-            "jitter_failure": failure,
+            **shaking,
+            **failed,
             "success": real.success,
             "success_sim": sim.success,
             "stopped": list(real.stopped),

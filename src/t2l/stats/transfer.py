@@ -13,7 +13,7 @@ from t2l.gains import Cell, Grid
 from t2l.stats.barnard import bonferroni
 from t2l.stats.text import estimate, heading, p_value, rate
 
-COLUMNS = ("kp", "kd", "trajectory_error", "jitter_failure")
+COLUMNS = ("kp", "kd", "trajectory_error", "jitter_failure", "jitter_failure_sim")
 # of columns that LaTeX writes otherwise
 HEADERS = {
     "Error in G^SO": r"Error in $\mathcal{G}^{\mathrm{SO}}$",
@@ -111,7 +111,8 @@ def jitter_table(
 ) -> pd.DataFrame:
     """How often rollouts jitter, by policy period, with 95 % Wilson intervals.
 
-    Of rollouts that were not stopped too early to tell.
+    Of rollouts that were not stopped too early to tell; beside it how often they jitter in
+    simulation, where a policy that shakes by itself shows.
 
     Args:
         rollouts: per condition, one row a rollout with columns `COLUMNS`.
@@ -128,6 +129,7 @@ def jitter_table(
                 "condition": name,
                 "period_s": 1 / hertz,
                 "jitter_rate": failed.mean(),
+                "jitter_rate_sim": rollouts[name].jitter_failure_sim.astype(float).mean(),
                 "lower": low,
                 "upper": high,
                 "rollouts": len(failed),
@@ -183,6 +185,7 @@ def printable_jitter(table: pd.DataFrame) -> pd.DataFrame:
                 for low, high in zip(table.lower, table.upper, strict=True)
             ],
             "Rollouts": [str(n) for n in table.rollouts],
+            "Jitter in simulation": [rate(value) for value in table.jitter_rate_sim],
         }
     )
 
