@@ -56,8 +56,8 @@ def trials(state="complete"):
 CELL = Cell(16, 1)
 JITTER = pd.DataFrame(
     {
-        "period_s": [0.01, 0.02], "jitter_rate": [0.1, 0.0], "jitter_rate_sim": [0.0, 0.0], "lower": [0.0, 0.0],
-        "upper": [0.3, 0.1], "rollouts": [30, 30],
+        "period_s": [0.01, 0.02], "jitter_rate": [0.1, 0.0], "jitter_rate_sim": [0.0, 0.0],
+        "lower": [0.0, 0.0], "upper": [0.3, 0.1], "rollouts": [30, 30],
     }
 )  # fmt: skip
 
