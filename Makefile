@@ -8,13 +8,14 @@ UV_VERSION := 0.13.8
 UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 SNAKEMAKE = $(BIN)/snakemake --cores $(CORES) --configfile $(CONFIG)
 
-.PHONY: help figures tables all report test lint bench lock clean
+.PHONY: help figures tables all report test test-slow lint bench lock clean
 
 help:
 	@echo "make figures   all figures of $(CONFIG) (another: make figures CONFIG=config/paper.yaml)"
 	@echo "make tables    all tables"
 	@echo "make report    one HTML page with every figure and table: results/report.html"
 	@echo "make test      lint and all tests"
+	@echo "make test-slow  the test that takes ten minutes: the smoke configuration through Slurm"
 	@echo "make bench     speed, as ratios against baselines of the same run"
 	@echo "make lock      compile environment.lock anew from pyproject.toml"
 	@echo "make clean     remove the environment; results stay"
@@ -27,6 +28,9 @@ report: all
 
 test: $(ENV)/ready lint
 	$(BIN)/python -m pytest
+
+test-slow: $(ENV)/ready
+	$(BIN)/python -m pytest -m slow
 
 lint: $(ENV)/ready
 	$(BIN)/ruff check .
