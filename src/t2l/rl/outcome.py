@@ -14,15 +14,12 @@ from t2l.rl import policy as policies
 from t2l.rl.choice import Choice
 from t2l.rl.constraints import NAMES, Evaluation
 from t2l.rl.policy import ReachPolicy
-from t2l.rl.trials import FINISHED, count
+from t2l.rl.trials import FINISHED, POLICY, TRAINING, count
 
 if TYPE_CHECKING:
     import pandas as pd
 
 SCALES = ("action_scale_proximal", "action_scale_distal")
-
-# what a trial leaves in the artifact store
-POLICY, TRAINING = "policy.npz", "training.parquet"
 
 
 class TuningError(T2LError):

@@ -22,6 +22,11 @@ JOURNAL = "journal"
 # a worker on another machine that has not reported for so long is taken for dead
 SILENCE_S = 900.0
 
+# what a trial leaves in the artifact store
+POLICY, TRAINING = "policy.npz", "training.parquet"
+# of a trial's attributes, what says nothing about it to a reader of the table
+_INTERNAL = ("worker", "seen", POLICY, TRAINING)
+
 FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
 
 
@@ -116,7 +121,7 @@ def table(study: optuna.Study) -> "pd.DataFrame":
         [
             {"number": trial.number, "state": trial.state.name.lower(), "objective": trial.value}
             | trial.params
-            | {k: v for k, v in trial.user_attrs.items() if k not in ("worker", "seen")}
+            | {k: v for k, v in trial.user_attrs.items() if k not in _INTERNAL}
             for trial in study.get_trials(deepcopy=False, states=FINISHED)
         ]
     )

@@ -20,12 +20,12 @@ from t2l.rl.choice import Choice
 from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate
 from t2l.rl.interface import PROXIMAL
-from t2l.rl.outcome import POLICY, SCALES, TRAINING
+from t2l.rl.outcome import SCALES
 from t2l.rl.policy import ReachPolicy
 from t2l.rl.problem import Problem
 from t2l.rl.settings import Search, Settings
 from t2l.rl.train import TrainingError, train
-from t2l.rl.trials import FINISHED, alive, count, requeue_abandoned, sign
+from t2l.rl.trials import FINISHED, POLICY, TRAINING, alive, count, requeue_abandoned, sign
 from t2l.robots.fr3 import TORQUE_LIMIT
 from t2l.seeds import seed_sequence
 
