@@ -18,8 +18,8 @@ def cell_table(
 ) -> "pd.DataFrame":
     """One row a cell: what was tuned, what it came to in simulation, and on the robot.
 
-    Errors are means over rollouts; `jitter_rate`, `stopped_rate` and successes are shares, of
-    rollouts that lasted long enough to tell.
+    Errors are means over rollouts; `jitter_rate`, `stopped_rate` and successes are shares, the
+    first of rollouts that lasted long enough to tell.
 
     Args:
         rollouts: a cell's, as `t2l.sim2real.transfer.rollout_table` makes them.
