@@ -6,7 +6,7 @@ import numpy as np
 
 from t2l.control.position import pd_torque
 from t2l.rl.constraints import NAMES, violations
-from t2l.rl.interface import command, observe
+from t2l.rl.interface import command, observe, per_joint
 from t2l.rl.reach import JointReach, joint_ranges
 from t2l.sysid.simulator import AT_REST_RAD_S, model
 
@@ -15,7 +15,8 @@ class GymnasiumReach(gym.Env):
     """The same task, simulator, reward and constraints as `ReachEnvironments` of one arm."""
 
     def __init__(self, problem, choice, seed: int):
-        self.task, self.cell, self.choice = JointReach(), problem.cell, choice
+        self.task, self.cell = JointReach(), problem.cell
+        self.scale = per_joint(choice.action_scale)
         self.model = model(problem.rate_hz)
         p = problem.parameters
         self.model.actuator_gainprm[:, 0] = p["stiffness"]
@@ -48,7 +49,7 @@ class GymnasiumReach(gym.Env):
         """See `gymnasium.Env`."""
         action = np.clip(action, -1, 1)[None]
         change, self.action = action - self.action, action
-        q_des = command(self.data.qpos[None], action, self.choice.action_scale)
+        q_des = command(self.data.qpos[None], action, self.scale, joint_ranges())
         for _ in range(self.nstep):
             q, dq = self.data.qpos[None], self.data.qvel[None]
             torque = pd_torque(q_des, q, dq, self.cell.kp, self.cell.kd)

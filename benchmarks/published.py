@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 from scipy.stats import spearmanr
 
 from benchmarks.scene import ROOT
@@ -24,14 +25,9 @@ from t2l.stats.transfer import transfer_table
 from t2l.sysid.identify import Settings, identify
 
 FOLDER = ROOT / "results/bench/published"
+PAPER = ROOT / "config/paper.yaml"
 PROCESSES = 2
-# what the study's text calls G^SO
-GRID = Grid(
-    kp=(16, 32, 64, 128, 160, 256, 512),
-    kd=(1, 2, 4, 8, 12, 16, 24),
-    compliant_up_to_kp=128,
-    overdamped_from_kd=8,
-)
+GRID = Grid.from_section(yaml.safe_load(PAPER.read_text())["recording_grid"])
 # of the study's tuning, and the corners of ours
 CORNERS = {
     Cell(16, 2): Cell(16, 1),
