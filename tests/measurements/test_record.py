@@ -111,6 +111,31 @@ def test_an_arm_is_stopped_and_nothing_half_written(tmp_path, monkeypatch, error
     assert not (tmp_path / "out").exists()
 
 
+def lose_connection(controller):
+    """As aiofranka leaves it when libfranka hears no more from the robot."""
+    engine = controller._engine
+    engine.__dict__["_failure"] = "libfranka: UDP receive: Timeout"
+    engine.running = False
+    while controller.running:
+        time.sleep(0.001)
+
+
+def test_a_lost_connection_is_told_and_nothing_half_written(tmp_path, monkeypatch):
+    plan = read_plan(write_plan(tmp_path, gains={"kp": 64, "kd": 4}))
+    follow = franka.FrankaArm.follow
+
+    def lose_in_the_middle(arm, q_des, rate_hz, what):
+        if what == "kp64_kd4":
+            follow(arm, q_des[:40], rate_hz, what)
+            lose_connection(arm.controller)
+        follow(arm, q_des, rate_hz, what)
+
+    monkeypatch.setattr(franka.FrankaArm, "follow", lose_in_the_middle)
+    with pytest.raises(RecordingError, match="loop.* stopped.*UDP receive"):
+        record(plan, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_request_to_terminate_stops_the_arm(tmp_path):
     excitation = {**PLAN["excitation"], "duration_s": 60}
     path = write_plan(tmp_path, excitation=excitation)

@@ -9,6 +9,7 @@ from t2l.rl.reach import JointReach
 from t2l.sim2real.backend import BackendError
 from t2l.sim2real.deploy import deploy
 from t2l.sim2real.franka import FrankaRobot
+from tests.measurements.test_record import lose_connection
 from tests.sim2real.test_deploy import proportional
 
 # where aiofranka's simulation begins
@@ -45,3 +46,35 @@ def test_a_policy_reaches_on_aiofrankas_robot_and_is_stopped_where_it_must(tmp_p
 def test_a_robot_that_is_not_there_is_named():
     with pytest.raises(BackendError, match=r"address: found 127.0.0.1, which cannot be reached"):
         FrankaRobot("127.0.0.1", "config: robot")
+
+
+def test_a_lost_connection_loses_no_rollout_that_was_complete(tmp_path):
+    starts, goals = START.repeat(2, axis=0), START.repeat(2, axis=0) + 0.05
+    policy, calls = proportional(), iter(range(1000))
+    act = policy.act
+
+    def reached(robot, policy=policy):
+        rollouts = deploy(
+            robot, policy, JointReach(), Cell(128, 16), starts, goals, 50.0, 0.4, folder=tmp_path
+        )
+        robot.close()
+        return rollouts
+
+    lost = FrankaRobot("simulation")
+
+    def loses(observation):
+        # in the middle of the second rollout
+        if next(calls) == 30:
+            lose_connection(lost._arm.controller)
+        return act(observation)
+
+    object.__setattr__(policy, "act", loses)
+    with pytest.raises(BackendError, match="control loop.* stopped.*UDP receive"):
+        reached(lost)
+    assert [kept.name for kept in tmp_path.iterdir()] == ["000.npz"]
+    first = tmp_path / "000.npz"
+    before = first.stat().st_mtime_ns
+    rollouts = reached(FrankaRobot("simulation"), proportional())
+    assert first.stat().st_mtime_ns == before
+    assert rollouts.stopped == ("", "")
+    assert np.isfinite(rollouts.q).all()

@@ -69,7 +69,7 @@ class FrankaArm:
             self.controller.start()
         except RuntimeError as error:
             self.close()
-            raise _stopped(source, error) from error
+            raise _stopped(source, str(error)) from error
         except BaseException:
             self.close()
             raise
@@ -113,7 +113,7 @@ class FrankaArm:
         did not send in time comes late, where catching up would make the arm jump.
 
         Raises:
-            RecordingError: the arm left its limits.
+            RecordingError: the arm left its limits, or its control loop stopped.
         """
         period = 1 / rate_hz
         due = time.perf_counter()
@@ -127,8 +127,11 @@ class FrankaArm:
         """The arm's state, if it is within its limits.
 
         Raises:
-            RecordingError: it is not.
+            RecordingError: it is not, or the control loop has stopped, as on a lost connection.
         """
+        if not self.controller.running:
+            fault = self.controller.error or "no error given"
+            raise _stopped(self.source, f"{where}: its control loop has stopped ({fault})")
         state = self._robot.state
         check_state(state["qpos"], state["qvel"], self.limits, self.source, where)
         return state
@@ -145,13 +148,13 @@ def franka_arm(address: str, limits: Limits, source: Path) -> Iterator[FrankaArm
     try:
         yield arm
     except RuntimeError as error:
-        raise _stopped(source, error) from error
+        raise _stopped(source, str(error)) from error
     finally:
         arm.close()
 
 
-def _stopped(source: Path, error: RuntimeError) -> RecordingError:
-    return RecordingError(source, "the robot", str(error), "a run without errors of the robot")
+def _stopped(source: Path, found: str) -> RecordingError:
+    return RecordingError(source, "the robot", found, "a run without errors of the robot")
 
 
 @contextlib.contextmanager

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.vec_env import VecNormalize
 
 from t2l.errors import T2LError
@@ -92,7 +93,7 @@ class _BoundedPolicy(WatchedPolicy):
 
 
 def _ppo(environments: VecNormalize, seed: int) -> PPO:
-    return PPO(
+    ppo = PPO(
         _BoundedPolicy,
         environments,
         learning_rate=FIRST_RATE,
@@ -114,6 +115,9 @@ def _ppo(environments: VecNormalize, seed: int) -> PPO:
         seed=seed,
         device="cpu",
     )
+    # its own choice is a folder in /tmp for every training
+    ppo.set_logger(Logger(None, []))
+    return ppo
 
 
 class _Listener(BaseCallback):

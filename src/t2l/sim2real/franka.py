@@ -66,8 +66,6 @@ class FrankaRobot(Backend):
             self._arm.close()
 
     def _state(self) -> State:
-        if not self._arm.controller.running:
-            raise BackendError("the robot: its control loop has stopped")
         state = self._arm.watch("deployment")
         tau = self._arm.controller.last_command
         return State(*(np.array(a, float)[None] for a in (state["qpos"], state["qvel"], tau)))
