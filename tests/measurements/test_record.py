@@ -131,7 +131,7 @@ def test_a_lost_connection_is_told_and_nothing_half_written(tmp_path, monkeypatc
         follow(arm, q_des, rate_hz, what)
 
     monkeypatch.setattr(franka.FrankaArm, "follow", lose_in_the_middle)
-    with pytest.raises(RecordingError, match="loop.* stopped.*UDP receive"):
+    with pytest.raises(RecordingError, match=r"loop.* stopped.*UDP receive"):
         record(plan, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

@@ -69,7 +69,7 @@ def test_a_lost_connection_loses_no_rollout_that_was_complete(tmp_path):
         return act(observation)
 
     object.__setattr__(policy, "act", loses)
-    with pytest.raises(BackendError, match="control loop.* stopped.*UDP receive"):
+    with pytest.raises(BackendError, match=r"control loop.* stopped.*UDP receive"):
         reached(lost)
     assert [kept.name for kept in tmp_path.iterdir()] == ["000.npz"]
     first = tmp_path / "000.npz"
