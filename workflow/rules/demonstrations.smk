@@ -12,6 +12,8 @@ rule demonstrate:
         result("logs", "demonstrate", "{task}.log"),
     benchmark:
         result("benchmarks", "demonstrate", "{task}.tsv")
+    # all of behaviour cloning waits for it
+    priority: 1
     threads: 2
     resources:
         mem_mb=2000,
