@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from t2l.figures.style import COLOURS, styled, title
 from t2l.gains import Cell, Grid
@@ -28,7 +29,7 @@ def landscape(trials: Mapping[Cell, "pd.DataFrame"], grid: Grid) -> Figure:
             1, len(trials), figsize=(2.6 * len(trials) + 1.2, 3.2),
             sharex=True, sharey=True, squeeze=False,
         )  # fmt: skip
-        shown = None
+        shown, states = None, {}
         for panel, (cell, table) in zip(axes[0], trials.items(), strict=True):
             known = table.dropna(subset=["success", *TRIAL_COLUMNS[2:4]])
             for state, marker in (("complete", "o"), ("pruned", "X")):
@@ -37,8 +38,9 @@ def landscape(trials: Mapping[Cell, "pd.DataFrame"], grid: Grid) -> Figure:
                     shown = panel.scatter(
                         part.action_scale_proximal, part.action_scale_distal,
                         c=100 * part.success, vmin=0, vmax=100, cmap="viridis",
-                        marker=marker, s=28, ec="0.3", lw=0.5, label=state,
+                        marker=marker, s=28, ec="0.3", lw=0.5,
                     )  # fmt: skip
+                    states[state] = Line2D([], [], ls="", marker=marker, c="0.5", label=state)
             panel.set_xscale("log")
             panel.set_yscale("log")
             panel.set_title(f"{grid.region(cell)}: {cell}", fontsize=9)
@@ -46,7 +48,7 @@ def landscape(trials: Mapping[Cell, "pd.DataFrame"], grid: Grid) -> Figure:
         axes[0, 0].set_ylabel("α of joints 5-7 [rad]")
         if shown is not None:
             figure.colorbar(shown, ax=axes[0].tolist(), label="success in simulation [%]")
-            axes[0, 0].legend(fontsize=7, loc="lower left")
+            figure.legend(handles=states.values(), loc="outside lower center", ncols=2, fontsize=8)
         figure.suptitle("Trials of tuning", fontsize=11)
     return figure
 
