@@ -23,6 +23,7 @@ from t2l.rl.interface import PROXIMAL
 from t2l.rl.outcome import SCALES
 from t2l.rl.policy import ReachPolicy
 from t2l.rl.problem import Problem
+from t2l.rl.pruning import HopelessPruner
 from t2l.rl.settings import Search, Settings
 from t2l.rl.train import TrainingError, train
 from t2l.rl.trials import FINISHED, POLICY, TRAINING, alive, count, requeue_abandoned, sign
@@ -80,9 +81,7 @@ def work(
     if not study.get_trials(deepcopy=False):
         # weights that a guess leaves out are sampled
         study.enqueue_trial(first_guess(problem, search), skip_if_exists=True)
-    study.pruner = optuna.pruners.MedianPruner(
-        n_startup_trials=search.startup, n_warmup_steps=settings.updates // 4
-    )
+    study.pruner = HopelessPruner(search.startup, settings.updates)
     while (done := count(study, *FINISHED)) + (busy := _busy(study)) < search.trials:
         # a sampler of its own for each trial: its choice depends on the trials before alone
         state = seed_sequence(seed, "sampler", done, busy).generate_state(1)
