@@ -111,27 +111,31 @@ def test_an_arm_is_stopped_and_nothing_half_written(tmp_path, monkeypatch, error
     assert not (tmp_path / "out").exists()
 
 
-def lose_connection(controller):
+def lose_connection(controller, fault="libfranka: UDP receive: Timeout"):
     """As aiofranka leaves it when libfranka hears no more from the robot."""
     engine = controller._engine
-    engine.__dict__["_failure"] = "libfranka: UDP receive: Timeout"
+    engine.__dict__["_failure"] = fault
     engine.running = False
     while controller.running:
         time.sleep(0.001)
 
 
-def test_a_lost_connection_is_told_and_nothing_half_written(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [("libfranka: UDP receive: Timeout", "UDP receive"), (None, "no error given")],
+)
+def test_a_lost_connection_is_told_and_nothing_half_written(tmp_path, monkeypatch, fault, told):
     plan = read_plan(write_plan(tmp_path, gains={"kp": 64, "kd": 4}))
     follow = franka.FrankaArm.follow
 
     def lose_in_the_middle(arm, q_des, rate_hz, what):
         if what == "kp64_kd4":
             follow(arm, q_des[:40], rate_hz, what)
-            lose_connection(arm.controller)
+            lose_connection(arm.controller, fault)
         follow(arm, q_des, rate_hz, what)
 
     monkeypatch.setattr(franka.FrankaArm, "follow", lose_in_the_middle)
-    with pytest.raises(RecordingError, match=r"loop.* stopped.*UDP receive"):
+    with pytest.raises(RecordingError, match=rf"loop.* stopped.*{told}"):
         record(plan, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

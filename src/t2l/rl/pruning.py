@@ -4,6 +4,8 @@ import optuna
 from optuna.pruners import BasePruner, MedianPruner, ThresholdPruner
 from optuna.trial import FrozenTrial, TrialState
 
+from t2l.rl.trials import count
+
 HOPELESS = 0.1  # an objective that only a policy which breaks the limits can have
 
 
@@ -21,7 +23,6 @@ class HopelessPruner(BasePruner):
 
     def prune(self, study: optuna.Study, trial: FrozenTrial) -> bool:
         """Whether to end this trial; see `BasePruner.prune`."""
-        complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
-        if complete and self._floor.prune(study, trial):
+        if self._floor.prune(study, trial) and count(study, TrialState.COMPLETE):
             return True
         return self._median.prune(study, trial)
