@@ -35,7 +35,10 @@ NAMES = sorted(builtin())
 # Values where "absent" is a limit that the bounds keep away from, and how near that comes [rad].
 ALMOST_ABSENT = {
     "actuator_bandwidth": ({"cutoff": 500.0}, 2e-3),
-    "backlash": ({"play": 1e-4, "contact_time": 2e-3, "encoder_on_link": 0.0}, 5e-4),
+    "backlash": (
+        {"play": 1e-4, "contact_time": 5e-4, "contact_damping": 0.5, "encoder_on_link": 0.0},
+        5e-4,
+    ),
     "command_filter": ({"cutoff": 300.0}, 2e-3),
     "joint_flexibility": ({"stiffness": 2e3, "damping": 1.0, "encoder_on_link": 0.0}, 2e-3),
     "payload": ({"mass": 0.0, "com_x": 0.0, "com_y": 0.0, "com_z": 0.0}, 1e-6),
@@ -197,9 +200,10 @@ def test_a_wrong_torque_constant_scales_what_compensates_gravity(tmp_path):
     assert k * KP * (0.8 - q) == pytest.approx((1 - k) * WEIGHT * np.sin(q), abs=1e-6)
 
 
-def backlash(play, link):
-    joint = {"play": {"hinge": play}, "contact_time": {"hinge": 3e-3}}
-    return {"backlash": joint | {"encoder_on_link": link}}
+def backlash(play, link, contact_time=1e-3, damping=0.3):
+    joint = {"play": play, "contact_time": contact_time, "contact_damping": damping}
+    values = {name: {"hinge": value} for name, value in joint.items()}
+    return {"backlash": values | {"encoder_on_link": link}}
 
 
 def flexibility(stiffness, damping, link=0.0):
@@ -424,8 +428,10 @@ def test_armature_lengthens_the_period(tmp_path):
     assert heavier / plain == pytest.approx(np.sqrt(1 + added / INERTIA), rel=5e-3)
 
 
-def test_a_slow_loop_equals_a_recording_at_its_rate(tmp_path):
+@pytest.mark.parametrize("compensated", [False, True])
+def test_a_slow_loop_equals_a_recording_at_its_rate(tmp_path, compensated):
     made = recording(pendulum(tmp_path), swing(), row_rate_hz=50.0)
+    made = dataclasses.replace(made, gravity_compensation=compensated)
     q = predict(made, {"low_rate_loop": {"rate": 250.0}})
     slow = dataclasses.replace(made, control_rate_hz=250.0)
     np.testing.assert_allclose(q, predict(slow), atol=3e-5)
@@ -520,6 +526,26 @@ def test_a_stiffer_joint_is_nearer_to_the_rigid_plant(tmp_path):
         q = predict(made, flexibility(stiffness, 1.0))
         error.append(np.sqrt(np.mean((q - rigid) ** 2)))
     assert error[0] > 2 * error[1] > 4 * error[2]
+
+
+def test_teeth_give_under_the_load_as_a_spring_does(tmp_path):
+    """A spring of ω² times the reduced inertia: four times as soft with twice the time."""
+    robot = pendulum(tmp_path)
+
+    def twist(contact_time):
+        q = at_rest(robot, backlash(1e-3, 0.0, contact_time))
+        load = KP * (0.8 - q)  # the link hangs where gravity gives this torque
+        return (q - np.arcsin(load / WEIGHT) - 5e-4) / load
+
+    assert twist(8e-3) == pytest.approx(4 * twist(4e-3), rel=0.05)
+    assert twist(8e-3) > 1e-4
+
+
+@pytest.mark.parametrize("damping", [0.1, 0.5])
+def test_how_teeth_bounce_depends_on_their_damping(tmp_path, damping):
+    made = recording(spinner(tmp_path), step(0.3), duration_s=1.0)
+    hard = predict(made, backlash(0.05, 1.0, damping=1.0))
+    assert np.abs(predict(made, backlash(0.05, 1.0, damping=damping)) - hard).max() > 1e-4
 
 
 def test_backlash_frees_the_link_at_reversals(tmp_path):

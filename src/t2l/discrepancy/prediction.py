@@ -9,6 +9,7 @@ from functools import cached_property, partial
 import mujoco
 import numpy as np
 
+from t2l.discrepancy.start import start_state
 from t2l.effects.effect import Scales
 from t2l.effects.term import Layout, Term
 from t2l.errors import T2LError
@@ -19,7 +20,6 @@ from t2l.sim.servo import Schedule, ServoLoop
 MAX_SIMULATIONS = 1024  # in one batch; more gain nothing and cost memory
 MAX_NUMBERS = 3e7  # recorded by one batch
 LEAST_DOFS_PER_THREAD = 60  # of its simulations together, for which another batch pays
-MOVING_RAD_S = 0.1  # a recording that starts slower starts at rest
 GRAVITY_POSES = 20_000  # beyond, gravity is interpolated between poses
 
 
@@ -333,14 +333,6 @@ class Predictor:
         return self.at_samples(signals)
 
 
-def _first_slope(time: np.ndarray, q: np.ndarray) -> float:
-    """Slope at the first of four samples; zero unless two estimates agree that it moves."""
-    t = time - time[0]
-    parabola, cubic = np.polyfit(t[:3], q[:3], 2)[-2], np.polyfit(t, q, 3)[-2]
-    clear = abs(cubic) > MOVING_RAD_S and abs(cubic) > 5 * abs(cubic - parabola)
-    return float(cubic) if clear else 0.0
-
-
 def check_finite(q: np.ndarray, predictor: Predictor) -> None:
     """Find a recording whose prediction q (nsample,) is not finite.
 
@@ -357,23 +349,6 @@ def check_finite(q: np.ndarray, predictor: Predictor) -> None:
             "the model runs away. Check these numbers in the recording's YAML, the inertias of "
             "the robot's MJCF and the effects of the model."
         )
-
-
-def start_state(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Measured position and velocity (njoint,) at the start.
-
-    Where velocity was not measured, it is the slope of the first measured positions if they
-    clearly move, and zero if they do not.
-    """
-    q, dq = np.empty(len(recording.joints)), np.zeros(len(recording.joints))
-    for j in range(len(recording.joints)):
-        rows = np.flatnonzero(~np.isnan(recording.q[:, j]))
-        q[j] = recording.q[rows[0], j]
-        if recording.dq is not None and np.isfinite(recording.dq[:, j]).any():
-            dq[j] = recording.dq[np.isfinite(recording.dq[:, j]), j][0]
-        elif len(rows) >= 4:
-            dq[j] = _first_slope(recording.time[rows[:4]], recording.q[rows[:4], j])
-    return q, dq
 
 
 def _ticks(elapsed: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:

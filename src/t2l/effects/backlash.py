@@ -5,7 +5,8 @@ import numpy as np
 from t2l.effects import two_mass
 from t2l.effects.effect import Effect, Parameter
 
-DAMPING_RATIO = 0.3  # of closed teeth: steel on steel, lightly damped
+# of the load that MuJoCo's limits bear without giving way; the rest they bear as a spring does
+RIGID_SHARE = 1e-3
 
 
 class Backlash(Effect):
@@ -15,7 +16,8 @@ class Backlash(Effect):
     title = "backlash"
     parameters = (
         Parameter("play", "rad", 1e-4, 0.5, "how far the link moves freely", log=True),
-        Parameter("contact_time", "s", 1e-3, 0.05, "1/ω of the closed teeth", log=True),
+        Parameter("contact_time", "s", 5e-4, 0.05, "1/ω of the closed teeth", log=True),
+        Parameter("contact_damping", "1", 0.02, 1.0, "damping ratio of the closed teeth", log=True),
         Parameter(
             "encoder_on_link", "0 or 1", 0.0, 1.0, "what the encoder measures", per_joint=False,
             rough=True,
@@ -23,7 +25,7 @@ class Backlash(Effect):
     )  # fmt: skip
     summary = "gears with play: the link is free within a small angle of the motor"
     signature = "the response differs after each reversal, until the gears meet again"
-    source = "MuJoCo joint limits on a second joint; Nordin and Gutman, 2002"
+    source = "Nordin and Gutman, Controlling mechanical systems with backlash, 2002: dead zone"
     follows = "direction"
     rough_error = True
 
@@ -32,7 +34,7 @@ class Backlash(Effect):
             between = two_mass.add_joint(spec, name, "backlash")
             between.limited = 1
             between.range = (-0.01, 0.01)
-            between.solimp_limit[:2] = (0.999, 0.9999)
+            between.solimp_limit[:2] = RIGID_SHARE
 
     def install(self, loop, rows, joints, values):
         qpos, dofs = two_mass.addresses(loop, joints, "backlash")
@@ -41,16 +43,18 @@ class Backlash(Effect):
         limits = loop.batch.expand("jnt_range")
         limits[rows, added, 0], limits[rows, added, 1] = -half, half
         contact = loop.batch.expand("jnt_solref")
-        contact[rows, added, 0] = values["contact_time"] / DAMPING_RATIO
-        contact[rows, added, 1] = DAMPING_RATIO
+        contact[rows, added, 0] = -1 / values["contact_time"] ** 2
+        contact[rows, added, 1] = -2 * values["contact_damping"] / values["contact_time"]
         two_mass.gravity_compensation_on_motor_only(loop, rows, dofs)
         link = values["encoder_on_link"]
         two_mass.encoder_at(loop, rows, joints, qpos, dofs, link)
 
+        compliance = loop.batch.model.dof_invweight0[dofs] * values["contact_time"] ** 2
         bias = loop.batch.bind("qfrc_bias")  # before the start is computed, which fills it
 
         def settle(loop):
-            rest = -np.sign(bias[rows, dofs]) * half
+            load = bias[rows, dofs]
+            rest = -np.sign(load) * half - compliance * load
             loop.batch.qpos[rows, qpos] = rest
             loop.batch.qpos[rows, loop.qpos[joints]] -= link * rest
 
@@ -59,7 +63,12 @@ class Backlash(Effect):
     def starts(self, scales):
         one = np.ones_like(scales.torque)
         return [
-            {"play": play * one, "contact_time": 3e-3 * one, "encoder_on_link": np.array([link])}
+            {
+                "play": play * one,
+                "contact_time": 3e-3 * one,
+                "contact_damping": 0.2 * one,
+                "encoder_on_link": np.array([link]),
+            }
             for play in (0.003, 0.01, 0.03, 0.08)
             for link in (0.0, 1.0)
         ]

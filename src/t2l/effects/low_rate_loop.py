@@ -6,7 +6,10 @@ from t2l.effects.effect import Effect, Parameter
 
 
 class LowRateLoop(Effect):
-    """The torque is computed anew at a lower rate, and held between."""
+    """The controller's torque is computed anew at a lower rate, and held between.
+
+    Gravity compensation goes on as it does in a loop that the log states at that rate.
+    """
 
     name = "low_rate_loop"
     title = "low-rate control loop"
@@ -20,7 +23,6 @@ class LowRateLoop(Effect):
     signature = "stiff, damped gains ring and chatter, compliant ones do not"
     source = "zero-order hold; to first order Kd − Kp·h/2 for a period h"
     follows = "velocity"
-    order = -10
 
     def install(self, loop, rows, joints, values):
         per_tick = values["rate"] * loop.period_s
@@ -32,7 +34,7 @@ class LowRateLoop(Effect):
             state["torque"] = np.where(due, command, state.get("torque", command))
             torque[at] = state["torque"]
 
-        loop.motor_filters.append(change)
+        loop.controller_filters.append(change)
 
     def starts(self, scales):
         divisors = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 33, 50)

@@ -58,6 +58,8 @@ class ServoLoop:
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place.
+        controller_filters: called with (tick, torque), change the controller's own torque, without
+            gravity compensation, in place.
         motor_filters: called with (tick, torque), change the motor torque, gravity compensation
             included, in place.
         sensor_filters: called with (tick, q, dq), change what encoders read in place.
@@ -90,6 +92,7 @@ class ServoLoop:
         self.start_q = self._per_simulation(schedule.start_q)
         self.encoder_offset = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
+        self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
         self.sensor_filters: list[Callable] = []
         self.joint_torques: list[Callable] = []
@@ -159,6 +162,8 @@ class ServoLoop:
             for change in self.command_filters:
                 change(tick, target)
             torque = self.kp * (target - measured) - self.kd * measured_dq
+            for change in self.controller_filters:
+                change(tick, torque)
             held = gravity[:, self.dofs]
             torque += held
             for change in self.motor_filters:
