@@ -181,6 +181,16 @@ def test_the_compensated_fr3_holds_its_pose_exactly():
     np.testing.assert_allclose(q[-1], FR3.home, atol=1e-7)
 
 
+def test_no_motor_gives_more_than_the_mjcf_allows():
+    """The FR3's wrist is allowed 12 N·m; a step of 0.2 rad at Kp 160 asks for 32."""
+    home = np.array(FR3.home)
+    machine = Machine(FR3.mjcf, FR3.joints, (), 4000, True, home)
+    machine.demand = 160 * np.full(7, 0.2)
+    machine.step()
+    assert np.abs(machine.motor_torque)[:4].max() <= 87.0
+    np.testing.assert_allclose(machine.motor_torque[4:], 12.0)
+
+
 def test_a_delay_shifts_the_motion(pendulum):
     q, late = run(pendulum), run(pendulum, sine, fx.CommandDelay(0.012))
     np.testing.assert_allclose(late[12:], q[:-12], atol=1e-9)

@@ -1,9 +1,11 @@
 """The table of test cases: which robot hides what, and how it was recorded."""
 
 import dataclasses
+import hashlib
 import shutil
 import zlib
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -174,8 +176,18 @@ class Case:
             "seed": self.seed,
             "hidden": hidden,
             "setup": dataclasses.asdict(self.setup),
+            "generator": generator_digest(),
         }
         return yaml.safe_load(yaml.safe_dump(_plain(facts)))
+
+
+@cache
+def generator_digest() -> str:
+    """Of the code that makes the recordings: what other code made is made anew."""
+    digest = hashlib.sha256()
+    for name in ("commands", "effects", "generator"):
+        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _plain(value):

@@ -6,7 +6,8 @@ torques as applied forces at every physics step. Its controller ticks at the con
     τ = Kp (q_des − q) − Kd q̇,   held until the next tick;  q_des held until the next command.
 
 Gravity compensation, where the machine has it, is the gravity torque of the nominal model at the
-true position of the links, at every physics step. It passes through the motor like the rest.
+true position of the links, at every physics step. It passes through the motor like the rest, and
+no motor gives more than the MJCF allows it.
 """
 
 import importlib.util
@@ -68,6 +69,7 @@ class Machine:
         self._gravity_compensation = gravity_compensation
         self.demand = np.zeros(len(self.joints))  # of the controller, N·m
         self.motor_torque = self.demand
+        self._limits = motor_limits(mjcf, self.joints)
 
         self.data.qpos[self._link] = self.data.qpos[self._motor] = start
         self._start(hidden)
@@ -159,6 +161,7 @@ class Machine:
             torque = torque + self.gravity(q_link)
         for effect in self._on_motor:
             torque = effect.motor(torque)
+        torque = np.clip(torque, *self._limits)
         self.motor_torque = torque
 
         if self._on_joint or self._two_mass:
@@ -176,6 +179,15 @@ class Machine:
         mujoco.mj_step(self.model, data)
         if clock_runs:
             self.clock_s += self.timestep_s
+
+
+def motor_limits(mjcf: Path, joints: Sequence[str]) -> np.ndarray:
+    """(2, joints) least and greatest torque of each joint's motor [N·m], infinite without one."""
+    limits = np.repeat([[-np.inf], [np.inf]], len(joints), axis=1)
+    for motor in mujoco.MjSpec.from_file(str(mjcf)).actuators:
+        if motor.target in joints and motor.ctrlrange[0] < motor.ctrlrange[1]:
+            limits[:, list(joints).index(motor.target)] = motor.gear[0] * motor.ctrlrange
+    return limits
 
 
 def record(
