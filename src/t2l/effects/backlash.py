@@ -26,6 +26,7 @@ class Backlash(Effect):
     summary = "gears with play: the link is free within a small angle of the motor"
     signature = "the response differs after each reversal, until the gears meet again"
     source = "Nordin and Gutman, Controlling mechanical systems with backlash, 2002: dead zone"
+    contains = ("joint_flexibility",)  # closed teeth without play
     follows = "direction"
     rough_error = True
 
