@@ -186,6 +186,12 @@ def test_a_recording_that_starts_in_motion_is_started_in_motion(tmp_path):
     assert np.sqrt(np.mean((predict(made) - made.q[:, 0]) ** 2)) < 1e-3
 
 
+def test_encoder_noise_does_not_set_a_resting_arm_in_motion(tmp_path):
+    made = recording(pendulum(tmp_path), hold(0.0))
+    noise = 1e-4 * np.random.default_rng(1).normal(size=made.q.shape)
+    assert start_state(dataclasses.replace(made, q=noise))[1] == pytest.approx([0.0], abs=0.02)
+
+
 def test_an_arm_that_is_measured_late_starts_where_its_commands_began(tmp_path):
     """The first position comes half a second after the first command: it is no start state."""
     whole = measured(recording(pendulum(tmp_path), swing(), duration_s=1.5))
