@@ -12,6 +12,7 @@ from t2l.discrepancy.prediction import Predictor, Request
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from tests.discrepancy.made import (
+    ARMATURE,
     DAMPING,
     GRAVITY,
     INERTIA,
@@ -106,6 +107,25 @@ def test_every_first_guess_is_felt(pendulums, plain, guesses, name):
         # a payload hangs on the last joint, which does not move the first
         if (name, joint) != ("payload", 0):
             assert (felt > 1e-5).all(), (joint, felt)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", NAMES)
+def test_beside_any_other_effect_both_are_felt(pendulums, guesses, name):
+    """No effect overwrites what another one wrote, whichever comes first."""
+    last = {n: r.layout.decode(r.u[-1:])[n] for n, r in guesses.items()}
+    last = {n: {p: value[0] for p, value in values.items()} for n, values in last.items()}
+    others = [other for other in NAMES if other != name]
+    requests = []
+    for other in others:
+        both = Layout([guesses[name].layout.terms[0], guesses[other].layout.terms[0]])
+        requests.append(Request(both, both.encode(last)[None]))
+    alone = pendulums.predict([Request(r.layout, r.u[-1:]) for r in guesses.values()])
+    alone = dict(zip(guesses, alone, strict=True))
+    for other, q in zip(others, pendulums.predict(requests), strict=True):
+        assert np.isfinite(q).all(), other
+        assert np.abs(q - alone[name]).max() > 1e-6, other
+        assert np.abs(q - alone[other]).max() > 1e-6, other
 
 
 def test_variants_in_one_batch_do_not_feel_each_other(pendulums, guesses):
@@ -229,6 +249,18 @@ def test_in_backlash_the_link_hangs_on_the_side_of_its_weight(tmp_path, side):
     assert KP * (0.8 * side - q) == pytest.approx(
         WEIGHT * np.sin(q - side * play / 2), abs=2e-3 * WEIGHT
     )
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_spring_behind_teeth_gives_as_both_do(tmp_path, order):
+    stiffness, play, contact_time = 40.0, 0.02, 1e-3
+    parts = [flexibility(stiffness, 0.5), backlash(play, 0.0, contact_time)][::order]
+    q = at_rest(pendulum(tmp_path), parts[0] | parts[1])
+    load = KP * (0.8 - q)
+    twist = q - np.arcsin(load / WEIGHT)
+    # the gear between is a tenth of the motor, and teeth are a spring on what they move
+    teeth = 0.1 * ARMATURE / contact_time**2
+    assert twist == pytest.approx(load / stiffness + play / 2 + load / teeth, rel=0.02)
 
 
 @pytest.mark.parametrize("link", [0.0, 1.0])

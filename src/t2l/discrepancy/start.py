@@ -18,17 +18,14 @@ def start_state(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
     Where velocity was not measured, it is the slope of the first measured positions if they
     clearly move, and zero if they do not.
     """
-    q, dq = np.empty(len(recording.joints)), np.zeros(len(recording.joints))
-    noise = noise_floor([recording])
-    for j in range(len(recording.joints)):
-        rows = np.flatnonzero(~np.isnan(recording.q[:, j]))
-        q[j] = recording.q[rows[0], j]
-        if recording.dq is not None and np.isfinite(recording.dq[:, j]).any():
-            dq[j] = recording.dq[np.isfinite(recording.dq[:, j]), j][0]
-        else:
-            rows = rows[: WINDOWS[-1]]
-            dq[j] = first_slope(recording.time[rows], recording.q[rows, j], noise)
-    return q, dq
+    unmeasured = np.full_like(recording.q, np.nan)
+    dq = _first_measured(unmeasured if recording.dq is None else recording.dq)
+    sloped = np.flatnonzero(np.isnan(dq))
+    noise = noise_floor([recording]) if len(sloped) else 0.0
+    for j in sloped:
+        rows = np.flatnonzero(~np.isnan(recording.q[:, j]))[: WINDOWS[-1]]
+        dq[j] = first_slope(recording.time[rows], recording.q[rows, j], noise)
+    return _first_measured(recording.q), dq
 
 
 def first_slope(time: np.ndarray, q: np.ndarray, noise_rad: float) -> float:
@@ -65,3 +62,8 @@ def _slope(t: np.ndarray, q: np.ndarray, noise_rad: float) -> tuple[float, float
     inverse = np.linalg.inv(powers.T @ powers)
     slope = (inverse @ (powers.T @ q))[2] / t[-1]
     return float(slope), noise_rad * float(np.sqrt(inverse[2, 2])) / t[-1]
+
+
+def _first_measured(values: np.ndarray) -> np.ndarray:
+    """The first number of each column (n, njoint); NaN where there is none."""
+    return values[np.argmax(~np.isnan(values), axis=0), np.arange(values.shape[1])]

@@ -49,17 +49,12 @@ class Backlash(Effect):
         two_mass.gravity_compensation_on_motor_only(loop, rows, dofs)
         link = values["encoder_on_link"]
         two_mass.encoder_at(loop, rows, joints, qpos, dofs, link)
-
         compliance = loop.batch.model.dof_invweight0[dofs] * values["contact_time"] ** 2
-        bias = loop.batch.bind("qfrc_bias")  # before the start is computed, which fills it
 
-        def settle(loop):
-            load = bias[rows, dofs]
-            rest = -np.sign(load) * half - compliance * load
-            loop.batch.qpos[rows, qpos] = rest
-            loop.batch.qpos[rows, loop.qpos[joints]] -= link * rest
+        def angle(load):
+            return -np.sign(load) * half - compliance * load
 
-        loop.settle.append(settle)
+        two_mass.start_under_load(loop, rows, joints, (qpos, dofs), link, angle)
 
     def starts(self, scales):
         one = np.ones_like(scales.torque)

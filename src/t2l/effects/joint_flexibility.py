@@ -40,14 +40,10 @@ class JointFlexibility(Effect):
         link = values["encoder_on_link"]
         two_mass.encoder_at(loop, rows, joints, qpos, dofs, link)
 
-        bias = loop.batch.bind("qfrc_bias")  # before the start is computed, which fills it
+        def angle(load):
+            return -load / stiffness
 
-        def settle(loop):
-            twist = -bias[rows, dofs] / stiffness
-            loop.batch.qpos[rows, qpos] = twist
-            loop.batch.qpos[rows, loop.qpos[joints]] -= link * twist
-
-        loop.settle.append(settle)
+        two_mass.start_under_load(loop, rows, joints, (qpos, dofs), link, angle)
 
     def starts(self, scales):
         def guess(frequency, link):

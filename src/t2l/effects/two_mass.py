@@ -1,11 +1,14 @@
 """A motor and a link on one axis, with something between them that gives."""
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 
 from t2l.sim.servo import ServoLoop
 
 LEAST_MOTOR_INERTIA = 0.05  # of the link's mass on the axis at 10 cm, where the MJCF has none
+GEAR_INERTIA = 0.1  # of the motor's, between two joints that give: without it neither has its own
 
 
 def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
@@ -14,13 +17,14 @@ def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
     The first joint, with its armature and friction, becomes the motor.
     """
     motor = spec.joint(name)
+    gives_already = any(joint.name.startswith(f"{name}/") for joint in motor.parent.joints)
     if motor.armature <= 0:
         motor.armature = LEAST_MOTOR_INERTIA * 0.01 * max(motor.parent.mass, 0.1)
     between = motor.parent.add_joint(
         name=f"{name}/{suffix}", type=motor.type, axis=motor.axis, pos=motor.pos
     )
     between.damping[:] = 0.0
-    between.armature = 0.0
+    between.armature = GEAR_INERTIA * motor.armature if gives_already else 0.0
     between.frictionloss = 0.0
     between.stiffness[:] = 0.0
     between.limited = 0
@@ -60,3 +64,29 @@ def encoder_at(
         dq[at] += link * velocity[rows, dofs]
 
     loop.sensor_filters.append(change)
+
+
+def start_under_load(
+    loop: ServoLoop,
+    rows: slice,
+    joints: np.ndarray,
+    between: tuple[np.ndarray, np.ndarray],
+    link,
+    angle: Callable[[np.ndarray], np.ndarray],
+) -> None:
+    """Start with the joints between at rest under their load, the encoder where it was measured.
+
+    Args:
+        between: qpos and dof addresses (k,), as of `addresses`.
+        link: (nrow, 1), 1 where the encoder measures the link.
+        angle: of the joints between (nrow, k), rad, from their loads (nrow, k), N·m.
+    """
+    qpos, dofs = between
+    bias = loop.batch.bind("qfrc_bias")  # before the start is computed, which fills it
+
+    def settle(loop):
+        rest = angle(bias[rows, dofs])
+        loop.batch.qpos[rows, qpos] = rest
+        loop.batch.qpos[rows, loop.qpos[joints]] -= link * rest
+
+    loop.settle.append(settle)
