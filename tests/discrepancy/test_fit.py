@@ -37,7 +37,7 @@ TRUTH = {
     "torque_constant": {"factor": 0.85},
     "torque_offset": {"torque": -0.08},
     "controller_gains": {"kp_factor": 0.9, "kd_factor": 1.3},
-    "cogging": {"sine": 0.05, "cosine": -0.03, "periods": 21.0},
+    "cogging": {"amplitude": 0.06, "phase": -0.5, "periods": 21.0},
 }
 
 

@@ -114,7 +114,7 @@ def test_a_person_can_write_one(tmp_path):
 
 
 FRICTION = {"robot": "fr3", "effects": {"coulomb_friction": {"torque": {"elbow": 0.5}}}}
-COGGING = {"sine": {"elbow": 0.1}, "cosine": {"elbow": 0.1}, "periods": {"elbow": 9.0}}
+COGGING = {"amplitude": {"elbow": 0.1}, "phase": {"elbow": 0.1}, "periods": {"elbow": 9.0}}
 
 
 def with_effect(name, values):
@@ -148,7 +148,7 @@ def with_effect(name, values):
         (with_effect("command_delay", {"delay": {"elbow": 0.1}}), "command_delay.delay"),
         (with_effect("command_delay", {"delay": -0.1}), "command_delay.delay"),
         (with_effect("coulomb_friction", {1: 2, "torque": {"elbow": 0.5}}), "coulomb_friction"),
-        (with_effect("cogging", COGGING | {"sine": {"wrist": 0.1}}), "cogging.sine"),
+        (with_effect("cogging", COGGING | {"phase": {"wrist": 0.1}}), "cogging.phase"),
     ],
 )
 def test_what_is_wrong_is_named_with_file_and_key(tmp_path, content, key):

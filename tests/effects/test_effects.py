@@ -156,7 +156,6 @@ def test_an_effect_says_everything_that_reports_print(name):
     assert {p.name for p in effect.parameters if p.log and p.lower <= 0} == set()
     for other in effect.contains:
         assert other in builtin()
-    assert set(effect.amplitudes) <= {p.name for p in effect.parameters}
     for text in (effect.title, effect.summary, effect.signature, effect.source):
         assert text
         assert not text.endswith(".")
@@ -206,10 +205,10 @@ def test_an_encoder_offset_moves_the_gravity_equilibrium(tmp_path):
 
 
 def test_cogging_is_in_balance_with_the_springs(tmp_path):
-    a, b, n = 0.2, -0.15, 12.0
-    cogging = {"sine": {"hinge": a}, "cosine": {"hinge": b}, "periods": {"hinge": n}}
+    a, phase, n = 0.25, -0.6, 12.0
+    cogging = {"amplitude": {"hinge": a}, "phase": {"hinge": phase}, "periods": {"hinge": n}}
     q = at_rest(spinner(tmp_path), {"cogging": cogging})
-    ripple = a * np.sin(n * q) + b * np.cos(n * q)
+    ripple = a * np.sin(n * q + phase)
     assert KP * (q - 0.8) == pytest.approx(ripple, abs=1e-6)
 
 
@@ -516,7 +515,7 @@ def test_ripple_that_is_held_between_ticks_solves_the_smooth_equation(tmp_path):
         return x[1], (torque + level * np.sin(n * x[0]) - DAMPING * x[1]) / INERTIA
 
     expected = driven(made, motion, np.zeros(2), lambda c, x: 60 * (c - x[0]) - 0.8 * x[1])
-    values = {"sine": {"hinge": level}, "cosine": {"hinge": 0.0}, "periods": {"hinge": n}}
+    values = {"amplitude": {"hinge": level}, "phase": {"hinge": 0.0}, "periods": {"hinge": n}}
     error = predict(made, {"cogging": values}) - expected
     assert np.abs(error).max() < 3e-4
     assert np.abs(predict(made) - expected).max() > 2e-3

@@ -31,7 +31,7 @@ class Fit:
         u: (n,) the best so far.
         size: (n,) magnitude of each element, for finite differences.
         diagonal: assume that a joint's parameters move that joint alone, which makes one column
-            serve all joints.
+            serve all joints; those of a coupled effect excepted.
         free: (n,) bool, which elements are fitted.
         tolerance: relative decrease of the loss that counts as none.
         given: columns (nsample,) of the Jacobian, by slot key, that are not computed anew.
@@ -121,7 +121,7 @@ class Fit:
         for i in free:
             slot = self.layout.slots[i]
             key = (slot.term.effect.name, slot.parameter.name)
-            groups.setdefault(key, []).append(i)
+            groups.setdefault(slot.key if slot.term.effect.coupled else key, []).append(i)
         return [np.array(group) for group in groups.values()]
 
     def _differences(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -141,9 +141,9 @@ class Fit:
         for difference, members in zip(moved - residual, self._columns(), strict=True):
             difference = np.nan_to_num(difference)
             for i in members:
-                joint = self.layout.slots[i].joint
-                if self.diagonal and joint is not None:
-                    jacobian[:, i] = np.where(joints == joint, difference, 0.0) / step[i]
+                slot = self.layout.slots[i]
+                if self.diagonal and slot.joint is not None and not slot.term.effect.coupled:
+                    jacobian[:, i] = np.where(joints == slot.joint, difference, 0.0) / step[i]
                 else:
                     jacobian[:, i] = difference / step[i]
         for i, slot in enumerate(self.layout.slots):

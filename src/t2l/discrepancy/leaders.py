@@ -29,6 +29,7 @@ LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
 SEARCHED = 2  # recordings on which rough effects are searched
 SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
 INSIGNIFICANT = 2.0  # standard errors from neutral
+IDLE = 1.01  # of a joint's squared error that is left with an effect: without it no more
 
 Progress = Callable[[str, float], None]
 Origin = Mapping[tuple, float]  # elements of u by slot key
@@ -70,7 +71,8 @@ def fit_all(
     progress("first guesses", 0.0)
     guesses = first_guesses(screen, mask, adopted, u, effects)
     progress("fitting every effect", 0.2)
-    so_far = Fit(adopted, u, np.maximum(np.abs(u), LEAST_SIZE), diagonal)
+    least = [max(slot.parameter.size, LEAST_SIZE) for slot in adopted.slots]
+    so_far = Fit(adopted, u, np.maximum(np.abs(u), least), diagonal)
     run([so_far], screen, mask, 0)
     fits = {
         name: Fit(
@@ -211,14 +213,41 @@ def _without_idle_joints(name: str, fit: Fit, predictor: Predictor, mask: np.nda
         ]  # fmt: skip
         if any(found.distance(i) > INSIGNIFICANT for i in slots):
             keep.append(joint)
+    if any(p.log and not p.lower <= p.neutral <= p.upper for p in term.effect.parameters):
+        # absence is a limit, to which there is no distance in standard errors
+        keep = _missed(term, keep, fit, predictor, mask)
     if not keep or len(keep) == len(term.joints):
         return None
-    layout = Layout([Term(t.effect, tuple(keep)) if t is term else t for t in fit.layout.terms])
-    index = [
-        i for i, s in enumerate(fit.layout.slots)
-        if s.term is not term or s.joint is None or s.joint in keep
-    ]  # fmt: skip
+    layout, index = _on_joints(fit.layout, term, keep)
     smaller = _again(fit, layout, index)
     kept = {slot.key for slot in layout.slots}
     smaller.given = {key: column for key, column in fit.columns().items() if key in kept}
     return smaller
+
+
+def _on_joints(layout: Layout, term: Term, joints: Sequence[int]) -> tuple[Layout, list[int]]:
+    """`layout` with `term` on those joints only, and which elements of u are left."""
+    smaller = [Term(t.effect, tuple(joints)) if t is term else t for t in layout.terms]
+    index = [
+        i for i, s in enumerate(layout.slots)
+        if s.term is not term or s.joint is None or s.joint in joints
+    ]  # fmt: skip
+    return Layout(smaller), index
+
+
+def _missed(
+    term: Term, joints: Sequence[int], fit: Fit, predictor: Predictor, mask: np.ndarray
+) -> list[int]:
+    """Those of `joints` that move differently without `term` on them, by their own error."""
+    requests = []
+    for joint in joints:
+        others = [j for j in term.joints if j != joint]
+        layout, index = _on_joints(fit.layout, term, others)
+        requests.append(Request(layout, fit.u[None, index]))
+    joint_of, missed = predictor.samples.joint[mask], []
+    for joint, q in zip(joints, predictor.predict(requests), strict=True):
+        at = joint_of == joint
+        without = np.mean((q[0] - predictor.samples.q)[mask][at] ** 2)
+        if not without <= IDLE * np.mean(fit.residual[at] ** 2):
+            missed.append(joint)
+    return missed

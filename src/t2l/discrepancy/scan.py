@@ -4,12 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.discrepancy.evidence import some
+from t2l.discrepancy.missing_torque import missing_torque
 from t2l.discrepancy.prediction import Predictor, Request
-from t2l.effects.effect import Effect, Scales
+from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
-
-FEW = 2  # recordings on which directions are compared
 
 
 def candidate_layout(adopted: Layout, effect: Effect, joints: int) -> Layout:
@@ -34,29 +32,11 @@ def first_guesses(
         name: {parameter: value[0] for parameter, value in parameters.items()}
         for name, parameters in adopted.decode(u_adopted[None]).items()
     }
-    # directions are many: few recordings show which is best
-    linear = [effect for effect in effects if effect.amplitudes]
-    other = [effect for effect in effects if not effect.amplitudes]
-    few, few_mask = some(predictor, mask, FEW)
-    found = {}
-    for group, where, at in ((other, predictor, mask), (linear, few, few_mask)):
-        if group:
-            found |= _scan(where, at, adopted, u_adopted, group, adopted_values, predictor.scales)
-    return found
-
-
-def _scan(
-    predictor: Predictor,
-    mask: np.ndarray,
-    adopted: Layout,
-    u_adopted: np.ndarray,
-    effects: Sequence[Effect],
-    adopted_values: dict,
-    scales: Scales,
-) -> dict[str, tuple[Layout, np.ndarray, np.ndarray]]:
     njoint, samples = len(predictor.joints), predictor.samples
     layouts = [candidate_layout(adopted, effect, njoint) for effect in effects]
-    guesses = [effect.starts(scales) for effect in effects]
+    so_far = predictor.predict([Request(adopted, u_adopted[None])])[0][0]
+    read_off = _read_off(predictor, mask, effects, samples.q - so_far)
+    guesses = [effect.starts(predictor.scales) + read_off[effect.name] for effect in effects]
     requests = [
         Request(
             layout,
@@ -64,8 +44,8 @@ def _scan(
         )
         for effect, layout, starts in zip(effects, layouts, guesses, strict=True)
     ]
-    base, *predicted = predictor.predict([Request(adopted, u_adopted[None]), *requests])
-    residual = (base[0] - samples.q)[mask]
+    predicted = predictor.predict(requests)
+    residual = (so_far - samples.q)[mask]
     joint = samples.joint[mask]
     found = {}
     for effect, layout, starts, q in zip(effects, layouts, guesses, predicted, strict=True):
@@ -76,9 +56,26 @@ def _scan(
     return found
 
 
+def _read_off(
+    predictor: Predictor, mask: np.ndarray, effects: Sequence[Effect], residual: np.ndarray
+) -> dict[str, list[dict[str, np.ndarray]]]:
+    """Guesses of each effect, at most one, from the torque that the model so far lacks."""
+    readers = [e for e in effects if type(e).read_off is not Effect.read_off]
+    guesses: dict[str, list] = {effect.name: [] for effect in effects}
+    if not readers:
+        return guesses
+    torque, samples = missing_torque(predictor, residual), predictor.samples
+    where = [mask & (samples.joint == j) for j in range(len(predictor.joints))]
+    for effect in readers:
+        of_joints = [effect.read_off(samples.q[at], torque[at]) for at in where]
+        if None not in of_joints:
+            names = [parameter.name for parameter in effect.parameters]
+            guess = {name: np.array([found[name] for found in of_joints]) for name in names}
+            guesses[effect.name].append(guess)
+    return guesses
+
+
 def _best(effect, starts, residual, changed, joint, njoint) -> dict[str, np.ndarray]:
-    if effect.amplitudes:
-        return _best_combination(effect, starts, residual, changed, joint, njoint)
     squares = np.nan_to_num(changed**2, nan=np.inf)
     per_joint = np.stack([squares[:, joint == j].sum(axis=1) for j in range(njoint)], axis=1)
     whole = int(np.argmin(per_joint.sum(axis=1)))
@@ -113,33 +110,6 @@ def _share(residual: np.ndarray, change: np.ndarray) -> float:
     return float(np.clip(-(residual @ change) / size, 0.01, 1.0))
 
 
-def _best_combination(effect, starts, residual, changed, joint, njoint) -> dict[str, np.ndarray]:
-    """Starts that differ only in amplitudes are directions; the best sum of them per joint."""
-    others = [p.name for p in effect.parameters if p.name not in effect.amplitudes]
-    groups: dict[tuple, list[int]] = {}
-    for i, start in enumerate(starts):
-        key = tuple(np.round(start[name], 12).tobytes() for name in others)
-        groups.setdefault(key, []).append(i)
-    values = {p.name: np.empty(njoint) for p in effect.parameters}
-    for j in range(njoint):
-        at = joint == j
-        best = np.inf
-        for members in groups.values():
-            directions = np.nan_to_num(changed[members][:, at] - residual[at]).T
-            weight, *_ = np.linalg.lstsq(directions, -residual[at], rcond=None)
-            left = float(((residual[at] + directions @ weight) ** 2).sum())
-            if left < best:
-                best = left
-                for name in others:
-                    values[name][j] = np.broadcast_to(starts[members[0]][name], njoint)[j]
-                for name in effect.amplitudes:
-                    values[name][j] = sum(
-                        w * np.broadcast_to(starts[i][name], njoint)[j]
-                        for w, i in zip(weight, members, strict=True)
-                    )
-    return values
-
-
 def _sizes(layout: Layout, effect: Effect, starts, adopted_values) -> np.ndarray:
     """Magnitude of each element of u: of an adopted value, or of the first guesses."""
     sizes = []
@@ -148,8 +118,9 @@ def _sizes(layout: Layout, effect: Effect, starts, adopted_values) -> np.ndarray
         if slot.term.effect.name == effect.name:
             guesses = [np.broadcast_to(s[name], slot.term.width(slot.parameter)) for s in starts]
             at = slot.term.joints.index(slot.joint) if slot.joint is not None else 0
-            sizes.append(np.median([abs(g[at]) for g in guesses]))
+            sizes.append(max(np.median([abs(g[at]) for g in guesses]), slot.parameter.size))
         else:
-            sizes.append(np.abs(adopted_values[slot.term.effect.name][name]).mean())
+            adopted = np.abs(adopted_values[slot.term.effect.name][name]).mean()
+            sizes.append(max(adopted, slot.parameter.size))
     least = np.array([1e-4 * (s.parameter.upper - s.parameter.lower) for s in layout.slots])
     return np.maximum(np.array(sizes), np.minimum(least, 1e-2))

@@ -4,22 +4,24 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 
+PHASE_STEP = 0.5  # rad by which the ends of the motion shift between periods that are tried
+LEAST_RANGE_RAD = 0.05  # of a motion, for that
+
 
 class Cogging(Effect):
-    """τ = a sin(N q) + b cos(N q)."""
+    """τ = A sin(N q + φ)."""
 
     name = "cogging"
     title = "cogging"
     parameters = (
-        Parameter("sine", "N·m", -20.0, 20.0, "amplitude of sin(N q)"),
-        Parameter("cosine", "N·m", -20.0, 20.0, "amplitude of cos(N q)"),
+        Parameter("amplitude", "N·m", 0.0, 20.0, "largest torque, A"),
+        Parameter("phase", "rad", -30.0, 30.0, "angle of the ripple where q is zero, φ"),
         Parameter("periods", "1/rev", 3.0, 500.0, "periods in a turn of the joint, N", log=True),
     )
     summary = "torque that ripples with the joint angle, from magnets and gear teeth"
     signature = "the error repeats over the position, alike in both directions"
     source = "MuJoCo, DC motor technical note, section 1.2"
     follows = "position"
-    amplitudes = ("sine", "cosine")
 
     def install(self, loop, rows, joints, values):
         at = rows, loop.columns(joints)
@@ -27,18 +29,28 @@ class Cogging(Effect):
         def add(tick, q, dq, torque):
             # the angle in the middle of the period for which the torque is held
             angle = values["periods"] * (q[at] + 0.5 * loop.period_s * dq[at])
-            torque[at] += values["sine"] * np.sin(angle) + values["cosine"] * np.cos(angle)
+            torque[at] += values["amplitude"] * np.sin(angle + values["phase"])
 
         loop.joint_torques.append(add)
 
     def starts(self, scales):
-        one, level = np.ones_like(scales.torque), 0.1 * scales.torque
-        # neighbours differ by half a period over the range that is moved
-        span = max(float(scales.range.max()), 0.05)
-        step = np.pi / span
-        periods = np.arange(4.0, 130.0, max(step, 2.0))
-        return [
-            {"sine": s * level, "cosine": c * level, "periods": n * one}
-            for n in periods
-            for s, c in ((1.0, 0.0), (0.0, 1.0))
-        ]
+        one = np.ones_like(scales.torque)
+        return [{"amplitude": 0.01 * scales.torque, "phase": 0.0 * one, "periods": 10.0 * one}]
+
+    def read_off(self, q, torque):
+        step = PHASE_STEP / max(np.ptp(q), LEAST_RANGE_RAD)
+        grid = np.arange(3.0, 500.0, step)
+        periods = grid[np.argmin([_ripple(q, torque, n)[0] for n in grid])]
+        sine, cosine = _ripple(q, torque, periods)[1]
+        return {
+            "amplitude": np.hypot(sine, cosine),
+            "phase": np.arctan2(cosine, sine),
+            "periods": periods,
+        }
+
+
+def _ripple(q: np.ndarray, torque: np.ndarray, periods: float) -> tuple[float, np.ndarray]:
+    """What a ripple beside a constant leaves, and its two amplitudes."""
+    parts = np.stack([np.sin(periods * q), np.cos(periods * q), np.ones_like(q)], axis=1)
+    weights = np.linalg.lstsq(parts, torque, rcond=1e-6)[0]
+    return float(np.mean((torque - parts @ weights) ** 2)), weights[:2]

@@ -24,6 +24,7 @@ class Parameter:
         log: fitted by its logarithm (positive quantities that span decades).
         per_joint: one value a joint; otherwise one for the robot.
         rough: the error jumps with it, so that no derivative helps.
+        size: a value that makes a difference, for derivatives where first guesses are zero.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Parameter:
     log: bool = False
     per_joint: bool = True
     rough: bool = False
+    size: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,10 @@ class Effect(ABC):
         source: where its equation comes from.
         contains: effects that it becomes for some values of its parameters.
         follows: the condition (see `t2l.discrepancy.conditions`) that its error follows.
-        amplitudes: parameters in which the response is linear; their first guesses are directions
-            whose best combination the scan computes.
         rough_error: the error has many small minima over the parameters, so that derivatives lead
             only to the nearest.
+        coupled: a joint's parameters move other joints about as much as its own, so that each
+            joint's derivatives take simulations of their own.
         order: effects on the same signal apply in this order, command to joint.
     """
 
@@ -93,8 +95,8 @@ class Effect(ABC):
     source: str
     contains: tuple[str, ...] = ()
     follows: str = ""
-    amplitudes: tuple[str, ...] = ()
     rough_error: bool = False
+    coupled: bool = False
     order: int = 0
 
     def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
@@ -114,6 +116,15 @@ class Effect(ABC):
     @abstractmethod
     def starts(self, scales: Scales) -> list[dict[str, np.ndarray]]:
         """First guesses to scan, each parameter as (njoint,) or (1,); at least one."""
+
+    def read_off(self, q: np.ndarray, torque: np.ndarray) -> dict[str, float] | None:
+        """A further guess for one joint, from the torque that it lacks; by default none.
+
+        Args:
+            q: (n,) rad, measured.
+            torque: (n,) N·m there beyond the model's, with noise and all else that is missing.
+        """
+        return None
 
     @property
     def extends(self) -> bool:

@@ -15,6 +15,7 @@ class EncoderOffset(Effect):
     signature = "the error follows the gravity load as if the arm stood at another angle"
     source = "q_measured = q + δ"
     follows = "gravity"
+    coupled = True  # the links beyond hang elsewhere
 
     def install(self, loop, rows, joints, values):
         loop.encoder_offset[rows, joints] += values["offset"]

@@ -18,7 +18,7 @@ class Payload(Effect):
         *(
             Parameter(
                 f"com_{axis}", "m", -0.5, 0.5, f"centre of mass from the flange, {axis}",
-                per_joint=False,
+                per_joint=False, size=0.01,
             )
             for axis in "xyz"
         ),
