@@ -4,7 +4,9 @@ from benchmarks.hidden_effects import effects as hidden
 from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
+from t2l.discrepancy.evidence import gather
 from t2l.discrepancy.fit import Fit, run
+from t2l.discrepancy.leaders import fit_all, fit_fully
 from t2l.discrepancy.model import Model
 from t2l.discrepancy.prediction import Predictor
 from t2l.discrepancy.scan import first_guesses
@@ -14,14 +16,14 @@ from t2l.measurements import Recording
 from tests.discrepancy.made import hold, measured, pendulum, recording, swing, swings, two_pendulums
 
 
-def fitted(recordings, names, robot=None, adopted=None, iterations=15):
+def fitted(recordings, names, robot=None, adopted=None, iterations=15, diagonal=False):
     """{effect: fit from its own first guesses}."""
     robot = robot or recordings[0].robot
     predictor = Predictor(robot, recordings)
     mask = np.ones(len(predictor.samples), bool)
     layout, u = Model(robot, adopted or {}).vector(predictor.joints)
     guesses = first_guesses(predictor, mask, layout, u, [builtin()[n] for n in names])
-    fits = {name: Fit(*guess) for name, guess in guesses.items()}
+    fits = {name: Fit(*guess, diagonal) for name, guess in guesses.items()}
     run(list(fits.values()), predictor, mask, iterations)
     return fits
 
@@ -90,6 +92,70 @@ def test_each_joint_has_its_own_parameter(tmp_path, diagonal):
     fit = Fit(layout, np.array([0.1, 0.1]), np.array([0.1, 0.1]), diagonal)
     run([fit], predictor, np.ones(len(predictor.samples), bool), 12)
     assert fit.u == pytest.approx([0.05, 0.2], rel=0.01)
+
+
+def arm(effects, noise_rad=2e-5) -> list[Recording]:
+    """A two-joint arm under its weight, in two postures far from hanging."""
+    robot, made = ROBOTS["two_joint_arm"], []
+    for index, (shoulder, elbow) in enumerate([(0.5, 2.2), (1.6, 1.9)]):
+
+        def commands(t, shoulder=shoulder, elbow=elbow):
+            return np.stack([swing(0.15, 0.9, shoulder)(t), swing(-0.2, 1.3, elbow)(t)], axis=1)
+
+        plain = recording(
+            str(robot.mjcf), commands, f"posture{index}", 40.0, 2.0, 1.0, joints=robot.joints
+        )
+        model = Model(str(robot.mjcf), effects)
+        made.append(measured(plain, noise_rad=noise_rad, seed=index, model=model))
+    return made
+
+
+def test_an_encoder_offset_moves_the_other_joints_too(tmp_path):
+    """Derivatives that move all joints at once would mistake the sum for each joint's own."""
+    recordings = arm({"encoder_offset": {"offset": {"elbow": 0.03}}})
+    predictor = Predictor(recordings[0].robot, recordings)
+    layout = Layout([Term(builtin()["encoder_offset"], (0, 1))])
+    fit = Fit(layout, np.array([0.0, 0.0]), np.array([0.02, 0.02]), diagonal=True)
+    run([fit], predictor, np.ones(len(predictor.samples), bool), 4)
+    assert fit.u == pytest.approx([0.0, 0.03], abs=1e-4)
+
+
+def test_the_centre_of_mass_of_a_payload_is_found(tmp_path):
+    payload = {"mass": 0.3, "com_x": 0.02, "com_y": 0.0, "com_z": -0.04}
+    fit = fitted(arm({"payload": payload}), ["payload"])["payload"]
+    found = fit.layout.decode(fit.u[None])["payload"]
+    for name in ("mass", "com_x", "com_z"):
+        assert found[name] == pytest.approx(payload[name], rel=0.03), name
+
+
+@pytest.mark.parametrize("diagonal", [False, True])
+def test_a_ripple_is_read_off_though_the_joint_is_far_from_zero(diagonal):
+    """Amplitude and phase: at 2 rad a sine and a cosine would turn with the periods."""
+    ripple = {"amplitude": 0.15, "phase": 0.7, "periods": 27.0}
+    recordings = arm({"cogging": {k: {"elbow": v, "shoulder": v} for k, v in ripple.items()}})
+    fit = fitted(recordings, ["cogging"], diagonal=diagonal)["cogging"]
+    found = fit.layout.decode(fit.u[None])["cogging"]
+    assert found["amplitude"][0] == pytest.approx([0.15, 0.15], rel=0.02)
+    assert found["periods"][0] == pytest.approx([27.0, 27.0], rel=0.005)
+
+
+def test_a_joint_without_play_is_left_out(tmp_path):
+    """Nor does it vote on the encoder's side, though every guess of a play harms it."""
+
+    def both(t):
+        return np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)
+
+    robot = two_pendulums(tmp_path)
+    play = {"play": 0.03, "contact_time": 2e-3, "contact_damping": 0.3}
+    values = {k: {"left": v} for k, v in play.items()} | {"encoder_on_link": 0.0}
+    model = Model(robot, {"backlash": values})
+    made = [recording(robot, both, name, kp, 0.8, 0.8) for name, kp in (("a", 10.0), ("b", 30.0))]
+    recordings = [measured(r, noise_rad=1e-4, seed=i, model=model) for i, r in enumerate(made)]
+    evidence, effects = gather(robot, recordings), [builtin()["backlash"]]
+    fits = fit_all(evidence, Layout(()), np.zeros(0), effects, 1e-4, lambda what, fraction: None)
+    full = fit_fully(fits.fits, ["backlash"], evidence)["backlash"]
+    assert full.layout.terms[0].joints == (0,)
+    assert theta(full) == pytest.approx([0.03, 2e-3, 0.3, 0.0], rel=0.03)
 
 
 # ------------------------------------------------------- recordings that t2l had no part in

@@ -78,23 +78,26 @@ def _read_off(
 def _best(effect, starts, residual, changed, joint, njoint) -> dict[str, np.ndarray]:
     squares = np.nan_to_num(changed**2, nan=np.inf)
     per_joint = np.stack([squares[:, joint == j].sum(axis=1) for j in range(njoint)], axis=1)
-    whole = int(np.argmin(per_joint.sum(axis=1)))
+    before = np.array([(residual[joint == j] ** 2).sum() for j in range(njoint)])
+    # joints that no guess helps do not vote on what all share
     shared = [p for p in effect.parameters if not p.per_joint]
-    allowed = np.array(
-        [all(np.array_equal(s[p.name], starts[whole][p.name]) for p in shared) for s in starts]
-    )
-    choice = np.argmin(np.where(allowed[:, None], per_joint, np.inf), axis=0)
+    vote = per_joint if len(shared) == len(effect.parameters) else np.minimum(per_joint, before)
+    alike: dict[tuple, list[int]] = {}
+    for i, start in enumerate(starts):
+        alike.setdefault(tuple(np.ravel(start[p.name])[0] for p in shared), []).append(i)
+    members = min(alike.values(), key=lambda rows: vote[rows].min(axis=0).sum())
+    choice = np.array(members)[np.argmin(per_joint[members], axis=0)]
     values = {
         p.name: np.array(
             [np.broadcast_to(starts[choice[j]][p.name], njoint)[j] for j in range(njoint)]
         )
         if p.per_joint
-        else starts[whole][p.name]
+        else starts[members[0]][p.name]
         for p in effect.parameters
     }
     for j in range(njoint):
         at = joint == j
-        if per_joint[choice[j], j] >= (residual[at] ** 2).sum():
+        if per_joint[choice[j], j] >= before[j]:
             share = _share(residual[at], changed[choice[j]][at] - residual[at])
             for p in effect.parameters:
                 if p.per_joint and not p.log:
