@@ -176,7 +176,8 @@ def right(result: dict) -> bool:
         return result["verdict"] == "no_missing_effect"
     if not result["known"]:
         return result["final_verdict"] == "unexplained"
-    return bool(set(result["hidden"]) & {result["first"], *result["tied"]})
+    named = bool(set(result["hidden"]) & {result["first"], *result["tied"]})
+    return named and result["verdict"] == "missing_effect"
 
 
 def summary(results: list[dict]) -> list[str]:
@@ -184,11 +185,12 @@ def summary(results: list[dict]) -> list[str]:
     known = [r for r in results if r["hidden"] and r["known"]]
     clean = [r for r in results if not r["hidden"]]
     unknown = [r for r in results if not r["known"]]
+    named = [r for r in known if right(r)]
     near = [r for r in known if r["oracle"] and r["after"] <= 1.1 * r["oracle"]]
     lines = []
     for what, group, good in (
-        ("hidden effect first or tied first", known, [r for r in known if right(r)]),
-        ("of these without a tie", known, [r for r in known if r["first"] in r["hidden"]]),
+        ("hidden effect first or tied first", known, named),
+        ("of these without a tie", known, [r for r in named if r["first"] in r["hidden"]]),
         ("held-out error after within 10 % of the oracle's", known, near),
         ("no false alarm on clean cases", clean, [r for r in clean if right(r)]),
         ("unexplained in the end on unknown effects", unknown, [r for r in unknown if right(r)]),
