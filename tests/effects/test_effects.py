@@ -54,7 +54,8 @@ def absent(effect):
     """Parameters (n,) at which the effect is absent, inside the bounds."""
     if effect.name in ALMOST_ABSENT:
         return {k: np.array([v]) for k, v in ALMOST_ABSENT[effect.name][0].items()}
-    return {p.name: np.array([np.clip(p.neutral, p.lower, p.upper)]) for p in effect.parameters}
+    neutral = {p.name: 0.0 if np.isnan(p.neutral) else p.neutral for p in effect.parameters}
+    return {p.name: np.clip([neutral[p.name]], p.lower, p.upper) for p in effect.parameters}
 
 
 @pytest.fixture(scope="module")

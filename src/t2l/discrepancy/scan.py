@@ -100,7 +100,7 @@ def _best(effect, starts, residual, changed, joint, njoint) -> dict[str, np.ndar
         if per_joint[choice[j], j] >= before[j]:
             share = _share(residual[at], changed[choice[j]][at] - residual[at])
             for p in effect.parameters:
-                if p.per_joint and not p.log:
+                if p.per_joint and not p.log and np.isfinite(p.neutral):
                     values[p.name][j] = p.neutral + share * (values[p.name][j] - p.neutral)
     return values
 

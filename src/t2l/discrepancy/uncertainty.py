@@ -37,7 +37,10 @@ class Uncertainty:
         return tuple(float(np.exp(b) if self.layout.log[i] else b) for b in bound)
 
     def distance(self, i: int) -> float:
-        """Standard errors between parameter i and the value at which its effect is absent."""
+        """Standard errors between parameter i and the value at which its effect is absent.
+
+        NaN where it is absent at none.
+        """
         parameter = self.layout.slots[i].parameter
         neutral = parameter.neutral
         if parameter.log:

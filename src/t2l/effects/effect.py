@@ -20,7 +20,7 @@ class Parameter:
         unit: SI, as written in reports.
         lower, upper: bounds of the fit.
         meaning: what it is, in a few words.
-        neutral: the value at which the effect is absent (may be infinite).
+        neutral: the value at which the effect is absent (may be infinite); NaN if at none.
         log: fitted by its logarithm (positive quantities that span decades).
         per_joint: one value a joint; otherwise one for the robot.
         rough: the error jumps with it, so that no derivative helps.
