@@ -1,9 +1,12 @@
 import numpy as np
+import pytest
 
+from t2l.discrepancy.evidence import gather
 from t2l.discrepancy.fit import Fit
-from t2l.discrepancy.pairs import _joined
+from t2l.discrepancy.pairs import _fitted, _joined
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
+from tests.discrepancy.made import pendulum, swings
 
 
 def test_an_effect_that_some_joints_have_already_is_in_a_pair_once():
@@ -20,3 +23,23 @@ def test_an_effect_that_some_joints_have_already_is_in_a_pair_once():
     values = pair.layout.decode(pair.u[None])
     assert [v[0].tolist() for v in values["coulomb_friction"].values()] == [[0.3, 0.7]]
     assert values["viscous_friction"].keys() == {p.name for p in viscous.parameters}
+
+
+def test_a_pair_starts_with_one_alone_where_the_other_was_fitted_astray(tmp_path):
+    """Friction that holds the joint fast has no derivative that would lead away from it."""
+    effects = {
+        "torque_offset": {"torque": {"hinge": -0.4}},
+        "coulomb_friction": {"torque": {"hinge": 0.05}},
+    }
+    recordings = swings(pendulum(tmp_path), effects, 2e-5, 1.0)
+    evidence = gather(recordings[0].robot, recordings)
+    fits = {}
+    for name, value in (("torque_offset", -0.39), ("coulomb_friction", 8.0)):
+        layout = Layout([Term(builtin()[name], (0,))])
+        fits[name] = Fit(layout, np.array([value]), np.array([0.1]))
+    names = ("coulomb_friction", "torque_offset")
+    pair = _fitted([names], fits, evidence, False, 1e-12)[names]
+    assert np.sqrt(pair.loss) < 4e-5
+    found = pair.layout.decode(pair.u[None])
+    assert found["torque_offset"]["torque"] == pytest.approx(-0.4, rel=0.02)
+    assert found["coulomb_friction"]["torque"] == pytest.approx(0.05, rel=0.02)

@@ -41,14 +41,9 @@ class Uncertainty:
 
         NaN where it is absent at none.
         """
-        parameter = self.layout.slots[i].parameter
-        neutral = parameter.neutral
-        if parameter.log:
-            neutral = np.log(neutral) if neutral > 0 else self.layout.lower[i]
-        neutral = np.clip(neutral, self.layout.lower[i], self.layout.upper[i])
         if not self.error[i] > 0:
             return 0.0
-        return float(abs(self.u[i] - neutral) / self.error[i])
+        return float(abs(self.u[i] - self.layout.neutral[i]) / self.error[i])
 
     def unexcited(self) -> list[int]:
         """Parameters that the data hardly determine."""

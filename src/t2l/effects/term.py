@@ -42,6 +42,7 @@ class Layout:
     Attributes:
         slots: what each element of u is.
         lower, upper: (n,) bounds of u.
+        neutral: (n,) u where the effects are absent, or the bound nearest to that; NaN if at none.
         rough: (n,) bool, elements without a useful derivative.
     """
 
@@ -57,6 +58,8 @@ class Layout:
         self.rough = np.array([slot.parameter.rough for slot in self.slots], bool)
         self.lower = self._scaled(np.array([slot.parameter.lower for slot in self.slots], float))
         self.upper = self._scaled(np.array([slot.parameter.upper for slot in self.slots], float))
+        neutral = np.array([slot.parameter.neutral for slot in self.slots], float)
+        self.neutral = np.clip(self._scaled(neutral), self.lower, self.upper)
 
     def __len__(self) -> int:
         return len(self.slots)
