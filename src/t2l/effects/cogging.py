@@ -18,8 +18,10 @@ class Cogging(Effect):
         Parameter(
             "phase", "rad", -30.0, 30.0, "angle of the ripple where q is zero, φ", neutral=np.nan
         ),
-        Parameter("periods", "1/rev", 3.0, 500.0, "periods in a turn of the joint, N", log=True),
-    )  # fmt: skip
+        Parameter(
+            "periods", "1/rev", 3.0, 500.0, "periods in a turn of the joint, N", neutral=np.nan
+        ),
+    )
     summary = "torque that ripples with the joint angle, from magnets and gear teeth"
     signature = "the error repeats over the position, alike in both directions"
     source = "MuJoCo, DC motor technical note, section 1.2"
