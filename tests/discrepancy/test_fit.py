@@ -158,6 +158,15 @@ def test_a_joint_without_play_is_left_out(tmp_path):
     assert theta(full) == pytest.approx([0.03, 2e-3, 0.3, 0.0], rel=0.03)
 
 
+@pytest.mark.parametrize("name", sorted(builtin()))
+def test_every_effect_can_be_fitted_fully_to_a_single_joint(robot, name):
+    evidence, effects = gather(robot, swings(robot, {}, 1e-4, 0.4)), [builtin()[name]]
+    fits = fit_all(evidence, Layout(()), np.zeros(0), effects, 1e-4, lambda what, fraction: None)
+    full = fit_fully(fits.fits, [name], evidence)[name]
+    assert full.loss <= 1.1 * fits.fits[name].loss
+    assert full.layout.terms[0].joints == (0,)
+
+
 # ------------------------------------------------------- recordings that t2l had no part in
 
 

@@ -202,7 +202,8 @@ def _refined(fits: dict[str, Fit], evidence: Evidence, origin: Origin) -> dict[s
 def _without_idle_joints(name: str, fit: Fit, predictor: Predictor, mask: np.ndarray) -> Fit | None:
     """A fit of effect `name` to the joints that show it alone; None if all do or none does."""
     term = next(t for t in fit.layout.terms if t.effect.name == name)
-    if not any(p.per_joint for p in term.effect.parameters) or fit.jacobian is None:
+    shared = not any(p.per_joint for p in term.effect.parameters)
+    if shared or len(term.joints) == 1 or fit.jacobian is None:
         return None
     found = uncertainty(fit, predictor, mask)
     keep = []
