@@ -85,7 +85,11 @@ def _best(effect, starts, residual, changed, joint, njoint) -> dict[str, np.ndar
     alike: dict[tuple, list[int]] = {}
     for i, start in enumerate(starts):
         alike.setdefault(tuple(np.ravel(start[p.name])[0] for p in shared), []).append(i)
-    members = min(alike.values(), key=lambda rows: vote[rows].min(axis=0).sum())
+    # where none is helped, the least harm decides
+    members = min(
+        alike.values(),
+        key=lambda rows: (vote[rows].min(axis=0).sum(), per_joint[rows].min(axis=0).sum()),
+    )
     choice = np.array(members)[np.argmin(per_joint[members], axis=0)]
     values = {
         p.name: np.array(
