@@ -110,7 +110,7 @@ def arm(effects, noise_rad=2e-5) -> list[Recording]:
     return made
 
 
-def test_an_encoder_offset_moves_the_other_joints_too(tmp_path):
+def test_an_encoder_offset_moves_the_other_joints_too():
     """Derivatives that move all joints at once would mistake the sum for each joint's own."""
     recordings = arm({"encoder_offset": {"offset": {"elbow": 0.03}}})
     predictor = Predictor(recordings[0].robot, recordings)
@@ -120,7 +120,7 @@ def test_an_encoder_offset_moves_the_other_joints_too(tmp_path):
     assert fit.u == pytest.approx([0.0, 0.03], abs=1e-4)
 
 
-def test_the_centre_of_mass_of_a_payload_is_found(tmp_path):
+def test_the_centre_of_mass_of_a_payload_is_found():
     payload = {"mass": 0.3, "com_x": 0.02, "com_y": 0.0, "com_z": -0.04}
     fit = fitted(arm({"payload": payload}), ["payload"])["payload"]
     found = fit.layout.decode(fit.u[None])["payload"]

@@ -4,13 +4,13 @@ Levenberg-Marquardt with finite differences: a round simulates some trial steps 
 columns around the likeliest of them, so that one round is usually one iteration.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from t2l.discrepancy.prediction import Predictor, Request
-from t2l.effects.term import Layout
+from t2l.effects.term import Layout, Slot
 
 RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
 DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
@@ -121,8 +121,12 @@ class Fit:
         for i in free:
             slot = self.layout.slots[i]
             key = (slot.term.effect.name, slot.parameter.name)
-            groups.setdefault(slot.key if slot.term.effect.coupled else key, []).append(i)
+            groups.setdefault(key if self._alone(slot) else slot.key, []).append(i)
         return [np.array(group) for group in groups.values()]
+
+    def _alone(self, slot: Slot) -> bool:
+        """Whether it is taken to move its own joint alone."""
+        return self.diagonal and slot.joint is not None and not slot.term.effect.coupled
 
     def _differences(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         step = np.where(
@@ -142,7 +146,7 @@ class Fit:
             difference = np.nan_to_num(difference)
             for i in members:
                 slot = self.layout.slots[i]
-                if self.diagonal and slot.joint is not None and not slot.term.effect.coupled:
+                if self._alone(slot):
                     jacobian[:, i] = np.where(joints == slot.joint, difference, 0.0) / step[i]
                 else:
                     jacobian[:, i] = difference / step[i]
@@ -199,6 +203,19 @@ def run(
         for fit, q in zip(active, predictor.predict(requests), strict=True):
             fit.receive(q[:, mask] - samples.q[mask], samples.joint[mask])
         after_round(fits)
+
+
+def start_from_the_best(
+    fits: Mapping[Hashable, Fit],
+    starts: Mapping[Hashable, np.ndarray],
+    predictor: Predictor,
+    mask: np.ndarray,
+) -> None:
+    """Let each fit begin at that of its starts (m, n) which leaves the least on the samples."""
+    requests = [Request(fit.layout, starts[key]) for key, fit in fits.items()]
+    for (key, fit), q in zip(fits.items(), predictor.predict(requests), strict=True):
+        losses = np.mean((q - predictor.samples.q)[:, mask] ** 2, axis=1)
+        fit.u = starts[key][int(np.argmin(np.nan_to_num(losses, nan=np.inf)))]
 
 
 def drop_hopeless(fits: Sequence[Fit], best: float | None = None) -> None:

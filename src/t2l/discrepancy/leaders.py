@@ -7,7 +7,7 @@ import numpy as np
 
 from t2l.discrepancy.candidate import Pair
 from t2l.discrepancy.evidence import Evidence, some
-from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run
+from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run, start_from_the_best
 from t2l.discrepancy.pairs import best_pair
 from t2l.discrepancy.prediction import Predictor, Request
 from t2l.discrepancy.scan import first_guesses
@@ -133,12 +133,8 @@ def _from_the_better(
         )
         for name, fit in fits.items()
     }
-    requests = [Request(fit.layout, starts[name]) for name, fit in fits.items()]
-    begun = {}
-    for (name, fit), q in zip(fits.items(), predictor.predict(requests), strict=True):
-        losses = np.mean((q - predictor.samples.q)[:, mask] ** 2, axis=1)
-        begun[name] = _again(fit)
-        begun[name].u = starts[name][int(np.argmin(np.nan_to_num(losses, nan=np.inf)))]
+    begun = {name: _again(fit) for name, fit in fits.items()}
+    start_from_the_best(begun, starts, predictor, mask)
     return begun
 
 

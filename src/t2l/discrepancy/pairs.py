@@ -7,8 +7,7 @@ import numpy as np
 
 from t2l.discrepancy.candidate import TIED, Pair
 from t2l.discrepancy.evidence import Evidence
-from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run
-from t2l.discrepancy.prediction import Request
+from t2l.discrepancy.fit import Fit, drop_hopeless, least_loss, run, start_from_the_best
 from t2l.effects.term import Layout, Term
 
 PAIRED = 5  # best effects that are tried in pairs
@@ -49,28 +48,15 @@ def _fitted(
         one, two = _term(singles[first], first).effect, _term(singles[second], second).effect
         if first not in two.contains and second not in one.contains:
             pairs[first, second] = _joined(singles[first], singles[second], second, diagonal)
-    _start_from_the_better(pairs, evidence)
-    hopeless = partial(drop_hopeless, best=wanted)
-    run(list(pairs.values()), evidence.screen, evidence.screen_mask, ITERATIONS, hopeless)
-    return {names: fit for names, fit in pairs.items() if np.isfinite(fit.loss)}
-
-
-def _start_from_the_better(pairs: dict[tuple[str, str], Fit], evidence: Evidence) -> None:
-    """Start each pair with both effects or with either alone, where that explains more.
-
-    What one was fitted to while the other was missing may lie far off.
-    """
-    if not pairs:
-        return
-    predictor, mask = evidence.screen, evidence.screen_mask
+    # what one was fitted to while the other was missing may lie far off
     starts = {
         names: np.array([fit.u, *(_without(fit, name) for name in names)])
         for names, fit in pairs.items()
     }
-    requests = [Request(pairs[names].layout, u) for names, u in starts.items()]
-    for (names, u), q in zip(starts.items(), predictor.predict(requests), strict=True):
-        losses = np.mean((q - predictor.samples.q)[:, mask] ** 2, axis=1)
-        pairs[names].u = u[int(np.argmin(np.nan_to_num(losses, nan=np.inf)))]
+    start_from_the_best(pairs, starts, evidence.screen, evidence.screen_mask)
+    hopeless = partial(drop_hopeless, best=wanted)
+    run(list(pairs.values()), evidence.screen, evidence.screen_mask, ITERATIONS, hopeless)
+    return {names: fit for names, fit in pairs.items() if np.isfinite(fit.loss)}
 
 
 def _without(fit: Fit, name: str) -> np.ndarray:

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 
+FEWEST, MOST = 3.0, 500.0  # periods in a turn
 PHASE_STEP = 0.5  # rad by which the ends of the motion shift between periods that are tried
 LEAST_RANGE_RAD = 0.05  # of a motion, for that
 
@@ -19,7 +20,7 @@ class Cogging(Effect):
             "phase", "rad", -30.0, 30.0, "angle of the ripple where q is zero, φ", neutral=np.nan
         ),
         Parameter(
-            "periods", "1/rev", 3.0, 500.0, "periods in a turn of the joint, N", neutral=np.nan
+            "periods", "1/rev", FEWEST, MOST, "periods in a turn of the joint, N", neutral=np.nan
         ),
     )
     summary = "torque that ripples with the joint angle, from magnets and gear teeth"
@@ -43,7 +44,7 @@ class Cogging(Effect):
 
     def read_off(self, q, torque):
         step = PHASE_STEP / max(np.ptp(q), LEAST_RANGE_RAD)
-        grid = np.arange(3.0, 500.0, step)
+        grid = np.arange(FEWEST, MOST, step)
         periods = grid[np.argmin([_ripple(q, torque, n)[0] for n in grid])]
         sine, cosine = _ripple(q, torque, periods)[1]
         return {
