@@ -27,6 +27,7 @@ SEARCHED_NEAR = 1.3  # likewise, for a search that takes many simulations
 SCREENING_TOLERANCE = 5e-3  # relative decrease of the loss that counts as none
 LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
 SEARCHED = 2  # recordings on which rough effects are searched
+CLOSE_BY = 0.25  # of the spread of that search, where a fit to all recordings has ended
 SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
 INSIGNIFICANT = 2.0  # standard errors from neutral
 IDLE = 1.01  # of a joint's squared error that is left with an effect: without it no more
@@ -109,7 +110,8 @@ def fit_fully(
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
     # what a joint contributes beyond 1 % of the error is kept
-    return full | {name: fit for name, fit in smaller.items() if fit.loss < 1.02 * full[name].loss}
+    full |= {name: fit for name, fit in smaller.items() if fit.loss < 1.02 * full[name].loss}
+    return full | _out_of_dents(full, evidence)
 
 
 def moves_together(joints: Sequence[str]) -> bool:
@@ -152,13 +154,29 @@ def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
         left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
 
 
+def _out_of_dents(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+    """Rough effects where a search around them finds better: derivatives end in the first dent."""
+    rough = {name: fit for name, fit in fits.items() if _is_rough(name, fit)}
+    if not rough:
+        return {}
+    found = search(list(rough.values()), evidence.shortlist, evidence.shortlist_mask, CLOSE_BY)
+    moved = {name: _again(fit) for name, fit in rough.items()}
+    for fit, u in zip(moved.values(), found, strict=True):
+        fit.u = u
+    run(list(moved.values()), evidence.train, evidence.train_mask, 0)
+    return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
+
+
+def _is_rough(name: str, fit: Fit) -> bool:
+    return any(t.effect.rough_error for t in fit.layout.terms if t.effect.name == name)
+
+
 def _searched(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
     """Rough effects where a search finds better than derivatives did."""
     rough = {
         name: fit
         for name, fit in fits.items()
-        if any(t.effect.rough_error for t in fit.layout.terms if t.effect.name == name)
-        and fit.loss <= SEARCHED_NEAR * least_loss(fits)
+        if _is_rough(name, fit) and fit.loss <= SEARCHED_NEAR * least_loss(fits)
     }
     if not rough:
         return {}

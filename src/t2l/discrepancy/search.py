@@ -11,6 +11,7 @@ GENERATIONS = 12
 POPULATION = 12
 SEED = 0
 SPREAD_LOG = 0.4  # standard deviation of the first generation in a logarithm
+SPREAD = 0.3  # likewise, of another parameter's own size
 
 
 class _Strategy:
@@ -22,12 +23,13 @@ class _Strategy:
         best, loss: what was found, and its mean squared residual there.
     """
 
-    def __init__(self, fit: Fit, index: np.ndarray, at: np.ndarray):
+    def __init__(self, fit: Fit, index: np.ndarray, at: np.ndarray, spread: float):
         from cmaes import CMA  # with SciPy's statistics behind it, slow to import
 
         self.index, self.at = index, at
         self.origin, self.best, self.loss = fit.u[index], fit.u[index], np.inf
-        self.scale = np.where(fit.layout.log[index], SPREAD_LOG, 0.3 * fit.size[index])
+        scale = np.where(fit.layout.log[index], SPREAD_LOG, SPREAD * fit.size[index])
+        self.scale = spread * scale
         bounds = np.stack([fit.layout.lower, fit.layout.upper], axis=1)[index]
         bounds = (bounds - self.origin[:, None]) / self.scale[:, None]
         self.cma = CMA(np.zeros(len(index)), 1.0, bounds, seed=SEED, population_size=POPULATION)
@@ -46,15 +48,21 @@ class _Strategy:
             self.best, self.loss = values[first], float(losses[first])
 
 
-def search(fits: Sequence[Fit], predictor: Predictor, mask: np.ndarray) -> list[np.ndarray]:
+def search(
+    fits: Sequence[Fit], predictor: Predictor, mask: np.ndarray, spread: float = 1.0
+) -> list[np.ndarray]:
     """The best u (n,) that CMA-ES finds for the rough effects of each fit, all in one batch.
 
     Hansen, The CMA Evolution Strategy: A Tutorial, 2016. Where a fit moves all joints at once,
     each joint is searched by itself in the same simulations. A fit's other parameters stay, and
     all do where nothing better is found.
+
+    Args:
+        mask: (nsample,) bool, the samples that judge.
+        spread: of the first generation, relative to what finds an effect from a first guess.
     """
     measured, joint = predictor.samples.q[mask], predictor.samples.joint[mask]
-    searched = [(fit, _strategies(fit, joint)) for fit in fits]
+    searched = [(fit, _strategies(fit, joint, spread)) for fit in fits]
     start = predictor.predict([Request(fit.layout, fit.u[None]) for fit in fits])
     for (_, strategies), q in zip(searched, start, strict=True):
         for strategy in strategies:
@@ -75,7 +83,7 @@ def search(fits: Sequence[Fit], predictor: Predictor, mask: np.ndarray) -> list[
     return [_found(fit, strategies) for fit, strategies in searched]
 
 
-def _strategies(fit: Fit, joint: np.ndarray) -> list[_Strategy]:
+def _strategies(fit: Fit, joint: np.ndarray, spread: float) -> list[_Strategy]:
     rough = [
         i
         for i, slot in enumerate(fit.layout.slots)
@@ -83,12 +91,12 @@ def _strategies(fit: Fit, joint: np.ndarray) -> list[_Strategy]:
     ]
     everywhere = np.ones(len(joint), bool)
     if not fit.diagonal:
-        return [_Strategy(fit, np.array(rough), everywhere)]
+        return [_Strategy(fit, np.array(rough), everywhere, spread)]
     groups: dict[int | None, list[int]] = {}
     for i in rough:
         groups.setdefault(fit.layout.slots[i].joint, []).append(i)
     return [
-        _Strategy(fit, np.array(index), everywhere if j is None else joint == j)
+        _Strategy(fit, np.array(index), everywhere if j is None else joint == j, spread)
         for j, index in groups.items()
     ]
 

@@ -29,8 +29,9 @@ APPROACH_RATE_HZ = 50.0
 
 # to come to rest at the start under gains of one's own
 SETTLE_S = 1.0
-# to come to rest when a motion is broken off
-BRAKE_S = 0.5
+# to come to rest when a motion is broken off: at least, and at most if some joint still moves
+BRAKE_S, LONGEST_BRAKE_S = 0.5, 3.0
+RESTING_RAD_S = 0.01
 
 
 class FrankaArm:
@@ -88,6 +89,13 @@ class FrankaArm:
         with contextlib.suppress(RuntimeError):
             self.take_gains(np.full(7, APPROACH_KP), np.full(7, APPROACH_KD))
             time.sleep(BRAKE_S)
+            late = time.perf_counter() + LONGEST_BRAKE_S - BRAKE_S
+            while self._moves() and time.perf_counter() < late:
+                time.sleep(1 / APPROACH_RATE_HZ)
+
+    def _moves(self) -> bool:
+        speed = np.abs(self._robot.state["qvel"]).max()
+        return self.controller.running and speed > RESTING_RAD_S
 
     def take_gains(self, kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
         """Change gains without a jump: the target becomes the pose, which is returned."""
