@@ -25,7 +25,7 @@ PERIOD_S = 0.001
 GAINS = np.array([[5.0, 0.3], [80.0, 2.0]])
 
 
-def run(robot, gains=GAINS, ticks=300, substeps=1, period_s=PERIOD_S, command=None):
+def run(robot, gains=GAINS, ticks=300, substeps=1, period_s=PERIOD_S, command=None, coarseness=1):
     """Position (nrec, ticks + 1) under the same commands at several gains."""
     spec = plant.load(robot, ["hinge"])
     times = np.arange(ticks + 2) * period_s
@@ -40,6 +40,7 @@ def run(robot, gains=GAINS, ticks=300, substeps=1, period_s=PERIOD_S, command=No
         start_dq=np.full((n, 1), 0.5),
         gravity_compensation=np.zeros(n, bool),
         sample_ticks=np.arange(ticks + 1),
+        coarseness=coarseness,
     )
     q, _ = ServoLoop(spec.compile(), ("hinge",), schedule, 1, 1, substeps).run()
     return q[0, :, :, 0]
@@ -100,6 +101,20 @@ def test_a_slow_loop_holds_its_torque(tmp_path):
 
         state = solve_ivp(motion, (0, period), state, rtol=1e-9, atol=1e-12).y[:, -1]
     np.testing.assert_allclose(q, expected, atol=2e-4)
+
+
+@pytest.mark.parametrize(("coarseness", "less"), [(2, 0.2), (4, 0.3)])
+def test_a_coarser_loop_looks_ahead_by_what_it_is_later(tmp_path, exact, coarseness, less):
+    robot, ticks, period = pendulum(tmp_path), 300 // coarseness, coarseness * PERIOD_S
+
+    def command(times):
+        # what the finer loop commands within a tick, on average
+        return swing(0.6, 2.0)(times + (period - PERIOD_S) / 2)
+
+    ahead = run(robot, GAINS, ticks, 1, period, command, coarseness)
+    slower = run(robot, GAINS, ticks, 1, period, command)
+    at = exact[:, ::coarseness]
+    assert np.abs(ahead - at).max() < less * np.abs(slower - at).max()
 
 
 def test_a_simulation_that_diverges_is_nan_and_leaves_the_others_alone(tmp_path):

@@ -7,6 +7,7 @@ import numpy as np
 
 from t2l.discrepancy import judge
 from t2l.discrepancy.candidate import Candidate, alike, mark_ties, promote, rank
+from t2l.discrepancy.coarse import coarser
 from t2l.discrepancy.evidence import Evidence, pooled
 from t2l.discrepancy.fit import Fit
 from t2l.discrepancy.leaders import Progress, fit_all, fit_fully
@@ -74,7 +75,9 @@ def diagnose(
     floor, heldout = _floor(evidence, held_q), _rms(before)
     ranking = []
     if effects and not (quick and heldout <= AT_THE_FLOOR * floor):
-        ranking = _ranking(evidence, adopted, u, effects, floor, before, progress)
+        ranking = _ranking(
+            coarser(evidence, adopted, u), adopted, u, effects, floor, before, progress
+        )
     train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
     verdict = _verdict(heldout, floor, ranking)
     return Diagnosis(model, joints, verdict, floor, train, heldout, ranking)

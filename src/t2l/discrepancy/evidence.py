@@ -22,6 +22,7 @@ class Evidence:
     Attributes:
         train, holdout: predictors; one and the same where blocks of time are held out.
         shortlist, screen: predictors of some of the training recordings, or of all if few.
+        draft: predictor of all training recordings for all but the last steps of a fit to them.
         train_mask, …: (nsample,) bool of each predictor's samples.
     """
 
@@ -33,6 +34,7 @@ class Evidence:
     shortlist_mask: np.ndarray
     screen: Predictor
     screen_mask: np.ndarray
+    draft: Predictor
     split: str
 
 
@@ -57,7 +59,7 @@ def gather(
     mask = _all(train)
     return Evidence(
         train, mask, test, _all(test), *_over_the_gains(train, mask, SHORTLISTED),
-        *_screened(train, mask), split,
+        *_screened(train, mask), train, split,
     )  # fmt: skip
 
 
@@ -73,7 +75,7 @@ def by_blocks(
         held[at] = block[predictor.samples.row[at]] % 2 == 1
     return Evidence(
         predictor, ~held, predictor, held, *_over_the_gains(predictor, ~held, SHORTLISTED),
-        *_screened(predictor, ~held), "blocks of time",
+        *_screened(predictor, ~held), predictor, "blocks of time",
     )  # fmt: skip
 
 
@@ -109,12 +111,7 @@ def _part(
     if count >= len(order):
         return predictor, mask
     chosen = np.sort(order[np.round(np.linspace(0, len(order) - 1, count)).astype(int)])
-    part = Predictor(
-        predictor.robot,
-        [predictor.recordings[i] for i in chosen],
-        predictor.substeps,
-        predictor.threads,
-    )
+    part = predictor.of([predictor.recordings[i] for i in chosen])
     return part, mask[np.isin(predictor.samples.recording, chosen)]
 
 

@@ -103,7 +103,7 @@ def fit_fully(
     Args:
         origin: the model so far, fitted to all; few recordings may have led away from it.
     """
-    predictor, mask = evidence.train, evidence.train_mask
+    predictor, mask = evidence.draft, evidence.train_mask
     full = _from_the_better({name: fits[name] for name in names}, origin or {}, predictor, mask)
     _settle(list(full.values()), predictor, mask)
     smaller = {name: _without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
@@ -111,6 +111,8 @@ def fit_fully(
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
     # what a joint contributes beyond 1 % of the error is kept
     full |= {name: fit for name, fit in smaller.items() if fit.loss < 1.02 * full[name].loss}
+    if predictor is not evidence.train:
+        full = {name: _finished(fit, evidence) for name, fit in full.items()}
     return full | _out_of_dents(full, evidence)
 
 
@@ -152,6 +154,14 @@ def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
             fit.given = fit.columns()
         run(left, predictor, mask, REFINEMENTS)
         left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
+
+
+def _finished(fit: Fit, evidence: Evidence) -> Fit:
+    """A fit to the draft of all recordings, with its derivatives, fitted to them in full."""
+    finished = _again(fit)
+    finished.given = fit.columns()
+    run([finished], evidence.train, evidence.train_mask, REFINEMENTS)
+    return finished
 
 
 def _out_of_dents(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
@@ -215,7 +225,9 @@ def _refined(fits: dict[str, Fit], evidence: Evidence, origin: Origin) -> dict[s
 
 def _without_idle_joints(name: str, fit: Fit, predictor: Predictor, mask: np.ndarray) -> Fit | None:
     """A fit of effect `name` to the joints that show it alone; None if all do or none does."""
-    term = next(t for t in fit.layout.terms if t.effect.name == name)
+    term = next((t for t in fit.layout.terms if t.effect.name == name), None)
+    if term is None:  # it was taken back
+        return None
     shared = not any(p.per_joint for p in term.effect.parameters)
     if shared or len(term.joints) == 1 or fit.jacobian is None:
         return None

@@ -68,6 +68,7 @@ class Predictor:
         joints: driven joints, the same in all recordings.
         samples: what was measured.
         substeps: physics steps a control tick are multiplied by this.
+        coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`.
     """
 
     def __init__(
@@ -76,16 +77,22 @@ class Predictor:
         recordings: Sequence[Recording],
         substeps: int = 1,
         threads: int | None = None,
+        coarseness: int = 1,
     ):
         self.robot, self.recordings = robot, tuple(recordings)
         self.joints = self.recordings[0].joints
-        self.substeps = substeps
+        self.substeps, self.coarseness = substeps, coarseness
         self.threads = threads or len(os.sched_getaffinity(0))
         self._models: dict[tuple, mujoco.MjModel] = {}
         self._rows = [~np.isnan(recording.q).all(axis=1) for recording in self.recordings]
         self.samples = self._samples()
         self._groups = [self._group(indices) for indices in self._alike()]
         self._flat = self._flat_index()
+
+    def of(self, recordings: Sequence[Recording], coarseness: int | None = None) -> "Predictor":
+        """A predictor of other recordings, or of ticks as coarse as said, otherwise the same."""
+        coarseness = coarseness or self.coarseness
+        return Predictor(self.robot, recordings, self.substeps, self.threads, coarseness)
 
     def _samples(self) -> Samples:
         parts = []
@@ -105,15 +112,17 @@ class Predictor:
 
     def _group(self, indices: list[int]) -> _Group:
         recordings = [self.recordings[i] for i in indices]
-        period = 1.0 / recordings[0].control_rate_hz
+        real_period = 1.0 / recordings[0].control_rate_hz
+        period = self.coarseness * real_period
         last = max(int(np.ceil(r.duration_s / period - 1e-6)) for r in recordings)
-        ticks = np.arange(last + 2)
+        ticks, real = np.arange(last + 2), np.arange((last + 2) * self.coarseness)
         commands = np.empty((len(ticks), len(recordings), len(self.joints)))
         wanted = {0}
         for column, recording in enumerate(recordings):
             elapsed = recording.time - recording.time[0]
-            row = np.searchsorted(elapsed, ticks * period + 1e-6, side="right") - 1
-            commands[:, column] = recording.q_des[row]
+            row = np.searchsorted(elapsed, real * real_period + 1e-6, side="right") - 1
+            held = recording.q_des[row].reshape(len(ticks), self.coarseness, -1)
+            commands[:, column] = held.mean(axis=1)
             below, _ = _ticks(elapsed[self._rows[indices[column]]], period)
             wanted.update(below.tolist(), (below + 1).tolist())
         start = [start_state(recording) for recording in recordings]
@@ -126,6 +135,7 @@ class Predictor:
             start_dq=np.array([dq for _, dq in start]),
             gravity_compensation=np.array([r.gravity_compensation for r in recordings]),
             sample_ticks=np.array(sorted(wanted)),
+            coarseness=self.coarseness,
         )
         return _Group(schedule, tuple(indices))
 
@@ -211,7 +221,7 @@ class Predictor:
             group.schedule,
             len(chunk),
             threads,
-            self.substeps * (2 if extended else 1),
+            self.substeps * (max(2, self.coarseness) if extended else 1),
         )
         at = 0
         for i, rows in _runs(chunk):

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from t2l.discrepancy.candidate import TIED
+from t2l.discrepancy.coarse import coarser
 from t2l.discrepancy.evidence import Evidence
 from t2l.discrepancy.fit import Fit, drop_hopeless, run
 from t2l.discrepancy.leaders import fit_fully, moves_together
@@ -25,6 +26,7 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         The model and the names of effects that were dropped or replaced.
     """
     joints = evidence.train.joints
+    evidence = coarser(evidence, *model.vector(joints))
     gone: list[str] = []
     while True:
         layout, u = model.vector(joints)

@@ -26,6 +26,9 @@ class LowRateLoop(Effect):
 
     def install(self, loop, rows, joints, values):
         per_tick = values["rate"] * loop.period_s
+        held = 1.0 / values["rate"]
+        late = np.maximum(held, loop.period_s) - np.maximum(held, loop.real_period_s)
+        loop.ahead[rows] = late / 2
         state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, torque):

@@ -7,6 +7,14 @@ forces at q and advance to q + dt v'. Moving the position dt/2 ahead before the 
 after them evaluates forces at the middle of each step instead (drift, kick, drift: leapfrog) and
 makes the whole second order: under a held torque a double integrator is exact. Without it a loop
 of 1 kHz on a small stiff arm is off by 0.3 mrad, with it by 0.01 mrad.
+
+A torque held for a period h is late by h/2 on average. A loop of n periods a tick therefore looks
+ahead by the s = (n − 1) h/2 that it is later than the real one, to first order in s:
+
+    Kp (q_des − q − s q̇) − Kd (q̇ + s q̈),
+
+which is a damping of Kd + s Kp and an armature of s Kd more. On the real FR3's motions a tick of
+4 ms instead of 1 ms is then off by 0.05 mrad, and by 0.4 mrad without.
 """
 
 from collections.abc import Callable
@@ -26,12 +34,13 @@ class Schedule:
     """What a group of recordings with one loop rate commands and asks for.
 
     Attributes:
-        period_s: the control loop's period.
+        period_s: the control loop's period, or `coarseness` of them: from tick to tick.
         commands: (ntick, nrec, njoint) q_des at each tick, rad.
         kp, kd: (nrec, njoint), N·m/rad and N·m·s/rad.
         start_q, start_dq: (nrec, njoint), rad and rad/s.
         gravity_compensation: (nrec,) bool.
         sample_ticks: (nsample,) ticks at which the state is wanted, increasing.
+        coarseness: periods of the real loop from tick to tick.
     """
 
     period_s: float
@@ -42,6 +51,7 @@ class Schedule:
     start_dq: np.ndarray
     gravity_compensation: np.ndarray
     sample_ticks: np.ndarray
+    coarseness: int = 1
 
 
 class ServoLoop:
@@ -53,10 +63,12 @@ class ServoLoop:
 
     Attributes:
         batch: the simulations.
+        real_period_s: of the loop that is simulated, by a coarser one or by itself.
         dofs, qpos: (njoint,) addresses of the driven joints.
         kp, kd: (nsim, njoint) gains the loop really uses.
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
+        ahead: (nsim, 1) s, how far the loop looks ahead to be no later than the real one.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place.
         controller_filters: called with (tick, torque), change the controller's own torque, without
             gravity compensation, in place.
@@ -80,9 +92,9 @@ class ServoLoop:
         threads: int,
         substeps: int = 1,
     ):
-        period = schedule.period_s
-        self.nstep = max(substeps, int(np.ceil(period / MAX_TIMESTEP_S - 1e-9)) * substeps)
-        model.opt.timestep = period / self.nstep
+        self.real_period_s = schedule.period_s / schedule.coarseness
+        self.nstep = int(np.ceil(self.real_period_s / MAX_TIMESTEP_S - 1e-9)) * substeps
+        model.opt.timestep = schedule.period_s / self.nstep
         self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
         self.nrec = len(schedule.kp)
         self.batch = make_batch(model, self.nrec * nvariant, threads)
@@ -91,6 +103,8 @@ class ServoLoop:
         self.kp, self.kd = self._per_simulation(schedule.kp), self._per_simulation(schedule.kd)
         self.start_q = self._per_simulation(schedule.start_q)
         self.encoder_offset = np.zeros_like(self.kp)
+        late = (schedule.period_s - self.real_period_s) / 2
+        self.ahead = np.full((len(self.kp), 1), late)
         self.command_filters: list[Callable] = []
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
@@ -103,7 +117,7 @@ class ServoLoop:
 
     @property
     def period_s(self) -> float:
-        """The control loop's period."""
+        """From tick to tick."""
         return self.schedule.period_s
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:
@@ -133,6 +147,7 @@ class ServoLoop:
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
         gravity = self._gravity()
+        kd = self._look_ahead()
         if self.inertia_changed:
             batch.set_const()
         self._start()
@@ -161,7 +176,7 @@ class ServoLoop:
             target = schedule.commands[tick][recording]
             for change in self.command_filters:
                 change(tick, target)
-            torque = self.kp * (target - measured) - self.kd * measured_dq
+            torque = self.kp * (target - measured) - kd * measured_dq
             for change in self.controller_filters:
                 change(tick, torque)
             held = gravity[:, self.dofs]
@@ -204,6 +219,13 @@ class ServoLoop:
             if not compensated.any():
                 return np.zeros((self.batch.nsim, self.batch.model.nv))
         return self.batch.bind("qfrc_gravcomp")
+
+    def _look_ahead(self) -> np.ndarray:
+        """Damping (nsim, njoint) with which the loop is no later than the real one."""
+        if self.ahead.any():
+            self.batch.expand("dof_armature")[:, self.dofs] += self.ahead * self.kd
+            self.inertia_changed = True
+        return self.kd + self.ahead * self.kp
 
     def _start(self) -> None:
         batch = self.batch

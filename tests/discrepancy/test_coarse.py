@@ -1,0 +1,111 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from t2l.discrepancy.coarse import coarser
+from t2l.discrepancy.diagnose import adopt, diagnose
+from t2l.discrepancy.evidence import MANY, gather
+from t2l.discrepancy.model import Model
+from t2l.discrepancy.prediction import Predictor, Request
+from t2l.effects.registry import builtin
+from t2l.effects.term import Layout, Term
+from tests.discrepancy.made import measured, pendulum, recording, swing, two_pendulums
+
+HIDDEN = {"viscous_friction": {"damping": {"hinge": 0.05}}}
+MODERATE = {
+    "actuator_bandwidth": {"cutoff": 8.0},
+    "backlash": {"play": 0.02, "contact_time": 0.01, "contact_damping": 0.7, "encoder_on_link": 1},
+    "joint_flexibility": {"stiffness": 20.0, "damping": 0.05, "encoder_on_link": 1},
+    "command_delay": {"delay": 0.03},
+    "low_rate_loop": {"rate": 50.0},
+    "load_dependent_friction": {"motor": 0.2, "load": 0.2},
+    "stribeck_friction": {"coulomb": 0.1, "extra_at_rest": 0.05, "velocity": 0.1},
+    "torque_rate_limit": {"rate": 10.0, "ramp": 0.0},
+    "torque_saturation": {"limit": 1.0},
+}
+
+
+def recordings(robot, count, effects=HIDDEN, noise_rad=2e-5):
+    """Shaken at gains from compliant to stiff."""
+    return [
+        measured(
+            recording(robot, swing(0.5, 0.9), f"r{i}", kp, 0.05 * np.sqrt(kp), 0.6),
+            effects, noise_rad, seed=i,
+        )
+        for i, kp in enumerate(np.geomspace(5.0, 60.0, count))
+    ]  # fmt: skip
+
+
+def of(evidence):
+    return {name: getattr(evidence, name).coarseness for name in ("screen", "shortlist", "draft")}
+
+
+def coarsened(model, evidence):
+    return coarser(evidence, *model.vector(evidence.train.joints))
+
+
+def test_many_recordings_are_simulated_coarsely_while_the_model_is_bad(tmp_path):
+    robot = pendulum(tmp_path)
+    made = recordings(robot, MANY + 3)
+    evidence = gather(robot, made[:-3], made[-3:])
+    found = coarsened(Model(robot), evidence)
+    assert set(of(found).values()) == {5}
+    # what a fit ends on and what judges is simulated tick by tick
+    assert (found.train, found.holdout) == (evidence.train, evidence.holdout)
+    assert found.train.coarseness == found.holdout.coarseness == 1
+    for coarse, exact in ((found.screen, evidence.screen), (found.draft, evidence.train)):
+        np.testing.assert_array_equal(coarse.samples.q, exact.samples.q)
+    # where the model is as good as the noise, a coarse simulation would show
+    assert set(of(coarsened(Model(robot, HIDDEN), evidence)).values()) == {1}
+
+
+def test_few_recordings_are_simulated_tick_by_tick(tmp_path):
+    robot = pendulum(tmp_path)
+    made = recordings(robot, MANY + 2)
+    evidence = gather(robot, made[: MANY - 1], made[MANY - 1 :])
+    assert coarsened(Model(robot), evidence) is evidence
+
+
+def test_a_fit_ends_on_every_tick_and_knows_no_bias(tmp_path):
+    robot = pendulum(tmp_path)
+    made = recordings(robot, MANY + 3)
+    evidence = gather(robot, made[:-3], made[-3:])
+    known = builtin()
+    effects = [known[name] for name in ("viscous_friction", "coulomb_friction", "armature")]
+    found = diagnose(Model(robot), evidence, effects)
+    assert found.ranking[0].effect.name == "viscous_friction"
+    assert found.ranking[0].heldout_rmse_rad < 1.05 * found.noise_floor_rad
+    damping = adopt(found, "viscous_friction").effects["viscous_friction"]["damping"]["hinge"]
+    assert damping == pytest.approx(0.05, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", sorted(builtin()))
+def test_an_effect_changes_a_coarse_simulation_as_it_does_a_fine_one(tmp_path, name):
+    """What chooses among effects must not depend on the ticks."""
+    effect = builtin()[name]
+    robot = two_pendulums(tmp_path)
+
+    def both(t):
+        return np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)
+
+    made = recording(robot, both, kp=15.0, kd=0.3, duration_s=1.0)
+    made = dataclasses.replace(made, command_rate_hz=100.0)
+    fine = Predictor(robot, [made], threads=1)
+    layout = Layout([Term(effect, (0, 1))])
+    values = MODERATE.get(name) or effect.starts(fine.scales)[0]
+    values = {key: np.atleast_1d(value) for key, value in values.items()}
+    u = layout.encode(
+        {name: {s.parameter.name: values[s.parameter.name] for s in layout.slots}}
+    )
+    plain = Request(Layout(()), np.zeros((1, 0)))
+
+    def change(predictor):
+        with_effect, without = predictor.predict([Request(layout, u[None]), plain])
+        return with_effect[0] - without[0]
+
+    expected, found = change(fine), change(fine.of(fine.recordings, 5))
+    assert np.sqrt(np.mean(expected**2)) > 1e-3
+    # a spring between motor and link is as quick as the ticks
+    share = 0.25 if name == "joint_flexibility" else 0.1
+    assert np.sqrt(np.mean((found - expected) ** 2)) < share * np.sqrt(np.mean(expected**2))
