@@ -23,6 +23,7 @@ MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "
 AT_THE_FLOOR = 1.10  # times the noise floor: what remains is measurement
 SHOWN = 2.0  # likewise: training recordings that leave more show that something is missing
 NEAR_THE_FLOOR = 1.25  # likewise, if no effect improves on it
+HARMFUL = 1.05  # times the training error before: a fit that ran away, whatever is held out
 SEED = 0  # of the bootstrap
 
 
@@ -72,13 +73,13 @@ def diagnose(
 
     train_q, held_q = _predict(evidence, adopted, u)
     before = _residual(evidence.holdout, evidence.holdout_mask, held_q)
+    train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
     floor, heldout = _floor(evidence, held_q), _rms(before)
     ranking = []
     if effects and not (quick and heldout <= AT_THE_FLOOR * floor):
         ranking = _ranking(
-            coarser(evidence, adopted, u), adopted, u, effects, floor, before, progress
+            coarser(evidence, adopted, u), adopted, u, effects, floor, train, before, progress
         )
-    train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
     verdict = _verdict(heldout, floor, ranking)
     return Diagnosis(model, joints, verdict, floor, train, heldout, ranking)
 
@@ -113,22 +114,23 @@ def _ranking(
     u: np.ndarray,
     effects: Sequence[Effect],
     floor: float,
+    train: float,
     before: np.ndarray,
     progress: Progress,
 ) -> list[Candidate]:
     """The effects fitted and judged, best first; what is first is fitted on all samples."""
     found = fit_all(evidence, adopted, u, effects, floor, progress)
     progress("judging on held-out data", 0.85)
-    candidates = _judge(evidence, found.fits, before)
+    candidates = _judge_draft(evidence, found.fits, adopted, u)
     for name, candidate in candidates.items():
         where = (evidence.screen, evidence.screen_mask)
         if name in found.leaders:
             where = (evidence.shortlist, evidence.shortlist_mask)
         candidate.uncertainty = uncertainty(found.fits[name], *where)
-    full: set[str] = set()
+    held, full = evidence.holdout_mask, set()
     together = None
     if found.pair:
-        pair = _judge(evidence, {found.pair.second: found.pair.fit}, before)
+        pair = _judge_draft(evidence, {found.pair.second: found.pair.fit}, adopted, u)
         together = next((both.improvement for both in pair.values()), None)
     while True:
         ranking = promote(rank(candidates.values()), found.pair, together)
@@ -139,9 +141,14 @@ def _ranking(
         progress(f"fitting {', '.join(first)} to all recordings", 0.9)
         origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
         fits = fit_fully(found.fits, first, evidence, origin)
-        for name, candidate in _judge(evidence, fits, before).items():
-            candidate.uncertainty = uncertainty(fits[name], evidence.train, evidence.train_mask)
-            candidates[name] = candidate
+        judged = _judge(evidence.holdout, held, fits, before)
+        for name in first:
+            del candidates[name]
+            if name in judged and judged[name].train_rmse_rad < HARMFUL * train:
+                candidates[name] = judged[name]
+                candidates[name].uncertainty = uncertainty(
+                    fits[name], evidence.train, evidence.train_mask
+                )
         full.update(first)
 
 
@@ -175,16 +182,31 @@ def _floor(evidence: Evidence, q: np.ndarray) -> float:
     return noise_floor(list(predictor.recordings), predictor.by_row(predictor.samples.q - q))
 
 
-def _judge(evidence: Evidence, fits: dict[str, Fit], before: np.ndarray) -> dict[str, Candidate]:
-    """By effect; those of which a simulation ran away are left out."""
+def _judge_draft(
+    evidence: Evidence, fits: dict[str, Fit], adopted: Layout, u: np.ndarray
+) -> dict[str, Candidate]:
+    predictor, mask = evidence.holdout_draft, evidence.holdout_mask
+    so_far = predictor.predict([Request(adopted, u[None])])[0][0]
+    return _judge(predictor, mask, fits, _residual(predictor, mask, so_far))
+
+
+def _judge(
+    predictor: Predictor, mask: np.ndarray, fits: dict[str, Fit], before: np.ndarray
+) -> dict[str, Candidate]:
+    """By effect; those of which a simulation ran away are left out.
+
+    Args:
+        mask: samples of `predictor` that judge.
+        before: their residual without the effects.
+    """
     usable = {name: fit for name, fit in fits.items() if np.isfinite(fit.loss)}
     requests = [Request(fit.layout, fit.u[None]) for fit in usable.values()]
-    held = evidence.holdout.predict(requests)
-    samples, mask = evidence.holdout.samples, evidence.holdout_mask
+    held = predictor.predict(requests)
+    samples = predictor.samples
     block = judge.blocks(samples.recording[mask], samples.time[mask])
     candidates = {}
     for (name, fit), q in zip(usable.items(), held, strict=True):
-        after = _residual(evidence.holdout, mask, q[0])
+        after = _residual(predictor, mask, q[0])
         if not np.isfinite(after).all():
             continue
         candidates[name] = Candidate(

@@ -23,6 +23,7 @@ class Evidence:
         train, holdout: predictors; one and the same where blocks of time are held out.
         shortlist, screen: predictors of some of the training recordings, or of all if few.
         draft: predictor of all training recordings for all but the last steps of a fit to them.
+        holdout_draft: predictor of the held-out ones for what was not fitted to all recordings.
         train_mask, …: (nsample,) bool of each predictor's samples.
     """
 
@@ -35,6 +36,7 @@ class Evidence:
     screen: Predictor
     screen_mask: np.ndarray
     draft: Predictor
+    holdout_draft: Predictor
     split: str
 
 
@@ -59,7 +61,7 @@ def gather(
     mask = _all(train)
     return Evidence(
         train, mask, test, _all(test), *_over_the_gains(train, mask, SHORTLISTED),
-        *_screened(train, mask), train, split,
+        *_screened(train, mask), train, test, split,
     )  # fmt: skip
 
 
@@ -75,7 +77,7 @@ def by_blocks(
         held[at] = block[predictor.samples.row[at]] % 2 == 1
     return Evidence(
         predictor, ~held, predictor, held, *_over_the_gains(predictor, ~held, SHORTLISTED),
-        *_screened(predictor, ~held), predictor, "blocks of time",
+        *_screened(predictor, ~held), predictor, predictor, "blocks of time",
     )  # fmt: skip
 
 

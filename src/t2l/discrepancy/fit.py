@@ -98,6 +98,13 @@ class Fit:
         settled = self.gain < self.tolerance and self.damping < SMALL_DAMPING
         self.done = settled or abs(self._promise()) < self.tolerance
 
+    def again(self, layout: Layout | None = None, keep: Sequence[int] | None = None) -> "Fit":
+        """A fit from where this one ended, to other samples, or with some elements kept only."""
+        index = slice(None) if keep is None else keep
+        return Fit(
+            layout or self.layout, self.u[index], self.size[index], self.diagonal, damping=1e-3
+        )
+
     def columns(self) -> dict[tuple, np.ndarray]:
         """Columns of the Jacobian by slot key."""
         return {slot.key: self.jacobian[:, i] for i, slot in enumerate(self.layout.slots)}

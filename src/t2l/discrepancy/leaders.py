@@ -19,6 +19,7 @@ from t2l.effects.term import Layout, Term
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
 ITERATIONS = 8
 REFINEMENTS = 3
+FINISHING = 1  # of REFINEMENTS' kind, after a fit to coarse simulations
 RESTARTS = 2  # derivatives on all recordings are dear
 LEADERS = 4
 PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
@@ -29,6 +30,7 @@ LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
 SEARCHED = 2  # recordings on which rough effects are searched
 CLOSE_BY = 0.25  # of the spread of that search, where a fit to all recordings has ended
 SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
+LOST = 1.2  # times the loss that a coarse simulation left: a fine one is fitted from the start
 INSIGNIFICANT = 2.0  # standard errors from neutral
 IDLE = 1.01  # of a joint's squared error that is left with an effect: without it no more
 
@@ -103,28 +105,32 @@ def fit_fully(
     Args:
         origin: the model so far, fitted to all; few recordings may have led away from it.
     """
-    predictor, mask = evidence.draft, evidence.train_mask
-    full = _from_the_better({name: fits[name] for name in names}, origin or {}, predictor, mask)
+    chosen, origin = {name: fits[name] for name in names}, origin or {}
+    full = _fitted_fully(chosen, origin, evidence.draft, evidence.train_mask)
+    if evidence.draft is not evidence.train:
+        drafts, full = full, {name: _finished(fit, evidence) for name, fit in full.items()}
+        # near where a simulation runs away its ticks decide
+        lost = {n: chosen[n] for n in full if not full[n].loss < LOST * drafts[n].loss}
+        if lost:
+            full |= _fitted_fully(lost, origin, evidence.train, evidence.train_mask)
+    return full | _out_of_dents(full, evidence)
+
+
+def _fitted_fully(
+    fits: dict[str, Fit], origin: Origin, predictor: Predictor, mask: np.ndarray
+) -> dict[str, Fit]:
+    full = _from_the_better(fits, origin, predictor, mask)
     _settle(list(full.values()), predictor, mask)
     smaller = {name: _without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
     # what a joint contributes beyond 1 % of the error is kept
-    full |= {name: fit for name, fit in smaller.items() if fit.loss < 1.02 * full[name].loss}
-    if predictor is not evidence.train:
-        full = {name: _finished(fit, evidence) for name, fit in full.items()}
-    return full | _out_of_dents(full, evidence)
+    return full | {n: fit for n, fit in smaller.items() if fit.loss < 1.02 * full[n].loss}
 
 
 def moves_together(joints: Sequence[str]) -> bool:
     """Whether finite differences move all joints at once, each answered by its own motion."""
     return len(joints) >= DIAGONAL_FROM_JOINTS
-
-
-def _again(fit: Fit, layout: Layout | None = None, keep: Sequence[int] | None = None) -> Fit:
-    """A fit from where `fit` ended, to other samples, or with only some elements kept."""
-    index = slice(None) if keep is None else keep
-    return Fit(layout or fit.layout, fit.u[index], fit.size[index], fit.diagonal, damping=1e-3)
 
 
 def _from_the_better(
@@ -137,7 +143,7 @@ def _from_the_better(
         )
         for name, fit in fits.items()
     }
-    begun = {name: _again(fit) for name, fit in fits.items()}
+    begun = {name: fit.again() for name, fit in fits.items()}
     start_from_the_best(begun, starts, predictor, mask)
     return begun
 
@@ -158,9 +164,9 @@ def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
 
 def _finished(fit: Fit, evidence: Evidence) -> Fit:
     """A fit to the draft of all recordings, with its derivatives, fitted to them in full."""
-    finished = _again(fit)
+    finished = fit.again()
     finished.given = fit.columns()
-    run([finished], evidence.train, evidence.train_mask, REFINEMENTS)
+    run([finished], evidence.train, evidence.train_mask, FINISHING)
     return finished
 
 
@@ -170,7 +176,7 @@ def _out_of_dents(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
     if not rough:
         return {}
     found = search(list(rough.values()), evidence.shortlist, evidence.shortlist_mask, CLOSE_BY)
-    moved = {name: _again(fit) for name, fit in rough.items()}
+    moved = {name: fit.again() for name, fit in rough.items()}
     for fit, u in zip(moved.values(), found, strict=True):
         fit.u = u
     run(list(moved.values()), evidence.train, evidence.train_mask, 0)
@@ -246,7 +252,7 @@ def _without_idle_joints(name: str, fit: Fit, predictor: Predictor, mask: np.nda
     if not keep or len(keep) == len(term.joints):
         return None
     layout, index = _on_joints(fit.layout, term, keep)
-    smaller = _again(fit, layout, index)
+    smaller = fit.again(layout, index)
     kept = {slot.key for slot in layout.slots}
     smaller.given = {key: column for key, column in fit.columns().items() if key in kept}
     return smaller

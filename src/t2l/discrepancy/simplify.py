@@ -15,6 +15,7 @@ from t2l.discrepancy.scan import first_guesses
 from t2l.effects.term import Layout
 
 ITERATIONS = 6
+NEARLY = 1.5  # times the loss of the model on some recordings; more is not made good on others
 
 
 def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
@@ -32,6 +33,8 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         layout, u = model.vector(joints)
         limit = (1 + TIED) ** 2 * _heldout(evidence, layout, u)
         trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
+        if evidence.draft is not evidence.train:
+            trials = _near(trials, evidence.screen, evidence.screen_mask, layout, u)
         predictor, mask = evidence.shortlist, evidence.shortlist_mask
         hopeless = partial(drop_hopeless, best=_loss(predictor, mask, layout, u))
         run([fit for _, fit in trials], predictor, mask, ITERATIONS, hopeless)
@@ -44,10 +47,23 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         if not kept:
             return model, gone
         _, name, fit = min(kept, key=lambda entry: (len(entry[2].layout), entry[0]))
-        if predictor is not evidence.train:
+        if evidence.shortlist is not evidence.train:
             fit = fit_fully({name: fit}, [name], evidence)[name]
         model = from_vector(model, fit.layout, fit.u, joints)
         gone.append(name)
+
+
+def _near(
+    trials: list[tuple[str, Fit]],
+    predictor: Predictor,
+    mask: np.ndarray,
+    layout: Layout,
+    u: np.ndarray,
+) -> list[tuple[str, Fit]]:
+    """Those trials that a fit to few recordings leaves nearly as good there as the model."""
+    best = _loss(predictor, mask, layout, u)
+    run([fit for _, fit in trials], predictor, mask, ITERATIONS, partial(drop_hopeless, best=best))
+    return [(name, fit.again()) for name, fit in trials if fit.loss < NEARLY * best]
 
 
 def _without_one(layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> list[tuple[str, Fit]]:
