@@ -19,7 +19,7 @@ from t2l.effects.term import Layout, Term
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
 ITERATIONS = 8
 REFINEMENTS = 3
-FINISHING = 1  # of REFINEMENTS' kind, after a fit to coarse simulations
+FINISHING = 1  # rounds on every tick, after a fit to coarse simulations
 RESTARTS = 2  # derivatives on all recordings are dear
 LEADERS = 4
 PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
