@@ -1,5 +1,3 @@
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -96,7 +94,6 @@ def test_an_effect_changes_a_coarse_simulation_as_it_does_a_fine_one(tmp_path, n
         return np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)
 
     made = recording(robot, both, kp=15.0, kd=0.3, duration_s=1.0)
-    made = dataclasses.replace(made, command_rate_hz=100.0)
     fine = Predictor(robot, [made], threads=1)
     layout = Layout([Term(effect, (0, 1))])
     values = MODERATE.get(name) or effect.starts(fine.scales)[0]

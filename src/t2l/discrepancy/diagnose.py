@@ -121,16 +121,20 @@ def _ranking(
     """The effects fitted and judged, best first; what is first is fitted on all samples."""
     found = fit_all(evidence, adopted, u, effects, floor, progress)
     progress("judging on held-out data", 0.85)
-    candidates = _judge_draft(evidence, found.fits, adopted, u)
+    held, draft, draft_before = evidence.holdout_mask, evidence.holdout_draft, before
+    if draft is not evidence.holdout:
+        so_far = draft.predict([Request(adopted, u[None])])[0][0]
+        draft_before = _residual(draft, held, so_far)
+    candidates = _judge(draft, held, found.fits, draft_before)
     for name, candidate in candidates.items():
         where = (evidence.screen, evidence.screen_mask)
         if name in found.leaders:
             where = (evidence.shortlist, evidence.shortlist_mask)
         candidate.uncertainty = uncertainty(found.fits[name], *where)
-    held, full = evidence.holdout_mask, set()
+    full: set[str] = set()
     together = None
     if found.pair:
-        pair = _judge_draft(evidence, {found.pair.second: found.pair.fit}, adopted, u)
+        pair = _judge(draft, held, {found.pair.second: found.pair.fit}, draft_before)
         together = next((both.improvement for both in pair.values()), None)
     while True:
         ranking = promote(rank(candidates.values()), found.pair, together)
@@ -180,14 +184,6 @@ def _floor(evidence: Evidence, q: np.ndarray) -> float:
     """Noise floor of the held-out recordings, with the model's prediction taken off."""
     predictor = evidence.holdout
     return noise_floor(list(predictor.recordings), predictor.by_row(predictor.samples.q - q))
-
-
-def _judge_draft(
-    evidence: Evidence, fits: dict[str, Fit], adopted: Layout, u: np.ndarray
-) -> dict[str, Candidate]:
-    predictor, mask = evidence.holdout_draft, evidence.holdout_mask
-    so_far = predictor.predict([Request(adopted, u[None])])[0][0]
-    return _judge(predictor, mask, fits, _residual(predictor, mask, so_far))
 
 
 def _judge(

@@ -62,7 +62,7 @@ def separating_experiment(
         for motion, recording in _motions(predictor)
         for factor, damping in zip(GAIN_FACTORS, np.sqrt(GAIN_FACTORS), strict=True)
     ]
-    trial = Predictor(predictor.robot, [recording for _, recording in trials], predictor.substeps)
+    trial = predictor.of([recording for _, recording in trials])
     q = trial.predict([Request(layout, u[None]) for layout, u in (first, second)])
     squares = np.nan_to_num((q[0][0] - q[1][0]) ** 2)
     count = np.bincount(trial.samples.recording)

@@ -108,7 +108,7 @@ def fit_fully(
     chosen, origin = {name: fits[name] for name in names}, origin or {}
     full = _fitted_fully(chosen, origin, evidence.draft, evidence.train_mask)
     if evidence.draft is not evidence.train:
-        drafts, full = full, {name: _finished(fit, evidence) for name, fit in full.items()}
+        drafts, full = full, _finished(full, evidence)
         # near where a simulation runs away its ticks decide
         lost = {n: chosen[n] for n in full if not full[n].loss < LOST * drafts[n].loss}
         if lost:
@@ -162,11 +162,12 @@ def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
         left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
 
 
-def _finished(fit: Fit, evidence: Evidence) -> Fit:
-    """A fit to the draft of all recordings, with its derivatives, fitted to them in full."""
-    finished = fit.again()
-    finished.given = fit.columns()
-    run([finished], evidence.train, evidence.train_mask, FINISHING)
+def _finished(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+    """Fits to the draft of all recordings, with their derivatives, fitted to them in full."""
+    finished = {name: fit.again() for name, fit in fits.items()}
+    for name, fit in finished.items():
+        fit.given = fits[name].columns()
+    run(list(finished.values()), evidence.train, evidence.train_mask, FINISHING)
     return finished
 
 

@@ -34,10 +34,9 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         limit = (1 + TIED) ** 2 * _heldout(evidence, layout, u)
         trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
         if evidence.draft is not evidence.train:
-            trials = _near(trials, evidence.screen, evidence.screen_mask, layout, u)
-        predictor, mask = evidence.shortlist, evidence.shortlist_mask
-        hopeless = partial(drop_hopeless, best=_loss(predictor, mask, layout, u))
-        run([fit for _, fit in trials], predictor, mask, ITERATIONS, hopeless)
+            best = _fit_all(trials, evidence.screen, evidence.screen_mask, layout, u)
+            trials = [(name, fit.again()) for name, fit in trials if fit.loss < NEARLY * best]
+        _fit_all(trials, evidence.shortlist, evidence.shortlist_mask, layout, u)
         kept = [
             (_heldout(evidence, fit.layout, fit.u), name, fit)
             for name, fit in trials
@@ -53,17 +52,17 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         gone.append(name)
 
 
-def _near(
+def _fit_all(
     trials: list[tuple[str, Fit]],
     predictor: Predictor,
     mask: np.ndarray,
     layout: Layout,
     u: np.ndarray,
-) -> list[tuple[str, Fit]]:
-    """Those trials that a fit to few recordings leaves nearly as good there as the model."""
+) -> float:
+    """Fit the trials to the samples; the loss there of the model they are trials for."""
     best = _loss(predictor, mask, layout, u)
     run([fit for _, fit in trials], predictor, mask, ITERATIONS, partial(drop_hopeless, best=best))
-    return [(name, fit.again()) for name, fit in trials if fit.loss < NEARLY * best]
+    return best
 
 
 def _without_one(layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> list[tuple[str, Fit]]:
