@@ -25,9 +25,14 @@ PERIOD_S = 0.001
 GAINS = np.array([[5.0, 0.3], [80.0, 2.0]])
 
 
-def run(robot, gains=GAINS, ticks=300, substeps=1, period_s=PERIOD_S, command=None, coarseness=1):
+def run(robot, *settings, **named):
     """Position (nrec, ticks + 1) under the same commands at several gains."""
-    spec = plant.load(robot, ["hinge"])
+    model = plant.load(robot, ["hinge"]).compile()
+    return loop(model, *settings, **named).run()[0][0, :, :, 0]
+
+
+def loop(model, gains=GAINS, ticks=300, substeps=1, period_s=PERIOD_S, command=None, coarseness=1):
+    """The loop that `run` runs."""
     times = np.arange(ticks + 2) * period_s
     command = command or swing(0.6, 2.0)
     n = len(gains)
@@ -42,8 +47,7 @@ def run(robot, gains=GAINS, ticks=300, substeps=1, period_s=PERIOD_S, command=No
         sample_ticks=np.arange(ticks + 1),
         coarseness=coarseness,
     )
-    q, _ = ServoLoop(spec.compile(), ("hinge",), schedule, 1, 1, substeps).run()
-    return q[0, :, :, 0]
+    return ServoLoop(model, ("hinge",), schedule, 1, 1, substeps)
 
 
 def solved(damping):
@@ -115,6 +119,13 @@ def test_a_coarser_loop_looks_ahead_by_what_it_is_later(tmp_path, exact, coarsen
     slower = run(robot, GAINS, ticks, 1, period, command)
     at = exact[:, ::coarseness]
     assert np.abs(ahead - at).max() < less * np.abs(slower - at).max()
+
+
+def test_loops_of_one_model_have_steps_of_their_own(tmp_path):
+    model = plant.load(pendulum(tmp_path), ["hinge"]).compile()
+    alone = loop(model).run()[0]
+    fast, _ = loop(model), loop(model, period_s=0.0007)
+    np.testing.assert_array_equal(fast.run()[0], alone)
 
 
 def test_a_simulation_that_diverges_is_nan_and_leaves_the_others_alone(tmp_path):

@@ -17,6 +17,7 @@ which is a damping of Kd + s Kp and an armature of s Kd more. On the real FR3's 
 4 ms instead of 1 ms is then off by 0.06 mrad, and by 0.8 mrad without.
 """
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -94,6 +95,7 @@ class ServoLoop:
     ):
         self.real_period_s = schedule.period_s / schedule.coarseness
         self.nstep = int(np.ceil(self.real_period_s / MAX_TIMESTEP_S - 1e-9)) * substeps
+        model = copy.copy(model)  # loops in other threads have a step of their own
         model.opt.timestep = schedule.period_s / self.nstep
         self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
         self.nrec = len(schedule.kp)
