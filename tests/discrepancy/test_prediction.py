@@ -6,6 +6,7 @@ import pytest
 from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
+from t2l.discrepancy import prediction
 from t2l.discrepancy.model import Model
 from t2l.discrepancy.prediction import MAX_SIMULATIONS, Predictor, Request
 from t2l.discrepancy.start import start_state
@@ -104,6 +105,29 @@ def test_more_variants_than_one_batch_holds(tmp_path):
     assert np.isfinite(many).all()
     np.testing.assert_array_equal(many[-9:], few)
     assert (np.diff(many[:, -1]) > 0).all()
+
+
+def test_threads_change_no_number(tmp_path, monkeypatch):
+    """Of loops whose physics steps differ, of models with more joints."""
+    monkeypatch.setattr(prediction, "LEAST_DOFS_PER_THREAD", 1)
+    robot, rates = pendulum(tmp_path), (1000.0, 300.0, 170.0)
+    made = [
+        recording(robot, swing(), f"{rate:g} Hz", duration_s=1.0, control_rate_hz=rate)
+        for rate in rates
+    ]
+    requests = []
+    one, two = Predictor(robot, made, threads=1), Predictor(robot, made, threads=2)
+    for name in ("torque_offset", "joint_flexibility"):
+        effect = builtin()[name]
+        layout = Layout([Term(effect, (0,))])
+        u = np.array([layout.encode({name: values}) for values in effect.starts(one.scales)])
+        requests.append(Request(layout, np.concatenate([u, 1.1 * u, 0.9 * u])))
+    expected = one.predict(requests, velocity=True)
+    for _ in range(3):
+        found = two.predict(requests, velocity=True)
+        for one_thread, two_threads in zip(expected, found, strict=True):
+            for values, other in zip(one_thread, two_threads, strict=True):
+                np.testing.assert_array_equal(values, other)
 
 
 def test_velocity_is_the_slope_of_position(tmp_path):

@@ -1,7 +1,7 @@
 """Recordings predicted by a plant with effects: many variants of it in one batch."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -9,17 +9,18 @@ from functools import cached_property, partial
 import mujoco
 import numpy as np
 
+from t2l.discrepancy.simulation import simulate
 from t2l.discrepancy.start import start_state
 from t2l.effects.effect import Scales
 from t2l.effects.term import Layout, Term
 from t2l.errors import T2LError
 from t2l.measurements.recording import Recording
 from t2l.robots import plant
-from t2l.sim.servo import Schedule, ServoLoop
+from t2l.sim.servo import Schedule
 
 MAX_SIMULATIONS = 1024  # in one batch; more gain nothing and cost memory
 MAX_NUMBERS = 3e7  # recorded by one batch
-LEAST_DOFS_PER_THREAD = 60  # of its simulations together, for which another batch pays
+LEAST_DOFS_PER_THREAD = 60  # of its simulations together, for which another one pays
 GRAVITY_POSES = 20_000  # beyond, gravity is interpolated between poses
 
 
@@ -59,6 +60,17 @@ class Request:
 class _Group:
     schedule: Schedule
     recordings: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class _Job:
+    """One batch: `call` simulates `chunk`, pieces (request, row), at the samples `held`."""
+
+    call: Callable[..., tuple[np.ndarray, ...]]
+    chunk: list[tuple[int, int]]
+    held: np.ndarray
+    dofs: int
+    steps: int
 
 
 class Predictor:
@@ -173,22 +185,64 @@ class Predictor:
         With `velocity`, also the velocity, likewise.
         """
         q = [np.full((len(request.u), len(self.samples)), np.nan) for request in requests]
-        dq = [np.full_like(values, np.nan) for values in q]
-        jobs = [
-            partial(self._simulate, model, group, flat, chunk, requests, q, dq)
+        dq = [np.full_like(values, np.nan) for values in q] if velocity else []
+        jobs = self._jobs(requests, velocity)
+        for job, found in zip(jobs, self._simulated(jobs), strict=True):
+            at = 0
+            for i, rows in _runs(job.chunk):
+                for values, out in zip(found, (q, dq), strict=False):
+                    out[i][np.ix_(rows, job.held)] = values[at : at + len(rows)]
+                at += len(rows)
+        return (q, dq) if velocity else q
+
+    def _simulated(self, jobs: Sequence[_Job]) -> list[tuple[np.ndarray, ...]]:
+        if len(jobs) == 1 or self.threads == 1:
+            return [job.call(threads=self._threads(job)) for job in jobs]
+        # one thread each: while one computes torques the other steps its physics
+        with ThreadPoolExecutor(self.threads) as pool:
+            return [future.result() for future in [pool.submit(job.call) for job in jobs]]
+
+    def _threads(self, job: _Job) -> int:
+        return int(np.clip(job.dofs // LEAST_DOFS_PER_THREAD, 1, self.threads))
+
+    def _jobs(self, requests: Sequence[Request], velocity: bool) -> list[_Job]:
+        """Batches to simulate, shared out among the threads, the longest first."""
+        parts = [
+            (model, pieces, group, flat, self._steps(model, group))
             for model, pieces in self._by_structure(requests)
             for group, flat in zip(self._groups, self._flat, strict=True)
-            for chunk in _chunks(pieces, self._chunk_size(group, len(pieces)))
         ]
-        if len(jobs) == 1 or self.threads == 1:
-            for job in jobs:
-                job(self.threads)
-        else:
-            # one thread each: while one computes torques the other steps its physics
-            with ThreadPoolExecutor(self.threads) as pool:
-                for done in [pool.submit(job, 1) for job in jobs]:
-                    done.result()
-        return (q, dq) if velocity else q
+        work = sum(steps * len(pieces) for _, pieces, _, _, steps in parts)
+        jobs = []
+        for model, pieces, group, (held, *wanted), steps in parts:
+            share = int(np.ceil(work / self.threads / steps))
+            for chunk in _chunks(pieces, self._chunk_size(group, len(pieces), share)):
+                variants = [(requests[i].layout, requests[i].u[rows]) for i, rows in _runs(chunk)]
+                call = partial(
+                    simulate, model, self.joints, group.schedule, self._substeps(model), variants,
+                    wanted, velocity,
+                )  # fmt: skip
+                dofs = len(chunk) * len(group.recordings) * len(self.joints)
+                jobs.append(_Job(call, chunk, held, dofs, len(chunk) * steps))
+        return sorted(jobs, key=lambda job: -job.steps)
+
+    def _chunk_size(self, group: _Group, pieces: int, share: int) -> int:
+        """How many variants go into one batch: a thread's share, if that is worth a batch."""
+        dofs = len(group.recordings) * len(self.joints)
+        numbers = len(group.schedule.sample_ticks) * len(self.joints) * 2
+        simulations = min(MAX_SIMULATIONS, MAX_NUMBERS / numbers)
+        largest = max(1, int(simulations // len(group.recordings)))
+        batches = max(1, min(-(-pieces // share), pieces * dofs // LEAST_DOFS_PER_THREAD))
+        return min(largest, -(-pieces // batches))
+
+    def _substeps(self, model: mujoco.MjModel) -> int:
+        extended = model.nv > len(self.joints)
+        return self.substeps * (max(2, self.coarseness) if extended else 1)
+
+    def _steps(self, model: mujoco.MjModel, group: _Group) -> int:
+        """Steps of single joints that one variant takes."""
+        ticks = int(group.schedule.sample_ticks[-1])
+        return ticks * len(group.recordings) * model.nv * self._substeps(model)
 
     def _by_structure(self, requests: Sequence[Request]) -> list[tuple]:
         """Models, each with the (request, row) pieces that it simulates."""
@@ -203,48 +257,6 @@ class Predictor:
             )
             for alike in members.values()
         ]
-
-    def _chunk_size(self, group: _Group, pieces: int) -> int:
-        """How many variants of `pieces` go into one batch: an equal share for every thread."""
-        dofs = len(group.recordings) * len(self.joints)
-        numbers = len(group.schedule.sample_ticks) * len(self.joints) * 2
-        simulations = min(MAX_SIMULATIONS, MAX_NUMBERS / numbers)
-        largest = max(1, int(simulations // len(group.recordings)))
-        worth = int(np.ceil(LEAST_DOFS_PER_THREAD / dofs))
-        return min(largest, max(worth, -(-pieces // self.threads)))
-
-    def _simulate(self, model, group, flat, chunk, requests, q, dq, threads) -> None:
-        extended = model.nv > len(self.joints)
-        loop = ServoLoop(
-            model,
-            self.joints,
-            group.schedule,
-            len(chunk),
-            threads,
-            self.substeps * (max(2, self.coarseness) if extended else 1),
-        )
-        at = 0
-        for i, rows in _runs(chunk):
-            layout, u = requests[i].layout, requests[i].u[rows]
-            simulations = loop.rows(slice(at, at + len(rows)))
-            values = layout.decode(u)
-            for term in layout.terms:
-                per_row = {k: loop.per_row(v) for k, v in values[term.effect.name].items()}
-                term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
-            at += len(rows)
-        held, record, tick, rest, joint = flat
-        position, speed = loop.run()
-        first = (slice(None), record, tick, joint)
-        second = (slice(None), record, tick + 1, joint)
-        between = _hermite(
-            rest, loop.period_s, position[first], position[second], speed[first], speed[second]
-        )
-        speed_between = (1 - rest) * speed[first] + rest * speed[second]
-        for value, out in ((between, q), (speed_between, dq)):
-            at = 0
-            for i, rows in _runs(chunk):
-                out[i][np.ix_(rows, held)] = value[at : at + len(rows)]
-                at += len(rows)
 
     @cached_property
     def scales(self) -> Scales:
@@ -367,16 +379,6 @@ def _ticks(elapsed: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
     below = np.floor(exact + 1e-6).astype(int)
     rest = np.clip(exact - below, 0.0, None)
     return below, np.where(rest < 1e-6, 0.0, rest)
-
-
-def _hermite(part, period, q0, q1, v0, v1) -> np.ndarray:
-    """Position at a part of the period between two ticks; exact under a held torque."""
-    left, right = 1 - part, part
-    return (
-        (1 + 2 * right) * left**2 * q0
-        + right**2 * (1 + 2 * left) * q1
-        + period * (right * left**2 * v0 - right**2 * left * v1)
-    )
 
 
 def _structure(terms: Sequence[Term]) -> tuple:
