@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from t2l.discrepancy.coarse import coarser
+from t2l.discrepancy.coarse import LONG, coarser
 from t2l.discrepancy.diagnose import diagnose
 from t2l.discrepancy.evidence import MANY, gather
 from t2l.discrepancy.fit import Fit, run
@@ -56,10 +56,24 @@ def test_many_noisy_recordings_are_simulated_coarsely(tmp_path):
     assert found.train.coarseness == found.holdout.coarseness == 1
     for coarse, exact in ((found.screen, evidence.screen), (found.draft, evidence.train)):
         np.testing.assert_array_equal(coarse.samples.q, exact.samples.q)
-    # where there is little noise, a coarse simulation would show
-    made = recordings(robot, MANY + 3, noise_rad=1e-5)
+
+
+@pytest.mark.parametrize(("missing", "found"), [({}, {1}), (HIDDEN, {5})])
+def test_where_there_is_little_noise_a_coarse_simulation_is_good_enough_for_a_large_error(
+    tmp_path, missing, found
+):
+    robot = pendulum(tmp_path)
+    made = recordings(robot, MANY + 3, missing, noise_rad=1e-5)
     evidence = gather(robot, made[:-3], made[-3:])
-    assert coarsened(Model(robot), evidence) is evidence
+    assert set(of(coarsened(Model(robot), evidence)).values()) == found
+
+
+@pytest.mark.parametrize(("duration_s", "found"), [(0.9 * LONG / 1000, {1}), (LONG / 1000, {5})])
+def test_a_long_recording_is_simulated_coarsely(tmp_path, duration_s, found):
+    robot = pendulum(tmp_path)
+    made = recording(robot, swing(0.5, 0.9), duration_s=duration_s)
+    evidence = gather(robot, [measured(made, HIDDEN, 1e-3)])
+    assert set(of(coarsened(Model(robot), evidence)).values()) == found
 
 
 def test_few_recordings_are_simulated_tick_by_tick(tmp_path):

@@ -1,4 +1,4 @@
-"""Coarser simulations to choose and fit effects by, where there are many recordings."""
+"""Coarser simulations to choose and fit effects by, where recordings are many or long."""
 
 from dataclasses import replace
 
@@ -10,26 +10,32 @@ from t2l.discrepancy.prediction import Request
 from t2l.effects.term import Layout
 
 COARSENESS = (5, 4, 2)  # control periods a tick that are tried
+LONG = 8000  # ticks of one recording, which are simulated one after the other
 NEGLIGIBLE = 0.3  # of the noise: adds 4 % to an error that is noise alone
+SMALL = 0.01  # of the model's error: adds nothing to what an effect takes off it
 
 
 def coarser(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evidence:
     """`evidence` with all but `train` and `holdout` simulated at fewer ticks.
 
     At the fewest that change the prediction of model `layout`, `u` negligibly beside the noise of
-    what was measured. Where there are few recordings every tick is simulated.
+    what was measured or beside what the model misses. Where there are few recordings and none is
+    long every tick is simulated.
     """
-    if len(evidence.train.recordings) < MANY:
+    recordings = evidence.train.recordings
+    ticks = max(recording.duration_s * recording.control_rate_hz for recording in recordings)
+    if len(recordings) < MANY and ticks < LONG:
         return evidence
     screen, request = evidence.screen, Request(layout, u[None])
     exact = screen.predict([request])[0][0]
-    noise = noise_floor(list(screen.recordings))
+    missed = np.sqrt(np.mean((exact - screen.samples.q)[evidence.screen_mask] ** 2))
+    limit = max(NEGLIGIBLE * noise_floor(list(screen.recordings)), SMALL * missed)
     for coarseness in COARSENESS:
         coarse = screen.of(screen.recordings, coarseness)
         change = np.sqrt(np.mean((coarse.predict([request])[0][0] - exact) ** 2))
-        if change < NEGLIGIBLE * noise:
+        if change < limit:
             shortlist, train, holdout = (
-                predictor.of(predictor.recordings, coarseness)
+                coarse if predictor is screen else predictor.of(predictor.recordings, coarseness)
                 for predictor in (evidence.shortlist, evidence.train, evidence.holdout)
             )
             return replace(

@@ -14,6 +14,7 @@ from t2l.discrepancy.leaders import Progress, fit_all, fit_fully
 from t2l.discrepancy.model import Model, from_vector
 from t2l.discrepancy.noise import noise_floor
 from t2l.discrepancy.prediction import Predictor, Request, check_finite
+from t2l.discrepancy.shorter import shorter
 from t2l.discrepancy.uncertainty import uncertainty
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
@@ -77,9 +78,8 @@ def diagnose(
     floor, heldout = _floor(evidence, held_q), _rms(before)
     ranking = []
     if effects and not (quick and heldout <= AT_THE_FLOOR * floor):
-        ranking = _ranking(
-            coarser(evidence, adopted, u), adopted, u, effects, floor, train, before, progress
-        )
+        cheaper = coarser(shorter(evidence, adopted, u), adopted, u)
+        ranking = _ranking(cheaper, adopted, u, effects, floor, train, before, progress)
     verdict = _verdict(heldout, floor, ranking)
     return Diagnosis(model, joints, verdict, floor, train, heldout, ranking)
 

@@ -93,7 +93,8 @@ def fit_all(
     progress("refining the best", 0.7)
     leaders = _leaders(fits, pair)
     origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
-    fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
+    if adopted.slots or evidence.shortlist is not screen:
+        fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
     return Fitted(fits, leaders, pair)
 
 
@@ -109,8 +110,9 @@ def fit_fully(
     full = _fitted_fully(chosen, origin, evidence.draft, evidence.train_mask)
     if evidence.draft is not evidence.train:
         drafts, full = full, _finished(full, evidence)
+        _settle([full[n] for n in _lost(full, drafts)], evidence.train, evidence.train_mask)
         # near where a simulation runs away its ticks decide
-        lost = {n: chosen[n] for n in full if not full[n].loss < LOST * drafts[n].loss}
+        lost = {name: chosen[name] for name in _lost(full, drafts)}
         if lost:
             full |= _fitted_fully(lost, origin, evidence.train, evidence.train_mask)
     return full | _out_of_dents(full, evidence)
@@ -160,6 +162,10 @@ def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
             fit.given = fit.columns()
         run(left, predictor, mask, REFINEMENTS)
         left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
+
+
+def _lost(fits: dict[str, Fit], drafts: dict[str, Fit]) -> list[str]:
+    return [name for name, fit in fits.items() if not fit.loss < LOST * drafts[name].loss]
 
 
 def _finished(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:

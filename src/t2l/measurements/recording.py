@@ -1,6 +1,6 @@
 """One run of a position-controlled machine: what was commanded, what was measured."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +55,13 @@ class Recording:
     def duration_s(self) -> float:
         """From the first row to the last."""
         return float(self.time[-1] - self.time[0])
+
+    def beginning(self, duration_s: float) -> "Recording":
+        """The rows before `duration_s`."""
+        rows = self.time - self.time[0] < duration_s
+        measured = {name: getattr(self, name) for name in ("time", "q_des", "q", "dq", "tau")}
+        cut = {name: None if values is None else values[rows] for name, values in measured.items()}
+        return replace(self, **cut)
 
     @property
     def cell(self) -> str:
