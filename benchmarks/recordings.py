@@ -15,6 +15,7 @@ from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.commands import COMMANDS
 from benchmarks.hidden_effects.effects import (
     Armature,
+    Backlash,
     CoulombFriction,
     HiddenEffect,
     ViscousFriction,
@@ -37,7 +38,12 @@ GRID_S, COMMAND_HZ, SAMPLE_HZ, RESOLUTION_RAD = 4.0, 50, 25, 1e-3
 HIDDEN_IN_GRID = {"coulomb_friction": {"torque": 0.5}, "viscous_friction": {"damping": 1.0}}
 
 SINGLE_S = 10.0
-SINGLE_FRICTION = {"two_joint_arm": {"shoulder": 0.15, "elbow": 0.06}, "fr3": 0.6}
+SINGLE_HIDDEN = {
+    ("friction", "two_joint_arm"): CoulombFriction({"shoulder": 0.15, "elbow": 0.06}),
+    ("friction", "fr3"): CoulombFriction(0.6),
+    ("play", "two_joint_arm"): Backlash({"shoulder": 0.05, "elbow": 0.05}),
+    ("play", "fr3"): Backlash({"fr3_joint1": 0.02}),
+}
 
 THREE_S = 4.0
 # beyond the MJCF's, by MuJoCo's name of it
@@ -73,13 +79,13 @@ def spread_cells(
     return rest, [r for r in recordings if (*r.kp, *r.kd) in chosen]
 
 
-def single(robot: str) -> Path:
-    """Folder with one recording of 10 s, in which Coulomb friction is hidden."""
-    hidden = (CoulombFriction(SINGLE_FRICTION[robot]),)
+def single(hidden: str, robot: str) -> Path:
+    """Folder with one recording of 10 s, in which an effect of `SINGLE_HIDDEN` is hidden."""
+    effects = (SINGLE_HIDDEN[hidden, robot],)
     return _once(
-        f"single_{robot}",
+        f"single_{hidden}_{robot}",
         lambda folder: _record(
-            folder / "multisine", robot, (1, "multisine", 1.0), SINGLE_S, hidden, 0
+            folder / "multisine", robot, (1, "multisine", 1.0), SINGLE_S, effects, 0
         ),
     )
 
