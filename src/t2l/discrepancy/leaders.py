@@ -93,6 +93,7 @@ def fit_all(
     progress("refining the best", 0.7)
     leaders = _leaders(fits, pair)
     origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
+    # else they have seen all of it, with derivatives of their own
     if adopted.slots or evidence.shortlist is not screen:
         fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
     return Fitted(fits, leaders, pair)

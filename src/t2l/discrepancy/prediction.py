@@ -72,6 +72,14 @@ class _Job:
     dofs: int
     steps: int
 
+    def run(self, outs: Sequence[list[np.ndarray]], threads: int) -> None:
+        """Simulate, and put what is found into the arrays (m, nsample) of each request."""
+        for found, out in zip(self.call(threads=threads), outs, strict=False):
+            at = 0
+            for i, rows in _runs(self.chunk):
+                out[i][np.ix_(rows, self.held)] = found[at : at + len(rows)]
+                at += len(rows)
+
 
 class Predictor:
     """Predicts every measured sample of `recordings` for any number of variants at once.
@@ -187,20 +195,15 @@ class Predictor:
         q = [np.full((len(request.u), len(self.samples)), np.nan) for request in requests]
         dq = [np.full_like(values, np.nan) for values in q] if velocity else []
         jobs = self._jobs(requests, velocity)
-        for job, found in zip(jobs, self._simulated(jobs), strict=True):
-            at = 0
-            for i, rows in _runs(job.chunk):
-                for values, out in zip(found, (q, dq), strict=False):
-                    out[i][np.ix_(rows, job.held)] = values[at : at + len(rows)]
-                at += len(rows)
-        return (q, dq) if velocity else q
-
-    def _simulated(self, jobs: Sequence[_Job]) -> list[tuple[np.ndarray, ...]]:
         if len(jobs) == 1 or self.threads == 1:
-            return [job.call(threads=self._threads(job)) for job in jobs]
-        # one thread each: while one computes torques the other steps its physics
-        with ThreadPoolExecutor(self.threads) as pool:
-            return [future.result() for future in [pool.submit(job.call) for job in jobs]]
+            for job in jobs:
+                job.run((q, dq), self._threads(job))
+        else:
+            # one thread each: while one computes torques the other steps its physics
+            with ThreadPoolExecutor(self.threads) as pool:
+                for done in [pool.submit(job.run, (q, dq), 1) for job in jobs]:
+                    done.result()
+        return (q, dq) if velocity else q
 
     def _threads(self, job: _Job) -> int:
         return int(np.clip(job.dofs // LEAST_DOFS_PER_THREAD, 1, self.threads))
