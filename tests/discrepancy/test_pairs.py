@@ -3,7 +3,7 @@ import pytest
 
 from t2l.discrepancy.evidence import gather
 from t2l.discrepancy.fit import Fit
-from t2l.discrepancy.pairs import _fitted, _joined
+from t2l.discrepancy.pairs import DOMINANT, PAIRED, _fitted, _joined, _tried
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from tests.discrepancy.made import pendulum, swings
@@ -23,6 +23,16 @@ def test_an_effect_that_some_joints_have_already_is_in_a_pair_once():
     values = pair.layout.decode(pair.u[None])
     assert [v[0].tolist() for v in values["coulomb_friction"].values()] == [[0.3, 0.7]]
     assert values["viscous_friction"].keys() == {p.name for p in viscous.parameters}
+
+
+def test_an_effect_that_leaves_hardly_anything_is_in_every_pair():
+    fits = {name: Fit(Layout(()), np.zeros(0), np.zeros(0)) for name in "abcdefg"}
+    for loss, fit in enumerate(fits.values(), start=1):
+        fit.loss = loss
+    every = _tried(fits, 1.01)
+    assert len(every) == PAIRED * (PAIRED - 1) / 2
+    assert ("b", "c") in every
+    assert _tried(fits, 1.01 / DOMINANT) == [("a", "b"), ("a", "c"), ("a", "d"), ("a", "e")]
 
 
 def test_a_pair_starts_with_one_alone_where_the_other_was_fitted_astray(tmp_path):

@@ -107,9 +107,11 @@ def test_more_variants_than_one_batch_holds(tmp_path):
     assert (np.diff(many[:, -1]) > 0).all()
 
 
-def test_threads_change_no_number(tmp_path, monkeypatch):
-    """Of loops whose physics steps differ, of models with more joints."""
-    monkeypatch.setattr(prediction, "LEAST_DOFS_PER_THREAD", 1)
+@pytest.mark.parametrize("least_dofs_per_batch", [1, 1_000_000], ids=["batches", "threads"])
+def test_threads_change_no_number(tmp_path, monkeypatch, least_dofs_per_batch):
+    """Of loops whose physics steps differ, of models with more joints, side by side or shared."""
+    monkeypatch.setattr(prediction, "LEAST_DOFS_PER_BATCH", least_dofs_per_batch)
+    monkeypatch.setattr(prediction, "LEAST_STEPS_PER_THREAD", 1)
     robot, rates = pendulum(tmp_path), (1000.0, 300.0, 170.0)
     made = [
         recording(robot, swing(), f"{rate:g} Hz", duration_s=1.0, control_rate_hz=rate)

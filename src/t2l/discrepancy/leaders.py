@@ -89,7 +89,7 @@ def fit_all(
     pair = None
     if least_loss(fits) > (PARTIAL * floor) ** 2:
         progress("trying pairs of effects", 0.5)
-        pair = best_pair(fits, evidence, diagonal)
+        pair = best_pair(fits, evidence, diagonal, so_far.loss)
     progress("refining the best", 0.7)
     leaders = _leaders(fits, pair)
     origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))

@@ -13,18 +13,23 @@ from t2l.effects.term import Layout, Term
 PAIRED = 5  # best effects that are tried in pairs
 ITERATIONS = 8
 FAR_BETTER = 0.4  # of the squared error that the best effect leaves
+DOMINANT = 0.05  # of the model's squared error: an effect that leaves less is in every pair
 
 
-def best_pair(fits: dict[str, Fit], evidence: Evidence, diagonal: bool) -> Pair | None:
+def best_pair(
+    fits: dict[str, Fit], evidence: Evidence, diagonal: bool, before: float
+) -> Pair | None:
     """Two effects that together explain far more than the best one alone.
 
     What one effect explains is judged wrongly while another of like size is missing: its nearest
     mimic may come out first. Of pairs that explain alike the one with fewer parameters is taken.
+
+    Args:
+        before: mean squared residual without any of the effects.
     """
     finite = {name: fit for name, fit in fits.items() if np.isfinite(fit.loss)}
-    best = sorted(finite, key=lambda name: finite[name].loss)[:PAIRED]
     wanted = FAR_BETTER * least_loss(fits)
-    pairs = _fitted(list(combinations(best, 2)), finite, evidence, diagonal, wanted)
+    pairs = _fitted(_tried(finite, before), finite, evidence, diagonal, wanted)
     if not pairs or least_loss(pairs) > wanted:
         return None
     found = _simplest(pairs)
@@ -33,6 +38,14 @@ def best_pair(fits: dict[str, Fit], evidence: Evidence, diagonal: bool) -> Pair 
     pairs |= _fitted(others, finite, evidence, diagonal, least_loss(pairs))
     names = _simplest(pairs)
     return Pair(*names, pairs[names])
+
+
+def _tried(fits: dict[str, Fit], before: float) -> list[tuple[str, str]]:
+    """Pairs of the best effects; those with the best one only, where hardly anything is left."""
+    best = sorted(fits, key=lambda name: fits[name].loss)[:PAIRED]
+    pairs = list(combinations(best, 2))
+    dominant = fits[best[0]].loss < DOMINANT * before
+    return [pair for pair in pairs if best[0] in pair or not dominant]
 
 
 def _fitted(

@@ -20,7 +20,8 @@ from t2l.sim.servo import Schedule
 
 MAX_SIMULATIONS = 1024  # in one batch; more gain nothing and cost memory
 MAX_NUMBERS = 3e7  # recorded by one batch
-LEAST_DOFS_PER_THREAD = 60  # of its simulations together, for which another one pays
+LEAST_STEPS_PER_THREAD = 60  # of single joints a tick, for which another one pays
+LEAST_DOFS_PER_BATCH = 400  # of its simulations together, to be run beside another one
 GRAVITY_POSES = 20_000  # beyond, gravity is interpolated between poses
 
 
@@ -64,13 +65,23 @@ class _Group:
 
 @dataclass(frozen=True)
 class _Job:
-    """One batch: `call` simulates `chunk`, pieces (request, row), at the samples `held`."""
+    """One batch: `call` simulates `chunk`, pieces (request, row), at the samples `held`.
+
+    Attributes:
+        dofs: driven joints of its simulations together.
+        steps: of single joints that they take, `steps_per_tick` of them at a time.
+    """
 
     call: Callable[..., tuple[np.ndarray, ...]]
     chunk: list[tuple[int, int]]
     held: np.ndarray
     dofs: int
     steps: int
+    steps_per_tick: int
+
+    def threads(self, most: int) -> int:
+        """As many as pay."""
+        return int(np.clip(self.steps_per_tick // LEAST_STEPS_PER_THREAD, 1, most))
 
     def run(self, outs: Sequence[list[np.ndarray]], threads: int) -> None:
         """Simulate, and put what is found into the arrays (m, nsample) of each request."""
@@ -195,18 +206,17 @@ class Predictor:
         q = [np.full((len(request.u), len(self.samples)), np.nan) for request in requests]
         dq = [np.full_like(values, np.nan) for values in q] if velocity else []
         jobs = self._jobs(requests, velocity)
-        if len(jobs) == 1 or self.threads == 1:
-            for job in jobs:
-                job.run((q, dq), self._threads(job))
-        else:
-            # one thread each: while one computes torques the other steps its physics
-            with ThreadPoolExecutor(self.threads) as pool:
-                for done in [pool.submit(job.run, (q, dq), 1) for job in jobs]:
-                    done.result()
+        large = [job for job in jobs if job.dofs >= LEAST_DOFS_PER_BATCH]
+        small = [job for job in jobs if job.dofs < LEAST_DOFS_PER_BATCH]
+        # while one computes torques another steps its physics
+        threads = max(1, self.threads // max(1, len(large)))
+        with ThreadPoolExecutor(self.threads) as pool:
+            done = [pool.submit(job.run, (q, dq), job.threads(threads)) for job in large]
+            for future in done:
+                future.result()
+        for job in small:
+            job.run((q, dq), job.threads(self.threads))
         return (q, dq) if velocity else q
-
-    def _threads(self, job: _Job) -> int:
-        return int(np.clip(job.dofs // LEAST_DOFS_PER_THREAD, 1, self.threads))
 
     def _jobs(self, requests: Sequence[Request], velocity: bool) -> list[_Job]:
         """Batches to simulate, shared out among the threads, the longest first."""
@@ -226,7 +236,8 @@ class Predictor:
                     wanted, velocity,
                 )  # fmt: skip
                 dofs = len(chunk) * len(group.recordings) * len(self.joints)
-                jobs.append(_Job(call, chunk, held, dofs, len(chunk) * steps))
+                taken, ticks = len(chunk) * steps, int(group.schedule.sample_ticks[-1])
+                jobs.append(_Job(call, chunk, held, dofs, taken, taken // max(1, ticks)))
         return sorted(jobs, key=lambda job: -job.steps)
 
     def _chunk_size(self, group: _Group, pieces: int, share: int) -> int:
@@ -235,7 +246,7 @@ class Predictor:
         numbers = len(group.schedule.sample_ticks) * len(self.joints) * 2
         simulations = min(MAX_SIMULATIONS, MAX_NUMBERS / numbers)
         largest = max(1, int(simulations // len(group.recordings)))
-        batches = max(1, min(-(-pieces // share), pieces * dofs // LEAST_DOFS_PER_THREAD))
+        batches = max(1, min(-(-pieces // share), pieces * dofs // LEAST_DOFS_PER_BATCH))
         return min(largest, -(-pieces // batches))
 
     def _substeps(self, model: mujoco.MjModel) -> int:

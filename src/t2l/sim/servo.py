@@ -154,11 +154,12 @@ class ServoLoop:
             batch.set_const()
         self._start()
         qpos, qvel, applied = batch.qpos, batch.qvel, batch.qfrc_applied
-        running = np.ones(batch.nsim, bool)
+        running, all_run = np.ones(batch.nsim, bool), True
         shape = (len(schedule.sample_ticks), batch.nsim, len(self.joints))
         out_q, out_dq = np.empty(shape), np.empty(shape)
         wanted, taken = schedule.sample_ticks, 0
         limited = np.isfinite(self.motor_limits).any()
+        least, most = self.motor_limits.T
         recording = np.tile(np.arange(self.nrec), self.nvariant)
         if self.friction:
             friction = batch.expand("dof_frictionloss")
@@ -186,7 +187,7 @@ class ServoLoop:
             for change in self.motor_filters:
                 change(tick, torque)
             if limited:
-                np.clip(torque, *self.motor_limits.T, out=torque)
+                np.minimum(np.maximum(torque, least, out=torque), most, out=torque)
             if self.friction:
                 level = constant_friction.copy()
                 for add in self.friction:
@@ -198,12 +199,13 @@ class ServoLoop:
             applied[:, self.dofs] = torque
             qpos += 0.5 * dt * qvel
             try:
-                batch.step(ids=None if running.all() else running, nstep=self.nstep)
+                batch.step(ids=None if all_run else running, nstep=self.nstep)
             except mujoco.batch.SimulationError as error:
-                running[error.ids] = False
+                running[error.ids] = all_run = False
             qpos -= 0.5 * dt * qvel
             if tick % _CHECK_EVERY == 0:
                 running &= ~diverged(batch)
+                all_run = running.all()
                 qpos[~running] = np.nan
                 qvel[~running] = 0.0
         running &= ~diverged(batch)
