@@ -8,7 +8,9 @@ import hashlib
 import json
 import re
 import shutil
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from itertools import permutations
 from pathlib import Path
 from time import perf_counter
 
@@ -127,17 +129,25 @@ def explained(folder: Path) -> dict:
 
 
 def oracle(model, evidence, hidden: list[str], ranking: list[dict]) -> float | None:
-    """Held-out RMSE in rad with exactly the hidden effects fitted; None if t2l knows not all."""
+    """Held-out RMSE in rad with exactly the hidden effects fitted; None if t2l knows not all.
+
+    Of several, the least of all orders in which they are fitted.
+    """
     if len(hidden) == 1:
         errors = {entry["effect"]: entry["heldout_rmse_q_rad"] for entry in ranking}
         return errors.get(hidden[0])
+    if not hidden or any(name not in model.known_effects() for name in hidden):
+        return None
+    errors = [_in_turn(model, evidence, order) for order in permutations(hidden)]
+    return min((error for error in errors if error is not None), default=None)
+
+
+def _in_turn(model, evidence, names: Sequence[str]) -> float | None:
+    """Held-out RMSE in rad with these effects adopted in this order; None if one cannot be."""
     from t2l.discrepancy.diagnose import adopt, diagnose
 
-    known = model.known_effects()
-    if not hidden or any(name not in known for name in hidden):
-        return None
-    error = None
-    for name in hidden:
+    error, known = None, model.known_effects()
+    for name in names:
         diagnosis = diagnose(model, evidence, [known[name]])
         if not diagnosis.ranking:
             return None
