@@ -3,7 +3,7 @@ import pytest
 
 from t2l.discrepancy.evidence import gather
 from t2l.discrepancy.fit import Fit
-from t2l.discrepancy.pairs import DOMINANT, PAIRED, _fitted, _joined, _tried
+from t2l.discrepancy.pairs import _fitted, _joined, _tried
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from tests.discrepancy.made import pendulum, swings
@@ -25,14 +25,20 @@ def test_an_effect_that_some_joints_have_already_is_in_a_pair_once():
     assert values["viscous_friction"].keys() == {p.name for p in viscous.parameters}
 
 
-def test_an_effect_that_leaves_hardly_anything_is_in_every_pair():
-    fits = {name: Fit(Layout(()), np.zeros(0), np.zeros(0)) for name in "abcdefg"}
-    for loss, fit in enumerate(fits.values(), start=1):
-        fit.loss = loss
-    every = _tried(fits, 1.01)
-    assert len(every) == PAIRED * (PAIRED - 1) / 2
-    assert ("b", "c") in every
-    assert _tried(fits, 1.01 / DOMINANT) == [("a", "b"), ("a", "c"), ("a", "d"), ("a", "e")]
+def test_an_effect_that_leaves_far_less_than_any_other_is_in_every_pair():
+    def tried(*losses, before):
+        names = "abcdefg"[: len(losses)]
+        fits = {name: Fit(Layout(()), np.zeros(0), np.zeros(0)) for name in names}
+        for fit, loss in zip(fits.values(), losses, strict=True):
+            fit.loss = loss
+        return _tried(fits, before)
+
+    with_best = [("a", "b"), ("a", "c"), ("a", "d"), ("a", "e")]
+    assert tried(1, 5, 6, 7, 8, 9, before=30) == with_best
+    # much is left, or others leave as little
+    assert len(tried(1, 5, 6, 7, 8, 9, before=15)) == 10
+    assert len(tried(1, 3, 6, 7, 8, 9, before=30)) == 10
+    assert tried(1, before=30) == []
 
 
 def test_a_pair_starts_with_one_alone_where_the_other_was_fitted_astray(tmp_path):

@@ -13,7 +13,8 @@ from t2l.effects.term import Layout, Term
 PAIRED = 5  # best effects that are tried in pairs
 ITERATIONS = 8
 FAR_BETTER = 0.4  # of the squared error that the best effect leaves
-DOMINANT = 0.05  # of the model's squared error: an effect that leaves less is in every pair
+# an effect that leaves less is in every pair: of the model's squared error, of the next best's
+DOMINANT, OUTSTANDING = 0.05, 0.25
 
 
 def best_pair(
@@ -41,11 +42,14 @@ def best_pair(
 
 
 def _tried(fits: dict[str, Fit], before: float) -> list[tuple[str, str]]:
-    """Pairs of the best effects; those with the best one only, where hardly anything is left."""
+    """Pairs of the best effects; with the best one only, where it leaves far less than any other.
+
+    Of effects that leave alike little, each may be the mimic of another with a third.
+    """
     best = sorted(fits, key=lambda name: fits[name].loss)[:PAIRED]
     pairs = list(combinations(best, 2))
-    dominant = fits[best[0]].loss < DOMINANT * before
-    return [pair for pair in pairs if best[0] in pair or not dominant]
+    limit = min([DOMINANT * before, *(OUTSTANDING * fits[name].loss for name in best[1:2])])
+    return [pair for pair in pairs if best[0] in pair or fits[best[0]].loss > limit]
 
 
 def _fitted(
