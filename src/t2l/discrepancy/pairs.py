@@ -47,9 +47,10 @@ def _tried(fits: dict[str, Fit], before: float) -> list[tuple[str, str]]:
     Of effects that leave alike little, each may be the mimic of another with a third.
     """
     best = sorted(fits, key=lambda name: fits[name].loss)[:PAIRED]
-    pairs = list(combinations(best, 2))
-    limit = min([DOMINANT * before, *(OUTSTANDING * fits[name].loss for name in best[1:2])])
-    return [pair for pair in pairs if best[0] in pair or fits[best[0]].loss > limit]
+    if len(best) < 2:
+        return []
+    limit = min(DOMINANT * before, OUTSTANDING * fits[best[1]].loss)
+    return [pair for pair in combinations(best, 2) if best[0] in pair or fits[best[0]].loss > limit]
 
 
 def _fitted(
