@@ -108,27 +108,28 @@ def fit_fully(
         origin: the model so far, fitted to all; few recordings may have led away from it.
     """
     chosen, origin = {name: fits[name] for name in names}, origin or {}
-    full = _fitted_fully(chosen, origin, evidence.draft, evidence.train_mask)
-    if evidence.draft is not evidence.train:
-        drafts, full = full, _finished(full, evidence)
-        _settle([full[n] for n in _lost(full, drafts)], evidence.train, evidence.train_mask)
-        # near where a simulation runs away its ticks decide
-        lost = {name: chosen[name] for name in _lost(full, drafts)}
-        if lost:
-            full |= _fitted_fully(lost, origin, evidence.train, evidence.train_mask)
-    return full | _out_of_dents(full, evidence)
+    full = _fitted_fully(chosen, origin, evidence, evidence.draft)
+    if evidence.draft is evidence.train:
+        return full
+    drafts, full = full, _finished(full, evidence)
+    _settle([full[n] for n in _lost(full, drafts)], evidence.train, evidence.train_mask)
+    # near where a simulation runs away its ticks decide
+    lost = {name: chosen[name] for name in _lost(full, drafts)}
+    return full | (_fitted_fully(lost, origin, evidence, evidence.train) if lost else {})
 
 
 def _fitted_fully(
-    fits: dict[str, Fit], origin: Origin, predictor: Predictor, mask: np.ndarray
+    fits: dict[str, Fit], origin: Origin, evidence: Evidence, predictor: Predictor
 ) -> dict[str, Fit]:
+    mask = evidence.train_mask
     full = _from_the_better(fits, origin, predictor, mask)
     _settle(list(full.values()), predictor, mask)
     smaller = {name: _without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
     # what a joint contributes beyond 1 % of the error is kept
-    return full | {n: fit for n, fit in smaller.items() if fit.loss < 1.02 * full[n].loss}
+    full |= {n: fit for n, fit in smaller.items() if fit.loss < 1.02 * full[n].loss}
+    return full | _out_of_dents(full, evidence, predictor)
 
 
 def moves_together(joints: Sequence[str]) -> bool:
@@ -178,7 +179,7 @@ def _finished(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
     return finished
 
 
-def _out_of_dents(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+def _out_of_dents(fits: dict[str, Fit], evidence: Evidence, predictor: Predictor) -> dict[str, Fit]:
     """Rough effects where a search around them finds better: derivatives end in the first dent."""
     rough = {name: fit for name, fit in fits.items() if _is_rough(name, fit)}
     if not rough:
@@ -187,7 +188,7 @@ def _out_of_dents(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
     moved = {name: fit.again() for name, fit in rough.items()}
     for fit, u in zip(moved.values(), found, strict=True):
         fit.u = u
-    run(list(moved.values()), evidence.train, evidence.train_mask, 0)
+    run(list(moved.values()), predictor, evidence.train_mask, 0)
     return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
 
 

@@ -13,7 +13,7 @@ from t2l.effects.term import Layout, Term
 PAIRED = 5  # best effects that are tried in pairs
 ITERATIONS = 8
 FAR_BETTER = 0.4  # of the squared error that the best effect leaves
-# an effect that leaves less is in every pair: of the model's squared error, of the next best's
+# an effect that leaves less needs no partner yet: of the model's squared error, of the next best's
 DOMINANT, OUTSTANDING = 0.05, 0.25
 
 
@@ -42,15 +42,16 @@ def best_pair(
 
 
 def _tried(fits: dict[str, Fit], before: float) -> list[tuple[str, str]]:
-    """Pairs of the best effects; with the best one only, where it leaves far less than any other.
+    """Pairs of the best effects; none where one leaves little and far less than any other.
 
-    Of effects that leave alike little, each may be the mimic of another with a third.
+    It comes first with a partner or without. Of effects that leave alike little, each may be the
+    mimic of another with a third.
     """
     best = sorted(fits, key=lambda name: fits[name].loss)[:PAIRED]
     if len(best) < 2:
         return []
     limit = min(DOMINANT * before, OUTSTANDING * fits[best[1]].loss)
-    return [pair for pair in combinations(best, 2) if best[0] in pair or fits[best[0]].loss > limit]
+    return [] if fits[best[0]].loss <= limit else list(combinations(best, 2))
 
 
 def _fitted(
