@@ -20,7 +20,7 @@ from t2l.sim.servo import Schedule
 
 MAX_SIMULATIONS = 1024  # in one batch; more gain nothing and cost memory
 MAX_NUMBERS = 3e7  # recorded by one batch
-LEAST_STEPS_PER_THREAD = 60  # of single joints a tick, for which another one pays
+LEAST_STEPS_PER_THREAD = 20  # of single joints a tick, for which another one pays
 LEAST_DOFS_PER_BATCH = 400  # of its simulations together, to be run beside another one
 GRAVITY_POSES = 20_000  # beyond, gravity is interpolated between poses
 
@@ -68,20 +68,22 @@ class _Job:
     """One batch: `call` simulates `chunk`, pieces (request, row), at the samples `held`.
 
     Attributes:
-        dofs: driven joints of its simulations together.
-        steps: of single joints that they take, `steps_per_tick` of them at a time.
+        simulations: how many, which have `dofs` driven joints together.
+        steps: of single joints that they take in `ticks` ticks.
     """
 
     call: Callable[..., tuple[np.ndarray, ...]]
     chunk: list[tuple[int, int]]
     held: np.ndarray
+    simulations: int
     dofs: int
     steps: int
-    steps_per_tick: int
+    ticks: int
 
     def threads(self, most: int) -> int:
         """As many as pay."""
-        return int(np.clip(self.steps_per_tick // LEAST_STEPS_PER_THREAD, 1, most))
+        paying = self.steps // (self.ticks * LEAST_STEPS_PER_THREAD)
+        return max(1, min(most, self.simulations, paying))
 
     def run(self, outs: Sequence[list[np.ndarray]], threads: int) -> None:
         """Simulate, and put what is found into the arrays (m, nsample) of each request."""
@@ -235,9 +237,10 @@ class Predictor:
                     simulate, model, self.joints, group.schedule, self._substeps(model), variants,
                     wanted, velocity,
                 )  # fmt: skip
-                dofs = len(chunk) * len(group.recordings) * len(self.joints)
-                taken, ticks = len(chunk) * steps, int(group.schedule.sample_ticks[-1])
-                jobs.append(_Job(call, chunk, held, dofs, taken, taken // max(1, ticks)))
+                simulations = len(chunk) * len(group.recordings)
+                dofs, taken = simulations * len(self.joints), len(chunk) * steps
+                ticks = max(1, int(group.schedule.sample_ticks[-1]))
+                jobs.append(_Job(call, chunk, held, simulations, dofs, taken, ticks))
         return sorted(jobs, key=lambda job: -job.steps)
 
     def _chunk_size(self, group: _Group, pieces: int, share: int) -> int:
