@@ -32,6 +32,10 @@ SETTLE_S = 1.0
 # to come to rest when a motion is broken off: at least, and at most if some joint still moves
 BRAKE_S, LONGEST_BRAKE_S = 0.5, 3.0
 RESTING_RAD_S = 0.01
+# of a command's period, in cycles of the robot: more would add their jitter to every period
+HELD = 0.9
+# a loop that runs, but has made no cycle for so long, has stopped
+LONGEST_STALL_S = 5.0
 
 
 class FrankaArm:
@@ -117,19 +121,45 @@ class FrankaArm:
     def follow(self, q_des: np.ndarray, rate_hz: float, what: str) -> None:
         """Send commands (n, 7) rad at their rate, and watch the arm.
 
-        A command is never sent earlier than a period after the one before: what a stalled computer
-        did not send in time comes late, where catching up would make the arm jump.
-
         Raises:
             RecordingError: the arm left its limits, or its control loop stopped.
         """
         period = 1 / rate_hz
         due = time.perf_counter()
         for row, command in enumerate(q_des):
-            self.controller.q_desired = command
-            due = max(due + period, time.perf_counter() + period / 2)
-            time.sleep(max(0.0, due - time.perf_counter()))
+            due = self.send(command, period, due)
             self.watch(f"{what}, {row * period:.2f} s")
+
+    def send(self, q_des: np.ndarray, period_s: float, due: float) -> float:
+        """Send a command (7,) rad and return when its period is over.
+
+        A command is never sent earlier than a period after the one before: what a stalled computer
+        did not send in time comes late, where catching up would make the arm jump. A simulated arm
+        that the computer keeps from its cycles gets its commands by these.
+
+        Args:
+            due: when the command was due, by `time.perf_counter`.
+
+        Returns:
+            When the next one is.
+
+        Raises:
+            RecordingError: the control loop stands still.
+        """
+        self.controller.q_desired = q_des
+        enough = self._cycles() + HELD * period_s * CONTROL_RATE_HZ
+        due = max(due + period_s, time.perf_counter() + period_s / 2)
+        time.sleep(max(0.0, due - time.perf_counter()))
+        while self.controller.running and self._cycles() < enough:
+            if time.perf_counter() > due + LONGEST_STALL_S:
+                found = f"a control loop that stands still for {LONGEST_STALL_S:g} s"
+                raise _stopped(self.source, found)
+            time.sleep(1 / CONTROL_RATE_HZ)
+        return due
+
+    def _cycles(self) -> int:
+        """That the control loop has made since it started."""
+        return self.controller.loop_stats()["count"]
 
     def watch(self, where: str) -> dict[str, np.ndarray]:
         """The arm's state, if it is within its limits.

@@ -47,12 +47,11 @@ class FrankaRobot(Backend):
     def step(self, q_des: np.ndarray, period_s: float) -> State:
         """See `Backend.step`; returns when the period is over.
 
-        A stalled computer makes a command come late, and never two follow close on one another.
+        A stalled computer makes a command come late, see `FrankaArm.send`.
         """
         with _backend_errors():
-            self._arm.controller.q_desired = np.broadcast_to(q_des, (1, 7))[0].copy()
-            self._due = max(self._due + period_s, time.perf_counter() + period_s / 2)
-            time.sleep(max(0.0, self._due - time.perf_counter()))
+            command = np.broadcast_to(q_des, (1, 7))[0].copy()
+            self._due = self._arm.send(command, period_s, self._due)
             return self._state()
 
     def hold(self) -> None:
