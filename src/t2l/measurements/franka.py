@@ -34,7 +34,7 @@ BRAKE_S, LONGEST_BRAKE_S = 0.5, 3.0
 RESTING_RAD_S = 0.01
 # of a command's period, in cycles of the robot: more would add their jitter to every period
 HELD = 0.9
-# a loop that runs, but has made no cycle for so long, has stopped
+# later than a command's period: a loop that has not made its cycles by then stands still
 LONGEST_STALL_S = 5.0
 
 
