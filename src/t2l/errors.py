@@ -1,5 +1,8 @@
 """Errors that a user can cause: each message says where, what was found, what is allowed."""
 
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -11,14 +14,35 @@ class ConfigurationError(T2LError):
     """A configuration key holds something that cannot be run."""
 
 
+class InputError(T2LError):
+    """A file that a person gave holds something that cannot be used."""
+
+    def __init__(self, path: Path | str, where: str, found: str, allowed: str):
+        super().__init__(f"{path}: {where}: found {found}; allowed: {allowed}")
+        self.path, self.where, self.found, self.allowed = path, where, found, allowed
+
+
+class RecordingError(InputError):
+    """A recording, or what is to become one, holds something that cannot be used."""
+
+
+class EffectError(T2LError):
+    """A physical effect of the user's own does not do what an effect must."""
+
+
+class OutputError(T2LError):
+    """What is to be written cannot be, or must not be."""
+
+
 class ArtefactError(T2LError):
     """A file in results/ is truncated, foreign or of another shape than its stage writes."""
 
     def __init__(self, path: Path | str, found: str, expected: str):
         super().__init__(
-            f"{path}: {found}; expected {expected}. Delete it and run snakemake again: only it "
-            "and what depends on it are rebuilt."
+            f"{path}: {found}; expected {expected}. Delete it and run again: only it and what "
+            "depends on it are rebuilt."
         )
+        self.path = Path(path)
 
 
 class ReplayError(T2LError):
@@ -29,9 +53,28 @@ class ExpertError(T2LError):
     """The expert did not reach the wanted number of successful demonstrations."""
 
 
-class RecordingError(T2LError):
-    """A recording, or what is to become one, holds something that cannot be used."""
+@contextmanager
+def writing(path: Path | str) -> Iterator[None]:
+    """Tell why `path` cannot be written: what the system says, and of which file system.
 
-    def __init__(self, path: Path | str, where: str, found: str, allowed: str):
-        super().__init__(f"{path}: {where}: found {found}; allowed: {allowed}")
-        self.path, self.where, self.found, self.allowed = path, where, found, allowed
+    Raises:
+        OutputError: the body failed with an error of the operating system.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {_reason(error, Path(path))}") from None
+
+
+def _reason(error: OSError, path: Path) -> str:
+    reason = error.strerror or " ".join(str(error).split())
+    full = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO)
+    return f"{reason} (the file system at {_mount(path)})" if error.errno in full else reason
+
+
+def _mount(path: Path) -> Path:
+    """Where the file system of a path is mounted."""
+    path = path.absolute()
+    while not path.is_mount():
+        path = path.parent
+    return path

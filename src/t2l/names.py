@@ -1,0 +1,28 @@
+"""Names that become paths: the one place that says which may, and where they lead."""
+
+import re
+from pathlib import Path
+
+from t2l.errors import OutputError
+
+# file systems take 255 bytes; an ending and the mark of a draft are added
+MOST_CHARACTERS = 100
+ALLOWED = f"letters, digits, _, - and ., at most {MOST_CHARACTERS}, not beginning with . or -"
+
+
+def is_plain(name: object) -> bool:
+    """Whether a name is one part of a path on every system, and nothing else."""
+    fine = isinstance(name, str) and re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", name)
+    return bool(fine) and len(name) <= MOST_CHARACTERS
+
+
+def path_of(folder: Path | str, name: str, suffix: str = "") -> Path:
+    """The file of a name in a folder; it never leads out of it.
+
+    Raises:
+        OutputError: the name is not plain.
+    """
+    if not is_plain(name):
+        shown = repr(name) if len(str(name)) <= MOST_CHARACTERS else f"{str(name)[:40]!r}…"
+        raise OutputError(f"{folder}: found the name {shown}; allowed: {ALLOWED}")
+    return Path(folder) / f"{name}{suffix}"

@@ -1,0 +1,263 @@
+"""Typed models of what people write, and messages that name the key, what it holds, what it may.
+
+A model is a subclass of `Typed`; `check` makes one of plain values. What YAML says is taken at its
+word: 1.0 is a whole number, "1" is none, true is none.
+"""
+
+import difflib
+import math
+import types
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
+
+from t2l import names
+
+# no quantity of a robot is larger, and its square is a finite float
+LARGEST = 1e12
+SHOWN_CHARACTERS = 80
+
+
+class Typed(BaseModel):
+    """Keys with types; unknown ones are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong: under which key, what is there, what may be (or nothing)."""
+
+    key: str
+    found: str
+    allowed: str
+
+    def __str__(self) -> str:
+        where = f"{self.key}: " if self.key else ""
+        return f"{where}found {self.found}" + (f"; allowed: {self.allowed}" if self.allowed else "")
+
+
+class Invalid(ValueError):  # noqa: N818  # it is no error of its own, but what errors are made of
+    """Values that are no such model."""
+
+    def __init__(self, problems: Sequence[Problem]):
+        super().__init__("\n".join(map(str, problems)))
+        self.problems = list(problems)
+
+
+Model = TypeVar("Model", bound=Typed)
+
+
+def check(model: type[Model], values: Any, allowed: str = "") -> Model:
+    """An instance of `model`.
+
+    Args:
+        allowed: what the whole may be, where it is no mapping.
+
+    Raises:
+        Invalid: with every problem, in the order of the keys.
+    """
+    if not isinstance(values, Mapping):
+        expected = allowed or f"the keys {', '.join(model.model_fields)}"
+        raise Invalid([Problem("", describe(values), expected)])
+    try:
+        return model.model_validate(dict(values))
+    except ValidationError as error:
+        found = [_problem(model, e) for e in error.errors(include_url=False)]
+        raise Invalid(found) from None
+
+
+def refuse(allowed: str) -> PydanticCustomError:
+    """The error of a validator, to be raised: what would be allowed."""
+    return PydanticCustomError("refused", "{allowed}", {"allowed": allowed})
+
+
+def describe(value: Any) -> str:
+    """A value as a message shows it."""
+    if value is None:
+        return "nothing"
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # thousands of digits
+        return f"a {type(value).__name__} too large to show"
+    text = " ".join(text.split())
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}…"
+
+
+def suggestion(name: Any, known: Sequence[str]) -> str:
+    """A known name close to a mistyped one, as the end of a message; empty if there is none."""
+    close = difflib.get_close_matches(str(name)[:SHOWN_CHARACTERS], list(known), n=1)
+    return f" (did you mean {close[0]}?)" if close else ""
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a finite number of a size that quantities have; true is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return math.isfinite(value) if isinstance(value, float) else abs(value) <= LARGEST
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        raise refuse("a finite number")
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise refuse("a number")
+    if abs(value) > LARGEST:
+        raise refuse(f"a number up to {LARGEST:g}")
+    return value
+
+
+def _whole(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise refuse("an integer")
+    if isinstance(value, float) and not value.is_integer():
+        raise refuse("an integer")
+    if abs(value) > LARGEST:
+        raise refuse(f"an integer up to {LARGEST:g}")
+    return int(value)
+
+
+def _plain_name(value: str) -> str:
+    if not names.is_plain(value) or "." in value:
+        raise refuse(f"letters, digits, _ and -, at most {names.MOST_CHARACTERS}")
+    return value
+
+
+def _unique(values: Sequence) -> Sequence:
+    if len(set(values)) < len(values):
+        raise refuse("a list without repetitions")
+    return values
+
+
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+Number = Annotated[int | float, BeforeValidator(_number)]
+Integer = Annotated[int, BeforeValidator(_whole)]
+Name = Annotated[str, AfterValidator(_plain_name)]
+Unique = AfterValidator(_unique)
+# YAML has lists only
+AsTuple = BeforeValidator(_tuple)
+
+
+def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
+    loc, kind, context = error["loc"], error["type"], error.get("ctx", {})
+    parent, steps = _walk(model, loc)
+    key = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in steps).removeprefix(".")
+    found = describe(error["input"])
+    match kind:
+        case "extra_forbidden" | "invalid_key":
+            known = list(parent.model_fields)
+            name = str(steps[-1])[:SHOWN_CHARACTERS]
+            *above, _ = steps
+            prefix = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in above)
+            where = f"{prefix}.{name}".removeprefix(".")
+            return Problem(where, f"an unknown key{suggestion(name, known)}", ", ".join(known))
+        case "missing":
+            return Problem(key, "nothing", _allowed_of(parent, steps[-1]))
+        case "refused":
+            allowed = context["allowed"]
+        case "value_error":
+            allowed = str(context.get("error", error["msg"]))
+        case "greater_than":
+            allowed = f"a number above {context['gt']:g}"
+        case "greater_than_equal":
+            allowed = f"a number from {context['ge']:g} up"
+        case "less_than":
+            allowed = f"a number below {context['lt']:g}"
+        case "less_than_equal":
+            allowed = f"a number up to {context['le']:g}"
+        case "too_short":
+            least = context["min_length"]
+            allowed = f"a list with at least {least} element{'s' if least > 1 else ''}"
+        case "too_long":
+            most = context["max_length"]
+            allowed = f"a list with at most {most} element{'s' if most > 1 else ''}"
+        case "string_too_short":
+            allowed = "text that is not empty"
+        case "string_too_long":
+            allowed = f"text of at most {context['max_length']} characters"
+        case "literal_error":
+            allowed = context["expected"].replace("'", "").replace(" or ", ", ")
+            known = allowed.split(", ")
+            found += suggestion(error["input"], known)
+        case _:
+            allowed = _KINDS.get(kind, error["msg"])
+    return Problem(key, found, allowed)
+
+
+_KINDS = {
+    "bool_type": "true or false",
+    "string_type": "text",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "keys with values",
+    "model_type": "keys with values",
+    "model_attributes_type": "keys with values",
+    "int_type": "an integer",
+    "float_type": "a number",
+}
+
+
+def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]:
+    """The model that the last key belongs to, and the keys without the branches of unions."""
+    parent, kind, steps = model, model, []
+    for step in loc:
+        options = _options(kind)
+        owner = next((o for o in options if _is_model(o)), None)
+        if owner is not None and isinstance(step, str) and not _is_branch(owner, step):
+            parent = owner
+            field = owner.model_fields.get(step)
+            kind = field.annotation if field else Any
+            steps.append(step)
+        elif isinstance(step, int):
+            kind = _inside(options)
+            steps.append(step)
+        elif any(get_origin(o) in (dict, Mapping) or _origin_is_mapping(o) for o in options):
+            if step == "[key]":
+                continue
+            kind = _inside(options)
+            steps.append(step)
+        elif kind is Any:
+            steps.append(step)
+    return parent, steps
+
+
+def _is_branch(owner: type[BaseModel], step: str) -> bool:
+    return step == owner.__name__
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _origin_is_mapping(kind: Any) -> bool:
+    origin = get_origin(kind)
+    return isinstance(origin, type) and issubclass(origin, Mapping)
+
+
+def _options(kind: Any) -> list[Any]:
+    """The types of a union, without annotations."""
+    if get_origin(kind) is Annotated:
+        return _options(get_args(kind)[0])
+    if get_origin(kind) in (Union, types.UnionType):
+        return [o for part in get_args(kind) for o in _options(part)]
+    return [kind]
+
+
+def _inside(options: Sequence[Any]) -> Any:
+    """What a list or mapping holds."""
+    for option in options:
+        arguments = get_args(option)
+        if arguments:
+            return arguments[1] if _origin_is_mapping(option) else arguments[0]
+    return Any
+
+
+def _allowed_of(model: type[BaseModel], key: Any) -> str:
+    field = model.model_fields.get(str(key))
+    return (field.description or "") if field else ""
