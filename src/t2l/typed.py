@@ -9,7 +9,7 @@ import math
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
@@ -48,10 +48,7 @@ class Invalid(ValueError):  # noqa: N818  # it is no error of its own, but what 
         self.problems = list(problems)
 
 
-Model = TypeVar("Model", bound=Typed)
-
-
-def check(model: type[Model], values: Any, allowed: str = "") -> Model:
+def check[M: Typed](model: type[M], values: Any, allowed: str = "") -> M:
     """An instance of `model`.
 
     Args:
