@@ -90,6 +90,13 @@ def compiled(spec: mujoco.MjSpec, what: str) -> mujoco.MjModel:
         raise ConfigurationError(f"{what}: MuJoCo cannot compile it: {reason}") from None
 
 
+def as_bytes(model: mujoco.MjModel) -> bytes:
+    """A compiled model in MuJoCo's binary format: equal where every number of it is."""
+    buffer = np.zeros(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
 def free_joints(robot: str) -> list[str]:
     """Names of the joints by which the base or a body of a robot floats; "" for one without.
 
