@@ -20,6 +20,7 @@ from t2l import names
 # no quantity of a robot is larger, and its square is a finite float
 LARGEST = 1e12
 SHOWN_CHARACTERS = 80
+SHOWN_PROBLEMS = 20
 
 
 class Typed(BaseModel):
@@ -45,7 +46,10 @@ class Invalid(ValueError):  # noqa: N818  # it is no error of its own, but what 
     """Values that are no such model."""
 
     def __init__(self, problems: Sequence[Problem]):
-        super().__init__("\n".join(map(str, problems)))
+        lines = [str(problem) for problem in problems[:SHOWN_PROBLEMS]]
+        if len(problems) > SHOWN_PROBLEMS:
+            lines.append(f"and {len(problems) - SHOWN_PROBLEMS} more like these")
+        super().__init__("\n".join(lines))
         self.problems = list(problems)
 
 
