@@ -79,7 +79,7 @@ def describe(value: Any) -> str:
     try:
         text = repr(value)
     except (ValueError, RecursionError):  # thousands of digits
-        return f"a {type(value).__name__} too large to show"
+        return "a value too large to show"
     text = " ".join(text.split())
     return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}…"
 
@@ -144,15 +144,13 @@ AsTuple = BeforeValidator(_tuple)
 def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
     loc, kind, context = error["loc"], error["type"], error.get("ctx", {})
     parent, steps = _walk(model, loc)
-    key = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in steps).removeprefix(".")
+    key = _key(steps)
     found = describe(error["input"])
     match kind:
         case "extra_forbidden" | "invalid_key":
             known = list(parent.model_fields)
-            name = str(steps[-1])[:SHOWN_CHARACTERS]
-            *above, _ = steps
-            prefix = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in above)
-            where = f"{prefix}.{name}".removeprefix(".")
+            *above, name = steps
+            where = _key([*above, str(name)])
             return Problem(where, f"an unknown key{suggestion(name, known)}", ", ".join(known))
         case "missing":
             return Problem(key, "nothing", _allowed_of(parent, steps[-1]))
@@ -161,13 +159,13 @@ def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
         case "value_error":
             allowed = str(context.get("error", error["msg"]))
         case "greater_than":
-            allowed = f"a number above {context['gt']:g}"
+            allowed = f"a number above {_limit(context['gt'])}"
         case "greater_than_equal":
-            allowed = f"a number from {context['ge']:g} up"
+            allowed = f"a number from {_limit(context['ge'])} up"
         case "less_than":
-            allowed = f"a number below {context['lt']:g}"
+            allowed = f"a number below {_limit(context['lt'])}"
         case "less_than_equal":
-            allowed = f"a number up to {context['le']:g}"
+            allowed = f"a number up to {_limit(context['le'])}"
         case "too_short":
             least = context["min_length"]
             allowed = f"a list with at least {least} element{'s' if least > 1 else ''}"
@@ -200,15 +198,30 @@ _KINDS = {
 }
 
 
+def _limit(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:g}"
+
+
+def _key(steps: Sequence) -> str:
+    """Keys and indices as a message shows them, each in one line and short."""
+    parts = (
+        f"[{step}]" if isinstance(step, int) else f".{' '.join(step.split())[:SHOWN_CHARACTERS]}"
+        for step in steps
+    )
+    return "".join(parts).removeprefix(".")
+
+
 def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]:
     """The model that the last key belongs to, and the keys without the branches of unions."""
     parent, kind, steps = model, model, []
     for step in loc:
         options = _options(kind)
         owner = next((o for o in options if _is_model(o)), None)
-        if owner is not None and isinstance(step, str) and not _is_branch(owner, step):
+        # a number is an index, unless only a model's keys can be meant
+        is_key = isinstance(step, str) or len(options) == 1
+        if owner is not None and is_key and not _is_branch(owner, step):
             parent = owner
-            field = owner.model_fields.get(step)
+            field = owner.model_fields.get(str(step))
             kind = field.annotation if field else Any
             steps.append(step)
         elif isinstance(step, int):
@@ -224,7 +237,7 @@ def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]
     return parent, steps
 
 
-def _is_branch(owner: type[BaseModel], step: str) -> bool:
+def _is_branch(owner: type[BaseModel], step: str | int) -> bool:
     return step == owner.__name__
 
 
