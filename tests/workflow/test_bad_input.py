@@ -20,7 +20,7 @@ def _set(config, path, value):
         ("grid.kp", [0, 32], "grid.kp[0]: found 0; allowed: a number above 0"),
         ("grid.kd", [], "grid.kd: found []; allowed: a list with at least 1 element"),
         ("tasks", ["block_stck"], "found 'block_stck' (did you mean block_stack?)"),
-        ("training.epoch", 3, "training.epoch: no such key (did you mean epochs?)"),
+        ("training.epoch", 3, "training.epoch: found an unknown key (did you mean epochs?)"),
         ("demonstrations.count", 0, "demonstrations.count: found 0; allowed: a number from 2 up"),
     ],
 )

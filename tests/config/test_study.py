@@ -4,7 +4,7 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
-from t2l.configuration import read_study
+from t2l.config import read_study
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from tests.conftest import ROOT
