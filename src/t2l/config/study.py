@@ -84,9 +84,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     )
 
 
-def _read_tasks(
-    names: Sequence[str], folder: Path
-) -> tuple[dict[str, dict[str, Any]], list[str]]:
+def _read_tasks(names: Sequence[str], folder: Path) -> tuple[dict[str, dict[str, Any]], list[str]]:
     """What could be read, by name, and lines about the rest."""
     tasks, lines = {}, []
     for name in names:

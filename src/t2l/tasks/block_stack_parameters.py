@@ -6,9 +6,7 @@ from pydantic import Field
 
 from t2l.typed import Number, Typed
 
-Range = Annotated[
-    list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=2, max_length=2)
-]
+Range = Annotated[list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=2, max_length=2)]
 
 
 class BlockStackParameters(Typed):
