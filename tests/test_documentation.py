@@ -17,13 +17,15 @@ def _models(kind):
         yield from _models(part)
 
 
-def _keys(model, prefix=""):
+def _keys(model, prefix="", seen=()):
+    """Keys of sections too, of each kind of section once; entries of a list go with the list."""
+    seen = list(seen)
     for name, field in model.model_fields.items():
         yield prefix + name
         for inner in _models(field.annotation):
-            # entries of a list are explained with the list
-            if get_origin(field.annotation) is not list:
-                yield from _keys(inner, f"{prefix}{name}.")
+            if get_origin(field.annotation) is not list and inner not in seen:
+                seen.append(inner)
+                yield from _keys(inner, f"{prefix}{name}.", seen)
 
 
 @pytest.mark.parametrize("model", [Configuration, *(task.parameters for task in TASKS.values())])

@@ -222,7 +222,7 @@ def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]
     """The model that the last key belongs to, and the keys without the branches of unions."""
     parent, kind, steps = model, model, []
     for step in loc:
-        options = _options(kind)
+        options = [option for option in _options(kind) if option is not type(None)]
         owner = next((o for o in options if _is_model(o)), None)
         # a number is an index, unless only a model's keys can be meant
         is_key = isinstance(step, str) or len(options) == 1

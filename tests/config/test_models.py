@@ -18,7 +18,11 @@ from tests.conftest import ROOT
         ("demonstrations", {"count": 10**18}, "an integer up to 1e+12"),
         ("demonstrations", {"count": 10**7}, "found 10000000; allowed: a number up to 5000"),
         ("retargeting", {"policy_rate_hz": 2.0**-20}, "allowed: a number from 1 up"),
-        ("retargeting", {"hold": "median"}, "found 'median'; allowed: mean, sample"),
+        (
+            "retargeting",
+            {"hold": "median"},
+            "found 'median' (did you mean mean?); allowed: mean, sample",
+        ),
         ("training", {"epochs": "many"}, "training.epochs: found 'many'; allowed: an integer"),
         ("training", {"epochs": 10**9}, "training.epochs: found 1000000000; allowed: a number"),
         ("training", {"epochs": True}, "training.epochs: found True; allowed: an integer"),

@@ -12,9 +12,17 @@ import pytest
         ),
         ("training", {"history": 1000, "batch_size": 100_000}, "found 100000 × 1010"),
         ("training", {"history": 1000, "hidden": [4096]}, "found 4096 × 1010"),
-        ("tuning", {"workers": 1000}, "found 5 × 2 × 1000; allowed: a product of at most"),
+        (
+            "recording_grid",
+            {"kp": list(range(1, 101)), "kd": list(range(1, 101))},
+            "found 10000 × 100 × 1; allowed: a product of at most 20000",
+        ),
     ],
 )
 def test_sizes_that_are_too_large_together_are_named(config, refused, section, keys, message):
     config[section].update(keys)
+    config["sim_to_real"] = {
+        "cells": "all",
+        "conditions": [{"name": f"c{i}", "task": "joint_reach"} for i in range(100)],
+    }
     assert message in refused(config)

@@ -93,7 +93,10 @@ def test_a_task_file_that_is_no_yaml_is_named(config, tmp_path, monkeypatch):
         (b"- kind\n- block_stack\n", "found ['kind', 'block_stack']; allowed: the key kind"),
         (b"", "found nothing; allowed: the key kind"),
         (bytes(range(256)), "what is not text in UTF-8"),
-        (b"kind: [block_stack]", "kind: found ['block_stack']; allowed: block_stack"),
+        (
+            b"kind: [block_stack]",
+            "(did you mean block_stack?); allowed: block_stack",
+        ),
         (b"kind: block_stack\nkind: block_stack", "the key 'kind' twice"),
         (b"a: &a [*a]", "*a within itself"),
     ):
