@@ -21,7 +21,7 @@ from tests.conftest import ROOT
         (
             "retargeting",
             {"hold": "median"},
-            "found 'median' (did you mean mean?); allowed: mean, sample",
+            "found 'median' (did you mean mean?); allowed: mean",
         ),
         ("training", {"epochs": "many"}, "training.epochs: found 'many'; allowed: an integer"),
         ("training", {"epochs": 10**9}, "training.epochs: found 1000000000; allowed: a number"),
