@@ -38,7 +38,7 @@ def load(path_or_file: Any, filetype: str = "Config") -> Any:
     try:
         content = read(path, PURPOSE)
         if not isinstance(content, Mapping):
-            found = f"what is a {type(content).__name__}" if content is not None else "nothing"
+            found = "nothing" if content is None else f"a {type(content).__name__}"
             raise InputError(path, "the file", found, PURPOSE)
     except InputError as error:
         raise CliException(str(error)) from None
