@@ -195,6 +195,7 @@ def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
 _KINDS = {
     "bool_type": "true or false",
     "string_type": "text",
+    "string_unicode": "text in Unicode",
     "list_type": "a list",
     "tuple_type": "a list",
     "dict_type": "keys with values",
@@ -210,12 +211,14 @@ def _limit(value: float) -> str:
 
 
 def _key(steps: Sequence) -> str:
-    """Keys and indices as a message shows them, each in one line and short."""
-    parts = (
-        f"[{step}]" if isinstance(step, int) else f".{' '.join(step.split())[:SHOWN_CHARACTERS]}"
-        for step in steps
-    )
-    return "".join(parts).removeprefix(".")
+    """Keys and indices as a message shows them, each short and in one line."""
+    return "".join(
+        f"[{step}]" if isinstance(step, int) else f".{_printable(step)}" for step in steps
+    ).removeprefix(".")
+
+
+def _printable(key: str) -> str:
+    return (key if key.isprintable() else repr(key)[1:-1])[:SHOWN_CHARACTERS]
 
 
 def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]:

@@ -14,7 +14,9 @@ TRAIN = "examples/two_joint_arm/train"
         ({"recordings": [TRAIN], "holdout": ["y"]}, "diagnosis.holdout[0]: found 'y', which"),
         ({"recordings": [TRAIN], "model": "y"}, "diagnosis.model: found 'y', which is not there"),
         ({"recordings": [TRAIN], "effects": ["y"]}, "diagnosis.effects[0]: found 'y', which"),
-        ({"recordings": ["x" * 4000]}, "diagnosis.recordings[0]: found 'xxxxx"),
+        ({"recordings": ["\ud800"]}, "diagnosis.recordings[0]: found '\\ud800'; allowed: text"),
+        ({"recordings": ["x/" * 490]}, "diagnosis.recordings[0]: found 'x/x/"),
+        ({"recordings": ["x" * 900]}, "diagnosis.recordings[0]: found 'xxxxx"),
         ({"recordings": ["a\0b"]}, "diagnosis.recordings[0]: found 'a\\x00b'; allowed: text"),
     ],
 )

