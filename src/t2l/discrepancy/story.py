@@ -14,6 +14,26 @@ from t2l.discrepancy.followed import followed
 from t2l.discrepancy.missing_torque import missing_torque
 from t2l.discrepancy.model import write_model
 from t2l.discrepancy.prediction import Request
+from t2l.documents import read_json
+from t2l.errors import InputError
+
+
+def diagnosed_effects(folder: Path) -> list[str]:
+    """Names of the effects that a diagnosis in a folder ranks; none where there is none.
+
+    Raises:
+        InputError: its file is no diagnosis.
+    """
+    path = folder / "diagnosis.json"
+    if not path.is_file():
+        return []
+    content = read_json(path, "what t2l diagnose wrote")
+    try:
+        return [str(entry["effect"]) for entry in content["ranking"]]
+    except (KeyError, TypeError):
+        raise InputError(
+            path, "key ranking", "no list of effects", "as t2l diagnose wrote it"
+        ) from None
 
 
 def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> dict[str, Any]:
