@@ -42,7 +42,7 @@ def _products(
     learning = c.reinforcement_learning
     keys = "deployment.rollouts, reinforcement_learning.horizon_s"
     yield keys, (c.deployment.rollouts, learning.horizon_s), 20_000
-    # an hour and more of computing per update
+    # simulated seconds of all episodes at once, fifty times the study's
     keys = "reinforcement_learning.environments, reinforcement_learning.horizon_s"
     yield keys, (learning.environments, learning.horizon_s), 200_000
     # policy steps of some 60 numbers each: 2.4 GB of a batch, 240 MB of a layer's weights
