@@ -20,7 +20,7 @@ def listing(folder):
     }
 
 
-def run(folder, command="compare", content="{}", **options):
+def run(folder, command="t2l compare", content="{}", **options):
     with output_folder(folder, command, ENTRIES, **options) as out:
         (out / "result.json").write_text(content)
 
@@ -72,7 +72,7 @@ def test_force_takes_what_is_in_the_way_and_says_so_and_leaves_the_rest(tmp_path
 
 def test_results_of_another_command_are_not_mixed_with(tmp_path, capsys):
     folder = tmp_path / "out"
-    with output_folder(folder, "diagnose", ("diagnosis.json", "models/")) as out:
+    with output_folder(folder, "t2l diagnose", ("diagnosis.json", "models/")) as out:
         (out / "diagnosis.json").write_text("{}")
         (out / "models").mkdir()
     (folder / "notes.txt").write_text("mine")
@@ -111,14 +111,14 @@ def test_a_forged_mark_removes_nothing_outside(tmp_path):
     folder.mkdir()
     (tmp_path / "treasure").write_text("gold")
     entries = ["../treasure", str(tmp_path / "treasure")]
-    (folder / MARK).write_text(json.dumps({"command": "explain", "entries": entries}))
+    (folder / MARK).write_text(json.dumps({"command": "t2l explain", "entries": entries}))
     (folder / "x").touch()
     run(folder, force=True)
     assert (tmp_path / "treasure").read_text() == "gold"
 
 
 def test_nothing_is_left_of_a_run_that_makes_nothing(tmp_path):
-    with pytest.raises(ZeroDivisionError), output_folder(tmp_path / "a/b", "compare", ENTRIES):
+    with pytest.raises(ZeroDivisionError), output_folder(tmp_path / "a/b", "t2l compare", ENTRIES):
         1 / 0  # noqa: B018
     assert not listing(tmp_path)
 
@@ -126,7 +126,7 @@ def test_nothing_is_left_of_a_run_that_makes_nothing(tmp_path):
 def test_what_a_killed_run_leaves_is_the_commands_own(tmp_path):
     script = (
         "import sys, time; from t2l.outputs import output_folder\n"
-        "with output_folder(sys.argv[1], 'compare', ['result.json']) as out:\n"
+        "with output_folder(sys.argv[1], 't2l compare', ['result.json']) as out:\n"
         "    (out / 'half').touch(); print('writing', flush=True); time.sleep(60)\n"
     )
     folder = tmp_path / "out"
@@ -176,21 +176,21 @@ def test_a_study_claims_its_folder_and_no_other(tmp_path):
     os.close(claim(tmp_path / "study", "snakemake"))
     (tmp_path / "other").mkdir()
     (tmp_path / "other/thesis.tex").touch()
-    with pytest.raises(OutputError, match=r"thesis.tex that t2l did not make; allowed: a new"):
+    with pytest.raises(OutputError, match=r"thesis.tex that it did not make; allowed: a new"):
         claim(tmp_path / "other", "snakemake")
 
 
 def test_a_file_is_written_where_none_is(tmp_path, capsys):
     path = tmp_path / "deep/model.yaml"
-    with output_file(path, "adopt") as out:
+    with output_file(path, "t2l adopt") as out:
         out.write_text("one")
     with pytest.raises(OutputError, match=r"is there already; allowed: a new name, or --force"):
-        output_file(path, "adopt").__enter__()
-    with output_file(path, "adopt", force=True) as out:
+        output_file(path, "t2l adopt").__enter__()
+    with output_file(path, "t2l adopt", force=True) as out:
         out.write_text("two")
     assert f"replacing {path}" in capsys.readouterr().err
     with pytest.raises(OutputError, match="is read by this command"):
-        output_file(path, "adopt", inputs=[path], force=True).__enter__()
+        output_file(path, "t2l adopt", inputs=[path], force=True).__enter__()
     with pytest.raises(OutputError, match="is a folder"):
-        output_file(tmp_path / "deep", "adopt", force=True).__enter__()
+        output_file(tmp_path / "deep", "t2l adopt", force=True).__enter__()
     assert path.read_text() == "two"

@@ -1,8 +1,6 @@
 """What every job of the workflow does around its one call: a log, and errors as messages."""
 
-import fcntl
 import logging
-import os
 import sys
 import time
 import traceback
@@ -11,31 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from t2l.errors import T2LError
-
-
-class AlreadyRunningError(T2LError):
-    """Another run works in the same folder."""
-
-
-def claim(folder: Path | str) -> int:
-    """Claim `folder` for this process until it ends, however it ends; a file descriptor.
-
-    Snakemake's own lock outlives a run that was killed; the kernel drops this one.
-
-    Raises:
-        AlreadyRunningError: another process has it.
-    """
-    path = Path(folder) / ".t2l_running"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(descriptor)
-        raise AlreadyRunningError(
-            f"{folder}: another run is at work here; wait for it or stop it first"
-        ) from None
-    return descriptor
 
 
 @contextmanager

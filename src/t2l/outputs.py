@@ -37,7 +37,7 @@ def output_folder(
     """Claim a folder for a command while the body runs; nothing is left of it if nothing is made.
 
     Args:
-        command: as the mark names it.
+        command: as the mark and messages name it, such as "t2l compare".
         entries: names of the files, and with a ``/`` at the end of the folders, that it writes.
         inputs: files and folders that are read; none of them may be written.
         force: take a folder that is not the command's own: what another command made there and
@@ -58,7 +58,7 @@ def output_folder(
         # another process may have finished since
         replaced = _check(folder, command, entries, inputs, force, once)
         if replaced:
-            print(f"t2l {command}: replacing in {folder}: {', '.join(replaced)}", file=sys.stderr)
+            print(f"{command}: replacing in {folder}: {', '.join(replaced)}", file=sys.stderr)
         for name in replaced:
             _remove(folder / name)
         with writing(folder):
@@ -101,13 +101,13 @@ def output_file(
     """
     path = Path(path)
     if path.is_dir():
-        raise OutputError(f"--out {path}: is a folder; allowed: the name of a file")
+        raise OutputError(f"{path}: is a folder; allowed: the name of a file")
     if _identity(path) is not None and _identity(path) in _identities(inputs):
-        raise OutputError(f"--out {path}: is read by this command; allowed: another file")
+        raise OutputError(f"{path}: is read by this command; allowed: another file")
     if os.path.lexists(path):
         if not force:
-            raise OutputError(f"--out {path}: is there already; allowed: a new name, or --force")
-        print(f"t2l {command}: replacing {path}", file=sys.stderr)
+            raise OutputError(f"{path}: is there already; allowed: a new name, or --force")
+        print(f"{command}: replacing {path}", file=sys.stderr)
     made = _make(path.parent)
     try:
         yield path
@@ -129,12 +129,12 @@ def _check(
     if not os.path.lexists(folder):
         return []
     if not folder.is_dir():
-        raise OutputError(f"--out {folder}: is a file; give a folder")
+        raise OutputError(f"{folder}: is a file; give a folder")
     with writing(folder):
         there = sorted(name for name in os.listdir(folder) if name != MARK)
     known = _identities(inputs)
     if _identity(folder) in known:
-        raise OutputError(f"--out {folder}: is read by this command; allowed: another folder")
+        raise OutputError(f"{folder}: is read by this command; allowed: another folder")
     for entry in entries:
         _check_entry(folder, entry, known)
     owner, owned = _read_mark(folder)
@@ -145,17 +145,17 @@ def _check(
             return []
         if not force:
             raise OutputError(
-                f"--out {folder}: {_some(taken)} there already; allowed: a folder or names that "
+                f"{folder}: {_some(taken)} there already; allowed: a folder or names that "
                 f"are new{forced}"
             )
         return taken
     if not there:
         return []
     if not force:
-        whose = f"the results of t2l {owner}" if owner else f"{_some(there)} that t2l did not make"
+        whose = f"the results of {owner}" if owner else f"{_some(there)} that it did not make"
         raise OutputError(
-            f"--out {folder}: holds {whose}; allowed: a new or empty folder, or one that "
-            f"t2l {command} wrote{forced}"
+            f"{folder}: holds {whose}; allowed: a new or empty folder, or one that "
+            f"{command} wrote{forced}"
         )
     return sorted({*taken, *(name for name in owned if name in there)})
 

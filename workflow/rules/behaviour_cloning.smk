@@ -8,6 +8,7 @@ rule train:
         policy=of_cell("policy.safetensors"),
         losses=of_cell("losses.parquet"),
     params:
+        version=VERSION,
         task=task_parameters,
         seed=SEED,
         settings=STUDY.sections["training"],
@@ -30,6 +31,7 @@ rule roll_out:
         rollouts=of_cell("rollouts.parquet"),
         traces=of_cell("traces.parquet"),
     params:
+        version=VERSION,
         task=task_parameters,
         seed=SEED,
         decimation=STUDY.decimation,

@@ -1,6 +1,7 @@
 """Where results live, and which wildcards there are."""
 
 import os
+from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 from snakemake.io import report as in_report
@@ -71,6 +72,8 @@ def condition_entry(wildcards) -> dict:
     return next(dict(entry) for entry in entries if entry["name"] == wildcards.condition)
 
 
+# a parameter of every job: what another version computed is made anew
+VERSION = version("t2l")
 TASKS = list(STUDY.tasks)
 CELLS = [cell.name for cell in STUDY.grid.cells]
 SEED = STUDY.sections["seed"]

@@ -5,6 +5,7 @@ rule demonstrate:
     output:
         demonstrations=directory(DEMONSTRATIONS),
     params:
+        version=VERSION,
         task=task_parameters,
         seed=SEED,
         settings=STUDY.sections["demonstrations"],
@@ -30,6 +31,7 @@ rule retarget:
         demonstrations=directory(of_cell("demonstrations")),
         replays=of_cell("replays.parquet"),
     params:
+        version=VERSION,
         task=task_parameters,
         decimation=STUDY.decimation,
         rate_hz=STUDY.sections["retargeting"]["policy_rate_hz"],
@@ -52,6 +54,7 @@ rule fidelity:
     output:
         result("{task}", "fidelity", "{cell}.parquet"),
     params:
+        version=VERSION,
         task=task_parameters,
         decimations=STUDY.sections["fidelity"]["decimations"],
         replays=STUDY.sections["fidelity"]["replays"],

@@ -1,7 +1,5 @@
 """Compare a model with recordings, explain the difference, compare again."""
 
-from importlib.metadata import version
-
 from t2l.config.watched import watched
 
 DIAGNOSIS = STUDY.sections.get("diagnosis", {})
@@ -19,8 +17,8 @@ rule compare_before:
         comparison=result("diagnosis", "before", "comparison.json"),
         traces=result("diagnosis", "before", "traces.parquet"),
     params:
+        version=VERSION,
         diagnosis=DIAGNOSIS,
-        version=version("t2l"),
     log:
         result("logs", "compare_before.log"),
     benchmark:
@@ -40,8 +38,8 @@ rule explain:
         explanation=result("diagnosis", "explanation.json"),
         model=result("diagnosis", "model.yaml"),
     params:
+        version=VERSION,
         diagnosis=DIAGNOSIS,
-        version=version("t2l"),
     log:
         result("logs", "explain.log"),
     benchmark:
@@ -63,8 +61,8 @@ rule compare_after:
         comparison=result("diagnosis", "after", "comparison.json"),
         traces=result("diagnosis", "after", "traces.parquet"),
     params:
+        version=VERSION,
         diagnosis=DIAGNOSIS,
-        version=version("t2l"),
     log:
         result("logs", "compare_after.log"),
     benchmark:
@@ -85,6 +83,8 @@ rule diagnosis_report:
     output:
         page=result("diagnosis", "report.html"),
         figures=DIAGNOSIS_FIGURES,
+    params:
+        version=VERSION,
     log:
         result("logs", "diagnosis_report.log"),
     benchmark:

@@ -16,6 +16,7 @@ rule success_figure:
         success=figure("success", "success"),
         replay=figure("replay", "replay"),
     params:
+        version=VERSION,
         grid=STUDY.sections["grid"],
     log:
         result("logs", "success_figure", "{task}.log"),
@@ -39,6 +40,7 @@ rule fidelity_figure:
     output:
         figure("fidelity", "fidelity"),
     params:
+        version=VERSION,
         simulation_rate_hz=SIMULATION_RATE_HZ,
     log:
         result("logs", "fidelity_figure", "{task}.log"),
@@ -58,6 +60,7 @@ rule tracking_figure:
     output:
         figure("tracking", "tracking"),
     params:
+        version=VERSION,
         task=task_parameters,
         cells=CORNERS,
         rate_hz=STUDY.sections["retargeting"]["policy_rate_hz"],
@@ -80,6 +83,7 @@ rule frames_figure:
     output:
         figure("frames", "frames"),
     params:
+        version=VERSION,
         task=task_parameters,
         cells=CELLS,
         preferred=STUDY.grid.centre.name,

@@ -31,6 +31,7 @@ rule record_motion:
         table=of_transfer("recording.parquet"),
         metadata=of_transfer("recording.yaml"),
     params:
+        version=VERSION,
         robot=ROBOT,
         motion=STUDY.sections["recordings"],
     log:
@@ -55,6 +56,7 @@ rule identify:
         losses=of_transfer("identification_losses.parquet"),
         trace=of_transfer("identification_trace.parquet"),
     params:
+        version=VERSION,
         seed=SEED,
         settings=STUDY.sections["identification"],
     log:
@@ -74,6 +76,8 @@ rule summarise_identification:
         expand(of_transfer("parameters.yaml"), cell=TRANSFER_CELLS),
     output:
         result("sim_to_real", "identification.parquet"),
+    params:
+        version=VERSION,
     log:
         result("logs", "summarise_identification.log"),
     benchmark:
@@ -95,6 +99,7 @@ rule identification_figure:
         error=transfer_figure("identification", "identification"),
         overlays=transfer_figure("identification_overlays", "identification_overlays"),
     params:
+        version=VERSION,
         grid=STUDY.sections["recording_grid"],
     log:
         result("logs", "identification_figure.log"),
@@ -116,6 +121,7 @@ rule tune:
     output:
         result("sim_to_real", "{condition}", "{cell}", "worker_{worker}.txt"),
     params:
+        version=VERSION,
         condition=condition_entry,
         settings=TRAINING_SETTINGS,
         horizon_s=HORIZON_S,
@@ -149,6 +155,7 @@ rule choose_policy:
         trials=of_condition("trials.parquet"),
         training=of_condition("training.parquet"),
     params:
+        version=VERSION,
         storage=TUNING["storage"],
         trials=TUNING["trials"],
         folder=subpath(output.policy, parent=True),
@@ -173,6 +180,7 @@ rule deploy:
         traces=of_condition("traces.parquet"),
         observations=of_condition("observations.parquet"),
     params:
+        version=VERSION,
         condition=condition_entry,
         robot=ROBOT,
         deployment=STUDY.sections["deployment"],
@@ -199,6 +207,7 @@ rule train_again:
     output:
         result("sim_to_real", "{condition}", "{cell}", "seed_{seed}.parquet"),
     params:
+        version=VERSION,
         condition=condition_entry,
         settings=TRAINING_SETTINGS
         | {"updates": STUDY.sections["sample_efficiency"]["updates"]},
@@ -225,6 +234,8 @@ rule summarise_transfer:
     output:
         rollouts=result("sim_to_real", "{condition}", "rollouts.parquet"),
         cells=result("sim_to_real", "{condition}", "cells.parquet"),
+    params:
+        version=VERSION,
     log:
         result("logs", "summarise_transfer", "{condition}.log"),
     benchmark:
@@ -248,6 +259,7 @@ rule transfer_statistics:
         jitter=captioned_table("jitter"),
         existence=captioned_table("solution_existence"),
     params:
+        version=VERSION,
         conditions=STUDY.sections["sim_to_real"]["conditions"],
         grid=STUDY.sections["recording_grid"],
     log:
@@ -281,6 +293,7 @@ rule transfer_figures:
         wrist=transfer_figure("wrist", "wrist"),
         observations=transfer_figure("observations", "observations"),
     params:
+        version=VERSION,
         conditions=CONDITIONS,
         cells=TRANSFER_CELLS,
         grid=STUDY.sections["recording_grid"],
@@ -311,6 +324,7 @@ rule learning_figures:
         landscape=transfer_figure("landscape", "landscape"),
         training=transfer_figure("training", "training"),
     params:
+        version=VERSION,
         conditions=CONDITIONS,
         cells=SHOWN_CELLS,
         grid=STUDY.sections["recording_grid"],

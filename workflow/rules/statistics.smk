@@ -12,6 +12,7 @@ rule summarise:
         rollouts=result("{task}", "rollouts.parquet"),
         cells=result("{task}", "cells.parquet"),
     params:
+        version=VERSION,
         cells=CELLS,
     log:
         result("logs", "summarise", "{task}.log"),
@@ -33,6 +34,7 @@ rule statistics:
         markdown=TABLES[1],
         latex=TABLES[2],
     params:
+        version=VERSION,
         tasks=TASKS,
         grid=STUDY.sections["grid"],
     log:

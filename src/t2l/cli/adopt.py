@@ -54,6 +54,6 @@ def run(arguments: argparse.Namespace) -> None:
             )
         effects = {**(merged.effects if merged else model.effects), name: model.effects[name]}
         merged = Model(model.robot, effects, model.effect_files)
-    with output_file(arguments.out, "adopt", files, arguments.force) as out:
+    with output_file(arguments.out, "t2l adopt", files, arguments.force) as out:
         write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.effects)}")
     print(f"Written to {arguments.out}")

@@ -61,7 +61,7 @@ def log_output(
         *files(model.robot),
     ]
     with output_folder(
-        arguments.out, arguments.command, entries, inputs, arguments.force
+        arguments.out, f"t2l {arguments.command}", entries, inputs, arguments.force
     ) as folder:
         yield folder
 

@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
     names = [setting.name for setting in plan.settings]
     entries = [f"{name}{suffix}" for name in names for suffix in (*TABLES, ".yaml")]
     with output_folder(
-        arguments.out, "record", entries, [arguments.config], force=None, once=True
+        arguments.out, "t2l record", entries, [arguments.config], force=None, once=True
     ) as out:
         check_space(out, needed_bytes(plan))
         print(

@@ -30,6 +30,8 @@ def write_recordings(
             if suffix != f".{format}" and other.exists():
                 raise RecordingError(other, "the folder", "this table", "one table of that name")
     entries = [f"{name}{suffix}" for name in names for suffix in (f".{format}", ".yaml")]
-    with output_folder(folder, arguments.command, entries, inputs, arguments.force, once=True):
+    with output_folder(
+        folder, f"t2l {arguments.command}", entries, inputs, arguments.force, once=True
+    ):
         for recording in recordings:
             print(write_recording(recording, folder / recording.name, format))
