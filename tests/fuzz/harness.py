@@ -8,6 +8,9 @@ import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from hypothesis import event
+from hypothesis.errors import InvalidArgument
+
 from t2l.errors import T2LError
 
 LIMIT_S = 10
@@ -33,10 +36,13 @@ def outcome(call: Callable[[], None]) -> str | None:
     """None if it ran, else the one message that it ended with; anything else fails the test."""
     said, shown = io.StringIO(), io.StringIO()
     try:
-        with _limited(), contextlib.redirect_stderr(said), contextlib.redirect_stdout(shown):
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                call()
+        with (
+            _limited(),
+            contextlib.redirect_stderr(said),
+            contextlib.redirect_stdout(shown),
+            warnings.catch_warnings(action="ignore"),
+        ):
+            call()
     except T2LError as error:
         message = str(error)
     except SystemExit as error:
@@ -81,6 +87,8 @@ def check(
         message = outcome(call)
     finally:
         os.chdir(here)
+    with contextlib.suppress(InvalidArgument):  # outside of a hypothesis test
+        event("ran" if message is None else "told")
     after = snapshot(home)
     mine = {path: content for path, content in after.items() if not _below(path, out)}
     theirs = {path: content for path, content in before.items() if not _below(path, out)}
