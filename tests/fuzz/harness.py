@@ -24,11 +24,10 @@ def snapshot(folder: Path) -> dict[str, bytes | None]:
     """Every path below a folder with what it holds."""
     found = {}
     for root, folders, files in os.walk(folder):
-        for name in folders:
-            found[os.path.join(root, name)] = None
-        for name in files:
-            path = os.path.join(root, name)
-            found[path] = Path(path).read_bytes()
+        for name in (*folders, *files):
+            path = Path(root, name)
+            content = path.read_bytes() if path.is_file() else None
+            found[str(path)] = os.readlink(path).encode() if path.is_symlink() else content
     return found
 
 
