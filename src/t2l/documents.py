@@ -24,6 +24,7 @@ MOST_LEVELS = 50
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DATE = "tag:yaml.org,2002:timestamp"
+_MERGE = "tag:yaml.org,2002:merge"
 _FLOAT = "tag:yaml.org,2002:float"
 
 
@@ -39,6 +40,8 @@ class _Loader(_LOADER):
         if isinstance(node, yaml.MappingNode):
             seen = set()
             for key_node, _ in node.value:
+                if key_node.tag == _MERGE:  # its keys yield to those that are written out
+                    continue
                 key = self.construct_object(key_node, deep=True)
                 if not isinstance(key, Hashable):
                     raise yaml.MarkedYAMLError(problem="a key that is no text or number",
