@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from t2l.artefacts import whole, write_text
+from t2l.artefacts import read_json, reading, write_text
 from t2l.discrepancy import conditions, wording
 from t2l.discrepancy.diagnose import NOTHING_MISSING, Diagnosis, adopt
 from t2l.discrepancy.evidence import Evidence
@@ -14,24 +14,35 @@ from t2l.discrepancy.followed import followed
 from t2l.discrepancy.missing_torque import missing_torque
 from t2l.discrepancy.model import write_model
 from t2l.discrepancy.prediction import Request
+from t2l.errors import ArtefactError, writing
+from t2l.names import is_plain, path_of
+
+DIAGNOSIS = "diagnosis.json"
 
 
 def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> dict[str, Any]:
     """Write ``diagnosis.json`` and, for each effect, the model with it in ``models/``.
 
+    Models that the ``diagnosis.json`` before names, and this one does not, are removed.
+
     Returns:
         The content of ``diagnosis.json``.
     """
     remaining = _give_reasons(diagnosis, evidence)
-    with whole(folder / "models") as models:
-        models.mkdir()
-        for candidate in diagnosis.ranking:
-            name = candidate.effect.name
-            write_model(
-                adopt(diagnosis, name),
-                models / f"{name}.yaml",
-                f"the model so far with {candidate.effect.title}, fitted together",
-            )
+    path, models = folder / DIAGNOSIS, folder / "models"
+    before = named_models(path)
+    with writing(path):
+        path.unlink(missing_ok=True)
+    for candidate in diagnosis.ranking:
+        name = candidate.effect.name
+        write_model(
+            adopt(diagnosis, name),
+            path_of(models, name, ".yaml"),
+            f"the model so far with {candidate.effect.title}, fitted together",
+        )
+    for name in before - {candidate.effect.name for candidate in diagnosis.ranking}:
+        with writing(stale := path_of(models, name, ".yaml")):
+            stale.unlink(missing_ok=True)
     extra = {
         "split": evidence.split,
         "training_recordings": [r.name for r in evidence.train.recordings],
@@ -40,8 +51,19 @@ def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> d
         "separating_experiment": _experiment(diagnosis, evidence),
     }
     content = wording.as_json(diagnosis, extra)
-    write_text(json.dumps(content, indent=2) + "\n", folder / "diagnosis.json")
+    # last: its presence says that the folder is whole
+    write_text(json.dumps(content, indent=2) + "\n", path)
     return content
+
+
+def named_models(path: Path) -> set[str]:
+    """Names of the effects that a ``diagnosis.json`` ranks; none if it is not a readable one."""
+    try:
+        ranking = read_json(path, "a diagnosis", ("ranking",))["ranking"]
+        with reading(path, "a diagnosis"):
+            return {entry["effect"] for entry in ranking if is_plain(entry["effect"])}
+    except ArtefactError:
+        return set()
 
 
 def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
