@@ -14,7 +14,7 @@ LAYERS = [
     {"demos", "policies", "effects", "sysid"},
     {"tasks", "measurements"},
     {"robots", "control", "gains", "sim"},
-    {"artefacts", "documents", "errors", "jobs", "names", "outputs", "seeds", "typed"},
+    {"artefacts", "documents", "errors", "jobs", "names", "outputs", "seeds", "typed", "version"},
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 SOURCES = sorted((ROOT / "src/t2l").rglob("*.py"))

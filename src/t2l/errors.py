@@ -16,7 +16,7 @@ class ConfigurationError(T2LError):
     """A configuration key holds something that cannot be run."""
 
 
-class InputError(T2LError):
+class InputError(ConfigurationError):
     """A file that a person gave holds something that cannot be used."""
 
     def __init__(self, path: Path | str, where: str, found: str, allowed: str):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from t2l import names
@@ -48,28 +49,34 @@ class Invalid(ValueError):  # noqa: N818  # it is no error of its own, but what 
         self.problems = list(problems)
 
 
-def check[M: Typed](model: type[M], values: Any, allowed: str = "") -> M:
+def check[M: Typed](model: type[M], values: Any, context: Any = None) -> M:
     """An instance of `model`.
 
     Args:
-        allowed: what the whole may be, where it is no mapping.
+        context: what its validators need to know.
 
     Raises:
         Invalid: with every problem, in the order of the keys.
     """
     if not isinstance(values, Mapping):
-        expected = allowed or f"the keys {', '.join(model.model_fields)}"
+        expected = f"the keys {', '.join(_fields(model))}"
         raise Invalid([Problem("", describe(values), expected)])
     try:
-        return model.model_validate(dict(values))
+        return model.model_validate(dict(values), context=context)
     except ValidationError as error:
-        found = [_problem(model, e) for e in error.errors(include_url=False)]
-        raise Invalid(found) from None
+        errors = error.errors(include_url=False)
+        # a mistyped key explains the one that is missing
+        errors.sort(key=lambda e: e["type"] != "extra_forbidden")
+        raise Invalid([_problem(model, e) for e in errors]) from None
 
 
-def refuse(allowed: str) -> PydanticCustomError:
-    """The error of a validator, to be raised: what would be allowed."""
-    return PydanticCustomError("refused", "{allowed}", {"allowed": allowed})
+def refuse(allowed: str, found: str = "") -> PydanticCustomError:
+    """The error of a validator, to be raised: what would be allowed.
+
+    Args:
+        found: what is there, in words; by default the value as it is.
+    """
+    return PydanticCustomError("refused", "{allowed}", {"allowed": allowed, "found": found})
 
 
 def describe(value: Any) -> str:
@@ -148,7 +155,7 @@ def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
     found = describe(error["input"])
     match kind:
         case "extra_forbidden" | "invalid_key":
-            known = list(parent.model_fields)
+            known = list(_fields(parent))
             name = str(steps[-1])[:SHOWN_CHARACTERS]
             *above, _ = steps
             prefix = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in above)
@@ -157,7 +164,7 @@ def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
         case "missing":
             return Problem(key, "nothing", _allowed_of(parent, steps[-1]))
         case "refused":
-            allowed = context["allowed"]
+            allowed, found = context["allowed"], context["found"] or found
         case "value_error":
             allowed = str(context.get("error", error["msg"]))
         case "greater_than":
@@ -208,7 +215,7 @@ def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]
         owner = next((o for o in options if _is_model(o)), None)
         if owner is not None and isinstance(step, str) and not _is_branch(owner, step):
             parent = owner
-            field = owner.model_fields.get(step)
+            field = _fields(owner).get(step)
             kind = field.annotation if field else Any
             steps.append(step)
         elif isinstance(step, int):
@@ -222,6 +229,11 @@ def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]
         elif kind is Any:
             steps.append(step)
     return parent, steps
+
+
+def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """By what they are called in a file."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def _is_branch(owner: type[BaseModel], step: str) -> bool:
@@ -256,5 +268,5 @@ def _inside(options: Sequence[Any]) -> Any:
 
 
 def _allowed_of(model: type[BaseModel], key: Any) -> str:
-    field = model.model_fields.get(str(key))
+    field = _fields(model).get(str(key))
     return (field.description or "") if field else ""

@@ -163,7 +163,7 @@ def test_what_is_wrong_is_named_with_file_and_key(tmp_path, content, key):
 @pytest.mark.parametrize("content", [b"robot: [", b"\xff\xfe", b"a: b: c"])
 def test_a_file_that_is_not_yaml_is_named(tmp_path, content):
     (tmp_path / "model.yaml").write_bytes(content)
-    with pytest.raises(ConfigurationError, match=r"model\.yaml: not YAML"):
+    with pytest.raises(ConfigurationError, match=r"model\.yaml: the file: found what is not"):
         read_model(tmp_path / "model.yaml")
 
 
@@ -174,7 +174,7 @@ def test_a_missing_effect_file_is_named(tmp_path):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(ConfigurationError, match=r"nowhere\.yaml: no such"):
+    with pytest.raises(ConfigurationError, match=r"nowhere\.yaml: the file: found nothing"):
         read_model(tmp_path / "nowhere.yaml")
 
 

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from t2l.errors import RecordingError
-from t2l.measurements.limits import check_commands, check_state, fr3_limits, predicted_torque
+from t2l.measurements.limits import (
+    check_commands,
+    check_state,
+    fr3_limits,
+    motion_torque,
+    predicted_torque,
+)
 from t2l.robots import fr3
 
 RATE = 50.0
@@ -23,7 +29,12 @@ def swing(amplitude, frequency_hz, joint):
 
 
 def check(q_des, limits, kp=100.0):
-    check_commands(q_des, RATE, np.full(7, kp), limits, Path("plan.yaml"), "kp100_kd4")
+    motion = motion_torque(q_des, RATE, limits)
+    check_commands(q_des, RATE, np.full(7, kp), motion, limits, Path("plan.yaml"), "kp100_kd4")
+
+
+def torque_of(q_des, kp, limits):
+    return predicted_torque(q_des, np.full(7, kp), motion_torque(q_des, RATE, limits))
 
 
 def test_a_gentle_motion_passes(limits):
@@ -51,13 +62,13 @@ def test_what_is_beyond_a_limit_is_named(limits, q_des, kp, message):
 
 
 def test_resting_takes_no_torque_because_gravity_is_compensated(limits):
-    torque = predicted_torque(swing(0.0, 1, joint=0), RATE, np.full(7, 100.0), limits)
+    torque = torque_of(swing(0.0, 1, joint=0), 100.0, limits)
     assert np.abs(torque).max() < 1e-6
 
 
 def test_moving_takes_friction_inertia_and_the_step(limits):
     q_des = swing(0.1, 1.0, joint=6)
-    soft, stiff = (predicted_torque(q_des, RATE, np.full(7, kp), limits) for kp in (0.0, 100.0))
+    soft, stiff = (torque_of(q_des, kp, limits) for kp in (0.0, 100.0))
     # the middle of a swing: friction of the MJCF, no acceleration
     assert soft[50, 6] == pytest.approx(0.248 + 0.21 * 0.2 * np.pi, rel=0.2)
     np.testing.assert_allclose(stiff[50, 6] - soft[50, 6], 100 * abs(q_des[50, 6] - q_des[49, 6]))

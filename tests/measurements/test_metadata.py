@@ -1,6 +1,6 @@
 import pytest
 
-from t2l.errors import RecordingError
+from t2l.errors import InputError, RecordingError
 from t2l.measurements import read_recording
 from tests.measurements.made import written
 
@@ -59,7 +59,7 @@ def test_a_missing_key_is_named(tmp_path, key):
 def test_a_foreign_yaml_is_named(tmp_path, text, message):
     files = written(tmp_path)
     files.yaml.write_text(text)
-    with pytest.raises(RecordingError, match=message):
+    with pytest.raises(InputError, match=message):
         read_recording(files.table)
 
 

@@ -71,11 +71,11 @@ WRONG_EXCITATION = [
     ({"kind": "multisine", "frequency_hz": None, "seed": 0}, "frequencies_hz: found nothing"),
     (
         {"kind": "multisine", "frequency_hz": None, "frequencies_hz": [1, -1]},
-        r"frequencies_hz: found \[1, -1\]",
+        r"frequencies_hz\[1\]: found -1; allowed: a number above 0",
     ),
     (
         {"kind": "multisine", "frequency_hz": None, "frequencies_hz": [1], "seed": 0.5},
-        "seed: found 0.5; allowed: a whole number",
+        "seed: found 0.5; allowed: an integer",
     ),
 ]
 

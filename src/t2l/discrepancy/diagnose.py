@@ -1,5 +1,6 @@
 """Which physical effect a model lacks: every known one is fitted, and judged on held-out data."""
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,8 @@ from t2l.discrepancy.shorter import shorter
 from t2l.discrepancy.uncertainty import uncertainty
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
+
+logger = logging.getLogger(__name__)
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
 
@@ -196,6 +199,8 @@ def _judge(
         before: their residual without the effects.
     """
     usable = {name: fit for name, fit in fits.items() if np.isfinite(fit.loss)}
+    for name in fits.keys() - usable.keys():
+        logger.warning("%s: left out, every simulation with it ran away", name)
     requests = [Request(fit.layout, fit.u[None]) for fit in usable.values()]
     held = predictor.predict(requests)
     samples = predictor.samples
@@ -204,6 +209,7 @@ def _judge(
     for (name, fit), q in zip(usable.items(), held, strict=True):
         after = _residual(predictor, mask, q[0])
         if not np.isfinite(after).all():
+            logger.warning("%s: left out, a simulation of held-out recordings ran away", name)
             continue
         candidates[name] = Candidate(
             effect=next(t.effect for t in fit.layout.terms if t.effect.name == name),

@@ -12,10 +12,12 @@ from t2l.discrepancy.evidence import Evidence
 from t2l.discrepancy.model import Model, read_model, write_model
 from t2l.discrepancy.simplify import simplify
 from t2l.discrepancy.story import DIAGNOSIS, write_diagnosis
+from t2l.effects.registry import python_files
 from t2l.errors import T2LError, writing
 from t2l.names import path_of
-from t2l.robots.plant import mjcf_path
+from t2l.robots import plant
 from t2l.typed import is_number
+from t2l.version import library
 
 MOST_EFFECTS = 8
 
@@ -154,11 +156,13 @@ def _finished(where: Path, fingerprint: str) -> dict | None:
 
 
 def _fingerprint(model: Model, evidence: Evidence) -> str:
-    """Of everything a diagnosis depends on but the library itself."""
+    """Of everything a diagnosis depends on."""
     digest = hashlib.sha256(repr((model, evidence.split, evidence.train.substeps)).encode())
-    digest.update(mjcf_path(model.robot).read_bytes())
+    digest.update(library().encode())
+    # compiled: with what the MJCF includes, and the inertia of its meshes
+    digest.update(plant.as_bytes(evidence.train.model()))
     for file in model.effect_files:
-        for path in sorted(file.glob("*.py")) if file.is_dir() else [file]:
+        for path in python_files(file):
             digest.update(path.read_bytes())
     for predictor in (evidence.train, evidence.holdout):
         for r in predictor.recordings:

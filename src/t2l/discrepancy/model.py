@@ -15,19 +15,22 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import yaml
+from pydantic import Field
 
 from t2l.artefacts import write_text
+from t2l.documents import read_yaml
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
 from t2l.robots.plant import KNOWN, mjcf_path
+from t2l.typed import AsTuple, Invalid, Number, Typed, check, describe
 
 Values = Mapping[str, Mapping[str, Mapping[str, float] | float]]
-KEYS = ("robot", "effects", "effect_files")
 
 
 @dataclass(frozen=True)
@@ -111,43 +114,32 @@ def read_model(path: Path | str) -> Model:
             value is not allowed.
     """
     path = Path(path)
+    content = read_yaml(path, "a model file")
     try:
-        content = yaml.safe_load(path.read_text())
-    except FileNotFoundError:
-        raise ConfigurationError(f"{path}: no such model file") from None
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: not YAML: {error}") from None
-    if not isinstance(content, dict) or "robot" not in content:
-        raise ConfigurationError(f"{path}: needs the key robot; allowed keys: {', '.join(KEYS)}")
-    for key in content:
-        if key not in KEYS:
-            raise ConfigurationError(f"{path}: unknown key {key!r}; allowed: {', '.join(KEYS)}")
-    try:
-        robot = _read_robot(content["robot"], path.parent)
-        files = _read_effect_files(content.get("effect_files"), path.parent)
-        effects = content.get("effects") or {}
+        found = check(ModelFile, content)
+        robot = _read_robot(found.robot, path.parent)
+        files = tuple((path.parent / file).resolve() for file in found.effect_files or ())
+        effects = found.effects or {}
         _check_effects(effects, load_effects(files))
-    except ConfigurationError as error:
+    except (Invalid, ConfigurationError) as error:
         raise ConfigurationError(f"{path}: {error}") from None
     return Model(robot, effects, files)
 
 
-def _read_robot(robot: object, folder: Path) -> str:
+class ModelFile(Typed):
+    """A model file as it is written; `_check_effects` knows what each effect may hold."""
+
+    robot: Annotated[str, Field(min_length=1, description="a known name, or the path of an MJCF")]
+    effects: dict[str, dict[str, Number | dict[str, Number]]] | None = None
+    effect_files: Annotated[tuple[str, ...], AsTuple] | None = None
+
+
+def _read_robot(robot: str, folder: Path) -> str:
     if robot in KNOWN:
-        return str(robot)
-    if not isinstance(robot, str):
-        raise ConfigurationError(f"robot: {robot!r} is neither a known name nor a path")
+        return robot
     resolved = str((folder / robot).resolve())
     mjcf_path(resolved)
     return resolved
-
-
-def _read_effect_files(files: object, folder: Path) -> tuple[Path, ...]:
-    if files is None:
-        return ()
-    if not isinstance(files, list) or not all(isinstance(file, str) for file in files):
-        raise ConfigurationError(f"effect_files: {files!r} is not a list of paths")
-    return tuple((folder / file).resolve() for file in files)
 
 
 def _check_effects(effects: object, known: Mapping[str, Effect]) -> None:
@@ -184,7 +176,7 @@ def _check_value(where: str, parameter: Parameter, value: object) -> None:
         raise ConfigurationError(f"{where} must be {wanted}")
     for number in value.values() if isinstance(value, dict) else [value]:
         if isinstance(number, bool) or not isinstance(number, (int, float)):
-            raise ConfigurationError(f"{where}: {number!r} is not a number")
+            raise ConfigurationError(f"{where}: {describe(number)} is not a number")
         if not parameter.lower <= number <= parameter.upper:
             raise ConfigurationError(
                 f"{where} = {number} {parameter.unit}; allowed {parameter.lower} to "

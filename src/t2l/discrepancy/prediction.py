@@ -11,6 +11,7 @@ import numpy as np
 
 from t2l.discrepancy.simulation import simulate
 from t2l.discrepancy.start import start_state
+from t2l.effects.blame import blaming
 from t2l.effects.effect import Scales
 from t2l.effects.term import Layout, Term
 from t2l.errors import T2LError
@@ -190,9 +191,12 @@ class Predictor:
         key = _structure(extending)
         if key not in self._models:
             spec = plant.load(self.robot, self.joints)
+            names = [term.effect.name for term in extending]
             for term in extending:
-                term.effect.extend(spec, tuple(self.joints[j] for j in term.joints))
-            model = self._models[key] = spec.compile()
+                with blaming([term.effect], "to extend the model"):
+                    term.effect.extend(spec, tuple(self.joints[j] for j in term.joints))
+            with_effects = f"{self.robot}{f' with {", ".join(names)}' if names else ''}"
+            model = self._models[key] = plant.compiled(spec, with_effects)
             if model.nv > len(self.joints):
                 # motor and link on one axis: conjugate gradients take many iterations
                 model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON

@@ -1,13 +1,18 @@
 """First guesses: every effect at a few magnitudes, on all joints at once, in one batch."""
 
+import logging
 from collections.abc import Sequence
 
 import numpy as np
 
 from t2l.discrepancy.missing_torque import missing_torque
 from t2l.discrepancy.prediction import Predictor, Request
+from t2l.effects.blame import blaming, described, shipped
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
+from t2l.errors import EffectError
+
+logger = logging.getLogger(__name__)
 
 
 def candidate_layout(adopted: Layout, effect: Effect, joints: int) -> Layout:
@@ -36,7 +41,7 @@ def first_guesses(
     layouts = [candidate_layout(adopted, effect, njoint) for effect in effects]
     so_far = predictor.predict([Request(adopted, u_adopted[None])])[0][0]
     read_off = _read_off(predictor, mask, effects, samples.q - so_far)
-    guesses = [effect.starts(predictor.scales) + read_off[effect.name] for effect in effects]
+    guesses = [_starts(effect, predictor) + read_off[effect.name] for effect in effects]
     requests = [
         Request(
             layout,
@@ -50,10 +55,46 @@ def first_guesses(
     found = {}
     for effect, layout, starts, q in zip(effects, layouts, guesses, predicted, strict=True):
         changed = (q - samples.q)[:, mask]
+        _check_some_runs(effect, changed)
         values = _best(effect, starts, residual, changed, joint, njoint)
         size = _sizes(layout, effect, starts, adopted_values)
         found[effect.name] = (layout, layout.encode({**adopted_values, effect.name: values}), size)
     return found
+
+
+def _starts(effect: Effect, predictor: Predictor) -> list[dict[str, np.ndarray]]:
+    """An effect's first guesses, each parameter finite and of the shape it must have."""
+    with blaming([effect], "to make first guesses (starts)"):
+        starts = list(effect.starts(predictor.scales))
+        if not starts:
+            raise ValueError("it returned none; allowed: at least one")
+        for start in starts:
+            _check_guess(effect, start, len(predictor.joints))
+    return starts
+
+
+def _check_guess(effect: Effect, guess: dict[str, np.ndarray], njoint: int) -> None:
+    names = [parameter.name for parameter in effect.parameters]
+    if not isinstance(guess, dict) or set(guess) != set(names):
+        raise ValueError(f"found {guess!r}; allowed: a number or an array for {', '.join(names)}")
+    for parameter in effect.parameters:
+        value = np.asarray(guess[parameter.name], float)
+        np.broadcast_to(value, (njoint if parameter.per_joint else 1,))
+        if not np.isfinite(value).all():
+            raise ValueError(f"found {value} for {parameter.name}; allowed: finite numbers")
+
+
+def _check_some_runs(effect: Effect, error: np.ndarray) -> None:
+    """Whether the model with an effect can be simulated at all; error (m, nsample) of m guesses."""
+    if np.isfinite(error).all(axis=1).any():
+        return
+    if shipped(effect):
+        logger.warning("%s: left out, the model runs away with every first guess", effect.name)
+        return
+    raise EffectError(
+        f"effect {described(effect)}: found no finite motion with any of its {len(error)} first "
+        "guesses; allowed: torques and parameters that a simulation can run with"
+    )
 
 
 def _read_off(
@@ -67,11 +108,14 @@ def _read_off(
     torque, samples = missing_torque(predictor, residual), predictor.samples
     where = [mask & (samples.joint == j) for j in range(len(predictor.joints))]
     for effect in readers:
-        of_joints = [effect.read_off(samples.q[at], torque[at]) for at in where]
-        if None not in of_joints:
+        with blaming([effect], "to read a first guess off (read_off)"):
+            of_joints = [effect.read_off(samples.q[at], torque[at]) for at in where]
+            if any(found is None for found in of_joints):
+                continue
             names = [parameter.name for parameter in effect.parameters]
             guess = {name: np.array([found[name] for found in of_joints]) for name in names}
-            guesses[effect.name].append(guess)
+            _check_guess(effect, guess, len(of_joints))
+        guesses[effect.name].append(guess)
     return guesses
 
 

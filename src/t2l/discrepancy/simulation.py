@@ -5,6 +5,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from t2l.effects.blame import blaming
+from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.sim.servo import Schedule, ServoLoop
 
@@ -29,6 +31,25 @@ def simulate(
             tick at or before it, the fraction of a period since, and its joint; (k,) each.
         velocity: return that too, likewise.
     """
+    with blaming(_taking_part(variants), "to simulate it"):
+        q, dq, period = _run(model, joints, schedule, substeps, variants, threads)
+    recording, tick, rest, joint = wanted
+    first = (slice(None), recording, tick, joint)
+    second = (slice(None), recording, tick + 1, joint)
+    between = _hermite(rest, period, q[first], q[second], dq[first], dq[second])
+    if not velocity:
+        return (between,)
+    return between, (1 - rest) * dq[first] + rest * dq[second]
+
+
+def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:
+    return [term.effect for layout, _ in variants for term in layout.terms]
+
+
+def _run(
+    model, joints, schedule, substeps, variants, threads
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Position and velocity of every variant, and the period from tick to tick, s."""
     m = sum(len(u) for _, u in variants)
     loop = ServoLoop(model, joints, schedule, m, threads, substeps)
     at = 0
@@ -39,14 +60,7 @@ def simulate(
             per_row = {k: loop.per_row(v) for k, v in values[term.effect.name].items()}
             term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
         at += len(u)
-    q, dq = loop.run()
-    recording, tick, rest, joint = wanted
-    first = (slice(None), recording, tick, joint)
-    second = (slice(None), recording, tick + 1, joint)
-    between = _hermite(rest, loop.period_s, q[first], q[second], dq[first], dq[second])
-    if not velocity:
-        return (between,)
-    return between, (1 - rest) * dq[first] + rest * dq[second]
+    return *loop.run(), loop.period_s
 
 
 def _hermite(part, period, q0, q1, v0, v1) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Recordings and the model so far, read and checked together."""
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from t2l.measurements.checks import check_against_joint_ranges
 from t2l.measurements.log import read_recordings
 from t2l.measurements.recording import Recording
 from t2l.robots import plant
+
+logger = logging.getLogger(__name__)
 
 
 def read_together(
@@ -80,7 +83,12 @@ def check_together(
                 recording.path, "joints", ", ".join(unknown),
                 f"hinges and slides of {model.robot}: {', '.join(names)}",
             )  # fmt: skip
-    compiled = plant.load(model.robot, first.joints).compile()
+    compiled = plant.compiled(plant.load(model.robot, first.joints), model.robot)
+    for joint in plant.free_joints(model.robot):
+        logger.warning(
+            "%s: the model floats by its free joint %r; it is held where the MJCF has it, as "
+            "recordings say nothing about it", model.robot, joint,
+        )  # fmt: skip
     ranges = plant.position_ranges(compiled, first.joints)
     for recording in (*recordings, *holdout):
         check_against_joint_ranges(recording, np.asarray(ranges), first.joints)

@@ -46,7 +46,7 @@ def read_traces(folder: Path | str) -> Traces:
     """Read what `t2l.discrepancy.compare.write` wrote into a folder.
 
     Raises:
-        ArtefactError: the table is missing or unreadable, or a column is missing or of another type.
+        ArtefactError: the table is missing or unreadable, a column missing or of another type.
     """
     path = Path(folder) / TRACES
     # not read_table, which would import pandas

@@ -1,8 +1,13 @@
-"""Every known effect: the modules of this package, and files of the user's own."""
+"""Every known effect: the modules of this package, and files of the user's own.
+
+A class is checked when it is found: what reports print is text, its name can be a file's, and its
+parameters have bounds that a fit can work between.
+"""
 
 import importlib
 import importlib.util
 import inspect
+import math
 import pkgutil
 import sys
 from collections.abc import Iterable
@@ -11,11 +16,14 @@ from pathlib import Path
 from types import ModuleType
 
 import t2l.effects
-from t2l.effects.effect import Effect
+from t2l.effects.effect import Effect, Parameter
 from t2l.errors import ConfigurationError
+from t2l.names import ALLOWED, is_plain
+from t2l.typed import describe
 
-REQUIRED = ("name", "title", "parameters", "summary", "signature", "source")
-_NOT_EFFECTS = ("effect", "registry", "term", "two_mass")
+TEXTS = ("title", "summary", "signature", "source")
+REQUIRED = ("name", "parameters", *TEXTS)
+_NOT_EFFECTS = ("blame", "effect", "registry", "term", "two_mass")
 
 
 @cache
@@ -35,27 +43,42 @@ def load(files: Iterable[Path] = ()) -> dict[str, Effect]:
         ConfigurationError: a file is missing, fails to import, or defines no effect.
     """
     effects = dict(builtin())
-    for file in files:
-        for path in sorted(file.glob("*.py")) if file.is_dir() else [file]:
-            effects |= _defined_in(_import_file(path), required=path)
+    paths = [path for file in files for path in python_files(Path(file))]
+    for path in dict.fromkeys(path.resolve() for path in paths):
+        for name, effect in _defined_in(_import_file(path), required=path).items():
+            if name in effects:
+                raise ConfigurationError(
+                    f"effect file {path}: found an effect named {name!r}, which "
+                    f"{inspect.getfile(type(effects[name]))} defines too; allowed: another name"
+                )
+            effects[name] = effect
     return effects
+
+
+def python_files(path: Path) -> list[Path]:
+    """The file of effects that a path names, or those in the folder that it names."""
+    return sorted(path.glob("*.py")) if path.is_dir() else [path]
 
 
 def _import_file(path: Path) -> ModuleType:
     if not path.is_file():
         raise ConfigurationError(f"effect file {path}: no such file")
     spec = importlib.util.spec_from_file_location(f"t2l_user_effect_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise ConfigurationError(f"effect file {path}: is no Python file; allowed: NAME.py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look their module up there
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
-        raise ConfigurationError(f"effect file {path}: cannot be imported: {error}") from error
+    # a file that ends the process on import is wrong as any other
+    except (Exception, SystemExit) as error:
+        said = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise ConfigurationError(f"effect file {path}: cannot be imported: {said}") from error
     return module
 
 
 def _defined_in(module: ModuleType, required: Path | None = None) -> dict[str, Effect]:
-    found = {}
+    found: dict[str, Effect] = {}
     for _, cls in inspect.getmembers(module, inspect.isclass):
         if issubclass(cls, Effect) and cls is not Effect and cls.__module__ == module.__name__:
             where = f"effect {cls.__name__} in {required or module.__file__}"
@@ -63,7 +86,59 @@ def _defined_in(module: ModuleType, required: Path | None = None) -> dict[str, E
             missing += sorted(cls.__abstractmethods__)
             if missing:
                 raise ConfigurationError(f"{where}: lacks `{'`, `'.join(missing)}`")
-            found[cls.name] = cls()
+            _check_class(cls, where)
+            if cls.name in found:
+                raise ConfigurationError(f"{where}: the name {cls.name!r} is another's in the file")
+            try:
+                found[cls.name] = cls()
+            except (Exception, SystemExit) as error:
+                raise ConfigurationError(f"{where}: cannot be made: {error!r}") from None
     if required is not None and not found:
         raise ConfigurationError(f"effect file {required}: defines no subclass of t2l Effect")
     return found
+
+
+def _check_class(cls: type[Effect], where: str) -> None:
+    if not is_plain(cls.name):
+        raise ConfigurationError(f"{where}: name: found {describe(cls.name)}; allowed: {ALLOWED}")
+    for key in TEXTS:
+        value = getattr(cls, key)
+        if not isinstance(value, str) or not value.strip():
+            raise ConfigurationError(f"{where}: {key}: found {describe(value)}; allowed: text")
+    parameters = cls.parameters
+    fine = isinstance(parameters, tuple | list) and len(parameters) > 0
+    if not fine or not all(isinstance(p, Parameter) for p in parameters):
+        raise ConfigurationError(
+            f"{where}: parameters: found {describe(parameters)}; allowed: a tuple of `Parameter`, "
+            "at least one"
+        )
+    names = [p.name for p in parameters]
+    for parameter in parameters:
+        _check_parameter(parameter, f"{where}: parameter {describe(parameter.name)}")
+        if names.count(parameter.name) > 1:
+            raise ConfigurationError(
+                f"{where}: parameters: found {parameter.name!r} twice; allowed: different names"
+            )
+
+
+def _check_parameter(parameter: Parameter, where: str) -> None:
+    for key in ("name", "unit", "meaning"):
+        value = getattr(parameter, key)
+        if not isinstance(value, str) or (key == "name" and not is_plain(value)):
+            raise ConfigurationError(f"{where}: {key}: found {describe(value)}; allowed: text")
+    lower, upper = parameter.lower, parameter.upper
+    for key in ("lower", "upper", "size", "neutral"):
+        value = getattr(parameter, key)
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or (key != "neutral" and not math.isfinite(value)):
+            raise ConfigurationError(
+                f"{where}: {key}: found {describe(value)}; allowed: a finite number"
+            )
+    if lower >= upper:
+        raise ConfigurationError(
+            f"{where}: lower, upper: found {lower}, {upper}; allowed: lower below upper"
+        )
+    if parameter.log and lower <= 0:
+        raise ConfigurationError(
+            f"{where}: lower: found {lower}; allowed: above 0, as it is fitted by its logarithm"
+        )

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from t2l.errors import RecordingError
-from t2l.measurements.keys import suggestion
 from t2l.measurements.recording import Recording
+from t2l.typed import LARGEST, suggestion
 
 # prefixes of the columns that belong to one joint
 COMMANDED, MEASURED = "q_des", ("q", "dq", "tau")
@@ -16,6 +16,11 @@ COMMANDED, MEASURED = "q_des", ("q", "dq", "tau")
 # fewer than these say nothing about a response
 LEAST_SAMPLES = 10
 LEAST_DURATION_S = 0.2
+
+# of the control loop: a simulation of more takes minutes on one core
+MOST_TICKS = 10_000_000
+# between rows: a thousand and more is a time in ms, a few is a log slower than its commands
+MOST_COMMANDS_A_ROW = 100
 
 # beyond a joint's range: sensors and mechanical stops are this exact
 RANGE_TOLERANCE_RAD = 0.05
@@ -65,6 +70,7 @@ def check_samples(recording: Recording) -> None:
     """
     path = recording.path or recording.name
     _check_time(recording.time, path)
+    _check_clock(recording, path)
     for kind in (COMMANDED, *MEASURED):
         values = getattr(recording, kind)
         if values is None:
@@ -84,6 +90,16 @@ def check_samples(recording: Recording) -> None:
             allowed = "a finite number" + ("" if kind == COMMANDED else ", or nothing")
             column = f"{kind}.{recording.joints[joint]}"
             raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed)
+        large = np.abs(values) > LARGEST
+        if large.any():
+            row, joint = np.argwhere(large)[0]
+            column = f"{kind}.{recording.joints[joint]}"
+            raise RecordingError(
+                path,
+                f"row {row + 1}, column {column}",
+                f"{values[row, joint]:g}",
+                f"numbers up to {LARGEST:g}",
+            )
     _check_enough(recording, path)
 
 
@@ -101,6 +117,31 @@ def _check_time(time: np.ndarray, path: Path | str) -> None:
             f"row {row + 1}, column time",
             f"{time[row]:.9g}",
             f"more than the {time[row - 1]:.9g} s of the row before",
+        )
+
+
+def _check_clock(recording: Recording, path: Path | str) -> None:
+    """Whether the times go with the rates, so that they are in seconds."""
+    if len(recording.time) < 2:
+        return
+    period = float(np.median(np.diff(recording.time)))
+    if period * recording.command_rate_hz > MOST_COMMANDS_A_ROW:
+        raise RecordingError(
+            path,
+            "column time",
+            f"a row every {period:.4g} s, where commands come {recording.command_rate_hz:g} "
+            "times a second (command_rate_hz)",
+            f"at most {MOST_COMMANDS_A_ROW} commands a row (is time in seconds?)",
+        )
+    ticks = recording.duration_s * recording.control_rate_hz
+    if ticks > MOST_TICKS:
+        raise RecordingError(
+            path,
+            "column time",
+            f"{recording.duration_s:.4g} s, {ticks:.3g} ticks of a control loop of "
+            f"{recording.control_rate_hz:g} Hz (control_rate_hz)",
+            f"at most {MOST_TICKS:.0e} ticks (is time in seconds?); cut the recording where it "
+            "is longer",
         )
 
 

@@ -53,8 +53,9 @@ def multisine(
     """
     rng = np.random.default_rng(seed)
     phases = rng.uniform(0, 2 * np.pi, (len(frequencies_hz), len(amplitude)))
-    cycles = np.outer(time, frequencies_hz)
-    total = np.sin(2 * np.pi * cycles[:, :, None] + phases).sum(axis=1)
+    total = np.zeros((len(time), len(amplitude)))
+    for frequency, phase in zip(frequencies_hz, phases, strict=True):
+        total += np.sin(2 * np.pi * frequency * time[:, None] + phase)
     return amplitude * total / np.abs(total).max(axis=0)
 
 

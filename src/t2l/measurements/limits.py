@@ -49,18 +49,11 @@ def fr3_limits() -> Limits:
     )
 
 
-def predicted_torque(
-    q_des: np.ndarray, rate_hz: float, kp: np.ndarray, limits: Limits
-) -> np.ndarray:
-    """What following commands closely takes.
-
-    The sum of what the motion itself takes, by the model's inverse dynamics with its friction, and
-    of what a held command adds the moment it is replaced: Kp times the step to the next. An arm
-    that lags behind and swings may need more.
+def motion_torque(q_des: np.ndarray, rate_hz: float, limits: Limits) -> np.ndarray:
+    """What moving along commands takes, by the model's inverse dynamics with its friction.
 
     Args:
         q_des: rad, (n, njoint), at `rate_hz`.
-        kp: N·m/rad, (njoint,).
 
     Returns:
         N·m, (n, njoint), without signs.
@@ -75,18 +68,42 @@ def predicted_torque(
         data.qpos[qpos], data.qvel[dofs], data.qacc[dofs] = q_des[row], dq[row], ddq[row]
         mujoco.mj_inverse(model, data)
         motion[row] = data.qfrc_inverse[dofs]
+    return np.abs(motion)
+
+
+def predicted_torque(q_des: np.ndarray, kp: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """What following commands closely takes.
+
+    The sum of what the motion itself takes and of what a held command adds the moment it is
+    replaced: Kp times the step to the next. An arm that lags behind and swings may need more.
+
+    Args:
+        q_des: rad, (n, njoint).
+        kp: N·m/rad, (njoint,).
+        motion: N·m, (n, njoint), from `motion_torque`.
+
+    Returns:
+        N·m, (n, njoint), without signs.
+    """
     step = np.abs(np.diff(q_des, axis=0, prepend=q_des[:1]))
-    return np.abs(motion) + kp * step
+    return motion + kp * step
 
 
 def check_commands(
-    q_des: np.ndarray, rate_hz: float, kp: np.ndarray, limits: Limits, path: Path, what: str
+    q_des: np.ndarray,
+    rate_hz: float,
+    kp: np.ndarray,
+    motion: np.ndarray,
+    limits: Limits,
+    path: Path,
+    what: str,
 ) -> None:
     """Whether a robot can be given these commands, before anything moves.
 
     Args:
         q_des: rad, (n, njoint), one row every 1/`rate_hz` s.
         kp: N·m/rad, (njoint,), the stiffness that turns steps into torque.
+        motion: N·m, (n, njoint), from `motion_torque`.
         path: of the configuration, for messages.
         what: which of its motions this is, for messages.
 
@@ -117,7 +134,7 @@ def check_commands(
         "rad/s",
         lambda j: f"up to {limits.velocity[j]:g} rad/s",
     )
-    torque = predicted_torque(q_des, rate_hz, kp, limits)
+    torque = predicted_torque(q_des, kp, motion)
     refuse(
         torque > limits.torque,
         torque,

@@ -15,9 +15,9 @@ from typing import Literal
 import numpy as np
 import yaml
 
+from t2l.documents import read_yaml
 from t2l.errors import RecordingError
 from t2l.measurements.checks import COMMANDED, MEASURED, check_columns, check_samples
-from t2l.measurements.keys import read_yaml
 from t2l.measurements.metadata import as_written, check_metadata
 from t2l.measurements.recording import Recording
 from t2l.measurements.table import read_numbers

@@ -2,25 +2,74 @@
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BeforeValidator, Field
 
 from t2l.errors import RecordingError
-from t2l.measurements.keys import Keys, describe, suggestion
+from t2l.measurements.keys import checked
+from t2l.measurements.per_joint import per_joint
 from t2l.measurements.recording import KNOWN_ROBOTS, Recording
+from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion
 
-REQUIRED_KEYS = (
-    "robot",
-    "joints",
-    "kp",
-    "kd",
-    "command_rate_hz",
-    "control_rate_hz",
-    "gravity_compensation",
-)
-OPTIONAL_KEYS = ("base_position", "notes")
-METADATA_KEYS = (*REQUIRED_KEYS, *OPTIONAL_KEYS)
+ROBOT_ALLOWED = f"{', '.join(KNOWN_ROBOTS)}, or the path of an MJCF file, relative to this YAML"
+JOINTS_ALLOWED = "a list of different joint names, in the order of the columns"
+
+# the slowest loop that holds a joint, and faster than any that a computer runs
+LEAST_CONTROL_RATE_HZ, LARGEST_RATE_HZ = 1, 100_000
+
+
+def _joint_names(value: Any) -> tuple[str, ...]:
+    fine = isinstance(value, list) and value and all(isinstance(n, str) and n for n in value)
+    if not fine or len(set(value)) < len(value):
+        raise refuse(JOINTS_ALLOWED)
+    return tuple(value)
+
+
+def _point(value: Any) -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != 3 or not all(map(is_number, value)):
+        raise refuse("three numbers, in m")
+    return tuple(map(float, value))
+
+
+Rate = Annotated[Number, Field(gt=0, le=LARGEST_RATE_HZ, description="a number above 0, in Hz")]
+
+
+class Metadata(Typed):
+    """What a recording's YAML holds."""
+
+    robot: Annotated[str, Field(min_length=1, description=ROBOT_ALLOWED)]
+    joints: Annotated[
+        tuple[Annotated[str, Field(min_length=1)], ...],
+        BeforeValidator(_joint_names),
+        Field(description=JOINTS_ALLOWED),
+    ]
+    kp: Annotated[per_joint(above=0, unit="N·m/rad"), Field(description="numbers, in N·m/rad")]
+    kd: Annotated[
+        per_joint(at_least=0, unit="N·m·s/rad"), Field(description="numbers, in N·m·s/rad")
+    ]
+    command_rate_hz: Rate
+    control_rate_hz: Annotated[Rate, Field(ge=LEAST_CONTROL_RATE_HZ)]
+    gravity_compensation: Annotated[bool, Field(description="true or false")]
+    base_position: Annotated[tuple[Number, ...] | None, BeforeValidator(_point)] = None
+    notes: str = ""
+
+    def arguments(self, path: Path) -> dict[str, Any]:
+        """As keyword arguments of `Recording`.
+
+        Args:
+            path: of the YAML, which the path of a robot's MJCF is relative to.
+
+        Raises:
+            RecordingError: the robot is neither a known name nor a file.
+        """
+        values = {name: getattr(self, name) for name in Metadata.model_fields}
+        return values | {
+            "robot": _robot(self.robot, path),
+            "command_rate_hz": float(self.command_rate_hz),
+            "control_rate_hz": float(self.control_rate_hz),
+        }
 
 
 def check_metadata(values: Any, path: Path) -> dict[str, Any]:
@@ -33,28 +82,7 @@ def check_metadata(values: Any, path: Path) -> dict[str, Any]:
     Raises:
         RecordingError: a key is missing, unknown, or of a wrong type, count or sign.
     """
-    return metadata_of(Keys(values, path, METADATA_KEYS))
-
-
-def metadata_of(keys: Keys) -> dict[str, Any]:
-    """The same of a mapping that may have further keys.
-
-    Raises:
-        RecordingError: a key is missing, or of a wrong type, count or sign.
-    """
-    robot = _robot(keys)
-    joints = keys.names("joints", "joint names, in the order of the columns")
-    return {
-        "robot": robot,
-        "joints": joints,
-        "kp": keys.each("kp", len(joints), above=0, unit="N·m/rad"),
-        "kd": keys.each("kd", len(joints), at_least=0, unit="N·m·s/rad"),
-        "command_rate_hz": keys.number("command_rate_hz", above=0),
-        "control_rate_hz": keys.number("control_rate_hz", above=0),
-        "gravity_compensation": keys.boolean("gravity_compensation"),
-        "base_position": _base_position(keys),
-        "notes": keys.text("notes", default=""),
-    }
+    return checked(Metadata, values, path).arguments(path)
 
 
 def as_written(recording: Recording, path: Path) -> dict[str, Any]:
@@ -88,25 +116,13 @@ def _plain(number: float) -> float:
     return int(number) if float(number).is_integer() else float(number)
 
 
-def _robot(keys: Keys) -> str:
-    allowed = f"{', '.join(KNOWN_ROBOTS)}, or the path of an MJCF file, relative to this YAML"
-    value = keys.text("robot", allowed=allowed)
+def _robot(value: str, path: Path) -> str:
     if value in KNOWN_ROBOTS:
         return value
-    model = (keys.path.parent / value).resolve()
+    model = (path.parent / value).resolve()
     if model.is_file():
         return str(model)
     found = f"{describe(value)}{suggestion(value, KNOWN_ROBOTS)}"
     if value.endswith((".xml", ".mjcf")):
-        found = f"{value!r}, but there is no file {model}"
-    raise keys.error("robot", found, allowed)
-
-
-def _base_position(keys: Keys) -> tuple[float, ...] | None:
-    if "base_position" not in keys:
-        return None
-    try:
-        return tuple(keys.each("base_position", 3, one_for_all=False).tolist())
-    except RecordingError:
-        found = describe(keys.values["base_position"])
-        raise keys.error("base_position", found, "three numbers, in m") from None
+        found = f"{describe(value)}, but there is no file {model}"
+    raise RecordingError(path, "key robot", found, ROBOT_ALLOWED)

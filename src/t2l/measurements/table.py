@@ -10,6 +10,7 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 
 from t2l.errors import RecordingError
+from t2l.typed import describe
 
 ALLOWED_CELL = "a number, or nothing where not sampled"
 NOT_SAMPLED = ("", "nan", "NaN")
@@ -50,7 +51,7 @@ def _read_csv(path: Path, check_columns: Callable) -> tuple[list[str], pa.Table]
                 column_types={name: pa.float64() for name in header}, null_values=NOT_SAMPLED
             ),
         )
-    except pa.ArrowInvalid as error:
+    except (pa.ArrowException, OSError) as error:
         _find_fault(path)
         reason = str(error).splitlines()[0]
         raise RecordingError(path, "the file", reason, "rows of numbers below a header") from None
@@ -61,14 +62,23 @@ def _header(path: Path) -> list[str]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             return [name.strip() for name in next(csv.reader(file), [])]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise RecordingError(
-            path, "the file", f"what is not text ({error})", "CSV in UTF-8"
-        ) from None
+    except (UnicodeDecodeError, csv.Error, OSError) as error:
+        raise _not_text(path, error) from None
+
+
+def _not_text(path: Path, error: Exception) -> RecordingError:
+    return RecordingError(path, "the file", f"what is not text ({error})", "CSV in UTF-8")
 
 
 def _find_fault(path: Path) -> None:
     """Raise for the first row of a CSV that has another length or a cell that is no number."""
+    try:
+        _check_rows(path)
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise _not_text(path, error) from None
+
+
+def _check_rows(path: Path) -> None:
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = csv.reader(file)
         header = next(rows, [])
@@ -82,7 +92,7 @@ def _find_fault(path: Path) -> None:
                     float(cell.strip() or "nan")
                 except ValueError:
                     raise RecordingError(
-                        path, f"row {number}, column {column}", repr(cell), ALLOWED_CELL
+                        path, f"row {number}, column {column}", describe(cell), ALLOWED_CELL
                     ) from None
 
 
@@ -91,8 +101,8 @@ def _read_parquet(path: Path, check_columns: Callable) -> tuple[list[str], pa.Ta
         # a file object: a path would also let folder names become columns
         with path.open("rb") as file:
             table = pa_parquet.read_table(file, use_threads=False)
-    except (pa.ArrowInvalid, OSError) as error:
-        reason = str(error).splitlines()[0]
+    except (pa.ArrowException, OSError, ValueError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise RecordingError(
             path, "the file", f"what cannot be read ({reason})", "a Parquet table"
         ) from None

@@ -1,6 +1,7 @@
 """Any robot that MuJoCo can load, reduced to the joints that a recording drives."""
 
-from collections.abc import Sequence
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import mujoco
@@ -27,6 +28,83 @@ def mjcf_path(robot: str) -> Path:
             f"robot: {robot!r} is neither a known name ({', '.join(KNOWN)}) nor an MJCF file"
         )
     return path
+
+
+def files(robot: str) -> list[Path]:
+    """Every file that a robot's model is made of: its MJCF, what that includes, meshes, textures.
+
+    A file that is not there is left out, and so is what an unreadable MJCF names.
+    """
+    main = mjcf_path(robot).resolve()
+    found: dict[Path, None] = {}
+    _collect(main, main.parent, found)
+    return list(found)
+
+
+def _collect(path: Path, home: Path, found: dict[Path, None]) -> None:
+    if path in found:
+        return
+    found[path] = None
+    try:
+        root = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, OSError, ValueError):
+        return
+    # the attributes of <compiler> that say where files of other kinds are
+    folders = [
+        home / element.get(key, "")
+        for element in root.iter("compiler")
+        for key in ("meshdir", "texturedir", "assetdir")
+    ]
+    for element, name in _named_files(root):
+        # MuJoCo looks beside the main file, newer versions beside the including one too
+        for folder in (home, path.parent, *folders):
+            named = (folder / name).resolve()
+            if named.is_file():
+                if element in ("include", "model"):
+                    _collect(named, home, found)
+                else:
+                    found[named] = None
+                break
+
+
+def _named_files(root: ElementTree.Element) -> Iterator[tuple[str, str]]:
+    for element in root.iter():
+        for key, value in element.attrib.items():
+            if key == "file" or key.startswith("file"):
+                yield element.tag, value
+
+
+def compiled(spec: mujoco.MjSpec, what: str) -> mujoco.MjModel:
+    """The model that MuJoCo makes of a specification.
+
+    Args:
+        what: it is of, for messages.
+
+    Raises:
+        ConfigurationError: with what MuJoCo's compiler objects to, such as a body without mass.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise ConfigurationError(f"{what}: MuJoCo cannot compile it: {reason}") from None
+
+
+def as_bytes(model: mujoco.MjModel) -> bytes:
+    """A compiled model in MuJoCo's binary format: equal where every number of it is."""
+    buffer = np.zeros(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+def free_joints(robot: str) -> list[str]:
+    """Names of the joints by which the base or a body of a robot floats; "" for one without.
+
+    Raises:
+        ConfigurationError: no such robot, or not MJCF.
+    """
+    joints = _read(mjcf_path(robot)).joints
+    return [joint.name for joint in joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
 
 
 def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
@@ -110,7 +188,8 @@ def _read(path: Path) -> mujoco.MjSpec:
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise ConfigurationError(f"{path}: MuJoCo cannot read it: {error}") from None
+        reason = " ".join(str(error).split())
+        raise ConfigurationError(f"{path}: MuJoCo cannot read it: {reason}") from None
 
 
 def _keep_force_limit(spec: mujoco.MjSpec, actuator: mujoco.MjsActuator) -> None:

@@ -11,7 +11,7 @@ import pytest
 from t2l.cli import import_lerobot
 from t2l.demos.dataset import write_replays
 from t2l.demos.replay import replay
-from t2l.errors import RecordingError
+from t2l.errors import InputError, RecordingError
 from t2l.gains import Cell
 from t2l.measurements import read_recording
 from t2l.measurements.importers import read_lerobot
@@ -145,7 +145,7 @@ def test_what_is_wrong_is_named(dataset):
         read_lerobot(dataset, CONTROLLER, action_indices=[0, 2])
     with pytest.raises(RecordingError, match=r"episode 5: found nothing; allowed: 0 to 1"):
         read_lerobot(dataset, CONTROLLER, episodes=[5])
-    with pytest.raises(RecordingError, match=r"info.json: the file: found nothing"):
+    with pytest.raises(InputError, match=r"info.json: the file: found nothing"):
         read_lerobot(dataset / "data", CONTROLLER)
 
 
@@ -162,7 +162,7 @@ def test_a_damaged_data_set_is_named(dataset):
     with pytest.raises(RecordingError, match="found what cannot be read"):
         read_lerobot(dataset, CONTROLLER)
     (dataset / "meta" / "info.json").write_text("{")
-    with pytest.raises(RecordingError, match=r"info.json: the file: found what cannot be read"):
+    with pytest.raises(InputError, match=r"info.json: the file: found what is not JSON"):
         read_lerobot(dataset, CONTROLLER)
 
 

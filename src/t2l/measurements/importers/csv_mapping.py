@@ -14,22 +14,46 @@ A number becomes ``sign · scale · number · unit + offset``, with the offset i
 Time is shifted to begin at zero.
 """
 
+import csv
+import re
 from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
+from t2l.documents import read_yaml
 from t2l.errors import RecordingError
 from t2l.measurements.checks import COMMANDED, MEASURED, check_samples
 from t2l.measurements.importers.units import FACTORS
-from t2l.measurements.keys import Keys, describe, read_yaml, suggestion
-from t2l.measurements.metadata import METADATA_KEYS, metadata_of
+from t2l.measurements.keys import checked
+from t2l.measurements.metadata import Metadata
+from t2l.measurements.per_joint import per_joint
 from t2l.measurements.recording import Recording
+from t2l.typed import Typed, describe, suggestion
 
-OWN_KEYS = ("columns", "separator", "decimal", "held_commands")
-COLUMN_KEYS = ("from", "unit", "sign", "scale", "offset")
+
+class MappingFile(Metadata):
+    """A mapping as it is written: a recording's YAML, and where its columns come from."""
+
+    columns: Annotated[dict[str, Any], Field(description="the keys time, q_des, q, dq, tau")]
+    separator: Annotated[str, Field(min_length=1, max_length=10)] = ","
+    decimal: Literal[".", ","] = "."
+    held_commands: bool = False
+
+
+class ColumnFile(Typed):
+    """One entry of `columns` as it is written."""
+
+    source: Annotated[
+        Any, Field(alias="from", description="the name of a column of the CSV, or one a joint")
+    ]
+    unit: str | None = None
+    sign: per_joint() = Field(None)
+    scale: per_joint() = Field(None)
+    offset: per_joint() = Field(None)
 
 
 @dataclass(frozen=True)
@@ -76,19 +100,18 @@ def read_mapping(path: Path | str, **overrides: Any) -> Mapping:
     values = read_yaml(path, "a mapping, which says what each column of the recording comes from")
     if isinstance(values, dict):
         values = {**values, **overrides}
-    keys = Keys(values, path, (*METADATA_KEYS, *OWN_KEYS))
-    metadata = metadata_of(keys)
-    separator = keys.text("separator", default=",")
-    decimal = keys.choice("decimal", (".", ","), default=".")
-    if separator == decimal:
-        raise keys.error("decimal", describe(decimal), "another mark than the separator")
+    found = checked(MappingFile, values, path)
+    if found.separator == found.decimal:
+        raise RecordingError(
+            path, "key decimal", describe(found.decimal), "another mark than the separator"
+        )
     return Mapping(
         path=path,
-        metadata=metadata,
-        sources=_sources(keys, metadata["joints"]),
-        separator=separator,
-        decimal=decimal,
-        held_commands=keys.boolean("held_commands", default=False),
+        metadata=found.arguments(path),
+        sources=_sources(found, path),
+        separator=found.separator,
+        decimal=found.decimal,
+        held_commands=found.held_commands,
     )
 
 
@@ -123,60 +146,77 @@ def read_mapped(table: Path | str, mapping: Mapping) -> Recording:
     return recording
 
 
-def _sources(keys: Keys, joints: tuple[str, ...]) -> dict[str, Source]:
-    kinds = (COMMANDED, *MEASURED)
+def _sources(found: MappingFile, path: Path) -> dict[str, Source]:
+    joints, kinds = found.joints, (COMMANDED, *MEASURED)
     known = ["time", *kinds, *(f"{kind}.{joint}" for kind in kinds for joint in joints)]
-    columns = keys.section("columns", known)
     sources: dict[str, Source] = {}
-    for key, value in columns.values.items():
+    for key, value in found.columns.items():
+        if key not in known:
+            shown = f"an unknown key{suggestion(key, known)}"
+            raise RecordingError(path, f"key columns.{key}", shown, ", ".join(known))
         kind = next(k for k in FACTORS if key == k or key.startswith(f"{k}."))
         targets = [f"{kind}.{joint}" for joint in joints] if key in kinds else [key]
         # text alone names a column that is in SI already
         value = {"from": value} if isinstance(value, str | list) else value
-        part = Keys(value, keys.path, COLUMN_KEYS, f"columns.{key}.")
-        for target, source in zip(targets, _each_source(part, kind, len(targets)), strict=True):
+        each = _each_source(value, path, f"columns.{key}.", kind, len(targets))
+        for target, source in zip(targets, each, strict=True):
             if target in sources:
-                raise columns.error(key, f"a second source of {target}", "one")
+                raise RecordingError(
+                    path, f"key columns.{key}", f"a second source of {target}", "one"
+                )
             sources[target] = source
-    _check_complete(columns, sources, joints)
+    _check_complete(sources, joints, path)
     return sources
 
 
-def _each_source(part: Keys, kind: str, count: int) -> list[Source]:
+def _each_source(value: Any, path: Path, prefix: str, kind: str, count: int) -> list[Source]:
+    part = checked(ColumnFile, value, path, prefix, context=count)
+
+    def refused(key: str, found: Any, allowed: str) -> RecordingError:
+        return RecordingError(path, f"key {prefix}{key}", describe(found), allowed)
+
     units = FACTORS[kind]
-    unit = units[part.choice("unit", tuple(units), default=next(iter(units)))]
-    sign = part.each("sign", count, default=1)
+    unit = part.unit or next(iter(units))
+    if unit not in units:
+        shown = f"{describe(unit)}{suggestion(unit, list(units))}"
+        raise RecordingError(path, f"key {prefix}unit", shown, ", ".join(units))
+    sign = np.ones(count) if part.sign is None else part.sign
     if not np.isin(sign, (-1, 1)).all():
-        raise part.error("sign", describe(part.values["sign"]), "1 or -1")
-    scale = part.each("scale", count, default=1)
+        raise refused("sign", value["sign"], "1 or -1")
+    scale = np.ones(count) if part.scale is None else part.scale
     if (scale == 0).any():
-        raise part.error("scale", describe(part.values["scale"]), "a number other than 0")
-    offset = part.each("offset", count, default=0)
-    names = part.names("from", "columns of the CSV") if count > 1 else _one_name(part)
+        raise refused("scale", value["scale"], "a number other than 0")
+    offset = np.zeros(count) if part.offset is None else part.offset
+    names = part.source
+    # a robot with one joint may list it as well
+    if count == 1 and isinstance(names, str) and names:
+        names = [names]
+    fine = isinstance(names, list) and all(isinstance(n, str) and n for n in names)
+    if not fine or len(set(names)) < len(names):
+        allowed = "a list of different columns of the CSV" if count > 1 else "a column of the CSV"
+        raise refused("from", names, allowed)
     if len(names) != count:
-        raise part.error("from", f"{len(names)} columns", f"{count}, one for each joint")
+        raise RecordingError(
+            path, f"key {prefix}from", f"{len(names)} columns", f"{count}, one for each joint"
+        )
     return [
-        Source(name, float(g * s * unit), float(o))
+        Source(name, float(g * s * units[unit]), float(o))
         for name, g, s, o in zip(names, sign, scale, offset, strict=True)
     ]
 
 
-def _one_name(part: Keys) -> tuple[str, ...]:
-    # a robot with one joint may list it as well
-    if isinstance(part.values.get("from"), list):
-        return part.names("from", "columns of the CSV")
-    return (part.text("from", allowed="the name of a column of the CSV"),)
-
-
-def _check_complete(columns: Keys, sources: AnyMapping, joints: tuple[str, ...]) -> None:
+def _check_complete(sources: AnyMapping, joints: tuple[str, ...], path: Path) -> None:
     if "time" not in sources:
-        raise columns.error("time", "nothing", "the column that holds the time")
+        raise RecordingError(path, "key columns.time", "nothing", "the column that holds the time")
     for kind in (COMMANDED, *MEASURED):
         missing = [joint for joint in joints if f"{kind}.{joint}" not in sources]
         optional = kind in ("dq", "tau")
         if missing and not (optional and len(missing) == len(joints)):
-            raise columns.error(
-                f"{kind}.{missing[0]}", "nothing", f"a source of {kind} for every joint"
+            raise RecordingError(
+                path,
+                f"key columns.{kind}.{missing[0]}",
+                "nothing",
+                f"a source of {kind} for every joint",
             )
 
 
@@ -197,10 +237,18 @@ def _read_columns(table: Path, mapping: Mapping) -> dict[str, np.ndarray]:
         )
     except FileNotFoundError:
         raise RecordingError(table, "the file", "nothing", "a CSV file") from None
-    except (ValueError, OSError) as error:
+    # pandas' own parser knows csv.Error, and regular expressions re.error
+    except (ValueError, OSError, csv.Error, re.error) as error:
         reason = " ".join(str(error).split())
         raise RecordingError(table, "the file", f"what is not CSV ({reason})", "CSV") from None
+    if not isinstance(cells.index, pd.RangeIndex):
+        raise RecordingError(
+            table, "row 1", "more cells than the header has", "as many as in the header"
+        )
     cells.columns = [str(name).strip() for name in cells.columns]
+    if not cells.columns.is_unique:
+        twice = cells.columns[cells.columns.duplicated()][0]
+        raise RecordingError(table, f"column {twice}", "it twice", "each column once")
     return {
         target: source.factor * _numbers(cells, source.column, table, mapping) + source.offset
         for target, source in mapping.sources.items()

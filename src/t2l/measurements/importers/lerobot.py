@@ -5,20 +5,21 @@ The Parquet files are read as they are, because importing lerobot takes seconds.
 at its frame.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from pydantic import BaseModel, Field, ValidationError, field_validator
 
+from t2l.documents import read_json
 from t2l.errors import RecordingError
 from t2l.measurements.checks import COMMANDED, check_samples
-from t2l.measurements.keys import Keys
-from t2l.measurements.metadata import METADATA_KEYS, metadata_of
+from t2l.measurements.metadata import LARGEST_RATE_HZ, check_metadata
 from t2l.measurements.recording import Recording
+from t2l.typed import describe
 
 ACTION, STATE = "action", "observation.state"
 
@@ -56,10 +57,10 @@ def read_lerobot(
     """
     folder = Path(folder)
     info = _read_info(folder)
-    values = {"command_rate_hz": info["fps"], **controller}
-    metadata = metadata_of(Keys(values, folder, METADATA_KEYS))
+    values = {"command_rate_hz": info.fps, **controller}
+    metadata = check_metadata(values, folder)
     joints = metadata["joints"]
-    where = _find(folder, info["features"], joints, action_indices, state_indices)
+    where = _find(folder, info.features, joints, action_indices, state_indices)
     parts = _read_episodes(folder, info)
     recordings = []
     for episode in _chosen(folder, sorted(parts), episodes):
@@ -73,7 +74,7 @@ def read_lerobot(
             name=f"{folder.resolve().name}_{episode:04d}",
             path=folder,
             # not the column timestamp, which is in single precision
-            time=frame / info["fps"],
+            time=frame / info.fps,
             **signals,
             **metadata,
         )
@@ -86,32 +87,61 @@ def read_lerobot(
     return recordings
 
 
-def _read_info(folder: Path) -> dict[str, Any]:
+class Feature(BaseModel):
+    """A feature of a data set; what else it says is not needed."""
+
+    shape: tuple[Annotated[int, Field(ge=1, le=100_000)], ...]
+    names: Any = None
+
+
+class Info(BaseModel):
+    """What `meta/info.json` must say."""
+
+    codebase_version: str
+    fps: Annotated[float, Field(gt=0, le=LARGEST_RATE_HZ)]
+    total_frames: int | None = None
+    features: dict[str, Any]
+
+    @field_validator("features")
+    @classmethod
+    def _positions(cls, features: dict[str, Any]) -> dict[str, Any]:
+        return {
+            key: Feature.model_validate(value) if key in (ACTION, STATE) else value
+            for key, value in features.items()
+        }
+
+
+def _read_info(folder: Path) -> Info:
     path = folder / "meta" / "info.json"
+    content = read_json(path, "a LeRobot data set's meta/info.json")
     try:
-        info = json.loads(path.read_text())
-        version, fps, features = info["codebase_version"], info["fps"], info["features"]
-    except FileNotFoundError:
-        raise RecordingError(path, "the file", "nothing", "a LeRobot data set's folder") from None
-    except (ValueError, KeyError, TypeError) as error:
+        found = Info.model_validate(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(map(str, first["loc"])) or "the file"
+        where = f"key {key}" if first["loc"] else key
+        shown = "nothing" if first["type"] == "missing" else describe(first["input"])
+        allowed = f"what a LeRobot data set has there ({first['msg']})"
+        raise RecordingError(path, where, shown, allowed) from None
+    if not found.codebase_version.startswith("v3"):
         raise RecordingError(
-            path, "the file", f"what cannot be read ({error!r})", "a LeRobot data set's info.json"
-        ) from None
-    if not str(version).startswith("v3"):
-        raise RecordingError(
-            path, "key codebase_version", repr(version), "v3.0; lerobot converts older data sets"
+            path,
+            "key codebase_version",
+            describe(found.codebase_version),
+            "v3.0; lerobot converts older data sets",
         )
-    if not isinstance(fps, int | float) or fps <= 0:
-        raise RecordingError(path, "key fps", repr(fps), "a number above 0")
     for key in (ACTION, STATE):
-        if key not in features:
+        if key not in found.features:
             raise RecordingError(
                 path,
                 f"key features.{key}",
                 "nothing",
                 f"{ACTION} and {STATE}, with joint positions",
             )
-    return info
+        if len(found.features[key].shape) != 1:
+            shape = describe(found.features[key].shape)
+            raise RecordingError(path, f"key features.{key}.shape", shape, "one number")
+    return found
 
 
 def _find(
@@ -129,8 +159,8 @@ def _find(
         ("dq", STATE, None),
         ("tau", STATE, None),
     ):
-        size = int(np.prod(features[key]["shape"]))
-        names = _names(features[key])
+        (size,) = features[key].shape
+        names = _names(features[key].names)
         where = folder / "meta" / "info.json"
         if given is not None:
             if len(given) != len(joints) or not all(0 <= i < size for i in given):
@@ -157,12 +187,10 @@ def _find(
     return found
 
 
-def _names(feature: Mapping[str, Any]) -> list[str]:
-    names = feature.get("names") or []
+def _names(names: Any) -> list[str]:
     # some data sets group their names: {motors: [...]}
-    if isinstance(names, Mapping):
-        names = [n for group in names.values() for n in (group if isinstance(group, list) else [])]
-    return list(names)
+    groups = list(names.values()) if isinstance(names, Mapping) else [names]
+    return [str(n) for group in groups if isinstance(group, list) for n in group]
 
 
 def _index(names: Sequence[str], patterns: Sequence[str], joint: str) -> int | None:
@@ -172,32 +200,34 @@ def _index(names: Sequence[str], patterns: Sequence[str], joint: str) -> int | N
     return None
 
 
-def _read_episodes(
-    folder: Path, info: Mapping[str, Any]
-) -> dict[int, tuple[np.ndarray, dict[str, np.ndarray]]]:
+def _read_episodes(folder: Path, info: Info) -> dict[int, tuple[np.ndarray, dict[str, np.ndarray]]]:
     """By episode: frame numbers (n,), and each feature (n, size)."""
+    where = folder / "data"
+    columns = [ACTION, STATE, "episode_index", "frame_index"]
     try:
-        files = sorted((folder / "data").glob("*/*.parquet"))
-        columns = [ACTION, STATE, "episode_index", "frame_index"]
+        files = sorted(where.glob("*/*.parquet"))
         table = pa.concat_tables(pq.read_table(file, columns=columns) for file in files)
-    except (pa.ArrowException, OSError) as error:
-        reason = str(error).splitlines()[0]
+        missing = [name for name in columns if name not in table.column_names]
+        if missing:
+            raise RecordingError(where, f"column {missing[0]}", "nothing", ", ".join(columns))
+        numbers = {name: _numbers(table[name], name, where) for name in columns[2:]}
+        features = {
+            key: _matrix(table[key], info.features[key].shape[0], key, where)
+            for key in (ACTION, STATE)
+        }
+    # ValueError: no file at all
+    except (pa.ArrowException, OSError, ValueError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise RecordingError(
-            folder / "data", "the files", f"what cannot be read ({reason})", "Parquet files"
+            where, "the files", f"what cannot be read ({reason})", "Parquet files"
         ) from None
-    total = info.get("total_frames", len(table))
+    total = len(table) if info.total_frames is None else info.total_frames
     if len(table) != total or total == 0:
         raise RecordingError(
-            folder / "data", "the files", f"{len(table)} frames", f"the {total} of meta/info.json"
+            where, "the files", f"{len(table)} frames", f"the {total} of meta/info.json"
         )
-    features = {
-        key: _matrix(table[key], int(np.prod(info["features"][key]["shape"])))
-        for key in (ACTION, STATE)
-    }
-    episode_index, frame_index = (
-        np.asarray(table[key].to_numpy()) for key in ("episode_index", "frame_index")
-    )
     parts = {}
+    episode_index, frame_index = numbers["episode_index"], numbers["frame_index"]
     for episode in np.unique(episode_index):
         rows = np.flatnonzero(episode_index == episode)
         rows = rows[np.argsort(frame_index[rows], kind="stable")]
@@ -206,11 +236,29 @@ def _read_episodes(
     return parts
 
 
-def _matrix(column: pa.ChunkedArray, size: int) -> np.ndarray:
+def _numbers(column: pa.ChunkedArray, name: str, where: Path) -> np.ndarray:
+    """Whole numbers (n,)."""
+    if not pa.types.is_integer(column.type) or column.null_count:
+        found = f"{column.type} cells" + (", some empty" if column.null_count else "")
+        raise RecordingError(where, f"column {name}", found, "whole numbers")
+    return column.combine_chunks().to_numpy(zero_copy_only=False)
+
+
+def _matrix(column: pa.ChunkedArray, size: int, name: str, where: Path) -> np.ndarray:
+    """Numbers (n, size)."""
     array = column.combine_chunks()
-    if size > 1 or not pa.types.is_floating(array.type):
-        array = array.flatten()
-    return array.to_numpy(zero_copy_only=False).astype(float).reshape(-1, size)
+    if isinstance(array, pa.ChunkedArray):
+        array = pa.concat_arrays(array.chunks)
+    rows = len(array)
+    listed = isinstance(array, pa.ListArray | pa.LargeListArray | pa.FixedSizeListArray)
+    flat = array.flatten() if listed else array
+    number = pa.types.is_floating(flat.type) or pa.types.is_integer(flat.type)
+    if not number or array.null_count or len(flat) != rows * size:
+        found = f"{array.type} cells" + (", some empty" if array.null_count else "")
+        if number and not array.null_count:
+            found = f"{len(flat)} numbers in {rows} rows"
+        raise RecordingError(where, f"column {name}", found, f"{size} numbers in each row")
+    return flat.to_numpy(zero_copy_only=False).astype(float).reshape(-1, size)
 
 
 def _chosen(folder: Path, there: Sequence[int], wanted: Sequence[int] | None) -> Sequence[int]:
