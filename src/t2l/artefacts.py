@@ -189,7 +189,7 @@ def read_text(path: Path | str, what: str) -> str:
     try:
         return documents.read_text(path, what, MOST_BYTES)
     except InputError as error:
-        raise ArtefactError(path, error.found, what) from None
+        raise ArtefactError(path, f"found {error.found}", what) from None
 
 
 def read_json(path: Path | str, what: str, keys: Sequence[str] = ()) -> dict[str, Any]:
@@ -207,7 +207,7 @@ def read_json(path: Path | str, what: str, keys: Sequence[str] = ()) -> dict[str
     try:
         content = documents.read_json(path, expected, MOST_BYTES)
     except InputError as error:
-        raise ArtefactError(path, error.found, expected) from None
+        raise ArtefactError(path, f"found {error.found}", expected) from None
     return _with_keys(content, path, keys, expected)
 
 
@@ -222,7 +222,7 @@ def read_yaml(path: Path | str, what: str, keys: Sequence[str] = ()) -> dict[str
     try:
         content = documents.read_yaml(path, expected)
     except InputError as error:
-        raise ArtefactError(path, error.found, expected) from None
+        raise ArtefactError(path, f"found {error.found}", expected) from None
     return _with_keys(content, path, keys, expected)
 
 

@@ -2,7 +2,6 @@
 
 import errno
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -41,11 +40,13 @@ class ArtefactError(T2LError):
 
     Attributes:
         path: the file, or the folder of a data set.
+        found, expected: what is wrong.
         complaint: the message without advice.
     """
 
     def __init__(self, path: Path | str, found: str, expected: str):
-        self.path, self.complaint = Path(path), f"{path}: {found}; expected {expected}"
+        self.path, self.found, self.expected = Path(path), found, expected
+        self.complaint = f"{path}: {found}; expected {expected}"
         before = "Move it away and run" if os.path.lexists(path) else "Run"
         super().__init__(f"{self.complaint}. {before} again: it is made anew.")
 
@@ -82,12 +83,10 @@ def refused(error: OSError) -> bool:
 
 def cannot_write(error: OSError, path: Path | str) -> OutputError:
     """The error of a file that the operating system does not write."""
-    reason = error.strerror or " ".join(str(error).split()) or type(error).__name__
-    # libraries drop the number of an error that they meet while they write
-    if refused(error) or error.errno is None:
-        mount = _mount(Path(path))
-        free = shutil.disk_usage(mount).free
-        reason += f" (the file system at {mount}, {free / 1e6:.3g} MB free)"
+    if refused(error):
+        reason = f"{os.strerror(error.errno)} (the file system at {_mount(Path(path))})"
+    else:
+        reason = error.strerror or " ".join(str(error).split()) or type(error).__name__
     return OutputError(f"{path}: cannot be written: {reason}")
 
 

@@ -127,7 +127,7 @@ def test_an_empty_folder_and_a_broken_file_are_named(tmp_path):
     with pytest.raises(ArtefactError, match=r"comparison\.json"):
         write_report(tmp_path)
     (tmp_path / "diagnosis.json").write_text("{")
-    with pytest.raises(ArtefactError, match="cannot be read as JSON"):
+    with pytest.raises(ArtefactError, match="what is not JSON"):
         write_report(tmp_path)
 
 

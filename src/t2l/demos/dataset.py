@@ -178,7 +178,8 @@ def _read(path: Path, sizes: Mapping[str, int]) -> list[dict[str, np.ndarray]]:
         if error.path == path:
             raise
         # a data set is one artefact
-        raise ArtefactError(path, error.complaint, expected) from None
+        found = f"{error.path.relative_to(path)}: {error.found}"
+        raise ArtefactError(path, found, error.expected) from None
 
 
 def _episodes(path: Path, sizes: Mapping[str, int], expected: str) -> list[dict[str, np.ndarray]]:

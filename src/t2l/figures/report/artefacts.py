@@ -120,9 +120,10 @@ def _compared(folder: Path, label: str) -> Compared:
     path = folder / COMPARISON
     numbers = read_content(path, contents.Comparison, "a comparison")
     traces = read_traces(folder)
-    missing = [name for name in CONDITIONS if name not in traces.columns]
+    # whether all is the same is no column
+    missing = set(CONDITIONS) - set(traces.columns) - {"constant"}
     if missing:
-        raise ArtefactError(folder / TRACES, f"lacks column {', '.join(missing)}", "a comparison's")
+        raise ArtefactError(folder / TRACES, f"lacks column {', '.join(sorted(missing))}", "all")
     known = set(traces.joints)
     named = {cell["joint"] for cell in numbers["cells"]} - {None}
     if known != set(numbers["joints"]) or not named <= known:
