@@ -145,7 +145,7 @@ def _shorter(table):
         (lambda path: (path / "meta/info.json").unlink(), "meta/info.json: no such file"),
         (
             lambda path: (path / "meta/info.json").write_text("{"),
-            "meta/info.json: found what is not JSON",
+            "info.json: found what is not JSON",
         ),
         (lambda path: shutil.rmtree(path / "data"), "data"),
         (_info(features=[1]), "meta/info.json: makes no sense"),

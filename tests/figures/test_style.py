@@ -44,6 +44,7 @@ def _renamed(one, name):
 def test_every_name_can_be_drawn(one, tmp_path, name, draw):
     plain = getattr(discrepancy, draw)([one])
     size = plain.get_size_inches().copy()
+    plt.close(plain)
     figure = getattr(discrepancy, draw)([_renamed(one, name)])
     np.testing.assert_array_equal(figure.get_size_inches(), size)
     with warnings.catch_warnings():
