@@ -9,7 +9,7 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = [
-    {"cli", "figures", "stats", "configuration"},
+    {"cli", "figures", "stats", "config"},
     {"bc", "discrepancy", "rl", "sim2real"},
     {"demos", "policies", "effects", "sysid"},
     {"tasks", "measurements"},

@@ -2,6 +2,9 @@
 
 Snakemake finds it by its package name; `logger: t2l` in a profile selects it. Whatever is not
 progress (errors, dry runs, "Nothing to be done") is shown as Snakemake shows it.
+
+Snakemake imports this package before it reads any configuration file, so it is also where t2l's
+loader of them is put in place.
 """
 
 import re
@@ -12,7 +15,10 @@ from logging import LogRecord
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from snakemake_logger_plugin_t2l import configfiles
 from snakemake_logger_plugin_t2l.progress import Progress
+
+configfiles.install()
 
 _SILENT = (
     LogEvent.WORKFLOW_STARTED,

@@ -20,6 +20,7 @@ from t2l import names
 # no quantity of a robot is larger, and its square is a finite float
 LARGEST = 1e12
 SHOWN_CHARACTERS = 80
+SHOWN_PROBLEMS = 20
 
 
 class Typed(BaseModel):
@@ -45,7 +46,10 @@ class Invalid(ValueError):  # noqa: N818  # it is no error of its own, but what 
     """Values that are no such model."""
 
     def __init__(self, problems: Sequence[Problem]):
-        super().__init__("\n".join(map(str, problems)))
+        lines = [str(problem) for problem in problems[:SHOWN_PROBLEMS]]
+        if len(problems) > SHOWN_PROBLEMS:
+            lines.append(f"and {len(problems) - SHOWN_PROBLEMS} more like these")
+        super().__init__("\n".join(lines))
         self.problems = list(problems)
 
 
@@ -86,7 +90,7 @@ def describe(value: Any) -> str:
     try:
         text = repr(value)
     except (ValueError, RecursionError):  # thousands of digits
-        return f"a {type(value).__name__} too large to show"
+        return "a value too large to show"
     text = " ".join(text.split())
     return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}…"
 
@@ -151,15 +155,13 @@ AsTuple = BeforeValidator(_tuple)
 def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
     loc, kind, context = error["loc"], error["type"], error.get("ctx", {})
     parent, steps = _walk(model, loc)
-    key = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in steps).removeprefix(".")
+    key = _key(steps)
     found = describe(error["input"])
     match kind:
         case "extra_forbidden" | "invalid_key":
             known = list(_fields(parent))
-            name = str(steps[-1])[:SHOWN_CHARACTERS]
-            *above, _ = steps
-            prefix = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in above)
-            where = f"{prefix}.{name}".removeprefix(".")
+            *above, name = steps
+            where = _key([*above, str(name)])
             return Problem(where, f"an unknown key{suggestion(name, known)}", ", ".join(known))
         case "missing":
             return Problem(key, "nothing", _allowed_of(parent, steps[-1]))
@@ -168,13 +170,13 @@ def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
         case "value_error":
             allowed = str(context.get("error", error["msg"]))
         case "greater_than":
-            allowed = f"a number above {context['gt']:g}"
+            allowed = f"a number above {_limit(context['gt'])}"
         case "greater_than_equal":
-            allowed = f"a number from {context['ge']:g} up"
+            allowed = f"a number from {_limit(context['ge'])} up"
         case "less_than":
-            allowed = f"a number below {context['lt']:g}"
+            allowed = f"a number below {_limit(context['lt'])}"
         case "less_than_equal":
-            allowed = f"a number up to {context['le']:g}"
+            allowed = f"a number up to {_limit(context['le'])}"
         case "too_short":
             least = context["min_length"]
             allowed = f"a list with at least {least} element{'s' if least > 1 else ''}"
@@ -197,6 +199,7 @@ def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
 _KINDS = {
     "bool_type": "true or false",
     "string_type": "text",
+    "string_unicode": "text in Unicode",
     "list_type": "a list",
     "tuple_type": "a list",
     "dict_type": "keys with values",
@@ -207,15 +210,32 @@ _KINDS = {
 }
 
 
+def _limit(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:g}"
+
+
+def _key(steps: Sequence) -> str:
+    """Keys and indices as a message shows them, each short and in one line."""
+    return "".join(
+        f"[{step}]" if isinstance(step, int) else f".{_printable(step)}" for step in steps
+    ).removeprefix(".")
+
+
+def _printable(key: str) -> str:
+    return (key if key.isprintable() else repr(key)[1:-1])[:SHOWN_CHARACTERS]
+
+
 def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]:
     """The model that the last key belongs to, and the keys without the branches of unions."""
     parent, kind, steps = model, model, []
     for step in loc:
-        options = _options(kind)
+        options = [option for option in _options(kind) if option is not type(None)]
         owner = next((o for o in options if _is_model(o)), None)
-        if owner is not None and isinstance(step, str) and not _is_branch(owner, step):
+        # a number is an index, unless only a model's keys can be meant
+        is_key = isinstance(step, str) or len(options) == 1
+        if owner is not None and is_key and not _is_branch(owner, step):
             parent = owner
-            field = _fields(owner).get(step)
+            field = _fields(owner).get(str(step))
             kind = field.annotation if field else Any
             steps.append(step)
         elif isinstance(step, int):
@@ -236,7 +256,7 @@ def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
-def _is_branch(owner: type[BaseModel], step: str) -> bool:
+def _is_branch(owner: type[BaseModel], step: str | int) -> bool:
     return step == owner.__name__
 
 

@@ -1,20 +1,26 @@
+import re
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from t2l.gains import Cell, Grid
+from t2l.gains.cell import NAME_PATTERN
 
-gains = st.floats(min_value=1e-3, max_value=1e5)
+gains = st.floats(min_value=1e-6, max_value=1e6)
 
 
 @given(kp=gains, kd=gains)
 def test_a_cell_is_recovered_from_its_name(kp, kd):
-    assert Cell.from_name(Cell(kp, kd).name) == Cell(kp, kd)
+    name = Cell(kp, kd).name
+    assert re.fullmatch(NAME_PATTERN, name)
+    assert Cell.from_name(name) == Cell(kp, kd)
 
 
 def test_names_are_those_of_the_study():
     assert Cell(kp=16, kd=24).name == "kp16_kd24"
     assert Cell(kp=0.5, kd=2.25).name == "kp0.5_kd2.25"
+    assert Cell(kp=1e-5, kd=1e6).name == "kp0.00001_kd1000000"
 
 
 @pytest.mark.parametrize(

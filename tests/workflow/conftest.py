@@ -18,6 +18,8 @@ class Project:
         self.folder = folder
         for name in ("workflow", "config"):
             shutil.copytree(ROOT / name, folder / name)
+        # recordings that config.yaml names
+        (folder / "examples").symlink_to(ROOT / "examples")
         self.config = yaml.safe_load((ROOT / "config/smoke.yaml").read_text())
         self.results = folder / "results" / "smoke"
 

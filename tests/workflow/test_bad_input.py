@@ -1,35 +1,44 @@
-import copy
-
-import pytest
 import yaml
 
-
-def _set(config, path, value):
-    config = copy.deepcopy(config)
-    *parents, key = path.split(".")
-    section = config
-    for parent in parents:
-        section = section[parent]
-    section[key] = value
-    return config
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "message"),
-    [
-        ("grid.kp", [0, 32], "grid.kp[0]: found 0; allowed: a number above 0"),
-        ("grid.kd", [], "grid.kd: found []; allowed: a list with at least 1 element"),
-        ("tasks", ["block_stck"], "found 'block_stck' (did you mean block_stack?)"),
-        ("training.epoch", 3, "training.epoch: no such key (did you mean epochs?)"),
-        ("demonstrations.count", 0, "demonstrations.count: found 0; allowed: a number from 2 up"),
-    ],
+BOMB = "a0: &a0 [x, x, x, x, x, x, x, x]\n" + "".join(
+    f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 8)}]\n" for i in range(1, 40)
 )
-def test_a_bad_configuration_stops_before_the_first_job(empty_project, path, value, message):
-    done = empty_project.run("--", "all", config=_set(empty_project.config, path, value))
-    assert done.returncode != 0
-    assert message in done.stdout
+
+
+def test_a_bad_configuration_stops_before_the_first_job(empty_project):
+    config = empty_project.config
+    config["grid"]["kp"], config["grid"]["kd"] = [0, 32], []
+    config["training"]["epoch"] = 3
+    config["demonstrations"]["count"] = 0
+    config[1] = 2
+    done = empty_project.run("--", "all")
+    assert done.returncode == 1
+    for message in (
+        "config: grid.kp[0]: found 0; allowed: a number above 0",
+        "config: grid.kd: found []; allowed: a list with at least 1 element",
+        "config: training.epoch: found an unknown key (did you mean epochs?)",
+        "config: demonstrations.count: found 0; allowed: a number from 2 up",
+        "config: 1: found an unknown key; allowed: study, seed,",
+    ):
+        assert message in done.stdout
     assert "Traceback" not in done.stdout
     assert not empty_project.results.exists()
+
+
+def test_a_file_that_is_no_configuration_is_named_once(empty_project):
+    config = empty_project.folder / "config/config.yaml"
+    config.write_text(config.read_text() + "seed: 3\n")
+    bomb = empty_project.folder / "bomb.yaml"
+    bomb.write_text(BOMB)
+    for arguments, message in (
+        ((), "config/config.yaml: the file: found what is not YAML (the key 'seed' twice"),
+        (("--configfile", str(bomb)), f"{bomb}: line 6: found more values, aliases written out"),
+    ):
+        done = empty_project.run("--dry-run", *arguments, "--", "all")
+        assert done.returncode == 1
+        assert done.stdout.count(message) == 1
+        assert done.stdout.count("found") == 1
+        assert "Traceback" not in done.stdout
 
 
 def test_an_expert_that_fails_says_its_rate(empty_project):

@@ -1,4 +1,5 @@
 import json
+import os
 import shutil
 
 import numpy as np
@@ -7,6 +8,13 @@ from benchmarks.hidden_effects.generator import record, write
 
 from tests.conftest import ROOT
 
+EFFECT = """
+from t2l.effects.viscous_friction import ViscousFriction
+
+
+class Mine(ViscousFriction):
+    name = "mine"
+"""
 PENDULUM = ROOT / "benchmarks/hidden_effects/robots/pendulum.xml"
 
 
@@ -27,11 +35,13 @@ def clean_project(empty_project):
             joints=("hinge",), kp=kp, kd=kd, command_rate_hz=50, control_rate_hz=1000,
             gravity_compensation=False,
         )  # fmt: skip
-    empty_project.config["diagnosis"] = {"recordings": ["logs"]}
+    (folder / "effects").mkdir()
+    (folder / "effects/mine.py").write_text(EFFECT)
+    empty_project.config["diagnosis"] = {"recordings": ["logs"], "effects": ["effects"]}
     return empty_project
 
 
-def test_the_diagnosis_target_explains_and_is_cached(clean_project):
+def test_the_diagnosis_target_explains_and_is_cached(clean_project, monkeypatch):
     done = clean_project.run("--", "diagnosis")
     assert done.returncode == 0, done.stdout[-4000:]
     folder = clean_project.results / "diagnosis"
@@ -43,10 +53,25 @@ def test_the_diagnosis_target_explains_and_is_cached(clean_project):
         assert (folder / name).stat().st_size > 0
     assert clean_project.planned("diagnosis") == {}
 
-    table = clean_project.folder / "logs" / "kp5.csv"
-    table.write_text(table.read_text() + "\n")
-    again = clean_project.planned("diagnosis")
-    assert {"compare_before", "explain", "compare_after", "diagnosis_report"} <= set(again)
+    stages = {"compare_before", "explain", "compare_after", "diagnosis_report"}
+    for name in ("logs/kp5.csv", "pendulum.xml", "effects/mine.py"):
+        path = clean_project.folder / name
+        content = path.read_text()
+        path.write_text(content + "\n")
+        assert stages <= set(clean_project.planned("diagnosis")), name
+        path.write_text(content)
+        os.utime(path, times=(0, 0))
+    assert clean_project.planned("diagnosis") == {}
+
+    # a newer t2l than the one that is installed
+    newer = clean_project.folder / "newer"
+    (newer / "t2l-1000.0.dist-info").mkdir(parents=True)
+    (newer / "t2l-1000.0.dist-info/METADATA").write_text(
+        "Metadata-Version: 2.1\nName: t2l\nVersion: 1000.0\n"
+    )
+    paths = [str(newer), *filter(None, [os.environ.get("PYTHONPATH")])]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
+    assert stages <= set(clean_project.planned("diagnosis"))
 
 
 def test_a_bad_recording_is_named(clean_project):

@@ -71,15 +71,6 @@ def condition_entry(wildcards) -> dict:
     return next(dict(entry) for entry in entries if entry["name"] == wildcards.condition)
 
 
-def logs_of(section: dict) -> list[str]:
-    """Every file of the recordings that the configuration names, for Snakemake to watch."""
-    files = []
-    for path in (*section.get("recordings", []), *section.get("holdout", [])):
-        given = Path(path)
-        files += sorted(given.iterdir()) if given.is_dir() else [given]
-    return [str(file) for file in files if file.suffix in (".csv", ".parquet", ".yaml")]
-
-
 TASKS = list(STUDY.tasks)
 CELLS = [cell.name for cell in STUDY.grid.cells]
 SEED = STUDY.sections["seed"]

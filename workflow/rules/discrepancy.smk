@@ -1,7 +1,10 @@
 """Compare a model with recordings, explain the difference, compare again."""
 
+from importlib.metadata import version
+
+from t2l.config.watched import watched
+
 DIAGNOSIS = STUDY.sections.get("diagnosis", {})
-LOGS = logs_of(DIAGNOSIS)
 DIAGNOSIS_FIGURES = expand(
     result("diagnosis", "figures", "{name}.{suffix}"),
     name=["error_falling", "overlays", "error_by_cell", "residual_by_condition", "spectrum"],
@@ -11,12 +14,13 @@ DIAGNOSIS_FIGURES = expand(
 
 rule compare_before:
     input:
-        LOGS,
+        lambda wildcards: watched(DIAGNOSIS),
     output:
         comparison=result("diagnosis", "before", "comparison.json"),
         traces=result("diagnosis", "before", "traces.parquet"),
     params:
         diagnosis=DIAGNOSIS,
+        version=version("t2l"),
     log:
         result("logs", "compare_before.log"),
     benchmark:
@@ -31,12 +35,13 @@ rule compare_before:
 
 rule explain:
     input:
-        LOGS,
+        lambda wildcards: watched(DIAGNOSIS),
     output:
         explanation=result("diagnosis", "explanation.json"),
         model=result("diagnosis", "model.yaml"),
     params:
         diagnosis=DIAGNOSIS,
+        version=version("t2l"),
     log:
         result("logs", "explain.log"),
     benchmark:
@@ -52,13 +57,14 @@ rule explain:
 
 rule compare_after:
     input:
-        LOGS,
+        lambda wildcards: watched(DIAGNOSIS),
         model=rules.explain.output.model,
     output:
         comparison=result("diagnosis", "after", "comparison.json"),
         traces=result("diagnosis", "after", "traces.parquet"),
     params:
         diagnosis=DIAGNOSIS,
+        version=version("t2l"),
     log:
         result("logs", "compare_after.log"),
     benchmark:

@@ -20,7 +20,8 @@ with job(snakemake.log[0], markers=workers):
     try:
         found = best(study, folder / "store", params.trials)
     except UnfinishedError as error:
-        raise ArtefactError(workers[0], f"says that tuning is done, but {error}", "a study that is done") from None
+        found = f"says that tuning is done, but {error}"
+        raise ArtefactError(workers[0], found, "a study that is done") from None
     write_table(table(study).assign(kp=cell.kp, kd=cell.kd), snakemake.output.trials)
     write_table(found.history.assign(kp=cell.kp, kd=cell.kd), snakemake.output.training)
     found.policy.save(snakemake.output.policy)

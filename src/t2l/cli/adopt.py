@@ -3,6 +3,8 @@
 import argparse
 from pathlib import Path
 
+from t2l.cli.inputs import add_force
+
 HELP = "add effects that a diagnosis found to the model"
 
 
@@ -16,6 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("effects", nargs="+", metavar="EFFECT")
     parser.add_argument("--diagnosis", type=Path, required=True, help="folder of t2l diagnose")
     parser.add_argument("--out", type=Path, required=True, metavar="MODEL.yaml")
+    add_force(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -23,25 +26,34 @@ def run(arguments: argparse.Namespace) -> None:
 
     Raises:
         ConfigurationError: no diagnosis there, or an effect that it does not hold.
+        OutputError: the result would replace something.
     """
     from t2l.discrepancy.model import Model, read_model, write_model
+    from t2l.discrepancy.story import diagnosed_effects
     from t2l.errors import ConfigurationError
+    from t2l.names import path_of
+    from t2l.outputs import output_file
 
-    folder = arguments.diagnosis / "models"
-    available = sorted(path.stem for path in folder.glob("*.yaml"))
+    folder = arguments.diagnosis
+    available = diagnosed_effects(folder)
     if not available:
-        raise ConfigurationError(f"--diagnosis {arguments.diagnosis}: no diagnosis in that folder")
-    merged = None
+        raise ConfigurationError(f"--diagnosis {folder}: no diagnosis in that folder")
+    merged, files = None, [folder / "diagnosis.json"]
     for name in arguments.effects:
         if name not in available:
             raise ConfigurationError(
-                f"{name}: not in the diagnosis {arguments.diagnosis}; it holds "
-                f"{', '.join(available)}"
+                f"{name}: not in the diagnosis {folder}; it holds {', '.join(available)}"
             )
-        model = read_model(folder / f"{name}.yaml")
+        files.append(path_of(folder / "models", name, ".yaml"))
+        model = read_model(files[-1])
+        if name not in model.effects:
+            held = ", ".join(model.effects) or "none"
+            raise ConfigurationError(
+                f"{files[-1]}: effects: found {held}; allowed: a model with {name}, as "
+                "t2l diagnose wrote it"
+            )
         effects = {**(merged.effects if merged else model.effects), name: model.effects[name]}
         merged = Model(model.robot, effects, model.effect_files)
-    write_model(
-        merged, arguments.out, f"adopted from {arguments.diagnosis}: {', '.join(arguments.effects)}"
-    )
+    with output_file(arguments.out, "adopt", files, arguments.force) as out:
+        write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.effects)}")
     print(f"Written to {arguments.out}")

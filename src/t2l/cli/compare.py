@@ -4,6 +4,8 @@ import argparse
 
 from t2l.cli.inputs import add_log_arguments
 
+ENTRIES = ("comparison.json", "traces.parquet", "figures/", "report.html")
+
 HELP = "simulate recordings and show where the model fails"
 
 
@@ -18,17 +20,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Compare, write, and say where most of the error is."""
-    from t2l.cli.inputs import read_inputs
+    from t2l.cli.inputs import log_output, read_inputs
     from t2l.discrepancy.accuracy import substeps_for
     from t2l.discrepancy.compare import compare, write
     from t2l.figures.discrepancy import draw_comparison
     from t2l.figures.report import write_report
 
     model, recordings, _ = read_inputs(arguments)
-    comparison = compare(model, recordings, substeps_for(model, recordings))
-    write(comparison, arguments.out)
-    draw_comparison(arguments.out)
-    write_report(arguments.out)
+    with log_output(arguments, ENTRIES, model, recordings) as out:
+        comparison = compare(model, recordings, substeps_for(model, recordings))
+        write(comparison, out)
+        draw_comparison(out)
+        write_report(out)
     for contradiction in comparison.contradictions:
         print(f"Contradiction: {contradiction}")
     print(comparison.sentence)

@@ -4,6 +4,8 @@ import argparse
 
 from t2l.cli.inputs import add_log_arguments
 
+ENTRIES = ("diagnosis.json", "models/", "figures/", "report.html")
+
 HELP = "fit every known effect and judge each on held-out recordings"
 
 
@@ -19,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Diagnose, write, and say what is missing."""
-    from t2l.cli.inputs import progress_line, read_inputs
+    from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.discrepancy.accuracy import substeps_for
     from t2l.discrepancy.diagnose import diagnose, telling
     from t2l.discrepancy.evidence import gather
@@ -28,14 +30,15 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.figures.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
-    substeps = substeps_for(model, recordings)
-    evidence = telling(model, gather(model.robot, recordings, holdout, substeps))
-    progress = progress_line()
-    diagnosis = diagnose(model, evidence, progress=progress)
-    content = write_diagnosis(diagnosis, evidence, arguments.out)
-    draw_diagnosis(arguments.out)
-    write_report(arguments.out)
-    progress("done", 1.0)
+    with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        substeps = substeps_for(model, recordings)
+        evidence = telling(model, gather(model.robot, recordings, holdout, substeps))
+        progress = progress_line()
+        diagnosis = diagnose(model, evidence, progress=progress)
+        content = write_diagnosis(diagnosis, evidence, out)
+        draw_diagnosis(out)
+        write_report(out)
+        progress("done", 1.0)
     print(content["sentence"])
     for entry in content["ranking"][:3]:
         print(f"  {entry['effect']}: {entry['why']}")

@@ -4,6 +4,10 @@ import argparse
 
 from t2l.cli.inputs import add_log_arguments
 
+ENTRIES = (
+    "explanation.json", "model.yaml", "steps/", "before/", "after/", "figures/", "report.html",
+)  # fmt: skip
+
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
 
@@ -19,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Explain, compare before and after, write, and tell the story."""
-    from t2l.cli.inputs import progress_line, read_inputs
+    from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.discrepancy.accuracy import substeps_for
     from t2l.discrepancy.compare import compare, write
     from t2l.discrepancy.evidence import gather
@@ -28,17 +32,18 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.figures.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
-    substeps = substeps_for(model, recordings)
-    evidence = gather(model.robot, recordings, holdout, substeps)
-    progress = progress_line()
-    explanation = explain(model, evidence, arguments.out, progress)
-    write_explanation(explanation, arguments.out)
-    progress("comparing before and after", 0.9)
-    for name, which in (("before", model), ("after", explanation.model)):
-        write(compare(which, [*recordings, *holdout], substeps), arguments.out / name)
-    draw_explanation(arguments.out)
-    write_report(arguments.out)
-    progress("done", 1.0)
+    with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        substeps = substeps_for(model, recordings)
+        evidence = gather(model.robot, recordings, holdout, substeps)
+        progress = progress_line()
+        explanation = explain(model, evidence, out, progress)
+        write_explanation(explanation, out)
+        progress("comparing before and after", 0.9)
+        for name, which in (("before", model), ("after", explanation.model)):
+            write(compare(which, [*recordings, *holdout], substeps), out / name)
+        draw_explanation(out)
+        write_report(out)
+        progress("done", 1.0)
     for step in explanation.steps:
         print(
             f"{step.effect or 'model as it came':28s} training "

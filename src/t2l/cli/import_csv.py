@@ -3,6 +3,8 @@
 import argparse
 from pathlib import Path
 
+from t2l.cli.inputs import add_force
+
 HELP = "make recordings of CSV files whose columns and units a mapping explains"
 
 DESCRIPTION = """\
@@ -21,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--kp", type=float, help="stiffness instead of the mapping's, N·m/rad")
     parser.add_argument("--kd", type=float, help="damping instead of the mapping's, N·m·s/rad")
     parser.add_argument("--format", choices=("csv", "parquet"), default="csv")
+    add_force(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -29,11 +32,10 @@ def run(arguments: argparse.Namespace) -> None:
     Raises:
         RecordingError: the mapping or a table is wrong; nothing is written.
     """
+    from t2l.cli.recordings import write_recordings
     from t2l.measurements.importers import read_mapped, read_mapping
-    from t2l.measurements.importers.writing import write_all
 
     gains = {key: value for key in ("kp", "kd") if (value := getattr(arguments, key)) is not None}
     mapping = read_mapping(arguments.mapping, **gains)
     recordings = [read_mapped(table, mapping) for table in arguments.tables]
-    for path in write_all(recordings, arguments.out, arguments.format):
-        print(path)
+    write_recordings(recordings, arguments, [arguments.mapping, *arguments.tables])

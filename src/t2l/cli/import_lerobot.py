@@ -3,6 +3,8 @@
 import argparse
 from pathlib import Path
 
+from t2l.cli.inputs import add_force
+
 HELP = "make a recording of each episode of a LeRobot data set"
 
 DESCRIPTION = """\
@@ -47,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--episodes", type=_integers, metavar="I,J,...", help="all unless given")
     parser.add_argument("--notes", default="", help="kept with every recording")
     parser.add_argument("--format", choices=("csv", "parquet"), default="csv")
+    add_force(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -55,8 +58,8 @@ def run(arguments: argparse.Namespace) -> None:
     Raises:
         RecordingError: the data set or an option is wrong; nothing is written.
     """
+    from t2l.cli.recordings import write_recordings
     from t2l.measurements.importers import read_lerobot
-    from t2l.measurements.importers.writing import write_all
     from t2l.measurements.recording import KNOWN_ROBOTS
 
     known = arguments.robot in KNOWN_ROBOTS
@@ -80,8 +83,7 @@ def run(arguments: argparse.Namespace) -> None:
         state_indices=arguments.state_indices,
         episodes=arguments.episodes,
     )
-    for path in write_all(recordings, arguments.out, arguments.format):
-        print(path)
+    write_recordings(recordings, arguments, [arguments.dataset])
 
 
 def _words(text: str) -> list[str]:
@@ -95,3 +97,7 @@ def _integers(text: str) -> list[int]:
 def _numbers(text: str) -> float | list[float]:
     numbers = [float(word) for word in text.split(",")]
     return numbers if len(numbers) > 1 else numbers[0]
+
+
+# what argparse calls them where they are wrong
+_integers.__name__, _numbers.__name__ = "whole numbers", "numbers"

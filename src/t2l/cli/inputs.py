@@ -2,12 +2,13 @@
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from t2l.discrepancy.model import Model
-from t2l.errors import ConfigurationError
 from t2l.measurements.recording import Recording
+from t2l.outputs import output_folder
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
@@ -24,6 +25,45 @@ def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
         help="Python file, or folder of them, with effects of your own; may be repeated",
     )  # fmt: skip
     parser.add_argument("--out", type=Path, required=True, help="folder for what is found")
+    add_force(parser)
+
+
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """--force, alike in every command that may replace."""
+    parser.add_argument(
+        "--force", action="store_true", help="replace what is in the way, and say what"
+    )
+
+
+@contextmanager
+def log_output(
+    arguments: argparse.Namespace,
+    entries: Sequence[str],
+    model: Model,
+    recordings: Sequence[Recording],
+) -> Iterator[Path]:
+    """Claim --out for a command that reads recordings, none of which it may touch.
+
+    Raises:
+        OutputError: the folder is not this command's, or something that is read is in the way.
+    """
+    from t2l.effects.registry import python_files
+    from t2l.robots.plant import files
+
+    tables = [recording.path for recording in recordings if recording.path is not None]
+    inputs = [
+        *arguments.logs,
+        *(path for group in getattr(arguments, "holdout", []) for path in group),
+        *tables,
+        *(path.with_name(f"{path.name.removesuffix(path.suffix)}.yaml") for path in tables),
+        *([arguments.model] if arguments.model else []),
+        *(path for file in model.effect_files for path in python_files(file)),
+        *files(model.robot),
+    ]
+    with output_folder(
+        arguments.out, arguments.command, entries, inputs, arguments.force
+    ) as folder:
+        yield folder
 
 
 def read_inputs(
@@ -36,8 +76,6 @@ def read_inputs(
     """
     from t2l.discrepancy.together import read_together
 
-    if arguments.out.exists() and not arguments.out.is_dir():
-        raise ConfigurationError(f"--out {arguments.out}: is a file; give a folder")
     held = [path for group in getattr(arguments, "holdout", []) for path in group]
     return read_together(arguments.logs, held, arguments.model, arguments.effects)
 

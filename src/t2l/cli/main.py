@@ -48,6 +48,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except T2LError as error:
         sys.exit(f"t2l {parsed.command}: {error}")
+    # what the system refuses, such as a path that is too long
+    except OSError as error:
+        named = f"{error.filename}: " if error.filename else ""
+        sys.exit(f"t2l {parsed.command}: {named}{error.strerror or error}")
+    except MemoryError:
+        sys.exit(f"t2l {parsed.command}: not enough memory for recordings of this size")
     except KeyboardInterrupt:
         sys.exit(130)
 

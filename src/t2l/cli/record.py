@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from t2l.errors import ConfigurationError
+
 HELP = "record motions of a Franka Research 3, or of aiofranka's simulation of it"
 
 DESCRIPTION = """\
@@ -33,24 +35,40 @@ def run(arguments: argparse.Namespace) -> None:
         RecordingError: the configuration is wrong or the robot stopped; what was recorded before
             is kept.
     """
-    from t2l.measurements.plan import SIMULATION, check_free, read_plan
-    from t2l.measurements.record import record
+    from t2l.measurements.log import TABLES
+    from t2l.measurements.plan import SIMULATION, read_plan
+    from t2l.measurements.record import needed_bytes, record
+    from t2l.outputs import check_space, output_folder
 
     plan = read_plan(arguments.config)
-    check_free(plan, arguments.out)
-    count = len(plan.settings)
-    print(
-        f"{count} recording{'s' if count > 1 else ''} of {plan.duration_s:.1f} s on "
-        f"{plan.address}, within all limits"
-    )
-    if arguments.check:
-        return
-    if plan.address != SIMULATION and not arguments.yes:
-        answer = input(f"The arm at {plan.address} will move. Is it free to? [y/N] ")
-        if answer.strip().lower() not in ("y", "yes"):
-            sys.exit("nothing was moved")
-    with _termination_as_interrupt():
-        record(plan, arguments.out)
+    names = [setting.name for setting in plan.settings]
+    entries = [f"{name}{suffix}" for name in names for suffix in (*TABLES, ".yaml")]
+    with output_folder(
+        arguments.out, "record", entries, [arguments.config], force=None, once=True
+    ) as out:
+        check_space(out, needed_bytes(plan))
+        print(
+            f"{len(names)} recording{'s' if len(names) > 1 else ''} of {plan.duration_s:.1f} s on "
+            f"{plan.address}, within all limits",
+            flush=True,
+        )
+        if arguments.check:
+            return
+        if plan.address != SIMULATION and not arguments.yes:
+            _ask(plan.address)
+        with _termination_as_interrupt():
+            record(plan, out)
+
+
+def _ask(address: str) -> None:
+    try:
+        answer = input(f"The arm at {address} will move. Is it free to? [y/N] ")
+    except EOFError:
+        raise ConfigurationError(
+            "nobody is there to say that the arm may move; allowed: a terminal, or --yes"
+        ) from None
+    if answer.strip().lower() not in ("y", "yes"):
+        sys.exit("nothing was moved")
 
 
 @contextlib.contextmanager

@@ -1,6 +1,7 @@
 """A diagnosis with its reasons, written where people and `t2l adopt` find it."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,20 @@ from t2l.names import is_plain, path_of
 DIAGNOSIS = "diagnosis.json"
 
 
+def diagnosed_effects(folder: Path) -> list[str]:
+    """Names of the effects that a diagnosis in a folder ranks; none where there is none.
+
+    Raises:
+        ArtefactError: its file is no diagnosis.
+    """
+    path = folder / DIAGNOSIS
+    if not os.path.lexists(path):
+        return []
+    content = read_json(path, "a diagnosis", ("ranking",))
+    with reading(path, "a diagnosis with a list of effects as its ranking"):
+        return [str(entry["effect"]) for entry in content["ranking"]]
+
+
 def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> dict[str, Any]:
     """Write ``diagnosis.json`` and, for each effect, the model with it in ``models/``.
 
@@ -30,7 +45,7 @@ def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> d
     """
     remaining = _give_reasons(diagnosis, evidence)
     path, models = folder / DIAGNOSIS, folder / "models"
-    before = named_models(path)
+    before = _diagnosed_before(folder)
     with writing(path):
         path.unlink(missing_ok=True)
     for candidate in diagnosis.ranking:
@@ -56,12 +71,9 @@ def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> d
     return content
 
 
-def named_models(path: Path) -> set[str]:
-    """Names of the effects that a ``diagnosis.json`` ranks; none if it is not a readable one."""
+def _diagnosed_before(folder: Path) -> set[str]:
     try:
-        ranking = read_json(path, "a diagnosis", ("ranking",))["ranking"]
-        with reading(path, "a diagnosis"):
-            return {entry["effect"] for entry in ranking if is_plain(entry["effect"])}
+        return set(filter(is_plain, diagnosed_effects(folder)))
     except ArtefactError:
         return set()
 

@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass
 
+import numpy as np
+
 NAME_PATTERN = r"kp[0-9.]+_kd[0-9.]+"
 
 
@@ -44,5 +46,5 @@ class Cell:
 
 
 def _plain(value: float) -> str:
-    # repr of a float is exact, so a name always leads back to the same gains
-    return str(int(value)) if float(value).is_integer() else repr(float(value))
+    # the shortest digits that are exact, so a name always leads back to the same gains
+    return np.format_float_positional(float(value), trim="-")

@@ -6,6 +6,7 @@ under watch, and coming to rest when anything goes wrong.
 """
 
 import contextlib
+import socket
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,9 @@ SIMULATION = "simulation"
 
 # aiofranka's torque loop runs at the rate of the robot, and at no other
 CONTROL_RATE_HZ = 1000
+
+# libfranka's command port, and how long a robot in the same network may take to answer there
+FCI_PORT, ANSWER_S = 1337, 5.0
 
 # to move about and to brake: aiofranka's stiffness, and damping near critical at every joint
 APPROACH_KP, APPROACH_KD = 80.0, 16.0
@@ -53,10 +57,12 @@ class FrankaArm:
         Raises:
             RecordingError: the robot cannot be reached.
         """
+        self.limits, self.source = limits, source
+        if address != SIMULATION:
+            _check_answers(address, source)
         # slow to import, and only needed here
         import aiofranka
 
-        self.limits, self.source = limits, source
         try:
             with _no_viewer():
                 self._robot = aiofranka.Robot(None if address == SIMULATION else address)
@@ -189,6 +195,25 @@ def franka_arm(address: str, limits: Limits, source: Path) -> Iterator[FrankaArm
         raise _stopped(source, str(error)) from error
     finally:
         arm.close()
+
+
+def _check_answers(address: str, source: Path) -> None:
+    """Whether a robot listens at an address; libfranka itself waits a minute.
+
+    Raises:
+        RecordingError: it does not, within `ANSWER_S`.
+    """
+    try:
+        with socket.create_connection((address, FCI_PORT), timeout=ANSWER_S):
+            return
+    except (OSError, UnicodeError) as error:
+        reason = "no answer" if isinstance(error, TimeoutError) else str(error)
+        raise RecordingError(
+            source,
+            "key address",
+            f"{address}, which cannot be reached ({reason})",
+            f"{SIMULATION}, or the address of an FR3 with FCI active (aiofranka unlock)",
+        ) from None
 
 
 def _stopped(source: Path, found: str) -> RecordingError:

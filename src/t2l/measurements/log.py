@@ -74,6 +74,15 @@ def read_recordings(paths: Iterable[Path | str] | Path | str) -> list[Recording]
     return [read_recording(stem) for stem in stems.values()]
 
 
+def files(path: Path | str) -> list[Path]:
+    """The tables and YAMLs that a path names: of one recording, or of all in a folder."""
+    path = Path(path)
+    if path.is_dir():
+        return sorted(p for end in (*TABLES, ".yaml") for p in path.glob(f"[!.]*{end}"))
+    stem = _stem(path)
+    return [p for end in (*TABLES, ".yaml") if (p := Path(f"{stem}{end}")).is_file()]
+
+
 def write_recording(
     recording: Recording, path: Path | str, format: Literal["csv", "parquet"] = "csv"
 ) -> Path:
@@ -144,8 +153,7 @@ def _table(stem: Path) -> Path:
 
 
 def _stems_in(folder: Path) -> list[Path]:
-    files = [p for suffix in (*TABLES, ".yaml") for p in folder.glob(f"[!.]*{suffix}")]
-    stems = sorted({_stem(path) for path in files})
+    stems = sorted({_stem(path) for path in files(folder)})
     if not stems:
         raise RecordingError(
             folder, "the folder", "no recording", "at least one NAME.csv or NAME.parquet"

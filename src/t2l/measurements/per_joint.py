@@ -39,4 +39,4 @@ def per_joint(
             raise refuse(allowed, f"{len(numbers)} number{'s' if len(numbers) > 1 else ''}")
         return np.array(numbers * (count if len(numbers) == 1 else 1), dtype=float)
 
-    return Annotated[Any, PlainValidator(validate)]
+    return Annotated[Any, PlainValidator(validate, json_schema_input_type=float | list[float])]

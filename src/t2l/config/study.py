@@ -1,0 +1,102 @@
+"""Reading and checking a whole configuration before any job exists."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from t2l.config import files, relations, sizes, storage
+from t2l.config.cells import fidelity_cells, grid_of, transfer_cells
+from t2l.config.models import Configuration
+from t2l.config.relations import SIMULATION_RATE_HZ
+from t2l.config.tasks import read_task
+from t2l.errors import ConfigurationError
+from t2l.gains import Cell, Grid
+from t2l.rl.condition import Condition
+from t2l.tasks import make_task
+from t2l.typed import Invalid, check
+
+# more of them are seldom read
+MOST_LINES = 50
+
+
+@dataclass(frozen=True)
+class Study:
+    """A checked configuration.
+
+    Attributes:
+        sections: the configuration as written, by section: plain dicts, lists and numbers; whole
+            numbers of keys that take no others are int.
+        tasks: the content of config/tasks/NAME.yaml for every task of the study.
+        grid: the gains that behaviour cloning runs over.
+        fidelity_cells: the gains that retargeting is validated at.
+        recording_grid: the gains that sim-to-real transfer runs over.
+        transfer_cells: those of them that are run.
+        conditions: what policies are trained and deployed under; none where the robot is only
+            recorded.
+        decimation: timesteps of the simulation per policy step.
+    """
+
+    sections: Mapping[str, Any]
+    tasks: Mapping[str, Mapping[str, Any]]
+    grid: Grid
+    fidelity_cells: tuple[Cell, ...]
+    recording_grid: Grid
+    transfer_cells: tuple[Cell, ...]
+    conditions: tuple[Condition, ...]
+    decimation: int
+
+
+def read_study(config: Mapping[str, Any], folder: Path) -> Study:
+    """Check `config`, the tasks in `folder`/tasks that it names, and that its files are there.
+
+    Raises:
+        ConfigurationError: with a line for every offending key: what was found, what is allowed.
+    """
+    try:
+        configuration = check(Configuration, config)
+    except Invalid as error:
+        raise _error(f"config: {problem}" for problem in error.problems) from None
+    tasks, lines = _read_tasks(configuration.tasks, folder / "tasks")
+    made = {name: make_task(task) for name, task in tasks.items()}
+    cells = transfer_cells(configuration)
+    problems = [
+        *relations.problems(configuration, made),
+        *sizes.problems(configuration, made),
+        *storage.problems(configuration.tuning.storage),
+        *files.recorded(configuration.robot, cells),
+        *(files.diagnosed(configuration.diagnosis) if configuration.diagnosis else []),
+    ]
+    if lines or problems:
+        raise _error([*lines, *(f"config: {problem}" for problem in problems)])
+    # what was not written stays absent
+    sections = configuration.model_dump(exclude_unset=True)
+    conditions = tuple(map(Condition.from_entry, sections["sim_to_real"]["conditions"]))
+    return Study(
+        sections=sections,
+        tasks=tasks,
+        grid=grid_of(configuration.grid),
+        fidelity_cells=fidelity_cells(configuration.fidelity),
+        recording_grid=grid_of(configuration.recording_grid),
+        transfer_cells=cells,
+        conditions=() if configuration.robot.backend == "recorded" else conditions,
+        decimation=round(SIMULATION_RATE_HZ / configuration.retargeting.policy_rate_hz),
+    )
+
+
+def _read_tasks(names: Sequence[str], folder: Path) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """What could be read, by name, and lines about the rest."""
+    tasks, lines = {}, []
+    for name in names:
+        try:
+            tasks[name] = read_task(name, folder)
+        except ConfigurationError as error:
+            lines += str(error).splitlines()
+    return tasks, lines
+
+
+def _error(lines: Sequence[str]) -> ConfigurationError:
+    lines = list(lines)
+    if len(lines) > MOST_LINES:
+        lines = [*lines[:MOST_LINES], f"config: and {len(lines) - MOST_LINES} more such lines"]
+    return ConfigurationError("\n".join(lines))

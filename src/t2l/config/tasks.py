@@ -1,0 +1,47 @@
+"""The task files that a configuration names."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from t2l.documents import read_yaml
+from t2l.errors import ConfigurationError, InputError
+from t2l.tasks import TASKS, make_task
+from t2l.typed import Invalid, Problem, check, describe, suggestion
+
+
+def read_task(name: str, folder: Path) -> dict[str, Any]:
+    """The checked content of the file `name`.yaml in `folder`.
+
+    Raises:
+        ConfigurationError: there is no such file, or with a line for each key that is wrong.
+    """
+    known = sorted(path.stem for path in folder.glob("*.yaml"))
+    if name not in known:
+        raise ConfigurationError(
+            f"config: tasks: found {describe(name)}{suggestion(name, known)}; allowed: "
+            f"{', '.join(known)}, the files in {folder}"
+        )
+    path = folder / f"{name}.yaml"
+    try:
+        content = read_yaml(path, "a task")
+        task = _checked(content)
+        make_task(task)
+    except InputError as error:
+        raise ConfigurationError(str(error)) from None
+    except Invalid as error:
+        raise ConfigurationError("\n".join(f"{path}: {p}" for p in error.problems)) from None
+    except ValueError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
+    return task
+
+
+def _checked(content: Any) -> dict[str, Any]:
+    if not isinstance(content, Mapping):
+        raise Invalid([Problem("", describe(content), "the key kind, and what it asks for")])
+    content = dict(content)
+    kind = content.pop("kind", None)
+    if not isinstance(kind, str) or kind not in TASKS:
+        found = describe(kind) + suggestion(kind, list(TASKS))
+        raise Invalid([Problem("kind", found, ", ".join(TASKS))])
+    return {"kind": kind, **check(TASKS[kind].parameters, content).model_dump()}

