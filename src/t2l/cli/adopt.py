@@ -34,6 +34,8 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.names import path_of
     from t2l.outputs import output_file
 
+    if arguments.out.suffix not in (".yaml", ".yml"):
+        raise ConfigurationError(f"--out {arguments.out}: found no .yaml; allowed: MODEL.yaml")
     folder = arguments.diagnosis
     available = diagnosed_effects(folder)
     if not available:
