@@ -30,3 +30,11 @@ def task(block_stack):
 @pytest.fixture(scope="session")
 def demonstrations(task):
     return demonstrate(task, count=8, max_attempts=16, rng=np.random.default_rng(7), threads=2)
+
+
+def pytest_collection_modifyitems(items):
+    """Files stay together where tests run side by side, and so do all that share one smoke run."""
+    for item in items:
+        folder = item.path.parent.name
+        group = folder if folder == "workflow" else str(item.path)
+        item.add_marker(pytest.mark.xdist_group(group))

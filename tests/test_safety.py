@@ -1,0 +1,329 @@
+"""Nothing of the user's lost, nothing silently stale, nothing outside the folder asked for."""
+
+import json
+import logging
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from t2l.cli.main import main
+from t2l.discrepancy.evidence import gather
+from t2l.discrepancy.explain import _fingerprint
+from t2l.discrepancy.together import read_together
+from t2l.measurements import write_recording
+from t2l.outputs import MARK
+from t2l.robots import plant
+from tests.discrepancy.made import recording, swings
+from tests.effects.test_registry import RUBBER
+from tests.fuzz.harness import snapshot
+from tests.fuzz.test_plans import PLAN
+
+BODY = """<mujocoinclude><body pos="0 0 1">
+  <joint name="hinge" axis="0 1 0" armature="0.005" damping="0.02"/>
+  <geom type="mesh" mesh="bob" density="500"/></body></mujocoinclude>"""
+ROBOT = """<mujoco><compiler angle="radian" meshdir="meshes"/>
+  <asset><mesh name="bob" file="bob.obj"/></asset>
+  <worldbody>{float}<include file="arm.xml"/></worldbody></mujoco>"""
+
+
+def tetrahedron(size):
+    corners = size * np.array([[0, 0, -1], [1, 0, -3], [0, 1, -3], [-1, -1, -3]])
+    lines = [f"v {x} {y} {z}" for x, y, z in corners]
+    return "\n".join([*lines, "f 1 2 3", "f 1 3 4", "f 1 4 2", "f 2 4 3"])
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    """A robot of several files, an effect of one's own, and recordings."""
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes/bob.obj").write_text(tetrahedron(0.1))
+    (tmp_path / "arm.xml").write_text(BODY)
+    (tmp_path / "robot.xml").write_text(ROBOT.format(float=""))
+    (tmp_path / "rubber.py").write_text(RUBBER)
+    robot = str(tmp_path / "robot.xml")
+    for made in swings(robot, {}, duration_s=0.4, control_rate_hz=125.0):
+        write_recording(made, tmp_path / "logs" / made.name)
+    (tmp_path / "model.yaml").write_text(yaml.safe_dump({"robot": "robot.xml"}))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def refused(*arguments):
+    """What a command says that changes nothing at all."""
+    before = snapshot(Path.cwd())
+    with pytest.raises(SystemExit) as caught:
+        main(list(arguments))
+    assert isinstance(caught.value.code, str)
+    assert snapshot(Path.cwd()) == before
+    return caught.value.code
+
+
+def test_a_folder_is_never_replaced_by_a_file(home):
+    Path("mine.yaml").mkdir()
+    Path("mine.yaml/thesis.tex").write_text("years of work")
+    Path("found/models").mkdir(parents=True)
+    Path("found/models/sketch.yaml").write_text("mine")
+    Path("found/diagnosis.json").write_text('{"ranking": [{"effect": "armature"}]}')
+    shutil.copy("model.yaml", "found/models/armature.yaml")
+    # the file of a diagnosis that lacks the effect it is called by
+    assert "allowed: a model with armature" in refused(
+        "adopt", "armature", "--diagnosis", "found", "--out", "new.yaml"
+    )
+    Path("found/models/armature.yaml").write_text(
+        "robot: ../../robot.xml\neffects: {armature: {inertia: {hinge: 0.1}}}\n"
+    )
+    adopt = ["adopt", "armature", "--diagnosis", "found", "--out"]
+    for force in ([], ["--force"]):
+        assert "is a folder" in refused(*adopt, "mine.yaml", *force)
+    Path("out/comparison.json").mkdir(parents=True)
+    Path("out/comparison.json/thesis.tex").write_text("years of work")
+    for force in ([], ["--force"]):
+        said = refused("compare", "logs", "--out", "out", *force)
+        assert "out/comparison.json: is a folder where a file is to be written" in said
+    assert "found: holds" in refused("diagnose", "logs", "--out", "found")
+
+
+def test_a_file_of_the_users_in_a_folder_of_results_stays(home):
+    line = ["diagnose", "logs", "--out", "found"]
+    main(line)
+    for name in ("found/models/sketch.yaml", "found/notes.txt", "found/figures/mine.png"):
+        Path(name).write_text("mine")
+    main(line)
+    for name in ("found/models/sketch.yaml", "found/notes.txt", "found/figures/mine.png"):
+        assert Path(name).read_text() == "mine"
+
+
+def test_outputs_beside_inputs_are_refused(home):
+    Path("logs/traces.csv").write_bytes(Path("logs/kp20.csv").read_bytes())
+    Path("logs/traces.yaml").write_bytes(Path("logs/kp20.yaml").read_bytes())
+    for force in ([], ["--force"]):
+        assert "logs: is read by this command" in refused(
+            "compare", "logs", "--out", "logs", *force
+        )
+    Path("work").mkdir()
+    shutil.copy("model.yaml", "work/model.yaml")
+    Path("work/model.yaml").write_text("robot: ../robot.xml\n")
+    Path("work", MARK).write_text('{"command": "t2l explain", "entries": ["model.yaml"]}')
+    for force in ([], ["--force"]):
+        said = refused("explain", "logs", "--model", "work/model.yaml", "--out", "work", *force)
+        assert "work/model.yaml: is read by this command" in said
+
+
+def test_a_comparison_is_not_shown_as_an_older_diagnosis(home):
+    Path("found").mkdir()
+    Path("found", MARK).write_text(
+        '{"command": "t2l diagnose", "entries": ["diagnosis.json", "models", "report.html"]}'
+    )
+    Path("found/diagnosis.json").write_text("{}")
+    said = refused("compare", "logs", "--out", "found")
+    assert "found: holds the results of t2l diagnose" in said
+    main(["compare", "logs", "--out", "found", "--force"])
+    assert not Path("found/diagnosis.json").exists()
+    assert "The model is off by" in Path("found/report.html").read_text()
+
+
+@pytest.mark.parametrize("command", ["compare", "explain"])
+def test_several_runs_into_one_folder_do_not_mix(home, command):
+    line = [sys.executable, "-m", "t2l.cli.main", command, "logs", "--out", "together"]
+    runs = [
+        subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    ended = [(run.communicate()[1], run.returncode) for run in runs]
+    assert any(code == 0 for _, code in ended)
+    for said, code in ended:
+        assert "Traceback" not in said
+        assert code == 0 or "together: another run is at work here" in said
+    assert not [path for path in Path("together").rglob("*") if ".draft-" in path.name]
+
+
+def test_what_a_step_depends_on_is_part_of_its_key(home):
+    def key():
+        model, recordings, _ = read_together(["logs"], (), None, [Path("rubber.py")])
+        return _fingerprint(model, gather(model.robot, recordings))
+
+    keys = [key()]
+    for path, old, new in (
+        ("arm.xml", "0.02", "0.03"),
+        ("meshes/bob.obj", "v 0.0 0.0 -0.1", "v 0.0 0.0 -0.2"),
+        ("robot.xml", 'angle="radian"', 'angle="radian" boundmass="9"'),
+        ("rubber.py", "0.01, 0.1", "0.01, 0.2"),
+        ("logs/kp20.yaml", "kd: 0.8", "kd: 0.7"),
+    ):
+        text = Path(path).read_text()
+        assert old in text
+        Path(path).write_text(text.replace(old, new, 1))
+        keys.append(key())
+    assert len(set(keys)) == len(keys)
+    assert key() == keys[-1]
+
+
+def test_the_library_is_part_of_the_key(home, monkeypatch):
+    model, recordings, _ = read_together(["logs"])
+    evidence = gather(model.robot, recordings)
+    before = _fingerprint(model, evidence)
+    monkeypatch.setattr("t2l.discrepancy.explain.library", lambda: "t2l 99")
+    assert _fingerprint(model, evidence) != before
+
+
+def test_a_robots_files_are_all_known(home):
+    found = {path.name for path in plant.files(str(home / "robot.xml"))}
+    assert found == {"robot.xml", "arm.xml", "bob.obj"}
+
+
+def test_a_floating_base_is_told(home, caplog):
+    text = (
+        '<body><freejoint name="trunk"/><inertial pos="0 0 0" mass="9" diaginertia="1 1 1"/></body>'
+    )
+    Path("robot.xml").write_text(ROBOT.format(float=text))
+    with caplog.at_level(logging.WARNING):
+        read_together(["logs"])
+    assert "the model floats by its free joint 'trunk'; it is held" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("../../evil", "key name: found '../../evil'"),
+        ("/tmp/evil", "key name"),
+        ("x" * 5000, "key name"),
+    ],
+    ids=["above", "absolute", "long"],
+)
+def test_a_plan_never_records_outside_its_folder(home, name, said):
+    Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "name": name}))
+    message = refused("record", "plan.yaml", "--out", "out")
+    assert said in message
+    assert len(message) < 500
+
+
+@pytest.mark.parametrize("out", ["file/out", "x" * 300, "robot.xml", "logs"])
+def test_nothing_moves_where_a_recording_cannot_be_written(home, out, monkeypatch):
+    Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "name": "kp20", "address": "simulation"}))
+    Path("file").touch()
+    monkeypatch.setattr("t2l.measurements.record.franka_arm", lambda *_: pytest.fail("it moved"))
+    assert out in refused("record", "plan.yaml", "--out", out)
+
+
+def test_a_robot_that_does_not_answer_is_told_soon(home):
+    # a port that is bound and does not listen refuses; the address is this machine's own
+    Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "address": "127.0.0.1"}))
+    started = time.monotonic()
+    said = refused("record", "plan.yaml", "--out", "out", "--yes")
+    assert "key address: found 127.0.0.1, which cannot be reached" in said
+    assert time.monotonic() - started < 10
+
+
+def test_an_address_that_swallows_everything_is_told_soon(home, monkeypatch):
+    """A listener whose queue is full never answers, as an address that nobody has."""
+    with socket.socket() as deaf:
+        deaf.bind(("127.0.0.1", 0))
+        deaf.listen(0)
+        waiting = [socket.socket() for _ in range(3)]
+        for each in waiting:
+            each.setblocking(False)
+            each.connect_ex(deaf.getsockname())
+        monkeypatch.setattr("t2l.measurements.franka.FCI_PORT", deaf.getsockname()[1])
+        monkeypatch.setattr("t2l.measurements.franka.ANSWER_S", 0.5)
+        Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "address": "127.0.0.1"}))
+        said = refused("record", "plan.yaml", "--out", "out", "--yes")
+        for each in waiting:
+            each.close()
+    assert "cannot be reached (no answer)" in said
+
+
+def test_without_a_terminal_nothing_moves(home):
+    Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "address": "127.0.0.1"}))
+    line = [sys.executable, "-m", "t2l.cli.main", "record", "plan.yaml", "--out", "out"]
+    done = subprocess.run(line, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert (
+        "nobody is there to say that the arm may move; allowed: a terminal, or --yes" in done.stderr
+    )
+    assert not Path("out").exists()
+
+
+def test_a_recording_that_could_not_be_written_is_kept_elsewhere(home, monkeypatch):
+    from t2l.measurements.record import _write
+
+    made = recording(str(home / "robot.xml"), np.sin)
+    monkeypatch.setenv("TMPDIR", str(home))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    Path("out").touch()
+    with pytest.raises(Exception, match="the recording is kept as") as caught:
+        _write(made, Path("out/made"))
+    kept = Path(str(caught.value).rpartition("kept as ")[2])
+    assert kept.exists()
+    assert kept.is_relative_to(home)
+
+
+FULL = """
+import os, sys
+from t2l.cli.main import main
+main(["explain", "logs", "--out", sys.argv[1]])
+"""
+
+
+def test_a_killed_explanation_ends_as_if_it_had_never_stopped(home):
+    """At moments that are spread over the run."""
+
+    def numbers(folder):
+        return {
+            str(path.relative_to(folder)): path.read_bytes()
+            for path in sorted(Path(folder).rglob("*"))
+            if path.suffix in (".json", ".yaml", ".parquet") and path.name != MARK
+        }
+
+    line = [sys.executable, "-m", "t2l.cli.main", "explain", "logs", "--out"]
+    started = time.monotonic()
+    subprocess.run([*line, "whole"], check=True, capture_output=True)
+    took = time.monotonic() - started
+    rng = np.random.default_rng(0)
+    for moment in rng.uniform(0.3, 1.0, 3):
+        run = subprocess.Popen([*line, "killed"], stderr=subprocess.DEVNULL)
+        time.sleep(moment * took)
+        run.send_signal(signal.SIGKILL)
+        run.wait()
+    subprocess.run([*line, "killed"], check=True, capture_output=True)
+    assert numbers("killed") == numbers("whole")
+    assert not [path for path in Path("killed").rglob("*") if ".draft-" in path.name]
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system with hardly any room."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(folder)], capture_output=True
+    )
+    if mounted.returncode:
+        pytest.skip("only root may mount a file system")
+    yield folder
+    subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def test_a_full_disk_is_told_and_the_run_goes_on_when_there_is_room(home, small_disk):
+    ballast = small_disk / "ballast"
+    ballast.write_bytes(bytes(200_000))
+    line = [sys.executable, "-m", "t2l.cli.main", "explain", "logs", "--out", "small/out"]
+    done = subprocess.run(line, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert f"No space left on device (the file system at {small_disk})" in done.stderr
+    finished = {p: p.read_bytes() for p in (small_disk / "out/steps").rglob("*") if p.is_file()}
+    assert not [path for path in small_disk.rglob("*") if ".draft-" in path.name]
+    ballast.unlink()
+    subprocess.run(["mount", "-o", "remount,size=100m", str(small_disk)], check=True)
+    done = subprocess.run(line, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert {p: p.read_bytes() for p in finished} == finished
+    assert json.loads((small_disk / "out/explanation.json").read_text())["steps"]
