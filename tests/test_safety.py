@@ -16,9 +16,10 @@ import yaml
 
 from t2l.cli.main import main
 from t2l.discrepancy.evidence import gather
-from t2l.discrepancy.explain import _fingerprint
+from t2l.discrepancy.explain import fingerprint
 from t2l.discrepancy.together import read_together
 from t2l.measurements import write_recording
+from t2l.measurements.record import write_or_keep
 from t2l.outputs import MARK
 from t2l.robots import plant
 from tests.discrepancy.made import recording, swings
@@ -72,7 +73,7 @@ def test_a_folder_is_never_replaced_by_a_file(home):
     Path("found/models").mkdir(parents=True)
     Path("found/models/sketch.yaml").write_text("mine")
     Path("found/diagnosis.json").write_text('{"ranking": [{"effect": "armature"}]}')
-    shutil.copy("model.yaml", "found/models/armature.yaml")
+    Path("found/models/armature.yaml").write_text("robot: ../../robot.xml\n")
     # the file of a diagnosis that lacks the effect it is called by
     assert "allowed: a model with armature" in refused(
         "adopt", "armature", "--diagnosis", "found", "--out", "new.yaml"
@@ -148,7 +149,7 @@ def test_several_runs_into_one_folder_do_not_mix(home, command):
 def test_what_a_step_depends_on_is_part_of_its_key(home):
     def key():
         model, recordings, _ = read_together(["logs"], (), None, [Path("rubber.py")])
-        return _fingerprint(model, gather(model.robot, recordings))
+        return fingerprint(model, gather(model.robot, recordings))
 
     keys = [key()]
     for path, old, new in (
@@ -169,9 +170,9 @@ def test_what_a_step_depends_on_is_part_of_its_key(home):
 def test_the_library_is_part_of_the_key(home, monkeypatch):
     model, recordings, _ = read_together(["logs"])
     evidence = gather(model.robot, recordings)
-    before = _fingerprint(model, evidence)
+    before = fingerprint(model, evidence)
     monkeypatch.setattr("t2l.discrepancy.explain.library", lambda: "t2l 99")
-    assert _fingerprint(model, evidence) != before
+    assert fingerprint(model, evidence) != before
 
 
 def test_a_robots_files_are_all_known(home):
@@ -252,24 +253,15 @@ def test_without_a_terminal_nothing_moves(home):
 
 
 def test_a_recording_that_could_not_be_written_is_kept_elsewhere(home, monkeypatch):
-    from t2l.measurements.record import _write
-
     made = recording(str(home / "robot.xml"), np.sin)
     monkeypatch.setenv("TMPDIR", str(home))
     monkeypatch.setattr("tempfile.tempdir", None)
     Path("out").touch()
     with pytest.raises(Exception, match="the recording is kept as") as caught:
-        _write(made, Path("out/made"))
+        write_or_keep(made, Path("out/made"))
     kept = Path(str(caught.value).rpartition("kept as ")[2])
     assert kept.exists()
     assert kept.is_relative_to(home)
-
-
-FULL = """
-import os, sys
-from t2l.cli.main import main
-main(["explain", "logs", "--out", sys.argv[1]])
-"""
 
 
 def test_a_killed_explanation_ends_as_if_it_had_never_stopped(home):

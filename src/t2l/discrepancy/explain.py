@@ -60,17 +60,17 @@ def explain(
     run goes on with the step it was in.
     """
     evidence = telling(model, evidence)
-    steps, fingerprint = [], _fingerprint(model, evidence)
+    steps, key = [], fingerprint(model, evidence)
     added, dropped = None, []
     for number in range(MOST_EFFECTS + 1):
         where = folder / "steps" / str(number)
-        content = _finished(where, fingerprint)
+        content = _finished(where, key)
         if content is None:
 
             def told(what, fraction, number=number):
                 progress(f"step {number + 1}: {what}", fraction)
 
-            content = _step(model, evidence, where, fingerprint, told)
+            content = _step(model, evidence, where, key, told)
         else:
             progress(f"step {number + 1}: kept from before", 1.0)
         baseline = content["baseline"]
@@ -82,35 +82,35 @@ def explain(
         if content["verdict"] != MISSING or number == MOST_EFFECTS:
             break
         added = content["ranking"][0]["effect"]
-        model, dropped = _adopted(model, added, evidence, where, fingerprint)
-        fingerprint = hashlib.sha256((fingerprint + added).encode()).hexdigest()
+        model, dropped = _adopted(model, added, evidence, where, key)
+        key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
         steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model
     )
 
 
 def _adopted(
-    model: Model, effect: str, evidence: Evidence, where: Path, fingerprint: str
+    model: Model, effect: str, evidence: Evidence, where: Path, key: str
 ) -> tuple[Model, list[str]]:
     """The model with `effect`, less what that made superfluous; kept with the step."""
     kept, record = where / "model.yaml", where / "adopted.json"
-    found = _adopted_before(where, fingerprint)
+    found = _adopted_before(where, key)
     if found is not None:
         return found
     grown = read_model(_model_with(where, effect))
     found, dropped = simplify(grown, evidence) if model.effects else (grown, [])
     write_model(found, kept, f"the model after {effect} was adopted")
-    write_text(json.dumps({"fingerprint": fingerprint, "dropped": dropped}) + "\n", record)
+    write_text(json.dumps({"fingerprint": key, "dropped": dropped}) + "\n", record)
     return read_model(kept), dropped
 
 
-def _adopted_before(where: Path, fingerprint: str) -> tuple[Model, list[str]] | None:
+def _adopted_before(where: Path, key: str) -> tuple[Model, list[str]] | None:
     """What `_adopted` kept of the same step; None if that is not there or not usable."""
     path = where / "adopted.json"
     try:
         record = read_json(path, "what was adopted", ("fingerprint", "dropped"))
         dropped = record["dropped"]
-        if record["fingerprint"] != fingerprint or not isinstance(dropped, list):
+        if record["fingerprint"] != key or not isinstance(dropped, list):
             return None
         if not all(isinstance(name, str) for name in dropped):
             return None
@@ -123,21 +123,21 @@ def _model_with(where: Path, effect: str) -> Path:
     return path_of(where / "models", effect, ".yaml")
 
 
-def _step(model, evidence, where, fingerprint, progress) -> dict:
+def _step(model, evidence, where, key, progress) -> dict:
     diagnosis: Diagnosis = diagnose(model, evidence, progress=progress, quick=True)
     with writing(where / "fingerprint"):
         (where / "fingerprint").unlink(missing_ok=True)
     content = write_diagnosis(diagnosis, evidence, where)
     # last: its presence says that the step is whole
-    write_text(fingerprint, where / "fingerprint")
+    write_text(key, where / "fingerprint")
     return content
 
 
-def _finished(where: Path, fingerprint: str) -> dict | None:
+def _finished(where: Path, key: str) -> dict | None:
     """What `_step` wrote; None if it is not there, of another step, or not usable."""
     path, keys = where / DIAGNOSIS, ("verdict", "sentence", "noise_floor_rad", "baseline")
     try:
-        if read_text(where / "fingerprint", "a fingerprint") != fingerprint:
+        if read_text(where / "fingerprint", "a fingerprint") != key:
             return None
         content = read_json(path, "a diagnosis", (*keys, "ranking"))
         with reading(path, "a diagnosis"):
@@ -155,7 +155,7 @@ def _finished(where: Path, fingerprint: str) -> dict | None:
     return content
 
 
-def _fingerprint(model: Model, evidence: Evidence) -> str:
+def fingerprint(model: Model, evidence: Evidence) -> str:
     """Of everything a diagnosis depends on."""
     digest = hashlib.sha256(repr((model, evidence.split, evidence.train.substeps)).encode())
     digest.update(library().encode())

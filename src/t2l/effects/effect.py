@@ -69,7 +69,7 @@ class Scales:
 
 
 class Effect(ABC):
-    """One physical effect. Subclass it in a file of its own; see the README for an example.
+    """One physical effect. Subclass it in a file of its own; see docs/extending.md for an example.
 
     Class attributes:
         name: what users type.

@@ -49,12 +49,12 @@ def record(plan: Plan, folder: Path | str, report: Callable[[str], None] = print
     with franka_arm(plan.address, plan.limits, plan.path) as arm:
         for setting in plan.settings:
             recording = _record_one(arm, plan, setting)
-            paths.append(_write(recording, path_of(folder, setting.name)))
+            paths.append(write_or_keep(recording, path_of(folder, setting.name)))
             report(f"{paths[-1]}: {_summary(recording, plan)}")
     return paths
 
 
-def _write(recording: Recording, path: Path) -> Path:
+def write_or_keep(recording: Recording, path: Path) -> Path:
     """Write what was recorded; where that fails, keep it in another place and say where."""
     try:
         return write_recording(recording, path)
