@@ -1,100 +1,315 @@
 """Reading and writing artefacts: whole or not at all, and foreign ones named."""
 
+import errno
+import hashlib
 import os
+import re
 import shutil
 import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
-from zipfile import BadZipFile
+from typing import TYPE_CHECKING, Any
 
-import yaml
+import numpy as np
 
-from t2l.errors import ArtefactError
+from t2l import documents
+from t2l.errors import ArtefactError, InputError, OutputError, T2LError, writing
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow as pa
+
+# a comparison of a thousand recordings has some megabytes
+MOST_BYTES = 100_000_000
+
+# of a file's name, what file systems take
+_NAME_BYTES = 255
+_LONGEST_SUFFIX = 32
+# these say nothing about the file
+_NOT_ITS_FAULT = (
+    errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EDQUOT, errno.EROFS
+)  # fmt: skip
 
 
 @contextmanager
 def whole(path: Path | str) -> Iterator[Path]:
     """Give a temporary path beside `path`; what was written there takes its place at the end.
 
-    A file or a folder may be written. When the body raises, or the process is killed, `path` is
-    as it was.
+    A file or a folder may be written; a file takes the place of a file. When the body raises, or
+    the process is killed, `path` is as it was.
+
+    Raises:
+        OutputError: the system does not let it be written, or a folder is there.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    # what a killed process left: one job at a time writes an artefact
-    for stale in path.parent.glob(f".{path.stem}.draft-*{path.suffix}"):
-        _remove(stale)
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        before, after = _draft_name(path)
+        # what a killed process left: one job at a time writes an artefact
+        stale = re.compile(f"{re.escape(before)}[0-9a-f]{{8}}{re.escape(after)}")
+        for name in filter(stale.fullmatch, os.listdir(path.parent)):
+            _remove(path.with_name(name))
+        draft = path.with_name(f"{before}{uuid.uuid4().hex[:8]}{after}")
+        try:
+            yield draft
+            _put(draft, path)
+        finally:
+            _remove(draft)
+
+
+def _draft_name(path: Path) -> tuple[str, str]:
+    """What comes before and after the eight digits of a draft's name."""
+    mark = ".draft-"
     # same suffix: libraries choose a format by it
-    draft = path.with_name(f".{path.stem}.draft-{uuid.uuid4().hex[:8]}{path.suffix}")
+    after = path.suffix if len(os.fsencode(path.suffix)) <= _LONGEST_SUFFIX else ""
+    stem = path.name.removesuffix(after)
+    room = _NAME_BYTES - len(os.fsencode(f".{mark}{after}")) - 8
+    if len(os.fsencode(stem)) > room:
+        digest = hashlib.sha256(os.fsencode(stem)).hexdigest()[:16]
+        stem = os.fsencode(stem)[: room - 17].decode(errors="ignore") + f"-{digest}"
+    return f".{stem}{mark}", after
+
+
+def _put(draft: Path, path: Path) -> None:
     try:
-        yield draft
-        if path.is_dir():
-            shutil.rmtree(path)
         os.replace(draft, path)
-    finally:
-        _remove(draft)
+    except OSError:
+        if path.is_dir():
+            raise OutputError(f"{path}: cannot be written: a folder is there") from None
+        if draft.is_dir() and path.exists():
+            raise OutputError(f"{path}: cannot be written: a file is there") from None
+        raise
 
 
 def _remove(path: Path) -> None:
-    if path.is_dir():
+    if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:
         path.unlink(missing_ok=True)
 
 
+def set_aside(path: Path | str) -> Path:
+    """Rename a file or folder to NAME.broken, or NAME.broken2 … if that is taken; the new path.
+
+    Raises:
+        OutputError: the system does not let it be renamed.
+    """
+    path, count = Path(path), 1
+    aside = path.with_name(f"{path.name}.broken")
+    while os.path.lexists(aside):
+        count += 1
+        aside = path.with_name(f"{path.name}.broken{count}")
+    with writing(aside):
+        path.rename(aside)
+    return aside
+
+
 def write_table(table: "pd.DataFrame", path: Path | str) -> None:
-    """Write a Parquet table whole."""
+    """Write a Parquet table whole, with checksums."""
     with whole(path) as draft:
-        table.to_parquet(draft, index=False)
+        table.to_parquet(draft, index=False, write_page_checksum=True)
 
 
 def write_text(text: str, path: Path | str) -> None:
-    """Write a text file whole."""
+    """Write a text file whole, in UTF-8."""
     with whole(path) as draft:
-        draft.write_text(text)
+        draft.write_text(text, encoding="utf-8")
 
 
 @contextmanager
-def reading(path: Path | str, what: str, writer: str) -> Iterator[None]:
-    """Tell what goes wrong while a file is read that `writer` should have written.
+def reading(path: Path | str, what: str) -> Iterator[None]:
+    """Tell what goes wrong while the content of a file is made sense of.
 
     Args:
         what: it should hold, in a few words.
 
     Raises:
-        ArtefactError: the body could not make sense of the file.
+        ArtefactError: the body could not make sense of it.
     """
     try:
         yield
-    except (OSError, KeyError, TypeError, ValueError, yaml.YAMLError, BadZipFile) as error:
-        reason = " ".join(str(error).split())
-        raise ArtefactError(path, f"no {what} ({reason})", f"a file that {writer} wrote") from None
+    except ArtefactError:
+        raise
+    except (
+        ArithmeticError, AttributeError, LookupError, T2LError, TypeError, ValueError
+    ) as error:  # fmt: skip
+        raise ArtefactError(path, f"makes no sense ({_reason(error)})", what) from None
 
 
-def read_table(path: Path | str, columns: Sequence[str]) -> "pd.DataFrame":
-    """Read a Parquet table that must have `columns`.
+def _reason(error: BaseException) -> str:
+    text = " ".join(str(error).split())[:300]
+    if isinstance(error, LookupError):
+        return f"lacks {text}"
+    return text or type(error).__name__
+
+
+@contextmanager
+def parsing(path: Path, expected: str) -> Iterator[None]:
+    """Tell what goes wrong while a library parses a file: each has errors of its own.
+
+    Raises:
+        ArtefactError: it failed, and not because the system is out of memory or of files.
+    """
+    try:
+        yield
+    except ArtefactError:
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno in _NOT_ITS_FAULT:
+            raise
+        raise ArtefactError(path, f"cannot be read ({_reason(error)})", expected) from None
+
+
+def checked_file(path: Path | str, expected: str) -> Path:
+    """A file that is there and not empty.
+
+    Raises:
+        ArtefactError: it is not.
+    """
+    path = Path(path)
+    if not os.path.lexists(path):
+        raise ArtefactError(path, "no such file", expected)
+    if path.is_dir():
+        raise ArtefactError(path, "a folder", expected)
+    if not path.is_file():
+        raise ArtefactError(path, "no regular file", expected)
+    if path.stat().st_size == 0:
+        raise ArtefactError(path, "an empty file", expected)
+    return path
+
+
+def read_text(path: Path | str, what: str) -> str:
+    """The text of a file.
+
+    Raises:
+        ArtefactError: the file is missing, empty or not text.
+    """
+    path = checked_file(path, what)
+    try:
+        return documents.read_text(path, what, MOST_BYTES)
+    except InputError as error:
+        raise ArtefactError(path, f"found {error.found}", what) from None
+
+
+def read_json(path: Path | str, what: str, keys: Sequence[str] = ()) -> dict[str, Any]:
+    """The object that a JSON file holds.
+
+    Args:
+        what: the file is, in a few words.
+        keys: it must have.
+
+    Raises:
+        ArtefactError: the file is missing, cut short, not JSON, no object, or lacks a key.
+    """
+    expected = _expected(f"{what}, a JSON object", "keys", keys)
+    path = checked_file(path, expected)
+    try:
+        content = documents.read_json(path, expected, MOST_BYTES)
+    except InputError as error:
+        raise ArtefactError(path, f"found {error.found}", expected) from None
+    return _with_keys(content, path, keys, expected)
+
+
+def read_yaml(path: Path | str, what: str, keys: Sequence[str] = ()) -> dict[str, Any]:
+    """The mapping that a YAML file holds; likewise.
+
+    Raises:
+        ArtefactError: the file is missing, cut short, not YAML, no mapping, or lacks a key.
+    """
+    expected = _expected(f"{what}, a YAML mapping", "keys", keys)
+    path = checked_file(path, expected)
+    try:
+        content = documents.read_yaml(path, expected)
+    except InputError as error:
+        raise ArtefactError(path, f"found {error.found}", expected) from None
+    return _with_keys(content, path, keys, expected)
+
+
+def _expected(what: str, parts: str, names: Sequence[str]) -> str:
+    return f"{what} with {parts} {', '.join(names)}" if names else what
+
+
+def _with_keys(content: Any, path: Path, keys: Sequence[str], expected: str) -> dict[str, Any]:
+    if not isinstance(content, dict):
+        raise ArtefactError(path, f"a {type(content).__name__}", expected)
+    missing = [key for key in keys if key not in content]
+    if missing:
+        raise ArtefactError(path, f"lacks {', '.join(missing)}", expected)
+    return content
+
+
+def read_npz(path: Path | str, names: Sequence[str] = ()) -> dict[str, np.ndarray]:
+    """The arrays of an .npz file, those in `names` among them.
+
+    Raises:
+        ArtefactError: the file is missing, cut short, no .npz, or lacks an array.
+    """
+    expected = _expected("an .npz file", "arrays", names)
+    path = checked_file(path, expected)
+    with parsing(path, expected):
+        content = np.load(path, allow_pickle=False)
+        if not isinstance(content, np.lib.npyio.NpzFile):
+            raise ArtefactError(path, "a single array", expected)
+        with content:
+            arrays = {name: content[name] for name in content.files}
+        odd = [name for name, array in arrays.items() if not isinstance(array, np.ndarray)]
+        if odd:
+            raise ArtefactError(path, f"{odd[0]} is no array", expected)
+    missing = [name for name in names if name not in arrays]
+    if missing:
+        raise ArtefactError(path, f"lacks {', '.join(missing)}", expected)
+    return arrays
+
+
+def read_arrow(path: Path | str, columns: Sequence[str], whole_table: bool = False) -> "pa.Table":
+    """`columns` of a Parquet table, or all that it holds.
 
     Raises:
         ArtefactError: the file is missing, not Parquet, cut short, or lacks a column.
     """
+    # not read_table, which would import pandas
+    from pyarrow.parquet import ParquetFile
+
+    expected = _expected("a Parquet table", "columns", columns)
+    path = checked_file(path, expected)
+    with parsing(path, expected), path.open("rb") as file:
+        parquet = ParquetFile(file, page_checksum_verification=True)
+        _check_columns(parquet.schema_arrow.names, path, columns, expected)
+        wanted = None if whole_table else list(columns)
+        table = parquet.read(columns=wanted, use_threads=False)
+        table.validate(full=True)
+    return table
+
+
+def read_table(path: Path | str, columns: Sequence[str]) -> "pd.DataFrame":
+    """Read a table, Parquet or CSV, that must have `columns`.
+
+    Raises:
+        ArtefactError: the file is missing, not a table, cut short, or lacks a column.
+    """
+    path = Path(path)
+    if path.suffix == ".csv":
+        return _read_csv(path, columns)
+    expected = _expected("a Parquet table", "columns", columns)
+    table = read_arrow(path, columns, whole_table=True)
+    with parsing(path, expected):
+        return table.to_pandas()
+
+
+def _read_csv(path: Path, columns: Sequence[str]) -> "pd.DataFrame":
     # pandas takes a second to import, and not every job reads tables
     import pandas as pd
-    import pyarrow as pa
 
-    expected = f"a Parquet table with columns {', '.join(columns)}"
-    try:
-        table = pd.read_parquet(path)
-    except FileNotFoundError:
-        raise ArtefactError(path, "no such file", expected) from None
-    except (pa.ArrowInvalid, OSError) as error:
-        reason = str(error).splitlines()[0]
-        raise ArtefactError(path, f"cannot be read as Parquet ({reason})", expected) from None
-    missing = [column for column in columns if column not in table.columns]
+    expected = _expected("a CSV table", "columns", columns)
+    path = checked_file(path, expected)
+    with parsing(path, expected):
+        table = pd.read_csv(path)
+    _check_columns(list(table.columns), path, columns, expected)
+    return table
+
+
+def _check_columns(found: Sequence[str], path: Path, columns: Sequence[str], expected: str) -> None:
+    missing = [column for column in columns if column not in found]
     if missing:
         raise ArtefactError(path, f"lacks column {', '.join(missing)}", expected)
-    return table

@@ -24,6 +24,7 @@ MOST_LEVELS = 50
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DATE = "tag:yaml.org,2002:timestamp"
+_MERGE = "tag:yaml.org,2002:merge"
 _FLOAT = "tag:yaml.org,2002:float"
 
 
@@ -39,6 +40,8 @@ class _Loader(_LOADER):
         if isinstance(node, yaml.MappingNode):
             seen = set()
             for key_node, _ in node.value:
+                if key_node.tag == _MERGE:  # its keys yield to those that are written out
+                    continue
                 key = self.construct_object(key_node, deep=True)
                 if not isinstance(key, Hashable):
                     raise yaml.MarkedYAMLError(problem="a key that is no text or number",
@@ -56,21 +59,22 @@ _Loader.add_implicit_resolver(
 )
 
 
-def read_text(path: Path | str, purpose: str) -> str:
+def read_text(path: Path | str, purpose: str, most_bytes: int = MOST_BYTES) -> str:
     """The text of a file in UTF-8.
 
     Args:
         purpose: what the file is for, as the end of a message when it is missing.
+        most_bytes: that the file may have.
 
     Raises:
         InputError: there is no such file, it cannot be read, is too large or not UTF-8.
     """
     try:
         with Path(path).open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
-        if len(content) > MOST_BYTES:
-            found = f"more than {MOST_BYTES} bytes"
-            raise InputError(path, "the file", found, f"{purpose}, of at most {MOST_BYTES} bytes")
+            content = file.read(most_bytes + 1)
+        if len(content) > most_bytes:
+            found = f"more than {most_bytes} bytes"
+            raise InputError(path, "the file", found, f"{purpose}, of at most {most_bytes} bytes")
         return content.decode("utf-8-sig")
     except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
         raise InputError(path, "the file", "nothing", purpose) from None
@@ -100,13 +104,13 @@ def read_yaml(path: Path | str, purpose: str) -> Any:
         raise InputError(path, "the file", f"what is not YAML ({reason})", "YAML") from None
 
 
-def read_json(path: Path | str, purpose: str) -> Any:
+def read_json(path: Path | str, purpose: str, most_bytes: int = MOST_BYTES) -> Any:
     """The content of a JSON file; likewise.
 
     Raises:
         InputError: it cannot be read, is not JSON, has a key twice, or is nested without end.
     """
-    text = read_text(path, purpose)
+    text = read_text(path, purpose, most_bytes)
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         values = dict(pairs)

@@ -1,6 +1,7 @@
 """Errors that a user can cause: each message says where, what was found, what is allowed."""
 
 import errno
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,14 +36,19 @@ class OutputError(T2LError):
 
 
 class ArtefactError(T2LError):
-    """A file in results/ is truncated, foreign or of another shape than its stage writes."""
+    """A file in results/ is truncated, foreign or of another shape than its stage writes.
+
+    Attributes:
+        path: the file, or the folder of a data set.
+        found, expected: what is wrong.
+        complaint: the message without advice.
+    """
 
     def __init__(self, path: Path | str, found: str, expected: str):
-        super().__init__(
-            f"{path}: {found}; expected {expected}. Delete it and run again: only it and what "
-            "depends on it are rebuilt."
-        )
-        self.path = Path(path)
+        self.path, self.found, self.expected = Path(path), found, expected
+        self.complaint = f"{path}: {found}; expected {expected}"
+        before = "Move it away and run" if os.path.lexists(path) else "Run"
+        super().__init__(f"{self.complaint}. {before} again: it is made anew.")
 
 
 class ReplayError(T2LError):
@@ -51,6 +57,10 @@ class ReplayError(T2LError):
 
 class ExpertError(T2LError):
     """The expert did not reach the wanted number of successful demonstrations."""
+
+
+# of a file system that is full, over its quota, read-only or defective
+_REFUSED = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO)
 
 
 @contextmanager
@@ -63,13 +73,21 @@ def writing(path: Path | str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {_reason(error, Path(path))}") from None
+        raise cannot_write(error, path) from None
 
 
-def _reason(error: OSError, path: Path) -> str:
-    reason = error.strerror or " ".join(str(error).split())
-    full = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO)
-    return f"{reason} (the file system at {_mount(path)})" if error.errno in full else reason
+def refused(error: OSError) -> bool:
+    """Whether an error says that a file system is full, read-only or defective."""
+    return error.errno in _REFUSED
+
+
+def cannot_write(error: OSError, path: Path | str) -> OutputError:
+    """The error of a file that the operating system does not write."""
+    if refused(error):
+        reason = f"{os.strerror(error.errno)} (the file system at {_mount(Path(path))})"
+    else:
+        reason = error.strerror or " ".join(str(error).split()) or type(error).__name__
+    return OutputError(f"{path}: cannot be written: {reason}")
 
 
 def _mount(path: Path) -> Path:

@@ -5,6 +5,8 @@ import subprocess
 import sys
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from t2l.demos.dataset import (
@@ -14,7 +16,7 @@ from t2l.demos.dataset import (
     write_replays,
 )
 from t2l.demos.replay import replay
-from t2l.errors import ArtefactError
+from t2l.errors import ArtefactError, OutputError
 from t2l.gains import Cell
 
 # lerobot opens the data set from disk and trains its own policy on it
@@ -112,16 +114,51 @@ def _foreign(path):
     (path / "meta/info.json").write_text(json.dumps(info))
 
 
+def _info(**changes):
+    def change(path):
+        file = path / "meta/info.json"
+        file.write_text(json.dumps(json.loads(file.read_text()) | changes))
+
+    return change
+
+
+def _table(change):
+    def rewrite(path):
+        file = next(path.glob("data/*/*.parquet"))
+        pq.write_table(change(pq.read_table(file)), file)
+
+    return rewrite
+
+
+def _shorter(table):
+    lists = table["action"].to_pylist()
+    lists[3] = lists[3][:-1]
+    at = table.column_names.index("action")
+    return table.set_column(at, "action", pa.array(lists, pa.list_(pa.float32())))
+
+
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
-        (_cut, "data cannot be read"),
+        (_cut, "file-000.parquet: cannot be read"),
         (_foreign, r"action has shape \[3\]"),
-        (lambda path: (path / "meta/info.json").unlink(), "no meta/info.json"),
-        (lambda path: (path / "meta/info.json").write_text("{"), "info.json cannot be read"),
+        (lambda path: (path / "meta/info.json").unlink(), "meta/info.json: no such file"),
+        (
+            lambda path: (path / "meta/info.json").write_text("{"),
+            "info.json: found what is not JSON",
+        ),
         (lambda path: shutil.rmtree(path / "data"), "data"),
+        (_info(features=[1]), "meta/info.json: makes no sense"),
+        (_info(features={"action": 1}), "meta/info.json: makes no sense"),
+        (_info(total_frames="many"), "frames where info.json says many"),
+        (lambda path: (path / "meta/info.json").write_text("[]"), "meta/info.json: a list"),
+        (_table(lambda table: table.drop_columns("action")), "lacks column action"),
+        (_table(_shorter), "action has lists of other lengths"),
     ],
-    ids=["cut", "foreign", "no info", "broken info", "no data"],
+    ids=[
+        *("cut", "foreign", "no info", "broken info", "no data", "features", "shapes", "total"),
+        *("list", "column", "lengths"),
+    ],
 )
 def test_a_damaged_set_is_named(task, replay_set, tmp_path, damage, message):
     path = tmp_path / "damaged"
@@ -130,3 +167,13 @@ def test_a_damaged_set_is_named(task, replay_set, tmp_path, damage, message):
     with pytest.raises(ArtefactError, match=message) as error:
         read_replays(path, task)
     assert str(path) in str(error.value)
+    assert error.value.path == path
+
+
+def test_a_set_is_not_written_over_another(task, demonstrations, tmp_path):
+    """Snakemake removes what a job makes anew; nobody else's folder is removed."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").touch()
+    with pytest.raises(OutputError, match="mine: cannot be written: a folder is there"):
+        write_demonstrations(demonstrations[:1], task, tmp_path / "mine")
+    assert [p.name for p in tmp_path.rglob("*")] == ["mine", "notes.txt"]

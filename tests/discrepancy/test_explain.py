@@ -1,5 +1,6 @@
 import dataclasses
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -187,3 +188,63 @@ def test_a_step_whose_diagnosis_was_cut_short_is_computed_anew(
             text = (folder / "steps" / "0" / name).read_text()
             (where / name).write_text(text[: len(text) // 2] if name == part else text)
         assert recomputed(tmp_path / part, Model(robot), recordings)
+
+
+DAMAGES = {
+    "list": lambda step: (step / "diagnosis.json").write_text("[]"),
+    "empty object": lambda step: (step / "diagnosis.json").write_text("{}"),
+    "bytes": lambda step: (step / "diagnosis.json").write_bytes(b"\xff\x00"),
+    "folder": lambda step: (step / "fingerprint").unlink() or (step / "fingerprint").mkdir(),
+    "no ranking": lambda step: (step / "diagnosis.json").write_text(
+        json.dumps({**json.loads((step / "diagnosis.json").read_text()), "ranking": []})
+    ),
+    "odd error": lambda step: (step / "diagnosis.json").write_text(
+        json.dumps({**json.loads((step / "diagnosis.json").read_text()), "baseline": None})
+    ),
+    "name that leads out": lambda step: (step / "diagnosis.json").write_text(
+        (step / "diagnosis.json").read_text().replace('"effect": "', '"effect": "../')
+    ),
+    "no models": lambda step: shutil.rmtree(step / "models"),
+    "broken models": lambda step: [p.write_text("{") for p in step.glob("models/*")],
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_step_that_cannot_be_used_is_computed_anew(
+    interrupted, robot, recordings, tmp_path, damage
+):
+    shutil.copytree(interrupted[0] / "steps", tmp_path / "steps")
+    DAMAGES[damage](tmp_path / "steps" / "0")
+    assert recomputed(tmp_path, Model(robot), recordings)
+
+
+@pytest.mark.parametrize("content", ["[]", "{}", "", '{"fingerprint": 1, "dropped": 2}', "\0"])
+def test_what_was_adopted_is_simplified_anew_if_it_cannot_be_used(
+    interrupted, robot, recordings, tmp_path, content
+):
+    folder, *_, explanation = interrupted
+    shutil.copytree(folder / "steps", tmp_path / "steps")
+    (tmp_path / "steps" / "0" / "adopted.json").write_text(content)
+    (tmp_path / "steps" / "1" / "model.yaml").write_text("robot: [")
+    progress, told = until("never")
+    again = explain(Model(robot), gather(robot, recordings), tmp_path, progress)
+    assert all("kept from before" in what for what in told)
+    assert as_json(again) == as_json(explanation)
+    assert again.model.effects == explanation.model.effects
+
+
+def test_only_models_of_the_diagnosis_before_are_removed(interrupted, robot, recordings, tmp_path):
+    shutil.copytree(interrupted[0] / "steps" / "0", step := tmp_path / "steps" / "0")
+    content = json.loads((step / "diagnosis.json").read_text())
+    content["ranking"].append({"effect": "of_before"})
+    (step / "diagnosis.json").write_text(json.dumps(content))
+    (step / "fingerprint").write_text("of another")
+    for name in ("of_before.yaml", "mine.yaml", "notes.txt"):
+        (step / "models" / name).write_text("mine")
+    progress, _ = until("step 2")
+    with pytest.raises(Interrupted):
+        explain(Model(robot), gather(robot, recordings), tmp_path, progress)
+    left = {path.name for path in (step / "models").iterdir()}
+    ranked = {entry["effect"] for entry in content["ranking"]} - {"of_before"}
+    assert left == {"mine.yaml", "notes.txt", *(f"{name}.yaml" for name in ranked)}
+    assert (step / "models" / "mine.yaml").read_text() == "mine"

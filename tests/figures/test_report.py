@@ -127,8 +127,50 @@ def test_an_empty_folder_and_a_broken_file_are_named(tmp_path):
     with pytest.raises(ArtefactError, match=r"comparison\.json"):
         write_report(tmp_path)
     (tmp_path / "diagnosis.json").write_text("{")
-    with pytest.raises(ArtefactError, match="cannot be read as JSON"):
+    with pytest.raises(ArtefactError, match="what is not JSON"):
         write_report(tmp_path)
+
+
+def _changed(content, keys, value):
+    """JSON content with another value under a key within; without the key if it is `None`."""
+    *above, last = keys
+    inner = content
+    for key in above:
+        inner = inner[key]
+    if value is None:
+        del inner[last]
+    else:
+        inner[last] = value
+    return content
+
+
+@pytest.mark.parametrize(
+    ("name", "keys", "value"),
+    [
+        ("explanation.json", ["steps"], None),
+        ("explanation.json", ["steps"], []),
+        ("explanation.json", ["steps", 0, "heldout_rmse_q_rad"], "small"),
+        ("explanation.json", ["noise_floor_rad"], [1]),
+        ("steps/0/diagnosis.json", ["ranking"], {}),
+        ("steps/0/diagnosis.json", ["ranking"], []),
+        ("steps/0/diagnosis.json", ["ranking", 0, "improvement", "ci95"], [1]),
+        ("steps/0/diagnosis.json", ["ranking", 0, "tied_with"], None),
+        ("steps/0/diagnosis.json", ["baseline"], 3),
+        ("before/comparison.json", ["logs"], []),
+        ("before/comparison.json", ["logs", 0, "kp"], []),
+        ("before/comparison.json", ["joints"], {}),
+        ("before/comparison.json", ["cells", 0, "joint"], "elbow"),
+        ("after/comparison.json", ["findings"], 1),
+        ("after/comparison.json", ["rmse_q_rad"], float("nan")),
+    ],
+    ids=str,
+)
+def test_foreign_results_are_named(tmp_path, name, keys, value):
+    path = explained(tmp_path) / name
+    path.write_text(json.dumps(_changed(json.loads(path.read_text()), keys, value)))
+    with pytest.raises(ArtefactError, match=name) as caught:
+        write_report(tmp_path)
+    assert caught.value.path == path
 
 
 def test_of_many_long_recordings_the_best_to_the_worst_are_shown(tmp_path):

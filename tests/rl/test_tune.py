@@ -5,16 +5,18 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import optuna
 import pytest
 from optuna.trial import TrialState
 
+from t2l.errors import ArtefactError
 from t2l.gains import Cell
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
-from t2l.rl.outcome import TuningError, best
+from t2l.rl.outcome import TuningError, UnfinishedError, best
 from t2l.rl.problem import Problem
 from t2l.rl.reach import CENTRE
 from t2l.rl.settings import Search, Settings
@@ -148,3 +150,97 @@ def test_another_problem_is_another_study_and_more_trials_are_not():
     assert name() != name(cell=Cell(64, 16))
     assert name() != name(parameters={**PARAMETERS, "armature": np.full(7, 0.2)})
     assert name() != PROBLEM.study_name(Search(3), TINY, 1)
+
+
+@pytest.mark.parametrize("cut", [1, 10, -1], ids=["a byte", "ten bytes", "all but the newline"])
+def test_a_journal_whose_last_line_was_cut_by_a_kill_goes_on(tmp_path, cut):
+    study = run(tmp_path, 1)
+    path = tmp_path / "trials.journal"
+    whole = path.read_bytes()
+    study.set_user_attr("note", 1)  # what a killed process was about to say
+    last = path.read_bytes().splitlines(keepends=True)[-1]
+    path.write_bytes(path.read_bytes()[: -len(last)] + last[:cut])
+    again = run(tmp_path, 2)
+    assert path.read_bytes().startswith(whole)
+    assert count(again, TrialState.COMPLETE, TrialState.PRUNED) == 2
+    assert len(open_study("journal", path, "s").trials) == 2
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda content: b"no journal",
+        lambda content: b"[]\n",
+        lambda content: b"{}\n",
+        lambda content: b"\xff\x00\n" * 3,
+        lambda content: content[:200] + content[250:],
+        lambda content: content[:200] + b"\x00" * 50 + content[250:],
+        lambda content: b'{"op_code":99,"worker_id":"w"}\n' + content,
+        lambda content: b'{"op_code":4}\n' + content,
+    ],
+    ids=["text", "list", "object", "bytes", "hole", "zeros", "unknown", "lacking"],
+)
+def test_a_journal_that_is_none_is_named(tmp_path, damage):
+    study = open_study("journal", path := tmp_path / "trials.journal", "s")
+    study.tell(study.ask({"x": optuna.distributions.FloatDistribution(0, 1)}), 1.0)
+    path.write_bytes(damaged := damage(path.read_bytes()))
+    with pytest.raises(ArtefactError, match=r"trials.journal: .* a journal of Optuna") as caught:
+        open_study("journal", path, "s")
+    assert caught.value.path == path
+    assert path.read_bytes() == damaged
+
+
+def test_a_folder_in_the_place_of_a_journal_is_named(tmp_path):
+    (tmp_path / "trials.journal").mkdir()
+    with pytest.raises(ArtefactError, match=r"trials.journal: no regular file"):
+        open_study("journal", tmp_path / "trials.journal", "s")
+
+
+def test_the_lock_of_a_killed_process_leads_to_the_journal(tmp_path, monkeypatch):
+    """Optuna waits for ever on one that leads nowhere."""
+    monkeypatch.chdir(tmp_path)
+    study = open_study("journal", Path("results/trials.journal"), "s")
+    lock = study._storage._backend._lock
+    lock.acquire()
+    assert Path("results/trials.journal.lock").exists()
+    lock.release()
+
+
+def _files_of(study, folder, number):
+    attributes = study.trials[number].user_attrs
+    return [folder / "store" / attributes[name] for name in ("policy.npz", "training.parquet")]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        Path.unlink,
+        lambda path: path.write_bytes(path.read_bytes()[:100]),
+        lambda path: path.write_text("{}"),
+    ],
+    ids=["missing", "cut", "foreign"],
+)
+@pytest.mark.parametrize("which", [0, 1], ids=["policy", "training"])
+def test_a_trial_whose_files_are_broken_is_run_again(tmp_path, damage, which):
+    study = run(tmp_path, 2)
+    before = best(study, tmp_path / "store", 2)
+    broken = _files_of(study, tmp_path, before.number)[which]
+    damage(broken)
+    with pytest.raises(UnfinishedError, match=broken.name):
+        best(study, tmp_path / "store", 2)
+    again = run(tmp_path, 2)
+    assert len(again.trials) == 3
+    found = best(again, tmp_path / "store", 2)
+    assert found.number == 2
+    assert found.choice == before.choice
+    assert found.evaluation == before.evaluation
+    assert len(run(tmp_path, 2).trials) == 3
+
+
+def test_the_best_readable_trial_is_taken_where_enough_are_left(tmp_path, caplog):
+    study = run(tmp_path, 3)
+    number = best(study, tmp_path / "store", 3).number
+    _files_of(study, tmp_path, number)[0].unlink()
+    found = best(study, tmp_path / "store", 2)
+    assert found.number != number
+    assert f"trial {number} cannot be used" in caplog.text

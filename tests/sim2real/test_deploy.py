@@ -73,6 +73,34 @@ def test_one_after_another_is_as_side_by_side(tmp_path):
     assert kept.stopped == in_turn.stopped
 
 
+def _without(name):
+    def drop(content):
+        return {key: value for key, value in content.items() if key != name}
+
+    return drop
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda path: path.write_bytes(path.read_bytes()[:-300]),
+        lambda path: path.write_bytes(b"{}"),
+        lambda path: np.savez(path, **_without("stopped")(np.load(path))),
+        lambda path: np.savez(path, **{**np.load(path), "q": np.zeros((3, 1, 7))}),
+        lambda path: np.savez(path, **{**np.load(path), "success": np.array(["yes"])}),
+        lambda path: path.unlink() or path.mkdir(),
+    ],
+    ids=["cut", "foreign", "lacking", "shape", "type", "folder"],
+)
+def test_a_kept_rollout_that_is_broken_is_run_anew(tmp_path, caplog, damage):
+    before = reach(VirtualRobot(1), duration_s=0.2, folder=tmp_path)
+    damage(tmp_path / "000.npz")
+    again = reach(VirtualRobot(1), duration_s=0.2, folder=tmp_path)
+    np.testing.assert_array_equal(again.q, before.q)
+    assert {p.name for p in tmp_path.iterdir()} == {"000.npz", "001.npz", "000.npz.broken"}
+    assert "set aside as 000.npz.broken" in caplog.text
+
+
 def test_a_command_that_must_not_be_sent_stops_its_robot_alone():
     # 1.5 rad ahead of the wrist is more than its torque limit
     wild = proportional(gain=20.0, scale=(0.2, 1.5))

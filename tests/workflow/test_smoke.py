@@ -166,9 +166,11 @@ def test_a_truncated_artefact_is_named(smoke):
     try:
         path.write_bytes(whole[:-20])
         done = smoke.run("--", "tables")
+        path.with_name("losses.parquet.broken").unlink()
     finally:
         path.write_bytes(whole)
     assert done.returncode != 0
+    assert "set aside as losses.parquet.broken; run again" in done.stdout
     assert "results/smoke/block_stack/cells/kp32_kd2/losses.parquet: cannot be read" in done.stdout
     assert smoke.run("--", "all").returncode == 0
 

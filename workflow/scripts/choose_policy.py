@@ -2,19 +2,26 @@
 
 from pathlib import Path
 
-from t2l.artefacts import write_table
+from t2l.artefacts import read_text, write_table
+from t2l.errors import ArtefactError
 from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.rl.chosen import write_chosen
-from t2l.rl.outcome import best
+from t2l.rl.outcome import UnfinishedError, best
 from t2l.rl.trials import open_study, table
 
-with job(snakemake.log[0]):
+workers = snakemake.input.workers
+
+with job(snakemake.log[0], markers=workers):
     params, folder = snakemake.params, Path(snakemake.params.folder)
     cell = Cell.from_name(snakemake.wildcards.cell)
-    name = Path(snakemake.input.workers[0]).read_text().strip()
+    name = read_text(workers[0], "the name of a study").strip()
     study = open_study(params.storage, folder / "trials.journal", name)
-    found = best(study, folder / "store", params.trials)
+    try:
+        found = best(study, folder / "store", params.trials)
+    except UnfinishedError as error:
+        found = f"says that tuning is done, but {error}"
+        raise ArtefactError(workers[0], found, "a study that is done") from None
     write_table(table(study).assign(kp=cell.kp, kd=cell.kd), snakemake.output.trials)
     write_table(found.history.assign(kp=cell.kp, kd=cell.kd), snakemake.output.training)
     found.policy.save(snakemake.output.policy)

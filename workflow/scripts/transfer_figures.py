@@ -1,7 +1,5 @@
 """Draw how far policies on the robot depart from their simulators."""
 
-import pandas as pd
-
 from t2l.artefacts import read_table
 from t2l.figures import transfer
 from t2l.figures.style import write
@@ -18,7 +16,9 @@ with job(snakemake.log[0]):
         for condition, path in zip(snakemake.params.conditions, given.cells, strict=True)
     }
     write(transfer.error_maps(cells, grid), output.errors)
-    write(transfer.jitter_by_period(pd.read_csv(given.jitter)), output.jitter)
+    write(
+        transfer.jitter_by_period(read_table(given.jitter, transfer.JITTER_COLUMNS)), output.jitter
+    )
 
     rollouts = read_table(given.rollouts, ("kp", "kd", "rollout", "trajectory_error"))
     traces, observations, captions = {}, {}, []

@@ -34,26 +34,30 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.names import path_of
     from t2l.outputs import output_file
 
+    if arguments.out.suffix not in (".yaml", ".yml"):
+        raise ConfigurationError(f"--out {arguments.out}: found no .yaml; allowed: MODEL.yaml")
     folder = arguments.diagnosis
     available = diagnosed_effects(folder)
     if not available:
         raise ConfigurationError(f"--diagnosis {folder}: no diagnosis in that folder")
-    merged, files = None, [folder / "diagnosis.json"]
+    merged, models = None, folder / "models"
     for name in arguments.effects:
         if name not in available:
             raise ConfigurationError(
                 f"{name}: not in the diagnosis {folder}; it holds {', '.join(available)}"
             )
-        files.append(path_of(folder / "models", name, ".yaml"))
-        model = read_model(files[-1])
+        path = path_of(models, name, ".yaml")
+        model = read_model(path)
         if name not in model.effects:
             held = ", ".join(model.effects) or "none"
             raise ConfigurationError(
-                f"{files[-1]}: effects: found {held}; allowed: a model with {name}, as "
+                f"{path}: effects: found {held}; allowed: a model with {name}, as "
                 "t2l diagnose wrote it"
             )
         effects = {**(merged.effects if merged else model.effects), name: model.effects[name]}
         merged = Model(model.robot, effects, model.effect_files)
-    with output_file(arguments.out, "t2l adopt", files, arguments.force) as out:
+    # the whole diagnosis, not only what is adopted now
+    inputs = [folder / "diagnosis.json", *models.glob("*.yaml")]
+    with output_file(arguments.out, "t2l adopt", inputs, arguments.force) as out:
         write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.effects)}")
     print(f"Written to {arguments.out}")

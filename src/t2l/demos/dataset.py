@@ -5,7 +5,6 @@ costs seconds that most stages do not have to spend.
 """
 
 import contextlib
-import json
 import logging
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -14,9 +13,8 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from t2l.artefacts import whole
+from t2l.artefacts import read_arrow, read_json, reading, whole
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.replay import Replay
 from t2l.errors import ArtefactError
@@ -175,31 +173,57 @@ def _no_images() -> Iterator[None]:
 def _read(path: Path, sizes: Mapping[str, int]) -> list[dict[str, np.ndarray]]:
     expected = f"a LeRobot data set with {', '.join(f'{k} ({n},)' for k, n in sizes.items())}"
     try:
-        info = json.loads((path / "meta" / "info.json").read_text())
-        features, total = info["features"], info["total_frames"]
-    except FileNotFoundError:
-        raise ArtefactError(path, "no meta/info.json", expected) from None
-    except (ValueError, KeyError, TypeError) as error:
-        raise ArtefactError(path, f"meta/info.json cannot be read ({error!r})", expected) from None
+        return _episodes(path, sizes, expected)
+    except ArtefactError as error:
+        if error.path == path:
+            raise
+        # a data set is one artefact
+        found = f"{error.path.relative_to(path)}: {error.found}"
+        raise ArtefactError(path, found, error.expected) from None
+
+
+def _episodes(path: Path, sizes: Mapping[str, int], expected: str) -> list[dict[str, np.ndarray]]:
+    if not path.is_dir():
+        found = "a file" if path.exists() else "no such folder"
+        raise ArtefactError(path, found, expected)
+    info_path = path / "meta" / "info.json"
+    info = read_json(info_path, "what a data set holds", ("features", "total_frames"))
+    with reading(info_path, "what a data set holds"):
+        shapes = {key: info["features"][key]["shape"] for key in sizes}
     for key, size in sizes.items():
-        shape = features.get(key, {}).get("shape")
-        if shape is None or list(shape) != [size]:
-            raise ArtefactError(path, f"{key} has shape {shape}", expected)
-    columns = [*sizes, "episode_index"]
-    try:
-        table = pa.concat_tables(
-            pq.read_table(file, columns=columns) for file in sorted(path.glob("data/*/*.parquet"))
-        )
-    except (pa.ArrowException, OSError) as error:
-        reason = str(error).splitlines()[0]
-        raise ArtefactError(path, f"data cannot be read ({reason})", expected) from None
-    if len(table) != total or total == 0:
-        raise ArtefactError(path, f"{len(table)} frames where info.json says {total}", expected)
-    episode_index = table["episode_index"].to_numpy()
-    starts = np.flatnonzero(np.diff(episode_index)) + 1
-    values = {
-        key: np.stack(table[key].combine_chunks().flatten().to_numpy().reshape(-1, size))
-        for key, size in sizes.items()
-    }
-    parts = {key: np.split(value, starts) for key, value in values.items()}
-    return [dict(zip(parts, episode, strict=True)) for episode in zip(*parts.values(), strict=True)]
+        if shapes[key] != [size]:
+            raise ArtefactError(path, f"{key} has shape {shapes[key]}", expected)
+    files = sorted(path.glob("data/*/*.parquet"))
+    tables = [read_arrow(file, [*sizes, "episode_index"]) for file in files]
+    frames, total = sum(map(len, tables)), info["total_frames"]
+    if frames != total or frames == 0:
+        raise ArtefactError(path, f"{frames} frames where info.json says {total}", expected)
+    parts = [
+        {key: _rows(file, table, key, size) for key, size in sizes.items()}
+        for file, table in zip(files, tables, strict=True)
+    ]
+    values = {key: np.concatenate([part[key] for part in parts]) for key in sizes}
+    numbers = [_numbers(file, table) for file, table in zip(files, tables, strict=True)]
+    starts = np.flatnonzero(np.diff(np.concatenate(numbers))) + 1
+    split = {key: np.split(value, starts) for key, value in values.items()}
+    return [dict(zip(split, episode, strict=True)) for episode in zip(*split.values(), strict=True)]
+
+
+def _rows(file: Path, table: pa.Table, key: str, size: int) -> np.ndarray:
+    """A column of lists as (nframe, size)."""
+    column = table[key].combine_chunks()
+    lists = pa.types.is_list(column.type) or pa.types.is_fixed_size_list(column.type)
+    if not lists or not pa.types.is_floating(column.type.value_type):
+        raise ArtefactError(file, f"{key} is {column.type}", "lists of floating-point numbers")
+    flat = column.flatten()
+    lengths = column.value_lengths().unique().to_pylist()
+    if lengths != [size] or column.null_count or flat.null_count:
+        raise ArtefactError(file, f"{key} has lists of other lengths", f"lists of {size} numbers")
+    return flat.to_numpy().reshape(-1, size)
+
+
+def _numbers(file: Path, table: pa.Table) -> np.ndarray:
+    column = table["episode_index"]
+    if not pa.types.is_integer(column.type) or column.null_count:
+        raise ArtefactError(file, f"episode_index is {column.type}", "integers")
+    return column.to_numpy()

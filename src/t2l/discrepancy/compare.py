@@ -264,7 +264,7 @@ def write(comparison: Comparison, folder: Path | str) -> None:
     """Write `comparison.json` and `traces.parquet` into a folder, each whole."""
     folder = Path(folder)
     with whole(folder / TRACES) as draft:
-        pa_parquet.write_table(comparison.traces, draft)
+        pa_parquet.write_table(comparison.traces, draft, write_page_checksum=True)
     write_text(json.dumps(report(comparison), indent=1, ensure_ascii=False) + "\n", folder / REPORT)
 
 

@@ -6,14 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from t2l.artefacts import write_text
+from t2l.artefacts import read_json, read_text, reading, write_text
 from t2l.discrepancy.diagnose import MISSING, Diagnosis, diagnose, telling
 from t2l.discrepancy.evidence import Evidence
 from t2l.discrepancy.model import Model, read_model, write_model
 from t2l.discrepancy.simplify import simplify
-from t2l.discrepancy.story import write_diagnosis
+from t2l.discrepancy.story import DIAGNOSIS, write_diagnosis
 from t2l.effects.registry import python_files
+from t2l.errors import T2LError, writing
+from t2l.names import path_of
 from t2l.robots import plant
+from t2l.typed import is_number
 from t2l.version import library
 
 MOST_EFFECTS = 8
@@ -91,22 +94,39 @@ def _adopted(
 ) -> tuple[Model, list[str]]:
     """The model with `effect`, less what that made superfluous; kept with the step."""
     kept, record = where / "model.yaml", where / "adopted.json"
-    try:
-        adopted = json.loads(record.read_text())
-        if adopted["fingerprint"] == fingerprint:
-            return read_model(kept), adopted["dropped"]
-    except (FileNotFoundError, json.JSONDecodeError, KeyError):
-        pass
-    grown = read_model(where / "models" / f"{effect}.yaml")
+    found = _adopted_before(where, fingerprint)
+    if found is not None:
+        return found
+    grown = read_model(_model_with(where, effect))
     found, dropped = simplify(grown, evidence) if model.effects else (grown, [])
     write_model(found, kept, f"the model after {effect} was adopted")
     write_text(json.dumps({"fingerprint": fingerprint, "dropped": dropped}) + "\n", record)
     return read_model(kept), dropped
 
 
+def _adopted_before(where: Path, fingerprint: str) -> tuple[Model, list[str]] | None:
+    """What `_adopted` kept of the same step; None if that is not there or not usable."""
+    path = where / "adopted.json"
+    try:
+        record = read_json(path, "what was adopted", ("fingerprint", "dropped"))
+        dropped = record["dropped"]
+        if record["fingerprint"] != fingerprint or not isinstance(dropped, list):
+            return None
+        if not all(isinstance(name, str) for name in dropped):
+            return None
+        return read_model(where / "model.yaml"), dropped
+    except T2LError:
+        return None
+
+
+def _model_with(where: Path, effect: str) -> Path:
+    return path_of(where / "models", effect, ".yaml")
+
+
 def _step(model, evidence, where, fingerprint, progress) -> dict:
     diagnosis: Diagnosis = diagnose(model, evidence, progress=progress, quick=True)
-    (where / "fingerprint").unlink(missing_ok=True)
+    with writing(where / "fingerprint"):
+        (where / "fingerprint").unlink(missing_ok=True)
     content = write_diagnosis(diagnosis, evidence, where)
     # last: its presence says that the step is whole
     write_text(fingerprint, where / "fingerprint")
@@ -114,12 +134,25 @@ def _step(model, evidence, where, fingerprint, progress) -> dict:
 
 
 def _finished(where: Path, fingerprint: str) -> dict | None:
+    """What `_step` wrote; None if it is not there, of another step, or not usable."""
+    path, keys = where / DIAGNOSIS, ("verdict", "sentence", "noise_floor_rad", "baseline")
     try:
-        if (where / "fingerprint").read_text() != fingerprint:
+        if read_text(where / "fingerprint", "a fingerprint") != fingerprint:
             return None
-        return json.loads((where / "diagnosis.json").read_text())
-    except (FileNotFoundError, json.JSONDecodeError):
+        content = read_json(path, "a diagnosis", (*keys, "ranking"))
+        with reading(path, "a diagnosis"):
+            errors = [content["baseline"][f"{part}_rmse_q_rad"] for part in ("train", "heldout")]
+            if not all(map(is_number, (*errors, content["noise_floor_rad"]))):
+                return None
+            if not all(isinstance(content[key], str) for key in ("verdict", "sentence")):
+                return None
+            if content["verdict"] == MISSING:
+                effect = content["ranking"][0]["effect"]
+                if effect not in read_model(_model_with(where, effect)).effects:
+                    return None
+    except T2LError:
         return None
+    return content
 
 
 def _fingerprint(model: Model, evidence: Evidence) -> str:

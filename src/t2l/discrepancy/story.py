@@ -1,10 +1,11 @@
 """A diagnosis with its reasons, written where people and `t2l adopt` find it."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
-from t2l.artefacts import whole, write_text
+from t2l.artefacts import read_json, reading, write_text
 from t2l.discrepancy import conditions, wording
 from t2l.discrepancy.diagnose import NOTHING_MISSING, Diagnosis, adopt
 from t2l.discrepancy.evidence import Evidence
@@ -14,44 +15,49 @@ from t2l.discrepancy.followed import followed
 from t2l.discrepancy.missing_torque import missing_torque
 from t2l.discrepancy.model import write_model
 from t2l.discrepancy.prediction import Request
-from t2l.documents import read_json
-from t2l.errors import InputError
+from t2l.errors import ArtefactError, writing
+from t2l.names import is_plain, path_of
+
+DIAGNOSIS = "diagnosis.json"
 
 
 def diagnosed_effects(folder: Path) -> list[str]:
     """Names of the effects that a diagnosis in a folder ranks; none where there is none.
 
     Raises:
-        InputError: its file is no diagnosis.
+        ArtefactError: its file is no diagnosis.
     """
-    path = folder / "diagnosis.json"
-    if not path.is_file():
+    path = folder / DIAGNOSIS
+    if not os.path.lexists(path):
         return []
-    content = read_json(path, "what t2l diagnose wrote")
-    try:
+    content = read_json(path, "a diagnosis", ("ranking",))
+    with reading(path, "a diagnosis with a list of effects as its ranking"):
         return [str(entry["effect"]) for entry in content["ranking"]]
-    except (KeyError, TypeError):
-        raise InputError(
-            path, "key ranking", "no list of effects", "as t2l diagnose wrote it"
-        ) from None
 
 
 def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> dict[str, Any]:
     """Write ``diagnosis.json`` and, for each effect, the model with it in ``models/``.
 
+    Models that the ``diagnosis.json`` before names, and this one does not, are removed.
+
     Returns:
         The content of ``diagnosis.json``.
     """
     remaining = _give_reasons(diagnosis, evidence)
-    with whole(folder / "models") as models:
-        models.mkdir()
-        for candidate in diagnosis.ranking:
-            name = candidate.effect.name
-            write_model(
-                adopt(diagnosis, name),
-                models / f"{name}.yaml",
-                f"the model so far with {candidate.effect.title}, fitted together",
-            )
+    path, models = folder / DIAGNOSIS, folder / "models"
+    before = _diagnosed_before(folder)
+    with writing(path):
+        path.unlink(missing_ok=True)
+    for candidate in diagnosis.ranking:
+        name = candidate.effect.name
+        write_model(
+            adopt(diagnosis, name),
+            path_of(models, name, ".yaml"),
+            f"the model so far with {candidate.effect.title}, fitted together",
+        )
+    for name in before - {candidate.effect.name for candidate in diagnosis.ranking}:
+        with writing(stale := path_of(models, name, ".yaml")):
+            stale.unlink(missing_ok=True)
     extra = {
         "split": evidence.split,
         "training_recordings": [r.name for r in evidence.train.recordings],
@@ -60,8 +66,16 @@ def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> d
         "separating_experiment": _experiment(diagnosis, evidence),
     }
     content = wording.as_json(diagnosis, extra)
-    write_text(json.dumps(content, indent=2) + "\n", folder / "diagnosis.json")
+    # last: its presence says that the folder is whole
+    write_text(json.dumps(content, indent=2) + "\n", path)
     return content
+
+
+def _diagnosed_before(folder: Path) -> set[str]:
+    try:
+        return set(filter(is_plain, diagnosed_effects(folder)))
+    except ArtefactError:
+        return set()
 
 
 def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:

@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pa_parquet
 
+from t2l.artefacts import read_arrow
 from t2l.errors import ArtefactError
 
 TRACES = "traces.parquet"
+NAMED = ("recording", "joint")
+LABEL = pa.dictionary(pa.int32(), pa.string())
 COLUMNS = ("recording", "joint", "time", "q_des", "q", "q_sim", "missing_torque")
 
 
@@ -44,24 +46,20 @@ def read_traces(folder: Path | str) -> Traces:
     """Read what `t2l.discrepancy.compare.write` wrote into a folder.
 
     Raises:
-        ArtefactError: the table is missing, unreadable or lacks a column.
+        ArtefactError: the table is missing or unreadable, a column missing or of another type.
     """
     path = Path(folder) / TRACES
-    expected = f"a Parquet table with columns {', '.join(COLUMNS)}"
-    try:
-        # not read_table, which would import pandas
-        table = pa_parquet.ParquetFile(path).read(use_threads=False)
-    except FileNotFoundError:
-        raise ArtefactError(path, "no such file", expected) from None
-    except (pa.ArrowInvalid, OSError) as error:
-        reason = str(error).splitlines()[0]
-        raise ArtefactError(path, f"cannot be read as Parquet ({reason})", expected) from None
-    missing = [name for name in COLUMNS if name not in table.column_names]
-    if missing:
-        raise ArtefactError(path, f"lacks column {', '.join(missing)}", expected)
+    # not read_table, which would import pandas
+    table = read_arrow(path, COLUMNS, whole_table=True)
+    for name, kind in zip(table.column_names, table.schema.types, strict=True):
+        allowed = LABEL if name in NAMED else pa.float32()
+        if kind != allowed or table[name].null_count:
+            raise ArtefactError(path, f"the column {name} is {kind}", f"{allowed} without gaps")
+    if not len(table):
+        raise ArtefactError(path, "no rows", "some")
     recordings, recording = _labels(table["recording"])
     joints, joint = _labels(table["joint"])
-    numbers = [name for name in table.column_names if name not in ("recording", "joint")]
+    numbers = [name for name in table.column_names if name not in NAMED]
     columns = {name: _memory(_whole(table[name]), np.float32).astype(float) for name in numbers}
     return Traces(recordings, joints, recording, joint, columns)
 

@@ -19,7 +19,7 @@ from t2l.discrepancy.traces import Traces, binned
 from t2l.figures.heatmap import heatmap
 from t2l.figures.report.artefacts import Compared, read_found
 from t2l.figures.report.payload import noise_density, same_gains, titles_of
-from t2l.figures.style import COLOURS, styled, write
+from t2l.figures.style import COLOURS, shown, styled, write
 from t2l.gains import Grid
 
 BLUE, ORANGE, SKY, BLACK = COLOURS[0], COLOURS[1], COLOURS[5], COLOURS[6]
@@ -108,13 +108,13 @@ def overlays(compared: Sequence[Compared]) -> Figure:
         )
         _place(figure, left=0.75, right=0.1, bottom=0.45, top=0.65, wspace=0.22, hspace=0.2)
         for column, (label, recording) in enumerate(chosen):
-            axes[0, column].set_title(f"{label}: {traces.recordings[recording]}", fontsize=8)
+            axes[0, column].set_title(f"{label}: {shown(traces.recordings[recording])}", fontsize=8)
             axes[-1, column].set_xlabel("time [s]")
             for row, joint in enumerate(joints):
                 panel = axes[row, column]
                 _overlay(panel, compared, recording, joint)
                 if column == 0:
-                    panel.set_ylabel(f"{traces.joints[joint]} [rad]", fontsize=8)
+                    panel.set_ylabel(f"{shown(traces.joints[joint])} [rad]", fontsize=8)
                 panel.tick_params(labelsize=7)
                 panel.yaxis.set_major_locator(MaxNLocator(4))
                 panel.xaxis.set_major_locator(MaxNLocator(4))
@@ -184,7 +184,7 @@ def error_by_cell(compared: Sequence[Compared]) -> Figure:
                     text.set_fontsize(6)
                 panel.tick_params(labelsize=7, length=2)
                 panel.set(xlabel="", ylabel="")
-                name = joint or "all joints"
+                name = shown(joint) if joint else "all joints"
                 panel.set_title(
                     name if len(compared) == 1 else f"{name}, {one.label}", fontsize=7, pad=2
                 )
@@ -240,7 +240,7 @@ def residual_by_condition(compared: Sequence[Compared]) -> Figure:
                         *means,
                         **{"marker": ".", "ms": 4, "lw": 1.3},
                         color=COLOURS[joint % len(COLOURS)] if len(compared) == 1 else colour,
-                        label=traces.joints[joint] if len(compared) == 1 else one.label,
+                        label=shown(traces.joints[joint]) if len(compared) == 1 else one.label,
                     )
             panel.axhline(0, color=GREY, lw=0.6, zorder=0)
             unit = UNITS[condition]
@@ -249,7 +249,7 @@ def residual_by_condition(compared: Sequence[Compared]) -> Figure:
             panel.set_ylabel("missing torque [N·m]")
         handles, labels = axes.flat[0].get_legend_handles_labels()
         if len(compared) == 2:
-            labels = [f"{traces.joints[joints[0]]}, {label}" for label in labels]
+            labels = [f"{shown(traces.joints[joints[0]])}, {label}" for label in labels]
         figure.legend(handles, labels, loc="upper center", ncols=min(len(labels), 7), fontsize=8)
     return figure
 
@@ -264,7 +264,7 @@ def spectrum(compared: Sequence[Compared]) -> Figure:
         if len(compared) == 1:
             for joint in joints:
                 frequency, density = of_traces.spectrum(traces, joint)
-                axes.loglog(frequency, 1e3 * density, lw=1.2, label=traces.joints[joint])
+                axes.loglog(frequency, 1e3 * density, lw=1.2, label=shown(traces.joints[joint]))
         else:
             for one, colour in zip(compared, _colours(compared), strict=True):
                 of_joints = [of_traces.spectrum(one.traces, joint) for joint in joints]
@@ -294,7 +294,7 @@ def error_falling(
         titles: what to print for an effect.
     """
     names = [(titles or {}).get(step["effect"], step["effect"]) for step in steps]
-    labels = ["model as\nit came", *(fill(f"+ {name}", 16) for name in names[1:])]
+    labels = ["model as\nit came", *(fill(f"+ {shown(name)}", 16) for name in names[1:])]
     at = np.arange(len(steps))
     with styled():
         figure, axes = plt.subplots(figsize=(max(4.2, 1.4 * len(steps) + 1.2), 3.4))
@@ -347,7 +347,9 @@ def ranking(diagnosis: Mapping[str, Any]) -> Figure:
             axes.plot([low, high], [row, row], color=colour, lw=1.6)
             axes.plot(value, row, "<" if improvement[2] < LEAST_SHOWN else "o", color=colour, ms=5)
         axes.axvline(0, color=GREY, lw=0.6, zorder=0)
-        axes.set_yticks(range(len(entries)), [entry["title"] for entry in entries], fontsize=8)
+        axes.set_yticks(
+            range(len(entries)), [shown(entry["title"]) for entry in entries], fontsize=8
+        )
         axes.invert_yaxis()
         axes.set_xlim(right=102)
         axes.set_xlabel("fall of the held-out error [%], with 95 % interval")

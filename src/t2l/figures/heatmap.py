@@ -131,7 +131,8 @@ def _outline(axes: Axes, grid: Grid, region: str) -> None:
             )
         )
     word = "compliant" if region == "CO" else "stiff"
-    axes.set_title(f"dashed: {word}, overdamped region $G^{{{region}}}$", fontsize=8, loc="left")
+    text = f"dashed: {word}, overdamped region $G^{{{region}}}$"
+    axes.set_title(text, fontsize=8, loc="left", parse_math=True)
 
 
 def width(grid: Grid) -> float:

@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from t2l.figures.heatmap import heatmap, height, matrix, width
-from t2l.figures.style import COLOURS, styled
+from t2l.figures.style import COLOURS, shown, styled
 from t2l.gains import Cell, Grid
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def overlays(traces: Sequence["pd.DataFrame"]) -> Figure:
                     *(part.time, part.q_sim), color=COLOURS[1], lw=0.9, ls="--", label="identified"
                 )
                 if column == 0:
-                    panel.set_ylabel(f"{joint.rpartition('_')[2]} [rad]", fontsize=8)
+                    panel.set_ylabel(f"{shown(joint.rpartition('_')[2])} [rad]", fontsize=8)
             cell = Cell(kp=trace.kp.iloc[0], kd=trace.kd.iloc[0])
             error = 1e3 * np.sqrt(np.mean((trace.q_sim - trace.q) ** 2))
             axes[0, column].set_title(f"{cell}\n{error:.2g} mrad RMS", fontsize=8)

@@ -1,5 +1,6 @@
 """How every figure looks, and how it is written."""
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,11 +11,15 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterMathtext, LogFormatterSciNotation
 
 from t2l.artefacts import whole
 
 # Okabe and Ito (2008): told apart by readers with any colour vision
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+
+MOST_CHARACTERS = 40  # of a name in a figure
+_RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 _SETTINGS = {
     "font.size": 9,
@@ -27,6 +32,8 @@ _SETTINGS = {
     "savefig.dpi": 200,
     "legend.frameon": False,
     "pdf.fonttype": 42,
+    # names of recordings and joints are no formulas
+    "text.parse_math": False,
 }
 
 
@@ -38,7 +45,12 @@ def styled() -> Iterator[None]:
 
 
 def write(figure: Figure, paths: Sequence[Path | str]) -> None:
-    """Write a figure to every path, each whole, in the format its suffix names."""
+    """Write a figure to every path, each whole, in the format its suffix names.
+
+    Raises:
+        OutputError: a file cannot be written.
+    """
+    _write_powers_out(figure)
     for path in paths:
         # without dates, the same figure is the same file
         metadata = {"CreationDate": None} if str(path).endswith(".pdf") else None
@@ -47,9 +59,36 @@ def write(figure: Figure, paths: Sequence[Path | str]) -> None:
     plt.close(figure)
 
 
+class _Powers(LogFormatterSciNotation):
+    """Powers of ten in plain text, where text is no formula."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        text = super().__call__(x, pos)
+        text = re.sub(r"\^\{(.*?)\}", lambda power: power[1].translate(_RAISED), text)
+        return re.sub(r"\$\\mathdefault\{(.*)\}\$", r"\1", text).replace(r"\times", "×")
+
+
+def _write_powers_out(figure: Figure) -> None:
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if isinstance(axis.get_major_formatter(), LogFormatterMathtext):
+                axis.set_major_formatter(_Powers())
+            if isinstance(axis.get_minor_formatter(), LogFormatterMathtext):
+                axis.set_minor_formatter(_Powers(labelOnlyBase=False))
+
+
+def shown(name: str) -> str:
+    """A name that a person gave, as a figure shows it: in one line, and not too long."""
+    text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name)
+    if len(text) <= MOST_CHARACTERS:
+        return text
+    half = MOST_CHARACTERS // 2
+    return f"{text[:half]}…{text[1 - half :]}"
+
+
 def title(name: str) -> str:
     """A task's name as a heading."""
-    return name.replace("_", " ").title()
+    return shown(name.replace("_", " ").title())
 
 
 def plain(value: float) -> str:

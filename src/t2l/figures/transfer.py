@@ -15,6 +15,7 @@ from t2l.gains import Cell, Grid
 if TYPE_CHECKING:
     import pandas as pd
 
+JITTER_COLUMNS = ("period_s", "jitter_rate", "jitter_rate_sim", "lower", "upper", "rollouts")
 CELL_COLUMNS = ("kp", "kd", "trajectory_error", "nn_error", "jitter_rate", "stopped_rate")
 TRACE_COLUMNS = ("rollout", "where", "time")
 OBSERVATIONS = (

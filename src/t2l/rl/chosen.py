@@ -1,13 +1,15 @@
 """The chosen trial of a cell on disk: YAML a person can read."""
 
 from pathlib import Path
+from typing import Any
 
 import yaml
 
-from t2l.artefacts import reading, write_text
+from t2l.artefacts import read_yaml, reading, write_text
 from t2l.gains import Cell
 from t2l.rl.choice import Choice
-from t2l.rl.constraints import Evaluation
+from t2l.rl.constraints import NAMES, Evaluation
+from t2l.typed import describe, is_number
 
 
 def write_chosen(
@@ -33,11 +35,21 @@ def read_chosen(path: Path | str) -> tuple[Cell, Choice, Evaluation]:
     Raises:
         ArtefactError: it is not that.
     """
-    with reading(path, "chosen trial", "the rule choose_policy"):
-        content = yaml.safe_load(Path(path).read_text())
-        proximal, distal = map(float, content["action_scale_rad"])
+    keys = ("kp", "kd", "action_scale_rad", "reward_weights", "success", "violation_rates")
+    what = "the chosen trial of a cell"
+    content = read_yaml(path, what, keys)
+    with reading(path, what):
+        proximal, distal = map(_number, content["action_scale_rad"])
+        weights = {str(k): _number(v) for k, v in content["reward_weights"].items()}
+        rates = {name: _number(content["violation_rates"][name]) for name in NAMES}
         return (
-            Cell(content["kp"], content["kd"]),
-            Choice((proximal, distal), content["reward_weights"]),
-            Evaluation(float(content["success"]), content["violation_rates"]),
+            Cell(_number(content["kp"]), _number(content["kd"])),
+            Choice((proximal, distal), weights),
+            Evaluation(_number(content["success"]), rates),
         )
+
+
+def _number(value: Any) -> float:
+    if not is_number(value):
+        raise ValueError(f"found {describe(value)} where a number is expected")
+    return float(value)

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from t2l.artefacts import reading, whole
+from t2l.artefacts import read_npz, whole
+from t2l.errors import ArtefactError
+from t2l.robots.fr3 import JOINTS
 
 CLIPPED_AT = 10.0  # standard deviations of a normalised observation
 
@@ -51,14 +53,35 @@ def load(path: Path | str) -> ReachPolicy:
     """Read what `ReachPolicy.save` wrote.
 
     Raises:
-        ArtefactError: it is not that.
+        ArtefactError: it is not that, or its layers do not fit each other.
     """
-    with reading(path, "policy", "a training job"), np.load(path, allow_pickle=False) as arrays:
-        count = sum(name.startswith("weight") for name in arrays.files)
-        return ReachPolicy(
-            mean=arrays["mean"],
-            deviation=arrays["deviation"],
-            weights=tuple(arrays[f"weight{i}"] for i in range(count)),
-            biases=tuple(arrays[f"bias{i}"] for i in range(count)),
-            action_scale=tuple(float(scale) for scale in arrays["action_scale"]),
-        )
+    arrays = read_npz(path, ("mean", "deviation", "action_scale", "weight0", "bias0"))
+    count = sum(name.startswith("weight") for name in arrays)
+    layers = [(f"weight{i}", f"bias{i}") for i in range(count)]
+    known = {"mean", "deviation", "action_scale", *(name for pair in layers for name in pair)}
+    odd = sorted(known.symmetric_difference(arrays))
+    expected = "a policy: mean, deviation, action_scale, and weight and bias of each layer"
+    if odd:
+        verb = "has no" if odd[0] in known else "has"
+        raise ArtefactError(path, f"{verb} {odd[0]}", expected)
+    for name, array in arrays.items():
+        if array.dtype.kind != "f":
+            raise ArtefactError(path, f"{name} holds {array.dtype}", "floating-point numbers")
+    before, shapes = arrays["mean"].shape, {"action_scale": (2,)}
+    shapes |= {"mean": before[:1], "deviation": before[:1]}
+    for weight, bias in layers:
+        after = arrays[weight].shape[:1]
+        shapes |= {weight: after + before, bias: after}
+        before = after
+    shapes[layers[-1][1]] = (len(JOINTS),)
+    for name, shape in shapes.items():
+        if arrays[name].shape != shape:
+            raise ArtefactError(path, f"{name} has shape {arrays[name].shape}", f"{shape}")
+    proximal, distal = map(float, arrays["action_scale"])
+    return ReachPolicy(
+        mean=arrays["mean"],
+        deviation=arrays["deviation"],
+        weights=tuple(arrays[weight] for weight, _ in layers),
+        biases=tuple(arrays[bias] for _, bias in layers),
+        action_scale=(proximal, distal),
+    )

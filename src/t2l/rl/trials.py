@@ -1,5 +1,6 @@
 """Optuna's studies on disk: opened, continued after a kill, shared, and read as tables."""
 
+import json
 import os
 import re
 import socket
@@ -12,7 +13,8 @@ from typing import TYPE_CHECKING
 import optuna
 from optuna.trial import FrozenTrial, TrialState
 
-from t2l.errors import T2LError
+from t2l.artefacts import parsing
+from t2l.errors import ArtefactError, T2LError, writing
 from t2l.rl.settings import JOURNAL
 
 if TYPE_CHECKING:
@@ -42,25 +44,80 @@ def open_study(storage: str, journal: Path | str, name: str) -> optuna.Study:
 
     Raises:
         StorageError: the storage cannot be used.
+        ArtefactError: the file of the journal is none.
+        OutputError: the journal cannot be written.
     """
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    with _answering(storage, journal):
-        if storage == JOURNAL:
-            from optuna.storages.journal import JournalFileBackend, JournalStorage
-
-            Path(journal).parent.mkdir(parents=True, exist_ok=True)
-            return optuna.create_study(
-                storage=JournalStorage(JournalFileBackend(str(journal))),
-                study_name=name, direction="maximize", load_if_exists=True,
-            )  # fmt: skip
+    if storage == JOURNAL:
+        return _open_journal(Path(journal), name)
+    with _answering(storage):
         return optuna.create_study(
             storage=storage, study_name=name, direction="maximize", load_if_exists=True
         )
 
 
+def _open_journal(path: Path, name: str) -> optuna.Study:
+    from optuna.storages.journal import (
+        JournalFileBackend,
+        JournalFileSymlinkLock,
+        JournalStorage,
+    )
+
+    expected = "a journal of Optuna's trials"
+    # the lock that a killed process leaves is a link to it: a relative one would lead nowhere, and
+    # Optuna wait for ever
+    absolute = str(path.absolute())
+    lock = JournalFileSymlinkLock(absolute)
+    if path.exists() and not path.is_file():
+        raise ArtefactError(path, "no regular file", expected)
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock.acquire()
+        try:
+            _mend_journal(path, expected)
+        finally:
+            lock.release()
+        with parsing(path, expected):
+            return optuna.create_study(
+                storage=JournalStorage(JournalFileBackend(absolute, lock_obj=lock)),
+                study_name=name, direction="maximize", load_if_exists=True,
+            )  # fmt: skip
+
+
+def _mend_journal(path: Path, expected: str) -> None:
+    """Take an unfinished last line away, which Optuna would write on in; refuse any other.
+
+    A kill while a line is written leaves a part of it: what it was to say has not happened.
+    """
+    if not path.exists():
+        return
+    *lines, last = path.read_bytes().split(b"\n")
+    for number, line in enumerate(lines, start=1):
+        if not _is_operation(line):
+            raise ArtefactError(path, f"line {number} is no operation on a study", expected)
+    if not last:
+        return
+    if not lines and not last.startswith(b'{"op_code":'):
+        raise ArtefactError(path, "line 1 is no operation on a study", expected)
+    with path.open("r+b") as file:
+        if _is_operation(last):
+            file.seek(0, os.SEEK_END)
+            file.write(b"\n")
+        else:
+            file.truncate(path.stat().st_size - len(last))
+
+
+def _is_operation(line: bytes) -> bool:
+    try:
+        content = json.loads(line)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(content, dict) and "op_code" in content
+
+
 @contextmanager
-def _answering(storage: str, journal: Path | str) -> Iterator[None]:
-    shown = journal if storage == JOURNAL else re.sub(r"//[^@/]*@", "//…@", storage)
+def _answering(storage: str) -> Iterator[None]:
+    shown = re.sub(r"//[^@/]*@", "//…@", storage)
     allowed = f"allowed: {JOURNAL}, or the URL of a database that answers, such as sqlite:///F.db"
     try:
         yield

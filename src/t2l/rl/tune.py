@@ -16,11 +16,12 @@ from optuna.artifacts import FileSystemArtifactStore, upload_artifact
 from optuna.trial import TrialState
 
 from t2l.artefacts import write_table
+from t2l.errors import writing
 from t2l.rl.choice import Choice
 from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate
 from t2l.rl.interface import PROXIMAL
-from t2l.rl.outcome import SCALES
+from t2l.rl.outcome import SCALES, sort_by_files
 from t2l.rl.policy import ReachPolicy
 from t2l.rl.problem import Problem
 from t2l.rl.pruning import HopelessPruner
@@ -67,22 +68,30 @@ def work(
 ) -> None:
     """Run trials until `search.trials` have finished, or others are at work on the last.
 
-    What an earlier process left unfinished is run again. An uninterrupted worker and one that was
-    killed and started again run the same trials.
+    What an earlier process left unfinished is run again, and so is a trial whose files can no
+    longer be read. An uninterrupted worker and one that was killed and started again run the same
+    trials.
 
     Args:
         store: folder for the trials' policies and training histories.
         seed: of the sampler; that of training is in `settings`.
         report: takes a line a trial.
     """
-    Path(store).mkdir(parents=True, exist_ok=True)
+    with writing(store):
+        Path(store).mkdir(parents=True, exist_ok=True)
     for number in requeue_abandoned(study):
         report(f"trial {number} was left unfinished and is run again")
+    _, broken = sort_by_files(study, store)
+    missing = search.trials - (count(study, *FINISHED) - len(broken))
+    for trial, complaint in broken[: max(0, missing)]:
+        study.enqueue_trial(trial.params, skip_if_exists=False)
+        report(f"trial {trial.number} is run again: {complaint}")
     if not study.get_trials(deepcopy=False):
         # weights that a guess leaves out are sampled
         study.enqueue_trial(first_guess(problem, search), skip_if_exists=True)
     study.pruner = HopelessPruner(search.startup, settings.updates)
-    while (done := count(study, *FINISHED)) + (busy := _busy(study)) < search.trials:
+    wanted = search.trials + len(broken)
+    while (done := count(study, *FINISHED)) + (busy := _busy(study)) < wanted:
         # a sampler of its own for each trial: its choice depends on the trials before alone
         state = seed_sequence(seed, "sampler", done, busy).generate_state(1)
         study.sampler = optuna.samplers.TPESampler(

@@ -1,12 +1,14 @@
 """A policy's rollouts on a robot: of metal, virtual, or the identified simulator."""
 
+import logging
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
-from t2l.artefacts import whole
+from t2l.artefacts import read_npz, set_aside, whole
 from t2l.control.position import pd_torque
+from t2l.errors import ArtefactError
 from t2l.gains import Cell
 from t2l.rl.constraints import violations
 from t2l.rl.interface import command, observe, per_joint, steps_held
@@ -16,6 +18,8 @@ from t2l.rl.reach import Reach, joint_ranges
 from t2l.robots.fr3 import JOINTS
 from t2l.sim2real.backend import Backend, State
 from t2l.sim2real.guard import Guard, Workspace
+
+log = logging.getLogger(__name__)
 
 LOG_RATE_HZ = 100.0
 
@@ -75,13 +79,14 @@ def deploy(
     for first in range(0, len(starts), robot.n):
         rows = slice(first, first + robot.n)
         kept = folder / f"{first:03d}.npz" if folder else None
-        if kept and kept.exists():
-            parts.append(_read(kept))
+        size = (round(duration_s * policy_rate_hz), hold, robot.n)
+        if kept and (part := _kept(kept, size)):
+            parts.append(part)
             continue
         guard = Guard(robot.n, cell, 1 / LOG_RATE_HZ, workspace)
         run = _Run(robot, policy, task, cell, goals[rows], guard)
         try:
-            parts.append(run.through(starts[rows], hold, round(duration_s * policy_rate_hz)))
+            parts.append(run.through(starts[rows], hold, size[0]))
         except BaseException:
             robot.hold()
             raise
@@ -193,7 +198,32 @@ def _write(rollouts: Rollouts, path: Path) -> None:
         np.savez(draft, **{field.name: getattr(rollouts, field.name) for field in fields(Rollouts)})
 
 
-def _read(path: Path) -> Rollouts:
-    with np.load(path, allow_pickle=False) as arrays:
-        content = {name: arrays[name] for name in arrays.files}
+def _kept(path: Path, size: tuple[int, int, int]) -> Rollouts | None:
+    """What an earlier run kept; a file that is no such rollout is set aside."""
+    if not path.exists():
+        return None
+    try:
+        return _read(path, size)
+    except ArtefactError as error:
+        log.warning("%s; set aside as %s and run anew", error.complaint, set_aside(path).name)
+        return None
+
+
+def _read(path: Path, size: tuple[int, int, int]) -> Rollouts:
+    decisions, hold, n = size
+    samples = decisions * hold
+    shapes = {
+        "time": (samples,), "violated": (samples, n, 4), "success": (n,), "stopped": (n,),
+        "action": (decisions, n, 7),
+    } | {name: (samples, n, 7) for name in ("q", "dq", "q_des")}  # fmt: skip
+    kinds = {"violated": "b", "success": "b", "stopped": "U"}
+    arrays = read_npz(path, names := [field.name for field in fields(Rollouts)])
+    for name in names:
+        found = arrays[name]
+        # how much is observed is the task's
+        shape = shapes.get(name, (decisions, n, *found.shape[2:3]))
+        if found.shape != shape or found.dtype.kind != kinds.get(name, "f"):
+            described = f"{name} is {found.dtype} of {found.shape}"
+            raise ArtefactError(path, described, f"rollouts with {name} of {shape}")
+    content = {name: arrays[name] for name in names}
     return Rollouts(**content | {"stopped": tuple(map(str, content["stopped"]))})

@@ -4,9 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import yaml
 
-from t2l.artefacts import reading, write_table, write_text
+from t2l.artefacts import read_yaml, reading, write_table, write_text
 from t2l.gains import Cell
 from t2l.measurements.recording import Recording
 from t2l.sysid.identify import Identified
@@ -15,6 +14,7 @@ from t2l.sysid.parameters import TABLE, Parameters
 if TYPE_CHECKING:
     import pandas as pd
 
+WHAT = "identified parameters of a cell"
 LOSS_COLUMNS = ("kp", "kd", "iteration", "loss")
 TRACE_COLUMNS = ("kp", "kd", "joint", "time", "q_des", "q", "q_sim", "dq", "dq_sim")
 
@@ -49,22 +49,28 @@ def read_parameters(path: Path | str) -> Parameters:
     Raises:
         ArtefactError: it is not one.
     """
-    with reading(path, "identified parameters", "the rule identify"):
-        content = yaml.safe_load(Path(path).read_text())
+    content = read_yaml(path, WHAT, ("joints", "parameters"))
+    with reading(path, WHAT):
         parameters = {name: np.array(content["parameters"][name], float) for name in TABLE}
-        shapes = {values.shape for values in parameters.values()}
-        if shapes != {(len(content["joints"]),)}:
-            raise ValueError("one number a joint is allowed")
+        for name, values in parameters.items():
+            if values.shape != (len(content["joints"]),) or not np.isfinite(values).all():
+                raise ValueError(f"{name} is not one finite number a joint")
     return parameters
 
 
 def summary(path: Path | str) -> dict:
-    """A cell's row: gains, S*, loss, and how many parameters ended on a bound."""
-    content = yaml.safe_load(Path(path).read_text())
-    return {key: content[key] for key in ("kp", "kd", "mse_rad2", "loss")} | {
-        "on_bound": len(content["on_bound"]),
-        "parameters_on_bound": "; ".join(content["on_bound"]),
-    }
+    """A cell's row: gains, S*, loss, and how many parameters ended on a bound.
+
+    Raises:
+        ArtefactError: `write_parameters` did not make that file.
+    """
+    numbers = ("kp", "kd", "mse_rad2", "loss")
+    content = read_yaml(path, WHAT, (*numbers, "on_bound"))
+    with reading(path, WHAT):
+        return {key: float(content[key]) for key in numbers} | {
+            "on_bound": len(content["on_bound"]),
+            "parameters_on_bound": "; ".join(content["on_bound"]),
+        }
 
 
 def write_losses(found: Identified, cell: Cell, path: Path | str) -> None:

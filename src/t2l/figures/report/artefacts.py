@@ -1,12 +1,16 @@
 """What `t2l compare`, `diagnose` and `explain` left in a folder."""
 
-import json
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from t2l.discrepancy.traces import Traces, read_traces
+from t2l.artefacts import read_text
+from t2l.discrepancy.conditions import CONDITIONS
+from t2l.discrepancy.traces import TRACES, Traces, read_traces
 from t2l.errors import ArtefactError
+from t2l.figures.report import contents
+from t2l.figures.report.contents import read_content
 
 COMPARISON, DIAGNOSIS, EXPLANATION = "comparison.json", "diagnosis.json", "explanation.json"
 
@@ -61,42 +65,72 @@ def read_found(folder: Path | str) -> Found:
         ArtefactError: it holds nothing to tell, or a file is malformed.
     """
     folder = Path(folder)
-    if (folder / EXPLANATION).is_file():
+    if os.path.lexists(folder / EXPLANATION):
         return _explained(folder)
-    if (folder / DIAGNOSIS).is_file():
-        return Found(steps=[Step(_json(folder / DIAGNOSIS), None)])
-    if (folder / COMPARISON).is_file():
+    if os.path.lexists(folder / DIAGNOSIS):
+        return Found(steps=[Step(_diagnosis(folder), None)])
+    if os.path.lexists(folder / COMPARISON):
         return Found(compared=[_compared(folder, "model")])
     raise ArtefactError(
-        folder, "nothing to report", f"one of {EXPLANATION}, {DIAGNOSIS}, {COMPARISON} in it"
+        folder / EXPLANATION, "nothing to report", f"it, {DIAGNOSIS} or {COMPARISON} there"
     )
 
 
 def _explained(folder: Path) -> Found:
-    explanation = _json(folder / EXPLANATION)
+    path = folder / EXPLANATION
+    explanation = read_content(path, contents.Explanation, "an explanation")
+    if not explanation["steps"]:
+        raise ArtefactError(path, "no steps", "the model as it came as the first")
     effects = [step["effect"] for step in explanation["steps"]]
     steps = []
     for number, adopted in enumerate([*effects[1:], None]):
-        path = folder / "steps" / str(number) / DIAGNOSIS
-        if path.is_file():
-            steps.append(Step(_json(path), adopted))
+        where = folder / "steps" / str(number)
+        if os.path.lexists(where / DIAGNOSIS):
+            steps.append(Step(_diagnosis(where), adopted))
     compared = [
         _compared(folder / name, label)
         for name, label in (("before", "model as it came"), ("after", "final model"))
-        if (folder / name / COMPARISON).is_file()
+        if os.path.lexists(folder / name / COMPARISON)
     ]
-    if len(compared) == 2 and len(compared[0].traces.joint) != len(compared[1].traces.joint):
-        raise ArtefactError(folder, "before and after are of different recordings", "the same")
+    if len(compared) == 2 and not _alike(*compared):
+        found = "other recordings than those of the model as it came"
+        raise ArtefactError(folder / "after" / TRACES, found, "the same")
     model = folder / "model.yaml"
-    return Found(compared, steps, explanation, model.read_text() if model.is_file() else None)
+    text = read_text(model, "a model") if os.path.lexists(model) else None
+    return Found(compared, steps, explanation, text)
+
+
+def _alike(first: Compared, second: Compared) -> bool:
+    return (
+        len(first.traces.joint) == len(second.traces.joint)
+        and first.traces.joints == second.traces.joints
+        and first.traces.recordings == second.traces.recordings
+    )
+
+
+def _diagnosis(folder: Path) -> dict[str, Any]:
+    path = folder / DIAGNOSIS
+    content = read_content(path, contents.Diagnosis, "a diagnosis")
+    if content["verdict"] == "missing_effect" and not content["ranking"]:
+        raise ArtefactError(path, "ranking: nothing", "the effect that is missing")
+    return content
 
 
 def _compared(folder: Path, label: str) -> Compared:
-    return Compared(label, _json(folder / COMPARISON), read_traces(folder))
-
-
-def _json(path: Path) -> dict[str, Any]:
-    try:
-        return json.loads(path.read_text())
-    except json.JSONDecodeError as error:
-        raise ArtefactError(path, f"cannot be read as JSON ({error})", "a JSON object") from None
+    path = folder / COMPARISON
+    numbers = read_content(path, contents.Comparison, "a comparison")
+    traces = read_traces(folder)
+    # whether all is the same is no column
+    missing = set(CONDITIONS) - set(traces.columns) - {"constant"}
+    if missing:
+        raise ArtefactError(folder / TRACES, f"lacks column {', '.join(sorted(missing))}", "all")
+    known = set(traces.joints)
+    named = {cell["joint"] for cell in numbers["cells"]} - {None}
+    if known != set(numbers["joints"]) or not named <= known:
+        raise ArtefactError(path, f"joints {', '.join(numbers['joints'])}", f"those of {TRACES}")
+    if len(numbers["logs"]) != len(traces.recordings):
+        expected = f"the {len(traces.recordings)} of {TRACES}"
+        raise ArtefactError(path, f"{len(numbers['logs'])} recordings", expected)
+    if any(len(log["kp"]) == 0 or len(log["kd"]) == 0 for log in numbers["logs"]):
+        raise ArtefactError(path, "a recording without gains", "kp and kd of each")
+    return Compared(label, numbers, traces)
