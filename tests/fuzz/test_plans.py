@@ -19,17 +19,12 @@ from tests.conftest import ROOT
 from tests.fuzz.generate import as_bytes, damaged, spoilt
 from tests.fuzz.harness import check
 from tests.fuzz.test_recordings import CELLS, QUIET
+from tests.measurements.importers import test_csv_mapping
 
 PLAN = yaml.safe_load((ROOT / "examples/record_fr3.yaml").read_text())
 PLAN["excitation"]["duration_s"] = 2
 MAPPING = {
-    "robot": "fr3",
-    "joints": ["a", "b"],
-    "kp": 64,
-    "kd": [4, 2],
-    "command_rate_hz": 50,
-    "control_rate_hz": 1000,
-    "gravity_compensation": True,
+    **test_csv_mapping.MAPPING,
     "separator": ",",
     "decimal": ".",
     "held_commands": False,

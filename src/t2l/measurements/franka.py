@@ -68,13 +68,7 @@ class FrankaArm:
                 self._robot = aiofranka.Robot(None if address == SIMULATION else address)
         # libfranka's errors have no common base but Exception
         except Exception as error:
-            reason = " ".join(str(error).split())
-            raise RecordingError(
-                source,
-                "key address",
-                f"{address}, which cannot be reached ({reason})",
-                f"{SIMULATION}, or the address of an FR3 with FCI active (aiofranka unlock)",
-            ) from None
+            raise _unreachable(source, address, " ".join(str(error).split())) from None
         self.controller: Any = aiofranka.Controller(self._robot)
         try:
             self.controller.start()
@@ -208,12 +202,13 @@ def _check_answers(address: str, source: Path) -> None:
             return
     except (OSError, UnicodeError) as error:
         reason = "no answer" if isinstance(error, TimeoutError) else str(error)
-        raise RecordingError(
-            source,
-            "key address",
-            f"{address}, which cannot be reached ({reason})",
-            f"{SIMULATION}, or the address of an FR3 with FCI active (aiofranka unlock)",
-        ) from None
+        raise _unreachable(source, address, reason) from None
+
+
+def _unreachable(source: Path, address: str, reason: str) -> RecordingError:
+    allowed = f"{SIMULATION}, or the address of an FR3 with FCI active (aiofranka unlock)"
+    found = f"{address}, which cannot be reached ({reason})"
+    return RecordingError(source, "key address", found, allowed)
 
 
 def _stopped(source: Path, found: str) -> RecordingError:
