@@ -9,7 +9,15 @@ def test_what_can_be_opened_is_fine(url):
 
 
 @pytest.mark.parametrize(
-    "url", ["jornal", "sqlite//x", "nosuch://host/x", "redis://host", "mssql+nosuch://host/x"]
+    "url",
+    [
+        "jornal",
+        "sqlite//x",
+        "nosuch://host/x",
+        "redis://host",
+        "mssql+nosuch://host/x",
+        "sqlite:///nowhere/studies.db",
+    ],
 )
 def test_what_cannot_be_opened_is_told_before_any_job(config, refused, url):
     config["tuning"]["storage"] = url

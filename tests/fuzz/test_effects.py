@@ -80,7 +80,8 @@ def try_out(robot, recordings, path):
     first_guesses(evidence.screen, evidence.screen_mask, layout, u, [effects["rubber"]])
 
 
-def test_the_sound_one_runs(recorded, tmp_path):
+def test_the_sound_one_runs(recorded, tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.dont_write_bytecode", False)
     path = tmp_path / "rubber.py"
     path.write_text(RUBBER)
     assert check(lambda: try_out(*recorded, path), tmp_path, tmp_path / "out") is None

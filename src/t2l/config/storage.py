@@ -1,6 +1,7 @@
 """Whether Optuna could open a storage, as far as can be told without a connection."""
 
 import re
+from pathlib import Path
 
 from t2l.rl.settings import JOURNAL
 from t2l.typed import Problem, describe
@@ -18,13 +19,16 @@ def problems(storage: str) -> list[Problem]:
     import sqlalchemy
 
     try:
-        dialect = sqlalchemy.make_url(storage).get_dialect()
-        dialect.import_dbapi()
+        url = sqlalchemy.make_url(storage)
+        url.get_dialect().import_dbapi()
     # each driver fails in ways of its own
     except Exception as error:
         reason = " ".join(_hidden(str(error)).split())[:200]
         found = f"{describe(_hidden(storage))} ({reason})"
         return [Problem("tuning.storage", found, ALLOWED)]
+    folder = Path(url.database or ".").parent
+    if url.get_backend_name() == "sqlite" and not folder.is_dir():
+        return [Problem("tuning.storage", f"a file in {folder}, which is no folder", ALLOWED)]
     return []
 
 

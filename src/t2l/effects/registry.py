@@ -68,12 +68,16 @@ def _import_file(path: Path) -> ModuleType:
         raise ConfigurationError(f"effect file {path}: is no Python file; allowed: NAME.py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look their module up there
+    # nothing is to appear beside the file
+    before, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
         spec.loader.exec_module(module)
     # a file that ends the process on import is wrong as any other
     except (Exception, SystemExit) as error:
         said = f"{type(error).__name__}: {' '.join(str(error).split())}"
         raise ConfigurationError(f"effect file {path}: cannot be imported: {said}") from error
+    finally:
+        sys.dont_write_bytecode = before
     return module
 
 
