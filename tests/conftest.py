@@ -32,6 +32,7 @@ def demonstrations(task):
     return demonstrate(task, count=8, max_attempts=16, rng=np.random.default_rng(7), threads=2)
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Files stay together where tests run side by side, and so do all that share one smoke run.
 
