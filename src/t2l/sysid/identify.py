@@ -8,7 +8,7 @@ import numpy as np
 from t2l.errors import T2LError
 from t2l.measurements.recording import Recording
 from t2l.sysid.parameters import BOX, TABLE, Parameters, decode, encode, on_bound
-from t2l.sysid.simulator import RATE_HZ, Simulator
+from t2l.sysid.simulator import Simulator
 from t2l.sysid.spectral import mean_squared_error, spectral_error
 
 
@@ -26,10 +26,10 @@ class Settings:
         rate_hz: of the simulator's physics.
     """
 
-    iterations: int = 200
-    population: int = 32
-    sigma: float = 3.0
-    rate_hz: float = RATE_HZ
+    iterations: int
+    population: int
+    sigma: float
+    rate_hz: float
 
 
 @dataclass(frozen=True)
