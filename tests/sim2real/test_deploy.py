@@ -50,11 +50,11 @@ def test_the_robot_is_led_to_its_goal():
 
 
 def test_a_robot_that_equals_its_simulator_shows_no_error():
-    first, again = (reach(IdentifiedRobot(2, PARAMETERS)) for _ in range(2))
+    first, again = (reach(IdentifiedRobot(2, PARAMETERS, 100)) for _ in range(2))
     assert trajectory_error(first, again).max() == 0
     table = rollout_table(proportional(), CELL, first, again)
     assert (table.nn_error == 0).all()
-    heavier = reach(IdentifiedRobot(2, {**PARAMETERS, "armature": np.full(7, 0.5)}))
+    heavier = reach(IdentifiedRobot(2, {**PARAMETERS, "armature": np.full(7, 0.5)}, 100))
     assert trajectory_error(first, heavier).min() > 1e-5
 
 
@@ -178,7 +178,7 @@ def test_soft_gains_may_command_far_ahead_of_the_arm():
 
 
 def test_jitter_is_what_shakes_at_the_end():
-    rollouts = reach(IdentifiedRobot(2, PARAMETERS))
+    rollouts = reach(IdentifiedRobot(2, PARAMETERS, 100))
     dq = np.zeros_like(rollouts.dq)
     dq[:100] = 1.0  # fast at first
     time = rollouts.time[:, None]
@@ -202,7 +202,7 @@ def test_poses_are_reached_too_and_tables_tell_all():
     draw = np.random.default_rng(0)
     starts, goals = task.sample_starts(draw, 2), task.sample_goals(draw, 2)
     rollouts = deploy(
-        IdentifiedRobot(2, PARAMETERS), policy, task, CELL, starts, goals, 20.0, 0.5, WORKSPACE
+        IdentifiedRobot(2, PARAMETERS, 100), policy, task, CELL, starts, goals, 20.0, 0.5, WORKSPACE
     )
     seen = observation_table(rollouts, rollouts)
     assert len(seen) == 2 * 2 * 10

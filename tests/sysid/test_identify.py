@@ -12,7 +12,7 @@ from tests.defaults import identification
 
 def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
     """Two seconds of the simulator itself."""
-    simulator = Simulator(1)
+    simulator = Simulator(1, 100)
     simulator.set_parameters(
         {
             "stiffness": stiffness, "damping": damping, "armature": 0.15,

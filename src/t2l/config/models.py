@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field
 
 from t2l.config.quantities import AscendingGains, Bounds, Gains, Paths, Point, Positive, Text
 from t2l.rl.reach import EndEffectorReach
+from t2l.rl.settings import JOURNAL
 from t2l.typed import Integer, Name, Number, Typed, Unique, refuse
 
 # random generators take 32 bits, and training adds to it
@@ -298,7 +299,7 @@ class Tuning(Typed):
     )
     workers: Integer = Field(1, ge=1, le=1_000, description="jobs that share a study")
     storage: Text = Field(
-        "journal",
+        JOURNAL,
         description="`journal`: a file beside the results of the cell; or the URL of a database "
         "that all workers reach",
     )
