@@ -40,7 +40,11 @@ def demonstrations(task):
 
 
 def pytest_collection_modifyitems(items):
-    """Files stay together where tests run side by side, and so do all that share one smoke run."""
+    """Files stay together where tests run side by side, and so do all that share one smoke run.
+
+    That one takes longest, so it begins.
+    """
+    items.sort(key=lambda item: item.path.parent.name != "workflow")
     for item in items:
         folder = item.path.parent.name
         group = folder if folder == "workflow" else str(item.path)
