@@ -3,7 +3,7 @@ from snakemake.utils import min_version
 min_version("9.27")
 
 
-# a study that is given takes its place; nothing of it is inherited
+# a configuration that is given inherits nothing from this one
 if not workflow.overwrite_configfiles:
 
     configfile: "config/config.yaml"
