@@ -61,7 +61,9 @@ class Project:
         return {
             str(p.relative_to(self.results)): p.stat().st_mtime_ns
             for p in self.results.rglob("*")
-            if p.is_file() and not {"logs", "benchmarks"} & set(p.relative_to(self.results).parts)
+            # every run writes the mark anew
+            if p.is_file()
+            and not {"logs", "benchmarks", ".t2l"} & set(p.relative_to(self.results).parts)
         }
 
 
