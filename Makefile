@@ -8,19 +8,22 @@ UV_VERSION := 0.13.8
 UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 SNAKEMAKE = $(BIN)/snakemake --cores $(CORES) --configfile $(CONFIG)
 
-.PHONY: help figures tables all report test test-slow lint bench lock clean
+.PHONY: help figures tables diagnosis all report test test-slow lint bench docs lock clean
 
 help:
-	@echo "make figures   all figures of $(CONFIG) (another: make figures CONFIG=config/paper.yaml)"
+	@echo "make figures   all figures of $(CONFIG) (another: make figures CONFIG=config/studies/paper.yaml)"
 	@echo "make tables    all tables"
-	@echo "make report    one HTML page with every figure and table: results/report.html"
+	@echo "make diagnosis compares a model with recordings, finds what it lacks"
+	@echo "make all       figures, tables and diagnosis"
+	@echo "make report    one HTML page with all of this: results/report.html"
 	@echo "make test      lint and all tests but one"
 	@echo "make test-slow that one, of ten minutes or more: the smoke configuration through Slurm"
 	@echo "make bench     speed, as ratios against baselines of the same run"
+	@echo "make docs      write config/schema.json and the table of config/README.md anew"
 	@echo "make lock      compile environment.lock anew from pyproject.toml"
 	@echo "make clean     remove the environment; results stay"
 
-figures tables all: $(ENV)/ready
+figures tables diagnosis all: $(ENV)/ready
 	$(SNAKEMAKE) -- $@
 
 report: all
@@ -39,6 +42,9 @@ lint: $(ENV)/ready
 
 bench: $(ENV)/ready
 	$(BIN)/python -m benchmarks
+
+docs: $(ENV)/ready
+	$(BIN)/python -m t2l.config.document
 
 lock: | $(UV)
 	$(UV) pip compile --quiet --universal --generate-hashes --python-version 3.12 --all-extras \

@@ -76,7 +76,7 @@ def _snakemake(folder: str, targets: list[str], cores: int) -> float:
     command = [sys.executable, "-m", "snakemake", "--cores", str(cores)]
     start = time.perf_counter()
     subprocess.run(
-        [*command, "--configfile", "config/paper.yaml", "--", *targets],
+        [*command, "--configfile", "config/studies/paper.yaml", "--", *targets],
         cwd=folder,
         check=True,
         stderr=subprocess.DEVNULL,

@@ -41,13 +41,14 @@ def run() -> pd.DataFrame:
 
 def copied_project(folder: str) -> None:
     """A copy of the workflow to run in."""
-    for name in ("workflow", "config"):
+    for name in ("workflow", "config", "profiles"):
         shutil.copytree(ROOT / name, Path(folder) / name)
+    shutil.copy(ROOT / "Snakefile", folder)
 
 
 def _smoke(folder: str) -> float:
     command = [sys.executable, "-m", "snakemake", "--cores", "2"]
-    return _seconds([*command, "--configfile", "config/smoke.yaml", "--", "all"], folder)
+    return _seconds([*command, "--configfile", "config/studies/smoke.yaml", "--", "all"], folder)
 
 
 def _seconds(command: list[str], folder: str | None = None) -> float:

@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import yaml
 from scipy.stats import spearmanr
 
-from benchmarks.scene import ROOT
+from benchmarks.scene import ROOT, paper
 from t2l.artefacts import write_text
 from t2l.gains import Cell, Grid
 from t2l.measurements.log import read_recording
@@ -25,9 +24,8 @@ from t2l.stats.transfer import transfer_table
 from t2l.sysid.identify import Settings, identify
 
 FOLDER = ROOT / "results/bench/published"
-PAPER = ROOT / "config/paper.yaml"
 PROCESSES = 2
-GRID = Grid.from_section(yaml.safe_load(PAPER.read_text())["recording_grid"])
+GRID = Grid.from_section(paper()["recording_grid"])
 # of the study's tuning, and the corners of ours
 CORNERS = {
     Cell(16, 2): Cell(16, 1),
@@ -71,7 +69,7 @@ def identified(path: Path) -> float:
     kept = FOLDER / f"{path.stem}.json"
     if not kept.exists():
         seed = seed_sequence(0, "identify", path.stem).generate_state(1)[0]
-        found = identify(read_recording(path), Settings(), int(seed))
+        found = identify(read_recording(path), Settings(**paper()["identification"]), int(seed))
         write_text(json.dumps({"mse": float(found.mse)}), kept)
     return json.loads(kept.read_text())["mse"]
 

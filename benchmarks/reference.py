@@ -119,7 +119,7 @@ def _equal(one: Any, other: Any) -> bool:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=Path)
-    parser.add_argument("--smoke", type=Path, default=ROOT / "config/smoke.yaml")
+    parser.add_argument("--smoke", type=Path, default=ROOT / "config/studies/smoke.yaml")
     parser.add_argument("--against", type=Path)
     given = parser.parse_args()
     compute(given.out.resolve(), given.smoke)

@@ -16,6 +16,7 @@ import torch
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecNormalize
 
 from benchmarks.gymnasium_reach import GymnasiumReach
+from benchmarks.scene import configuration
 from t2l.gains import Cell
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
@@ -32,7 +33,11 @@ from t2l.sysid import identify as identification
 CORES = len(os.sched_getaffinity(0))
 CENTRE = Cell(128, 8)
 CORNERS = [Cell(kp, kd) for kd in (1, 24) for kp in (16, 512)]
-ENVIRONMENTS = Settings().environments
+CONFIGURATION = configuration()
+LEARNING = CONFIGURATION["reinforcement_learning"]
+HORIZON_S = LEARNING.pop("horizon_s")
+SEARCH = Search.from_section(CONFIGURATION["tuning"], "joint_reach")
+ENVIRONMENTS = LEARNING["environments"]
 PROCESSES_ENVIRONMENTS = 16  # of the rival
 REPEATS = 5
 
@@ -59,15 +64,16 @@ def run() -> pd.DataFrame:
 
 def identify_all(parameters: dict) -> Iterator[Row]:
     """Every corner and the centre as the default configuration identifies them."""
+    settings = identification.Settings(**CONFIGURATION["identification"])
     for cell in (CENTRE, *CORNERS):
-        recording = obtain_recording({"backend": "virtual"}, cell, Motion())
+        recording = obtain_recording(
+            {"backend": "virtual"}, cell, Motion(**CONFIGURATION["recordings"])
+        )
         seed = int(seed_sequence(0, "identify", cell.name).generate_state(1)[0])
         physics = _Stopwatch()
         began = time.perf_counter()
         with physics.around(identification.Simulator, "simulate"):
-            found = identification.identify(
-                recording, identification.Settings(), seed, CORES, lambda *_: None
-            )
+            found = identification.identify(recording, settings, seed, CORES, lambda *_: None)
         seconds = time.perf_counter() - began
         parameters[cell] = found.parameters
         share = f"{seconds:.0f} s, {100 * physics.seconds / seconds:.0f} % of it physics"
@@ -149,7 +155,7 @@ def trials_side_by_side(parameters: dict) -> Iterator[Row]:
     context = get_context("spawn")
     ready = context.Barrier(CORES)
     problem = _problem(parameters, CENTRE)
-    choice = Choice(tuple(first_guess(problem, Search(1)).values()))
+    choice = Choice(tuple(first_guess(problem, SEARCH).values()))
     with ProcessPoolExecutor(CORES, context, _share, (ready,)) as pool:
         rates = list(pool.map(_one_core_rate, [(problem, choice)] * CORES))
     yield (
@@ -186,7 +192,7 @@ def time_to_succeed(parameters: dict) -> Iterator[Row]:
         train(
             environments,
             judges,
-            Settings(enough=0.95),
+            Settings(**{**LEARNING, "enough": 0.95}),
             lambda _, found, seen=seen: seen.append(found),
         )
         seconds = time.perf_counter() - began
@@ -198,12 +204,18 @@ def time_to_succeed(parameters: dict) -> Iterator[Row]:
 
 
 def _problem(parameters: dict, cell: Cell) -> Problem:
-    return Problem(Condition("joint_reach", "joint_reach"), cell, parameters[cell])
+    return Problem(
+        Condition("joint_reach", "joint_reach", policy_rate_hz=50.0, randomisation=0.0),
+        cell,
+        parameters[cell],
+        CONFIGURATION["identification"]["rate_hz"],
+        HORIZON_S,
+    )
 
 
 def _made(parameters: dict, cell: Cell):
     problem = _problem(parameters, cell)
-    guess = first_guess(problem, Search(1))
+    guess = first_guess(problem, SEARCH)
     choice = Choice(tuple(guess.values()))
     return problem.environments(choice, ENVIRONMENTS, 42, True, CORES), choice
 

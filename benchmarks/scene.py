@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from t2l.config import effective
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.expert import demonstrate
 from t2l.tasks import Task, make_task
@@ -12,9 +13,14 @@ from t2l.tasks import Task, make_task
 ROOT = Path(__file__).parents[1]
 
 
+def configuration(name: str = "config") -> dict:
+    """A file of config/, with every default filled in."""
+    return effective(yaml.safe_load((ROOT / f"config/{name}.yaml").read_text()))
+
+
 def paper() -> dict:
     """The configuration of the full study."""
-    return yaml.safe_load((ROOT / "config/paper.yaml").read_text())
+    return configuration("studies/paper")
 
 
 def block_stack() -> Task:

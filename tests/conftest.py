@@ -5,10 +5,17 @@ import pytest
 import yaml
 from hypothesis import settings
 
+from t2l.config import effective
 from t2l.demos.expert import demonstrate
 from t2l.tasks import make_task
 
 ROOT = Path(__file__).parents[1]
+
+
+def configuration(name: str) -> dict:
+    """A file of config/, with every default filled in."""
+    return effective(yaml.safe_load((ROOT / f"config/{name}.yaml").read_text()))
+
 
 # The same examples each time, however slow the machine;
 # `--hypothesis-profile=default` draws new ones.

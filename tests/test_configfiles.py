@@ -7,7 +7,7 @@ from snakemake.exceptions import CliException
 from snakemake_logger_plugin_t2l import configfiles
 from tests.conftest import ROOT
 
-SMOKE = (ROOT / "config/smoke.yaml").read_text()
+SMOKE = (ROOT / "config/studies/smoke.yaml").read_text()
 BOMB = "a0: &a0 [x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 8)}]\n" for i in range(1, 40)
 )
@@ -16,7 +16,7 @@ BOMB = "a0: &a0 [x, x, x, x, x, x, x, x]\n" + "".join(
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("twice.yaml", SMOKE + "seed: 3\n", "the key 'seed' twice"),
+        ("twice.yaml", SMOKE + "study: x\n", "the key 'study' twice"),
         ("twice.json", '{"seed": 1, "seed": 2}', "the key 'seed' twice"),
         ("bomb.yaml", SMOKE + BOMB, "more values, aliases written out"),
         ("recursive.yaml", SMOKE + "x: &x [*x]\n", "*x within itself"),

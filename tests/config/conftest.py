@@ -1,16 +1,15 @@
 import pytest
-import yaml
 
 from t2l.config import read_study
 from t2l.errors import ConfigurationError
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 
 
 @pytest.fixture
 def config(monkeypatch):
-    """The configuration as it ships; its paths are relative to the project's folder."""
+    """All of the default study; its paths are relative to the project's folder."""
     monkeypatch.chdir(ROOT)
-    return yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    return configuration("config")
 
 
 @pytest.fixture

@@ -66,7 +66,7 @@ def test_what_a_key_may_not_hold_is_named(config, refused, section, keys, messag
         ("seed", 10**400, "config: seed: found 1000"),
         ("seed", 10**18, "config: seed: found 1000000000000000000; allowed: an integer up to"),
         ("seed", 1.5, "config: seed: found 1.5; allowed: an integer"),
-        ("diagnosis", None, "config: diagnosis: found nothing; allowed: keys with values, or no"),
+        ("diagnosis", None, "config: diagnosis: found nothing; allowed: a value, or no such key"),
         ("training", [], "config: training: found []; allowed: keys with values"),
         ("\ud800", 1, "config: found '\\ud800'; allowed: text in Unicode"),
         ("study", "\ud800", "config: study: found '\\ud800'"),
@@ -85,12 +85,22 @@ def test_names_of_conditions_are_folders(config, refused):
     assert "sim_to_real.conditions[0].name: found 'a/b'; allowed: letters" in refused(config)
 
 
-def test_optional_keys_that_are_absent_stay_absent(config):
-    del config["diagnosis"]
-    sections = read_study(config, ROOT / "config").sections
+@pytest.mark.parametrize("section", ["robot", "diagnosis"])
+def test_optional_keys_are_left_out_and_not_left_empty(config, refused, section):
+    key = {"robot": "address", "diagnosis": "model"}[section]
+    config[section][key] = None
+    assert f"config: {section}.{key}: found nothing; allowed: a value, or no" in refused(config)
+
+
+def test_what_is_absent_has_its_default():
+    sections = read_study({"study": "x", "grid": {"kp": [32, 256]}}, ROOT / "config").sections
     assert "diagnosis" not in sections
-    assert sections["deployment"] == {"rollouts": 30}
+    assert sections["robot"] == {"backend": "virtual"}
+    assert sections["grid"]["kp"] == [32, 256]
+    assert sections["grid"]["kd"] == [2, 8, 32, 128]
     assert sections["sim_to_real"]["conditions"][0] == {
         "name": "joint_reach",
         "task": "joint_reach",
+        "policy_rate_hz": 50.0,
+        "randomisation": 0.0,
     }

@@ -33,7 +33,7 @@ import pytest
     ],
 )
 def test_what_cannot_run_is_named(config, refused, section, keys, message):
-    config[section].update(keys)
+    config[section] = keys
     assert message in refused(config)
 
 

@@ -2,36 +2,30 @@ import copy
 
 import pytest
 import yaml
-from snakemake.utils import update_config
 
 from t2l.config import read_study
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 
 
-@pytest.mark.parametrize("name", ["config", "smoke", "paper"])
+@pytest.mark.parametrize("name", ["config", "studies/smoke", "studies/paper"])
 def test_the_shipped_configurations_are_sound(name, monkeypatch):
     monkeypatch.chdir(ROOT)
-    config = yaml.safe_load((ROOT / f"config/{name}.yaml").read_text())
-    study = read_study(config, ROOT / "config")
+    study = read_study(configuration(name), ROOT / "config")
     assert study.decimation == 10
     assert set(study.tasks) == {"block_stack"}
     assert study.fidelity_cells == (Cell(16, 2), Cell(512, 2), Cell(16, 24), Cell(512, 24))
-    # Snakemake compares parameters by their text
-    assert repr(study.sections) == repr(config)
 
 
-def test_a_configuration_inherits_what_it_leaves_out(config):
-    deployment = copy.deepcopy(config["deployment"])
-    update_config(config, yaml.safe_load((ROOT / "config/transfer_grid.yaml").read_text()))
-    study = read_study(config, ROOT / "config")
+def test_the_transfer_grid_is_run_whole(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    study = read_study(configuration("studies/transfer_grid"), ROOT / "config")
     assert len(study.transfer_cells) == 25
-    assert config["deployment"] == deployment
 
 
 def test_the_full_study_has_the_studys_grids():
-    config = yaml.safe_load((ROOT / "config/paper.yaml").read_text())
+    config = configuration("studies/paper")
     assert config["grid"]["kp"] == [32, 64, 128, 256, 512, 1024, 2048]
     assert config["grid"]["kd"] == [1, 2, 4, 8, 16, 32, 64, 128]
     assert config["recording_grid"]["kp"] == [16, 32, 64, 128, 160, 256, 512]
@@ -56,16 +50,19 @@ def test_small_gains_have_names_that_lead_back(config):
 
 def test_all_misspelt_and_missing_keys_are_told_at_once(config, refused):
     config["demonstratons"] = config.pop("demonstrations")
-    config["rollouts"]["cuont"] = config["rollouts"].pop("count")
+    config["sim_to_real"]["conditions"][0].pop("task")
+    config["diagnosis"]["recording"] = config["diagnosis"].pop("recordings")
     config["seed"] = 1.5
     config[1] = 2
+    del config["study"]
     lines = refused(config).splitlines()
-    assert len(lines) == 6
+    assert len(lines) == 7
     for beginning in (
         "config: demonstratons: found an unknown key (did you mean demonstrations?); allowed: ",
-        "config: demonstrations: found nothing; allowed: ",
-        "config: rollouts.cuont: found an unknown key (did you mean count?); allowed: count, ",
-        "config: rollouts.count: found nothing; allowed: rollouts per cell, an integer",
+        "config: study: found nothing; allowed: name of the folder in `results/`",
+        "config: sim_to_real.conditions[0].task: found nothing; allowed: `joint_reach` or ",
+        "config: diagnosis.recording: found an unknown key (did you mean recordings?); allowed: ",
+        "config: diagnosis.recordings: found nothing; allowed: recordings, or folders of them",
         "config: seed: found 1.5; allowed: an integer",
         "config: 1: found an unknown key; allowed: study, seed, ",
     ):

@@ -15,12 +15,12 @@ from t2l.config import read_study
 from t2l.config.models import Configuration
 from t2l.errors import ConfigurationError
 from t2l.tasks.block_stack_parameters import BlockStackParameters
-from tests.conftest import ROOT
+from tests.conftest import ROOT, configuration
 from tests.fuzz.generate import as_bytes, spoilt
 from tests.fuzz.harness import check
 from tests.fuzz.test_recordings import QUIET
 
-CONFIGURATION = yaml.safe_load((ROOT / "config/smoke.yaml").read_text())
+CONFIGURATION = configuration("studies/smoke")
 CONFIGURATION["diagnosis"] = {"recordings": ["logs"]}
 CONFIGURATION["deployment"]["workspace_lower_m"] = [-0.5, -0.5, 0.02]
 TASK = yaml.safe_load((ROOT / "config/tasks/block_stack.yaml").read_text())

@@ -22,7 +22,7 @@ def make(task=None, n=4, **changes):
     arguments = {
         "task": task or JointReach(), "cell": CELL, "parameters": PARAMETERS,
         "action_scale": (0.3, 0.2), "n": n, "seed": 0, "horizon_s": 4.0,
-        "staggered": False,
+        "policy_rate_hz": 50.0, "rate_hz": 100, "staggered": False,
     } | changes  # fmt: skip
     return ReachEnvironments(**arguments)
 
@@ -31,7 +31,7 @@ def test_an_action_moves_the_simulator_as_its_command_does():
     environments = make(n=1)
     start = np.array([CENTRE])
     environments.place(start, start + 0.2)
-    simulator = Simulator(1)
+    simulator = Simulator(1, 100)
     simulator.set_parameters(PARAMETERS)
     simulator.qpos[:] = start
     action = np.linspace(-1, 1, 7)[None]

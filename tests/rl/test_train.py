@@ -5,15 +5,15 @@ import torch
 from t2l.errors import ArtefactError
 from t2l.rl.evaluate import evaluate
 from t2l.rl.policy import load
-from t2l.rl.settings import Settings
 from t2l.rl.train import TrainingError, _exported, _ppo, train
+from tests.defaults import learning
 from tests.rl.test_environments import make
 
 
 @pytest.fixture(scope="module")
 def trained():
     torch.set_num_threads(1)
-    settings = Settings(updates=30, evaluate_every=10, enough=2.0)
+    settings = learning(updates=30, evaluate_every=10, enough=2.0)
     environments = make(n=64, horizon_s=2.0, action_scale=(0.2, 0.1), staggered=True)
     return train(environments, make(n=50, horizon_s=2.0, action_scale=(0.2, 0.1)), settings)
 
@@ -62,4 +62,4 @@ def test_a_policy_that_is_not_finite_ends_training():
     # stands for anything that makes a loss infinite
     environments.task.weights["distance"] = np.nan
     with pytest.raises(TrainingError, match="left a policy that is not finite"):
-        train(environments, make(n=4, horizon_s=0.1), Settings(updates=5, evaluate_every=100))
+        train(environments, make(n=4, horizon_s=0.1), learning(updates=5, evaluate_every=100))

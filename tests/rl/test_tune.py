@@ -19,30 +19,36 @@ from t2l.rl.condition import Condition
 from t2l.rl.outcome import TuningError, UnfinishedError, best
 from t2l.rl.problem import Problem
 from t2l.rl.reach import CENTRE
-from t2l.rl.settings import Search, Settings
 from t2l.rl.trials import StorageError, count, open_study, requeue_abandoned, sign, table
 from t2l.rl.tune import first_guess, work
+from tests.defaults import learning, search
 from tests.rl.test_environments import PARAMETERS
 
-TINY = Settings(environments=8, updates=2, evaluate_every=1)
-PROBLEM = Problem(Condition("joint_reach", "joint_reach"), Cell(128, 16), PARAMETERS, horizon_s=0.4)
+TINY = learning(environments=8, updates=2, evaluate_every=1)
+PROBLEM = Problem(
+    Condition("joint_reach", "joint_reach", 50.0, 0.0),
+    Cell(128, 16),
+    PARAMETERS,
+    100,
+    horizon_s=0.4,
+)
 KILLED = """
 import sys
 from pathlib import Path
-from t2l.rl.settings import Search
 from t2l.rl.trials import open_study
 from t2l.rl.tune import work
-from tests.rl.test_tune import PROBLEM, Settings
+from tests.defaults import learning, search
+from tests.rl.test_tune import PROBLEM
 folder = Path(sys.argv[1])
 study = open_study("journal", folder / "trials.journal", "s")
-forever = Settings(environments=8, updates=100000, evaluate_every=1)
-work(study, folder / "store", PROBLEM, Search(1), forever, 0)
+forever = learning(environments=8, updates=100000, evaluate_every=1)
+work(study, folder / "store", PROBLEM, search(trials=1), forever, 0)
 """
 
 
 def run(folder, trials, storage="journal", name="s", settings=TINY, problem=PROBLEM):
     study = open_study(storage, folder / "trials.journal", name)
-    work(study, folder / "store", problem, Search(trials, startup=2), settings, seed=0)
+    work(study, folder / "store", problem, search(trials=trials, startup=2), settings, seed=0)
     return study
 
 
@@ -67,8 +73,8 @@ def test_the_first_guess_moves_every_joint_within_the_torque_limits(cell):
     parameters = {
         **PARAMETERS, "stiffness": np.full(7, float(cell.kp)), "damping": np.full(7, float(cell.kd))
     }  # fmt: skip
-    problem = Problem(PROBLEM.condition, cell, parameters, horizon_s=2.0)
-    guess = first_guess(problem, Search(1))
+    problem = Problem(PROBLEM.condition, cell, parameters, 100, horizon_s=2.0)
+    guess = first_guess(problem, search(trials=1))
     scales = tuple(guess[name] for name in ("action_scale_proximal", "action_scale_distal"))
     assert scales[0] * cell.kp <= 0.5 * 87 + 1e-9
     assert scales[1] * cell.kp <= 0.5 * 12 + 1e-9
@@ -82,7 +88,7 @@ def test_the_first_guess_moves_every_joint_within_the_torque_limits(cell):
 
 def test_a_study_begins_with_the_first_guess(tmp_path):
     study = run(tmp_path, 1)
-    assert study.trials[0].params == pytest.approx(first_guess(PROBLEM, Search(1)))
+    assert study.trials[0].params == pytest.approx(first_guess(PROBLEM, search(trials=1)))
 
 
 def test_a_trial_of_a_killed_process_is_run_again(tmp_path):
@@ -133,7 +139,7 @@ def test_a_storage_that_does_not_answer_is_named(tmp_path, url):
 def test_a_policy_that_is_not_finite_is_a_hopeless_trial(tmp_path):
     # no simulator steps through this
     wild = {**PARAMETERS, "armature": np.full(7, np.nan)}
-    problem = Problem(PROBLEM.condition, PROBLEM.cell, wild, horizon_s=0.4)
+    problem = Problem(PROBLEM.condition, PROBLEM.cell, wild, 100, horizon_s=0.4)
     study = run(tmp_path, 2, problem=problem)
     assert [trial.state for trial in study.trials] == [TrialState.PRUNED] * 2
     assert "not finite" in study.trials[0].user_attrs["error"]
@@ -144,12 +150,12 @@ def test_a_policy_that_is_not_finite_is_a_hopeless_trial(tmp_path):
 def test_another_problem_is_another_study_and_more_trials_are_not():
     def name(**changes):
         problem = Problem(**{**vars(PROBLEM), **changes})
-        return problem.study_name(Search(3), TINY, 0)
+        return problem.study_name(search(trials=3), TINY, 0)
 
-    assert name() == PROBLEM.study_name(Search(50), TINY, 0)
+    assert name() == PROBLEM.study_name(search(trials=50), TINY, 0)
     assert name() != name(cell=Cell(64, 16))
     assert name() != name(parameters={**PARAMETERS, "armature": np.full(7, 0.2)})
-    assert name() != PROBLEM.study_name(Search(3), TINY, 1)
+    assert name() != PROBLEM.study_name(search(trials=3), TINY, 1)
 
 
 @pytest.mark.parametrize("cut", [1, 10, -1], ids=["a byte", "ten bytes", "all but the newline"])

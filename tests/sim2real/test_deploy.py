@@ -18,6 +18,7 @@ from t2l.sim2real.transfer import (
     trajectory_error,
 )
 from t2l.sim2real.virtual import VirtualRobot
+from tests.defaults import WORKSPACE
 from tests.rl.test_environments import PARAMETERS
 
 CELL = Cell(128, 16)
@@ -32,7 +33,7 @@ def proportional(gain=3.0, scale=(0.2, 0.04)):
 
 def reach(robot, n=2, policy=None, cell=CELL, **changes):
     starts = np.tile(CENTRE, (n, 1))
-    arguments = {"policy_rate_hz": 50.0, "duration_s": 3.0} | changes
+    arguments = {"policy_rate_hz": 50.0, "duration_s": 3.0, "workspace": WORKSPACE} | changes
     return deploy(
         robot, policy or proportional(), JointReach(), cell, starts, starts + 0.1, **arguments
     )
@@ -49,11 +50,11 @@ def test_the_robot_is_led_to_its_goal():
 
 
 def test_a_robot_that_equals_its_simulator_shows_no_error():
-    first, again = (reach(IdentifiedRobot(2, PARAMETERS)) for _ in range(2))
+    first, again = (reach(IdentifiedRobot(2, PARAMETERS, 100)) for _ in range(2))
     assert trajectory_error(first, again).max() == 0
     table = rollout_table(proportional(), CELL, first, again)
     assert (table.nn_error == 0).all()
-    heavier = reach(IdentifiedRobot(2, {**PARAMETERS, "armature": np.full(7, 0.5)}))
+    heavier = reach(IdentifiedRobot(2, {**PARAMETERS, "armature": np.full(7, 0.5)}, 100))
     assert trajectory_error(first, heavier).min() > 1e-5
 
 
@@ -110,7 +111,7 @@ def test_a_command_that_must_not_be_sent_stops_its_robot_alone():
     sent = []
     step = robot.step
     robot.step = lambda q_des, period_s: sent.append(q_des.copy()) or step(q_des, period_s)
-    rollouts = deploy(robot, wild, JointReach(), CELL, starts, goals, 50.0, 1.0)
+    rollouts = deploy(robot, wild, JointReach(), CELL, starts, goals, 50.0, 1.0, WORKSPACE)
     still, stopped = rollouts.stopped
     assert still == ""
     assert "torque of fr3_joint5" in stopped
@@ -148,7 +149,7 @@ def test_whatever_ends_a_deployment_the_robot_is_held_first(error):
 
 
 def test_a_guard_objects_to_each_limit_alone():
-    guard = Guard(1, CELL, 0.02, Workspace(upper=(0.855, 0.855, 0.9)))
+    guard = Guard(1, CELL, 0.02, Workspace(WORKSPACE.lower, (0.855, 0.855, 0.9)))
     q = np.array([CENTRE])
     still = np.zeros((1, 7))
     fine = guard.objections(q + 0.01, q, still)
@@ -169,7 +170,7 @@ def test_a_guard_objects_to_each_limit_alone():
 
 
 def test_soft_gains_may_command_far_ahead_of_the_arm():
-    guard = Guard(1, Cell(16, 24), 0.01)
+    guard = Guard(1, Cell(16, 24), 0.01, WORKSPACE)
     q = np.array([CENTRE])
     down = q.copy()
     down[0, 1] += 1.7  # there the flange would be far below the table
@@ -177,7 +178,7 @@ def test_soft_gains_may_command_far_ahead_of_the_arm():
 
 
 def test_jitter_is_what_shakes_at_the_end():
-    rollouts = reach(IdentifiedRobot(2, PARAMETERS))
+    rollouts = reach(IdentifiedRobot(2, PARAMETERS, 100))
     dq = np.zeros_like(rollouts.dq)
     dq[:100] = 1.0  # fast at first
     time = rollouts.time[:, None]
@@ -200,7 +201,9 @@ def test_poses_are_reached_too_and_tables_tell_all():
     task = EndEffectorReach()
     draw = np.random.default_rng(0)
     starts, goals = task.sample_starts(draw, 2), task.sample_goals(draw, 2)
-    rollouts = deploy(IdentifiedRobot(2, PARAMETERS), policy, task, CELL, starts, goals, 20.0, 0.5)
+    rollouts = deploy(
+        IdentifiedRobot(2, PARAMETERS, 100), policy, task, CELL, starts, goals, 20.0, 0.5, WORKSPACE
+    )
     seen = observation_table(rollouts, rollouts)
     assert len(seen) == 2 * 2 * 10
     assert {"q.joint1", "error.rz", "action.joint7"} <= set(seen)

@@ -9,6 +9,7 @@ from t2l.rl.reach import JointReach
 from t2l.sim2real.backend import BackendError
 from t2l.sim2real.deploy import deploy
 from t2l.sim2real.franka import FrankaRobot
+from tests.defaults import WORKSPACE
 from tests.measurements.test_record import lose_connection
 from tests.sim2real.test_deploy import proportional
 
@@ -27,10 +28,10 @@ def test_a_policy_reaches_on_aiofrankas_robot_and_is_stopped_where_it_must(tmp_p
     starts, goals = START.repeat(2, axis=0), START.repeat(2, axis=0) + 0.1
     try:
         rollouts = deploy(
-            robot, proportional(), task, cell, starts, goals, 50.0, 3.0, folder=tmp_path
+            robot, proportional(), task, cell, starts, goals, 50.0, 3.0, WORKSPACE, tmp_path
         )
         wild = proportional(gain=20.0, scale=(0.2, 1.5))
-        stopped = deploy(robot, wild, task, cell, starts[:1], goals[:1] + 0.2, 50.0, 1.0)
+        stopped = deploy(robot, wild, task, cell, starts[:1], goals[:1] + 0.2, 50.0, 1.0, WORKSPACE)
     finally:
         robot.close()
     assert rollouts.success.all()
@@ -55,7 +56,16 @@ def test_a_lost_connection_loses_no_rollout_that_was_complete(tmp_path):
 
     def reached(robot, policy=policy):
         rollouts = deploy(
-            robot, policy, JointReach(), Cell(128, 16), starts, goals, 50.0, 0.4, folder=tmp_path
+            robot,
+            policy,
+            JointReach(),
+            Cell(128, 16),
+            starts,
+            goals,
+            50.0,
+            0.4,
+            WORKSPACE,
+            tmp_path,
         )
         robot.close()
         return rollouts

@@ -5,13 +5,14 @@ import pytest
 
 from t2l.measurements.recording import Recording
 from t2l.robots.fr3 import HOME, JOINTS
-from t2l.sysid.identify import IdentificationError, Settings, identify
+from t2l.sysid.identify import IdentificationError, identify
 from t2l.sysid.simulator import Simulator
+from tests.defaults import identification
 
 
 def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
     """Two seconds of the simulator itself."""
-    simulator = Simulator(1)
+    simulator = Simulator(1, 100)
     simulator.set_parameters(
         {
             "stiffness": stiffness, "damping": damping, "armature": 0.15,
@@ -31,7 +32,7 @@ def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
 
 def test_the_motion_is_reproduced_and_the_loss_never_rises():
     recording = made()
-    found = identify(recording, Settings(iterations=200, population=24), seed=0)
+    found = identify(recording, identification(iterations=200, population=24), seed=0)
     swing = np.mean((recording.q - recording.q.mean(axis=0)) ** 2)
     assert found.mse < 1e-3 * swing
     assert np.all(np.diff(found.losses) <= 0)
@@ -40,14 +41,14 @@ def test_the_motion_is_reproduced_and_the_loss_never_rises():
 
 
 def test_the_same_seed_finds_the_same():
-    settings = Settings(iterations=3, population=8)
+    settings = identification(iterations=3, population=8)
     first, again = (identify(made(), settings, seed=7, threads=n) for n in (1, 2))
     np.testing.assert_array_equal(first.losses, again.losses)
     assert identify(made(), settings, seed=8).losses[-1] != first.losses[-1]
 
 
 def test_positions_alone_suffice_where_velocity_was_not_logged():
-    found = identify(made(dq=None), Settings(iterations=3, population=8), seed=0)
+    found = identify(made(dq=None), identification(iterations=3, population=8), seed=0)
     assert np.isfinite(found.losses).all()
 
 
@@ -60,4 +61,4 @@ def test_positions_alone_suffice_where_velocity_was_not_logged():
 )
 def test_a_recording_that_does_not_fit_is_refused(recording, message):
     with pytest.raises(IdentificationError, match=message):
-        identify(recording, Settings(iterations=1, population=4), seed=0)
+        identify(recording, identification(iterations=1, population=4), seed=0)

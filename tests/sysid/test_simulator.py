@@ -13,7 +13,7 @@ def parameters(**changes):
 
 
 def simulate(change, n=1, seconds=2.0, **rest):
-    simulator = Simulator(n)
+    simulator = Simulator(n, 100)
     simulator.set_parameters(parameters(**rest))
     q_des = np.tile(np.array(HOME) + change, (int(50 * seconds), 1))
     return simulator.simulate(q_des, np.array(HOME), 0.0, nstep=2)
@@ -49,7 +49,7 @@ def test_simulations_of_a_batch_do_not_touch_each_other():
 
 def test_a_light_damped_joint_that_saturates_is_slowed_by_its_damping():
     # the last joint as once identified: a torque held for 10 ms would make it 5 rad/s fast
-    simulator = Simulator(1)
+    simulator = Simulator(1, 100)
     simulator.set_parameters(parameters(stiffness=895.0, damping=37.0, armature=0.015))
     simulator.qpos[:] = HOME
     for sign in (1, -1) * 5:

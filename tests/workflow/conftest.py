@@ -3,12 +3,11 @@ import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 import yaml
 
-ROOT = Path(__file__).parents[2]
+from tests.conftest import ROOT, configuration
 
 
 class Project:
@@ -16,11 +15,12 @@ class Project:
 
     def __init__(self, folder):
         self.folder = folder
-        for name in ("workflow", "config"):
+        for name in ("workflow", "config", "profiles"):
             shutil.copytree(ROOT / name, folder / name)
+        shutil.copy(ROOT / "Snakefile", folder)
         # recordings that config.yaml names
         (folder / "examples").symlink_to(ROOT / "examples")
-        self.config = yaml.safe_load((ROOT / "config/smoke.yaml").read_text())
+        self.config = configuration("studies/smoke")
         self.results = folder / "results" / "smoke"
 
     def command(self, *arguments, config=None):
@@ -30,8 +30,15 @@ class Project:
         return [sys.executable, "-m", "snakemake", *arguments]
 
     def run(self, *arguments, config=None):
+        return self._run(self.command(*arguments, config=config))
+
+    def run_default(self, *arguments):
+        """Without naming a configuration."""
+        return self._run([sys.executable, "-m", "snakemake", "--cores", "2", *arguments])
+
+    def _run(self, command):
         return subprocess.run(
-            self.command(*arguments, config=config),
+            command,
             cwd=self.folder,
             env=os.environ | {"PYTHONUNBUFFERED": "1"},
             stdout=subprocess.PIPE,
@@ -54,7 +61,9 @@ class Project:
         return {
             str(p.relative_to(self.results)): p.stat().st_mtime_ns
             for p in self.results.rglob("*")
-            if p.is_file() and not {"logs", "benchmarks"} & set(p.relative_to(self.results).parts)
+            # every run writes the mark anew
+            if p.is_file()
+            and not {"logs", "benchmarks", ".t2l"} & set(p.relative_to(self.results).parts)
         }
 
 

@@ -27,18 +27,37 @@ def test_a_bad_configuration_stops_before_the_first_job(empty_project):
 
 def test_a_file_that_is_no_configuration_is_named_once(empty_project):
     config = empty_project.folder / "config/config.yaml"
-    config.write_text(config.read_text() + "seed: 3\n")
+    config.write_text(config.read_text() + "study: x\n")
     bomb = empty_project.folder / "bomb.yaml"
     bomb.write_text(BOMB)
-    for arguments, message in (
-        ((), "config/config.yaml: the file: found what is not YAML (the key 'seed' twice"),
-        (("--configfile", str(bomb)), f"{bomb}: line 6: found more values, aliases written out"),
+    for done, message in (
+        (
+            empty_project.run_default("--dry-run", "--", "all"),
+            "config/config.yaml: the file: found what is not YAML (the key 'study' twice",
+        ),
+        (
+            empty_project.run("--dry-run", "--configfile", str(bomb), "--", "all"),
+            f"{bomb}: line 6: found more values, aliases written out",
+        ),
     ):
-        done = empty_project.run("--dry-run", *arguments, "--", "all")
         assert done.returncode == 1
         assert done.stdout.count(message) == 1
         assert done.stdout.count("found") == 1
         assert "Traceback" not in done.stdout
+
+
+def test_a_study_inherits_nothing_from_the_default_one(empty_project):
+    default = empty_project.folder / "config/config.yaml"
+    default.write_text("study: mine\ngrid: {kp: [32]}\ndiagnosis: {recordings: [nowhere]}\n")
+    assert "nowhere" in empty_project.run_default("--dry-run", "--", "all").stdout
+    assert empty_project.planned("all")["train"] == 4
+
+
+def test_the_target_of_a_diagnosis_names_the_section_that_it_needs(empty_project):
+    done = empty_project.run("--dry-run", "--", "diagnosis")
+    assert done.returncode == 1
+    assert "config: diagnosis: found nothing; allowed: this section, with" in done.stdout
+    assert "explain" not in empty_project.planned("all")
 
 
 def test_an_expert_that_fails_says_its_rate(empty_project):

@@ -52,6 +52,13 @@ def test_the_diagnosis_target_explains_and_is_cached(clean_project, monkeypatch)
     for name in ("report.html", "model.yaml", "before/comparison.json", "figures/overlays.png"):
         assert (folder / name).stat().st_size > 0
     assert clean_project.planned("diagnosis") == {}
+    assert not {"explain", "diagnosis_report"} & set(clean_project.planned("all"))
+    done = clean_project.run("--report", "report.html", "--", "diagnosis")
+    assert done.returncode == 0, done.stdout[-3000:]
+    page = (clean_project.folder / "report.html").read_text()
+    for name in ("error_falling", "overlays", "error_by_cell", "residual_by_condition", "spectrum"):
+        assert f"{name}.png" in page
+    assert "Amplitude density of the error" in page
 
     stages = {"compare_before", "explain", "compare_after", "diagnosis_report"}
     for name in ("logs/kp5.csv", "pendulum.xml", "effects/mine.py"):

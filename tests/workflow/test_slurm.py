@@ -20,7 +20,7 @@ def test_slurm_gives_the_same_results_and_takes_short_jobs_together(tmp_path, sm
     try:
         with cluster.running():
             done = project.run(
-                *("--profile", str(project.folder / "workflow/profiles/slurm")),
+                *("--profile", str(project.folder / "profiles/slurm")),
                 *("--slurm-no-account", "--slurm-status-command", "squeue"),
                 *("--", target),
             )

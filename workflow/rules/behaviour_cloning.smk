@@ -1,5 +1,21 @@
 """A policy per cell, and its rollouts."""
 
+# Snakemake does not miss an intermediate artefact while what follows from it is there. Targets ask
+# for every one, so that a deleted one is made again.
+EVERY_CELL = expand(
+    of_cell("{artefact}"),
+    task=TASKS,
+    cell=CELLS,
+    artefact=[
+        "demonstrations",
+        "replays.parquet",
+        "policy.safetensors",
+        "losses.parquet",
+        "rollouts.parquet",
+        "traces.parquet",
+    ],
+)
+
 
 rule train:
     input:

@@ -1,14 +1,25 @@
-"""Where results live, and which wildcards there are."""
+"""The checked configuration, where results live, and which wildcards there are."""
 
 import os
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
+from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report
 
+from t2l.config import SIMULATION_RATE_HZ, read_study
+from t2l.errors import T2LError
 from t2l.gains import Cell
 from t2l.gains.cell import NAME_PATTERN
+from t2l.outputs import claim
 from t2l.sim2real.recording import recorded_path
+
+try:
+    STUDY = read_study(config, Path(workflow.basedir) / "config")
+except T2LError as error:
+    raise WorkflowError(str(error)) from None
+# captions of the report take keys from it
+config.update(STUDY.sections)
 
 # one process a core: libraries must not start threads of their own
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -55,6 +66,12 @@ def transfer_figure(name: str, caption: str) -> list:
     return [pdf, captioned(png, f"../report/{caption}.rst", "Sim-to-real")]
 
 
+def diagnosis_figure(name: str) -> list:
+    """The files of one figure of the diagnosis."""
+    pdf, png = (result("diagnosis", "figures", f"{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/diagnosis_{name}.rst", "Diagnosis")]
+
+
 def captioned_table(name: str) -> list:
     """The files of one table of the sim-to-real chain; the report shows the CSV."""
     csv, markdown, latex = multiext(result("tables", name), ".csv", ".md", ".tex")
@@ -72,6 +89,15 @@ def condition_entry(wildcards) -> dict:
     return next(dict(entry) for entry in entries if entry["name"] == wildcards.condition)
 
 
+def wanted_diagnosis(wildcards) -> list[str]:
+    """What the target `diagnosis` makes, or the key that it needs."""
+    if not DIAGNOSIS:
+        raise WorkflowError(
+            "config: diagnosis: found nothing; allowed: this section, with recordings to explain"
+        )
+    return DIAGNOSIS_RESULTS
+
+
 # a parameter of every job: what another version computed is made anew
 VERSION = version("t2l")
 TASKS = list(STUDY.tasks)
@@ -80,6 +106,13 @@ SEED = STUDY.sections["seed"]
 
 FORMATS = ("pdf", "png")
 DEMONSTRATIONS = result("{task}", "demonstrations")
+
+
+onstart:
+    try:
+        claim(result(), "snakemake")
+    except T2LError as error:
+        raise WorkflowError(str(error)) from None
 
 
 wildcard_constraints:

@@ -2,12 +2,8 @@
 
 from t2l.config.watched import watched
 
+# empty where the configuration asks for none
 DIAGNOSIS = STUDY.sections.get("diagnosis", {})
-DIAGNOSIS_FIGURES = expand(
-    result("diagnosis", "figures", "{name}.{suffix}"),
-    name=["error_falling", "overlays", "error_by_cell", "residual_by_condition", "spectrum"],
-    suffix=FORMATS,
-)
 
 
 rule compare_before:
@@ -82,7 +78,11 @@ rule diagnosis_report:
         rules.explain.output,
     output:
         page=result("diagnosis", "report.html"),
-        figures=DIAGNOSIS_FIGURES,
+        error_falling=diagnosis_figure("error_falling"),
+        overlays=diagnosis_figure("overlays"),
+        error_by_cell=diagnosis_figure("error_by_cell"),
+        residual=diagnosis_figure("residual_by_condition"),
+        spectrum=diagnosis_figure("spectrum"),
     params:
         version=VERSION,
     log:
@@ -95,3 +95,13 @@ rule diagnosis_report:
         "../envs/t2l.yaml"
     script:
         "../scripts/diagnosis_report.py"
+
+
+DIAGNOSIS_RESULTS = []
+if DIAGNOSIS:
+    DIAGNOSIS_RESULTS += [
+        *rules.diagnosis_report.output,
+        *rules.compare_before.output,
+        *rules.compare_after.output,
+        *rules.explain.output,
+    ]

@@ -17,6 +17,18 @@ SHOWN_CELLS = [
     cell.name for cell in STUDY.recording_grid.corners if cell in STUDY.transfer_cells
 ]
 
+# as EVERY_CELL
+EVERY_TRANSFER_CELL = expand(
+    of_transfer("{artefact}"),
+    cell=TRANSFER_CELLS,
+    artefact=["recording.parquet", "parameters.yaml", "identification_trace.parquet"],
+) + expand(
+    of_condition("{artefact}"),
+    condition=CONDITIONS,
+    cell=TRANSFER_CELLS,
+    artefact=["policy.npz", "trials.parquet", "rollouts.parquet", "traces.parquet"],
+)
+
 
 wildcard_constraints:
     condition="|".join(CONDITIONS) or "none",

@@ -20,7 +20,7 @@ with job(snakemake.log[0]):
         transfer.jitter_by_period(read_table(given.jitter, transfer.JITTER_COLUMNS)), output.jitter
     )
 
-    rollouts = read_table(given.rollouts, ("kp", "kd", "rollout", "trajectory_error"))
+    rollouts = read_table(given.rollouts[0], ("kp", "kd", "rollout", "trajectory_error"))
     traces, observations, captions = {}, {}, []
     for word, (cell, rollout, error) in best_and_worst(rollouts).items():
         at = names.index(cell.name)

@@ -17,10 +17,10 @@ def recorded(robot: Robot, cells: Sequence[Cell]) -> list[Problem]:
     """What is missing in the folder that recordings are taken from, one a cell."""
     if robot.backend != "recorded":
         return []
-    folder, key = Path(robot.recordings), "robot.recordings"
+    folder, key = Path(robot.recordings or ""), "robot.recordings"
     if not robot.recordings or not os.path.isdir(folder):
         example = "a folder with one recording a cell, such as kp16_kd1.csv with kp16_kd1.yaml"
-        return [Problem(key, describe(robot.recordings or None), example)]
+        return [Problem(key, describe(robot.recordings), example)]
     missing = [cell.name for cell in cells if not (folder / f"{cell.name}.yaml").is_file()]
     if not missing:
         return []
@@ -38,7 +38,7 @@ def diagnosed(section: Diagnosis) -> list[Problem]:
             ("holdout", RECORDING, _has_recording),
             ("effects", "a Python file, or a folder with at least one", _has_effects),
         )
-        for i, path in enumerate(getattr(section, key))
+        for i, path in enumerate(getattr(section, key) or [])
     ]
     if section.model:
         wanted.append(("diagnosis.model", section.model, "a model file", os.path.isfile))

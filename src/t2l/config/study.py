@@ -25,8 +25,7 @@ class Study:
     """A checked configuration.
 
     Attributes:
-        sections: the configuration as written, by section: plain dicts, lists and numbers; whole
-            numbers of keys that take no others are int.
+        sections: the whole configuration, by section, as `effective` has it.
         tasks: the content of config/tasks/NAME.yaml for every task of the study.
         grid: the gains that behaviour cloning runs over.
         fidelity_cells: the gains that retargeting is validated at.
@@ -45,6 +44,23 @@ class Study:
     transfer_cells: tuple[Cell, ...]
     conditions: tuple[Condition, ...]
     decimation: int
+
+
+def effective(config: Mapping[str, Any]) -> dict[str, Any]:
+    """A configuration with every default filled in.
+
+    Returns:
+        Plain dicts, lists and numbers by section; whole numbers of keys that take no others are
+        int. Optional keys and sections without a default are absent if they are not given.
+
+    Raises:
+        Invalid: with every key that is wrong by itself.
+    """
+    return _sections(check(Configuration, config))
+
+
+def _sections(configuration: Configuration) -> dict[str, Any]:
+    return configuration.model_dump(exclude_none=True)
 
 
 def read_study(config: Mapping[str, Any], folder: Path) -> Study:
@@ -69,8 +85,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     ]
     if lines or problems:
         raise _error([*lines, *(f"config: {problem}" for problem in problems)])
-    # what was not written stays absent
-    sections = configuration.model_dump(exclude_unset=True)
+    sections = _sections(configuration)
     conditions = tuple(map(Condition.from_entry, sections["sim_to_real"]["conditions"]))
     return Study(
         sections=sections,

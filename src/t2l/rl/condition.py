@@ -19,8 +19,8 @@ class Condition:
 
     name: str
     task: str
-    policy_rate_hz: float = 50.0
-    randomisation: float = 0.0
+    policy_rate_hz: float
+    randomisation: float
 
     @classmethod
     def from_entry(cls, entry: Mapping[str, Any]) -> "Condition":

@@ -21,7 +21,7 @@ from t2l.rl.kinematics import SITE, flange_pose
 from t2l.rl.reach import Reach, joint_ranges
 from t2l.robots.fr3 import JOINTS
 from t2l.sysid.parameters import Parameters
-from t2l.sysid.simulator import RATE_HZ, Simulator
+from t2l.sysid.simulator import Simulator
 
 STAGGER = 10  # steps between instants at which episodes end: resets are dear one by one
 
@@ -43,8 +43,8 @@ class ReachEnvironments(VecEnv):
         n: int,
         seed: int,
         horizon_s: float,
-        policy_rate_hz: float = 50.0,
-        rate_hz: float = RATE_HZ,
+        policy_rate_hz: float,
+        rate_hz: float,
         threads: int = 1,
         randomisation: float = 0.0,
         staggered: bool = True,
@@ -71,7 +71,7 @@ class ReachEnvironments(VecEnv):
         self.action_scale = tuple(action_scale)
         self.scale = per_joint(self.action_scale)
         self.generator = np.random.default_rng(seed)
-        self.simulator = Simulator(n, threads, rate_hz)
+        self.simulator = Simulator(n, rate_hz, threads)
         self.simulator.set_parameters(_randomised(parameters, n, randomisation, self.generator))
         self.staggered = staggered
         self._site = self.simulator.batch.model.site(SITE).id

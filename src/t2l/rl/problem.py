@@ -13,12 +13,9 @@ from t2l.rl.condition import Condition
 from t2l.rl.reach import make_task
 from t2l.rl.settings import Search, Settings
 from t2l.sysid.parameters import Parameters
-from t2l.sysid.simulator import RATE_HZ
 
 if TYPE_CHECKING:
     from t2l.rl.environments import ReachEnvironments
-
-HORIZON_S = 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +25,8 @@ class Problem:
     condition: Condition
     cell: Cell
     parameters: Parameters
-    rate_hz: float = RATE_HZ
-    horizon_s: float = HORIZON_S
+    rate_hz: float
+    horizon_s: float
 
     def environments(
         self, choice: Choice, n: int, seed: int, training: bool = False, threads: int = 1

@@ -1,7 +1,7 @@
 """How policies are trained and tuned; nothing here loads torch."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 # the storage that is a file beside the results
@@ -20,11 +20,11 @@ class Settings:
         seed: the study's is 42.
     """
 
-    environments: int = 512
-    updates: int = 120
-    evaluate_every: int = 10
-    enough: float = 0.98
-    seed: int = 42
+    environments: int
+    updates: int
+    evaluate_every: int
+    enough: float
+    seed: int
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Search:
     """
 
     trials: int
-    action_scale: tuple[float, float] = (0.002, 5.0)
-    reward_weights: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    startup: int = 5
+    action_scale: tuple[float, float]
+    reward_weights: Mapping[str, tuple[float, float]]
+    startup: int
 
     @classmethod
     def from_section(cls, section: Mapping[str, Any], task: str) -> "Search":

@@ -57,7 +57,7 @@ def deploy(
     goals: np.ndarray,
     policy_rate_hz: float,
     duration_s: float,
-    workspace: Workspace | None = None,
+    workspace: Workspace,
     folder: Path | None = None,
 ) -> Rollouts:
     """Run a policy from every start to its goal, as many side by side as there are robots.

@@ -14,21 +14,17 @@ from t2l.robots.fr3 import JOINTS, TORQUE_LIMIT
 
 @dataclass(frozen=True)
 class Workspace:
-    """A box that the flange must stay in, in the frame of the robot's base, m.
+    """A box that the flange must stay in, in the frame of the robot's base, m."""
 
-    The default is what an arm on a table may use: not through the table, and within its reach of
-    0.855 m (data sheet of the Franka Research 3) and the height of its shoulder, 0.333 m.
-    """
-
-    lower: tuple[float, float, float] = (-0.855, -0.855, 0.02)
-    upper: tuple[float, float, float] = (0.855, 0.855, 1.19)
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
 
 
 class Guard:
     """Says what is wrong with commands that are held for `period_s`, for `n` robots."""
 
-    def __init__(self, n: int, cell: Cell, period_s: float, workspace: Workspace | None = None):
-        self._cell, self._workspace = cell, workspace or Workspace()
+    def __init__(self, n: int, cell: Cell, period_s: float, workspace: Workspace):
+        self._cell, self._workspace = cell, workspace
         self._farthest = np.array(FR3_VELOCITY_LIMIT) * period_s
         self._ranges = joint_ranges()
         self._flange = Flange(n)

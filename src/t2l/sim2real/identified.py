@@ -5,15 +5,15 @@ import numpy as np
 from t2l.control.position import pd_torque
 from t2l.sim2real.backend import Backend, State
 from t2l.sysid.parameters import Parameters
-from t2l.sysid.simulator import RATE_HZ, Simulator
+from t2l.sysid.simulator import Simulator
 
 
 class IdentifiedRobot(Backend):
     """`n` arms with parameters (7,) of a cell."""
 
-    def __init__(self, n: int, parameters: Parameters, rate_hz: float = RATE_HZ):
+    def __init__(self, n: int, parameters: Parameters, rate_hz: float):
         self.n, self.control_rate_hz = n, rate_hz
-        self._simulator = Simulator(n, rate_hz=rate_hz)
+        self._simulator = Simulator(n, rate_hz)
         self._simulator.set_parameters(parameters)
 
     def start(self, q: np.ndarray, kp: np.ndarray, kd: np.ndarray) -> State:

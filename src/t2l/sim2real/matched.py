@@ -40,12 +40,8 @@ class Deployment:
         cls, section: Mapping[str, Any], duration_s: float, rate_hz: float
     ) -> "Deployment":
         """What the `deployment` section of a checked configuration asks for."""
-        given = {
-            side: tuple(section[f"workspace_{side}_m"])
-            for side in ("lower", "upper")
-            if f"workspace_{side}_m" in section
-        }
-        return cls(section["rollouts"], duration_s, rate_hz, Workspace(**given))
+        lower, upper = (tuple(section[f"workspace_{side}_m"]) for side in ("lower", "upper"))
+        return cls(section["rollouts"], duration_s, rate_hz, Workspace(lower, upper))
 
 
 def matched_rollouts(

@@ -22,8 +22,8 @@ COMMAND_RATE_HZ = 50.0
 class Motion:
     """q_des = q0 + amplitude · sin(π k / 50) at step k of 50 Hz, on all joints: a period of 2 s."""
 
-    amplitude_rad: float = 0.1
-    duration_s: float = 4.0
+    amplitude_rad: float
+    duration_s: float
 
     def commands(self) -> np.ndarray:
         """(ncommand, 7) rad."""

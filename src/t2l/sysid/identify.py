@@ -8,7 +8,7 @@ import numpy as np
 from t2l.errors import T2LError
 from t2l.measurements.recording import Recording
 from t2l.sysid.parameters import BOX, TABLE, Parameters, decode, encode, on_bound
-from t2l.sysid.simulator import RATE_HZ, Simulator
+from t2l.sysid.simulator import Simulator
 from t2l.sysid.spectral import mean_squared_error, spectral_error
 
 
@@ -26,10 +26,10 @@ class Settings:
         rate_hz: of the simulator's physics.
     """
 
-    iterations: int = 200
-    population: int = 32
-    sigma: float = 3.0
-    rate_hz: float = RATE_HZ
+    iterations: int
+    population: int
+    sigma: float
+    rate_hz: float
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def identify(
     from cmaes import CMA  # with SciPy's statistics behind it, slow to import
 
     target = _target(recording, settings.rate_hz)
-    simulator = Simulator(settings.population, threads, settings.rate_hz)
+    simulator = Simulator(settings.population, settings.rate_hz, threads)
     bounds = np.tile([0.0, BOX], (len(TABLE) * len(recording.joints), 1))
     strategy = CMA(
         _first_guess(recording), settings.sigma, bounds, seed=seed,
@@ -88,7 +88,7 @@ def identify(
         losses.append(least)
         progress(iteration, least)
     parameters = {name: values[0] for name, values in decode(best[None]).items()}
-    q, dq = target.simulate(Simulator(1, 1, settings.rate_hz), parameters)
+    q, dq = target.simulate(Simulator(1, settings.rate_hz), parameters)
     mse = float(mean_squared_error(q[:, target.measured], target.q[target.measured])[0])
     return Identified(parameters, np.array(losses), mse, q[0], dq[0], on_bound(parameters))
 

@@ -28,7 +28,7 @@ class Simulator:
         timestep_s: of the physics.
     """
 
-    def __init__(self, n: int, threads: int = 1, rate_hz: float = RATE_HZ):
+    def __init__(self, n: int, rate_hz: float, threads: int = 1):
         self.n, self.timestep_s = n, 1.0 / rate_hz
         self.batch = make_batch(model(rate_hz), n, threads)
         # bound once: these are views that follow the batch

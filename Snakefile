@@ -1,0 +1,61 @@
+from snakemake.utils import min_version
+
+min_version("9.27")
+
+
+# a configuration that is given inherits nothing from this one
+if not workflow.overwrite_configfiles:
+
+    configfile: "config/config.yaml"
+
+
+report: "workflow/report/workflow.rst"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/demonstrations.smk"
+include: "workflow/rules/behaviour_cloning.smk"
+include: "workflow/rules/statistics.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/discrepancy.smk"
+include: "workflow/rules/sim_to_real.smk"
+
+
+localrules:
+    all,
+    diagnosis,
+    figures,
+    tables,
+
+
+rule all:
+    default_target: True
+    input:
+        FIGURES,
+        TRANSFER_FIGURES,
+        TABLES,
+        TRANSFER_TABLES,
+        EVERY_CELL,
+        EVERY_TRANSFER_CELL,
+        DIAGNOSIS_RESULTS,
+
+
+rule figures:
+    input:
+        FIGURES,
+        TRANSFER_FIGURES,
+        EVERY_CELL,
+        EVERY_TRANSFER_CELL,
+
+
+rule tables:
+    input:
+        TABLES,
+        TRANSFER_TABLES,
+        EVERY_CELL,
+        EVERY_TRANSFER_CELL,
+
+
+rule diagnosis:
+    input:
+        wanted_diagnosis,
