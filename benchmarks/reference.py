@@ -93,7 +93,7 @@ def _content(path: Path) -> Any:
     match path.suffix:
         case ".parquet":
             table = pd.read_parquet(path)
-            return {name: table[name].to_numpy() for name in table.columns if name not in TIMED}
+            return table[[name for name in table if name not in TIMED]]
         case ".npz":
             with np.load(path) as arrays:
                 return {name: arrays[name] for name in arrays.files}
@@ -103,11 +103,13 @@ def _content(path: Path) -> Any:
             return yaml.safe_load(path.read_text())
         case ".csv":
             table = pd.read_csv(path)
-            return {name: table[name].to_numpy() for name in table.columns if name not in TIMED}
+            return table[[name for name in table if name not in TIMED]]
     return path.read_text()
 
 
 def _equal(one: Any, other: Any) -> bool:
+    if isinstance(one, pd.DataFrame) and isinstance(other, pd.DataFrame):
+        return one.equals(other)
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_equal(one[k], other[k]) for k in one)
     if isinstance(one, list | np.ndarray) and isinstance(other, list | np.ndarray):
