@@ -39,14 +39,18 @@ def demonstrations(task):
     return demonstrate(task, count=8, max_attempts=16, rng=np.random.default_rng(7), threads=2)
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Files stay together where tests run side by side, and so do all that share one smoke run.
+def pytest_xdist_make_scheduler(config, log):
+    """Files stay together where tests run side by side, and so do all that share one smoke run."""
+    from xdist.scheduler import LoadScopeScheduling
 
-    That one takes longest, so it begins.
-    """
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            file = nodeid.split("::")[0]
+            return "workflow" if file.startswith("tests/workflow/") else file
+
+    return ByFile(config, log)
+
+
+def pytest_collection_modifyitems(items):
+    """What takes longest begins."""
     items.sort(key=lambda item: item.path.parent.name != "workflow")
-    for item in items:
-        folder = item.path.parent.name
-        group = folder if folder == "workflow" else str(item.path)
-        item.add_marker(pytest.mark.xdist_group(group))
