@@ -17,7 +17,7 @@ include: "workflow/rules/demonstrations.smk"
 include: "workflow/rules/behaviour_cloning.smk"
 include: "workflow/rules/statistics.smk"
 include: "workflow/rules/figures.smk"
-include: "workflow/rules/discrepancy.smk"
+include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/sim_to_real.smk"
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from mujoco.batch import MODEL_FIELDS, Batch
 
-from t2l.discrepancy.prediction import Predictor, Request
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
+from t2l.identify.prediction import Predictor, Request
 from t2l.sim import make_batch
 from t2l.sim.servo import ServoLoop
 

@@ -17,15 +17,15 @@ from mujoco.batch import Batch
 
 from benchmarks import mujoco_sysid, recordings
 from benchmarks.bare_step import replays
-from t2l.discrepancy.diagnose import diagnose
-from t2l.discrepancy.evidence import gather
-from t2l.discrepancy.fit import Fit
-from t2l.discrepancy.fit import run as run_fits
-from t2l.discrepancy.prediction import Predictor, Request
-from t2l.discrepancy.together import read_together
+from t2l.diagnose.evidence import gather
+from t2l.diagnose.inputs import read_together
+from t2l.diagnose.ranking import diagnose
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from t2l.measurements.recording import Recording
+from t2l.identify.least_squares import Fit
+from t2l.identify.least_squares import run as run_fits
+from t2l.identify.prediction import Predictor, Request
+from t2l.recordings.recording import Recording
 
 COMPARE_S, EXPLAIN_S, DIAGNOSE_S = 10, 600, 60
 HELD_OUT_CELLS = 10

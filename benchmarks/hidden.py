@@ -92,10 +92,10 @@ def code_key() -> str:
 def explained(folder: Path) -> dict:
     """Explain the recordings of `folder` as a user would, and fit what was really hidden."""
     # here, so that listing cases does not import the simulator in the parent
-    from t2l.discrepancy.accuracy import substeps_for
-    from t2l.discrepancy.evidence import gather
-    from t2l.discrepancy.explain import explain
-    from t2l.discrepancy.together import read_together
+    from t2l.diagnose.evidence import gather
+    from t2l.diagnose.forward_selection import explain
+    from t2l.diagnose.inputs import read_together
+    from t2l.identify.step_size import substeps_for
 
     began = perf_counter()
     truth = yaml.safe_load((folder / "truth.yaml").read_text())
@@ -144,7 +144,7 @@ def oracle(model, evidence, hidden: list[str], ranking: list[dict]) -> float | N
 
 def _in_turn(model, evidence, names: Sequence[str]) -> float | None:
     """Held-out RMSE in rad with these effects adopted in this order; None if one cannot be."""
-    from t2l.discrepancy.diagnose import adopt, diagnose
+    from t2l.diagnose.ranking import adopt, diagnose
 
     error, known = None, model.known_effects()
     for name in names:

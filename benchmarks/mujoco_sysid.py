@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from mujoco import sysid
 
-from t2l.measurements.recording import Recording
+from t2l.recordings.recording import Recording
 
 TIMESTEP_S = 0.001
 MAX_ITERATIONS = 200

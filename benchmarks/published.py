@@ -18,10 +18,10 @@ from scipy.stats import spearmanr
 from benchmarks.scene import ROOT, paper
 from t2l.artefacts import write_text
 from t2l.gains import Cell, Grid
-from t2l.measurements.log import read_recording
+from t2l.identify.actuators import Settings, identify
+from t2l.recordings.log import read_recording
 from t2l.seeds import seed_sequence
 from t2l.stats.transfer import transfer_table
-from t2l.sysid.identify import Settings, identify
 
 FOLDER = ROOT / "results/bench/published"
 PROCESSES = 2

@@ -23,12 +23,12 @@ from benchmarks.hidden_effects.effects import (
 from benchmarks.hidden_effects.generator import record, write
 from benchmarks.scene import ROOT
 from t2l.artefacts import whole
-from t2l.discrepancy.prediction import Predictor, Request
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.gains import Cell
-from t2l.measurements.log import read_recordings, write_recording
-from t2l.measurements.recording import Recording
+from t2l.identify.prediction import Predictor, Request
+from t2l.recordings.log import read_recordings, write_recording
+from t2l.recordings.recording import Recording
 from t2l.robots import fr3
 
 FOLDER = ROOT / "results/bench"

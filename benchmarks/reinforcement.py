@@ -18,6 +18,9 @@ from stable_baselines3.common.vec_env import SubprocVecEnv, VecNormalize
 from benchmarks.gymnasium_reach import GymnasiumReach
 from benchmarks.scene import configuration
 from t2l.gains import Cell
+from t2l.hardware.backends import obtain_recording
+from t2l.hardware.motion import Motion
+from t2l.identify import actuators as identification
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.constraints import Evaluation
@@ -26,9 +29,6 @@ from t2l.rl.settings import Search, Settings
 from t2l.rl.train import ROLLOUT_STEPS, _ppo, train
 from t2l.rl.tune import SELECTING_EPISODES, first_guess
 from t2l.seeds import seed_sequence
-from t2l.sim2real.recording import Motion
-from t2l.sim2real.robots import obtain_recording
-from t2l.sysid import identify as identification
 
 CORES = len(os.sched_getaffinity(0))
 CENTRE = Cell(128, 8)

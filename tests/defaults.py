@@ -1,9 +1,9 @@
 """Settings with the defaults of the configuration, where a test does not say otherwise."""
 
 from t2l.config import effective
+from t2l.hardware.guard import Workspace
+from t2l.identify import actuators as identify
 from t2l.rl.settings import Search, Settings
-from t2l.sim2real.guard import Workspace
-from t2l.sysid import identify
 
 DEFAULTS = effective({"study": "tests"})
 WORKSPACE = Workspace(

@@ -26,21 +26,21 @@ from t2l.artefacts import (
     write_table,
     write_text,
 )
-from t2l.discrepancy.traces import TRACES, read_traces
+from t2l.diagnose.traces import TRACES, read_traces
 from t2l.errors import ArtefactError, OutputError
 from t2l.figures import style
 from t2l.gains import Cell
+from t2l.identify.actuators import Identified
+from t2l.identify.artefacts import read_parameters, summary, write_parameters
 from t2l.policies import checkpoint
 from t2l.policies.chunk_cvae import Architecture, ChunkCVAE
 from t2l.rl import policy as policies
 from t2l.rl.choice import Choice
 from t2l.rl.chosen import read_chosen, write_chosen
 from t2l.rl.constraints import NAMES, Evaluation
-from t2l.sysid.artefacts import read_parameters, summary, write_parameters
-from t2l.sysid.identify import Identified
-from tests.figures.findings import compared
+from tests.report.findings import compared
 from tests.rl.test_environments import PARAMETERS
-from tests.sim2real.test_deploy import proportional
+from tests.transfer.test_deploy import proportional
 
 
 def test_a_failure_half_way_leaves_what_was_there(tmp_path):

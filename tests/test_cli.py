@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from t2l.cli.main import COMMANDS, main
-from t2l.discrepancy.model import read_model
 from t2l.effects.registry import builtin
-from t2l.measurements import write_recording
-from tests.discrepancy.made import pendulum, recording, swing, swings
+from t2l.identify.model import read_model
+from t2l.recordings import write_recording
+from tests.diagnose.made import pendulum, recording, swing, swings
 from tests.effects.test_registry import RUBBER
 
 COULOMB = {"coulomb_friction": {"torque": {"hinge": 0.05}}}

@@ -9,11 +9,15 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = [
-    {"cli", "figures", "stats", "config"},
-    {"bc", "discrepancy", "rl", "sim2real"},
-    {"demos", "policies", "effects", "sysid"},
-    {"tasks", "measurements"},
-    {"robots", "control", "gains", "sim"},
+    {"cli", "config", "figures", "report", "stats"},
+    {"bc", "diagnose", "rl", "transfer"},
+    {"identify"},
+    {"demos", "policies", "effects"},
+    {"tasks"},
+    {"actions"},
+    {"hardware", "recordings"},
+    {"robots"},
+    {"gains", "sim"},
     {"artefacts", "documents", "errors", "jobs", "names", "outputs", "seeds", "typed", "version"},
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

@@ -16,14 +16,14 @@ import pytest
 import yaml
 
 from t2l.cli.main import main
-from t2l.discrepancy.evidence import gather
-from t2l.discrepancy.explain import fingerprint
-from t2l.discrepancy.together import read_together
-from t2l.measurements import write_recording
-from t2l.measurements.record import write_or_keep
+from t2l.diagnose.evidence import gather
+from t2l.diagnose.forward_selection import fingerprint
+from t2l.diagnose.inputs import read_together
+from t2l.hardware.record import write_or_keep
 from t2l.outputs import MARK
+from t2l.recordings import write_recording
 from t2l.robots import plant
-from tests.discrepancy.made import recording, swings
+from tests.diagnose.made import recording, swings
 from tests.effects.test_registry import RUBBER
 from tests.fuzz.harness import snapshot
 from tests.fuzz.test_plans import PLAN
@@ -175,7 +175,7 @@ def test_the_library_is_part_of_the_key(home, monkeypatch):
     model, recordings, _ = read_together(["logs"])
     evidence = gather(model.robot, recordings)
     before = fingerprint(model, evidence)
-    monkeypatch.setattr("t2l.discrepancy.explain.library", lambda: "t2l 99")
+    monkeypatch.setattr("t2l.diagnose.forward_selection.library", lambda: "t2l 99")
     assert fingerprint(model, evidence) != before
 
 
@@ -214,7 +214,7 @@ def test_a_plan_never_records_outside_its_folder(home, name, said):
 def test_nothing_moves_where_a_recording_cannot_be_written(home, out, monkeypatch):
     Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "name": "kp20", "address": "simulation"}))
     Path("file").touch()
-    monkeypatch.setattr("t2l.measurements.record.franka_arm", lambda *_: pytest.fail("it moved"))
+    monkeypatch.setattr("t2l.hardware.record.franka_arm", lambda *_: pytest.fail("it moved"))
     assert out in refused("record", "plan.yaml", "--out", out)
 
 
@@ -236,8 +236,8 @@ def test_an_address_that_swallows_everything_is_told_soon(home, monkeypatch):
         for each in waiting:
             each.setblocking(False)
             each.connect_ex(deaf.getsockname())
-        monkeypatch.setattr("t2l.measurements.franka.FCI_PORT", deaf.getsockname()[1])
-        monkeypatch.setattr("t2l.measurements.franka.ANSWER_S", 0.5)
+        monkeypatch.setattr("t2l.hardware.franka_arm.FCI_PORT", deaf.getsockname()[1])
+        monkeypatch.setattr("t2l.hardware.franka_arm.ANSWER_S", 0.5)
         Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "address": "127.0.0.1"}))
         said = refused("record", "plan.yaml", "--out", "out", "--yes")
         for each in waiting:

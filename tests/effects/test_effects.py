@@ -8,10 +8,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from t2l.discrepancy.prediction import Predictor, Request
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from tests.discrepancy.made import (
+from t2l.identify.prediction import Predictor, Request
+from tests.diagnose.made import (
     ARMATURE,
     DAMPING,
     GRAVITY,

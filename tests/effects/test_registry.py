@@ -3,12 +3,12 @@ import textwrap
 import numpy as np
 import pytest
 
-from t2l.discrepancy.diagnose import MISSING, adopt, diagnose
-from t2l.discrepancy.evidence import gather
-from t2l.discrepancy.model import Model, read_model, write_model
+from t2l.diagnose.evidence import gather
+from t2l.diagnose.ranking import MISSING, adopt, diagnose
 from t2l.effects.registry import builtin, load
 from t2l.errors import ConfigurationError
-from tests.discrepancy.made import predict, spinner, swings
+from t2l.identify.model import Model, read_model, write_model
+from tests.diagnose.made import predict, spinner, swings
 
 RUBBER = '''
 """A rubber cord that pulls a joint back to zero."""

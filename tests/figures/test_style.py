@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from t2l.figures import discrepancy, heatmap, style
-from t2l.figures.report import write_report
-from t2l.figures.report.artefacts import Compared, read_found
+from t2l.figures import diagnosis, heatmap, style
 from t2l.gains import Grid
-from tests.figures.findings import compared, diagnosis
+from t2l.report import write_report
+from t2l.report.artefacts import Compared, read_found
+from tests.report.findings import compared, diagnosis
 
 NAMES = {
     "formula": r"$\frac{$",
@@ -61,7 +61,7 @@ def test_every_name_of_an_effect_can_be_drawn(tmp_path, name):
         {"effect": None, "train_rmse_q_rad": 0.02, "heldout_rmse_q_rad": 0.01},
         {"effect": name, "train_rmse_q_rad": 2e-4, "heldout_rmse_q_rad": 1e-4},
     ]
-    figures = [discrepancy.ranking(content), discrepancy.error_falling(steps, 5e-5)]
+    figures = [diagnosis.ranking(content), diagnosis.error_falling(steps, 5e-5)]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for figure in figures:

@@ -4,13 +4,13 @@ import logging
 
 import pytest
 
-from t2l.discrepancy.evidence import gather
-from t2l.discrepancy.model import Model
-from t2l.discrepancy.scan import first_guesses
+from t2l.diagnose.evidence import gather
+from t2l.diagnose.first_guesses import first_guesses
 from t2l.effects.registry import load
 from t2l.effects.term import Layout
 from t2l.errors import T2LError
-from tests.discrepancy.made import pendulum, swings
+from t2l.identify.model import Model
+from tests.diagnose.made import pendulum, swings
 from tests.effects.test_registry import RUBBER
 from tests.fuzz.harness import check
 

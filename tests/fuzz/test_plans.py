@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from t2l.cli.main import main
-from t2l.measurements.importers.csv_mapping import MappingFile
-from t2l.measurements.importers.lerobot import Info
-from t2l.measurements.plan import PlanFile
+from t2l.hardware.plan import PlanFile
+from t2l.recordings.importers.csv_mapping import MappingFile
+from t2l.recordings.importers.lerobot import Info
 from tests.conftest import ROOT
 from tests.fuzz.generate import as_bytes, damaged, spoilt
 from tests.fuzz.harness import check
 from tests.fuzz.test_recordings import CELLS, QUIET
-from tests.measurements.importers import test_csv_mapping
+from tests.recordings.importers import test_csv_mapping
 
 PLAN = yaml.safe_load((ROOT / "examples/record_fr3.yaml").read_text())
 PLAN["excitation"]["duration_s"] = 2

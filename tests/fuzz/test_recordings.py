@@ -10,11 +10,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from t2l.cli.main import main
-from t2l.discrepancy.compare import compare
-from t2l.discrepancy.model import ModelFile
-from t2l.discrepancy.together import read_together
-from t2l.measurements.metadata import Metadata
-from tests.discrepancy.made import pendulum
+from t2l.diagnose.compare import compare
+from t2l.diagnose.inputs import read_together
+from t2l.identify.model import ModelFile
+from t2l.recordings.metadata import Metadata
+from tests.diagnose.made import pendulum
 from tests.fuzz.generate import as_bytes, damaged, spoilt
 from tests.fuzz.harness import check
 

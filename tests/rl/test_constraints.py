@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from t2l.rl.constraints import NAMES, TOLERATED, Evaluation, violations
-from t2l.rl.reach import CENTRE, joint_ranges
+from t2l.tasks.reach import CENTRE, joint_ranges
 
 share = st.floats(0, 1)
 

@@ -3,10 +3,10 @@ import pytest
 
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
+from t2l.identify.training_simulator import Simulator
 from t2l.rl.constraints import NAMES
 from t2l.rl.environments import ReachEnvironments
-from t2l.rl.reach import CENTRE, EndEffectorReach, JointReach
-from t2l.sysid.simulator import Simulator
+from t2l.tasks.reach import CENTRE, EndEffectorReach, JointReach
 
 CELL = Cell(128, 16)
 PARAMETERS = {

@@ -6,7 +6,7 @@ from hypothesis.extra.numpy import arrays
 
 from t2l.errors import ConfigurationError
 from t2l.rl.interface import command, per_joint, steps_held
-from t2l.rl.reach import CENTRE, joint_ranges
+from t2l.tasks.reach import CENTRE, joint_ranges
 
 ACTIONS = arrays(float, (3, 7), elements=st.floats(-1, 1))
 

@@ -3,7 +3,7 @@ import pytest
 
 from t2l.errors import ArtefactError
 from t2l.rl.policy import load
-from tests.sim2real.test_deploy import proportional
+from tests.transfer.test_deploy import proportional
 
 LAYERS = {
     "mean": np.zeros(28), "deviation": np.ones(28), "action_scale": np.ones(2),

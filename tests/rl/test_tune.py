@@ -18,9 +18,9 @@ from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.outcome import TuningError, UnfinishedError, best
 from t2l.rl.problem import Problem
-from t2l.rl.reach import CENTRE
 from t2l.rl.trials import StorageError, count, open_study, requeue_abandoned, sign, table
 from t2l.rl.tune import first_guess, work
+from t2l.tasks.reach import CENTRE
 from tests.defaults import learning, search
 from tests.rl.test_environments import PARAMETERS
 

@@ -5,11 +5,11 @@ import pytest
 from benchmarks.hidden_effects.cases import ROBOTS
 from scipy.integrate import solve_ivp
 
-from t2l.discrepancy.prediction import Predictor, Request
 from t2l.effects.term import Layout
+from t2l.identify.prediction import Predictor, Request
 from t2l.robots import plant
 from t2l.sim.servo import Schedule, ServoLoop
-from tests.discrepancy.made import (
+from tests.diagnose.made import (
     DAMPING,
     INERTIA,
     WEIGHT,

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from t2l.discrepancy.accuracy import substeps_for
-from t2l.discrepancy.compare import compare, write
-from t2l.discrepancy.together import read_together
+from t2l.diagnose.compare import compare, write
+from t2l.diagnose.inputs import read_together
+from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
 
 with job(snakemake.log[0]):

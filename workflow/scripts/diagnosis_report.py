@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from t2l.figures.discrepancy import draw_explanation
-from t2l.figures.report import write_report
+from t2l.figures.diagnosis import draw_explanation
 from t2l.jobs import job
+from t2l.report import write_report
 
 with job(snakemake.log[0]):
     folder = Path(snakemake.output.page).parent

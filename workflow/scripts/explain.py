@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from t2l.discrepancy.accuracy import substeps_for
-from t2l.discrepancy.evidence import gather
-from t2l.discrepancy.explain import explain, write_explanation
-from t2l.discrepancy.together import read_together
+from t2l.diagnose.evidence import gather
+from t2l.diagnose.forward_selection import explain, write_explanation
+from t2l.diagnose.inputs import read_together
+from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
 
 with job(snakemake.log[0]):

@@ -4,8 +4,8 @@ from t2l.artefacts import read_table
 from t2l.figures.identification import CELL_COLUMNS, overlays, residual_error
 from t2l.figures.style import write
 from t2l.gains import Grid
+from t2l.identify.artefacts import LOSS_COLUMNS, TRACE_COLUMNS
 from t2l.jobs import job
-from t2l.sysid.artefacts import LOSS_COLUMNS, TRACE_COLUMNS
 
 with job(snakemake.log[0]):
     grid = Grid.from_section(snakemake.params.grid)

@@ -3,11 +3,11 @@
 import logging
 
 from t2l.gains import Cell
+from t2l.identify.actuators import Settings, identify
+from t2l.identify.artefacts import write_losses, write_parameters, write_trace
 from t2l.jobs import job
-from t2l.measurements.log import read_recording
+from t2l.recordings.log import read_recording
 from t2l.seeds import seed_sequence
-from t2l.sysid.artefacts import write_losses, write_parameters, write_trace
-from t2l.sysid.identify import Settings, identify
 
 with job(snakemake.log[0]):
     log = logging.getLogger("t2l.identify")

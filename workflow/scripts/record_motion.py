@@ -1,10 +1,10 @@
 """Record one cell's identification motion."""
 
 from t2l.gains import Cell
+from t2l.hardware.backends import obtain_recording
+from t2l.hardware.motion import Motion
 from t2l.jobs import job
-from t2l.measurements.log import write_recording
-from t2l.sim2real.recording import Motion
-from t2l.sim2real.robots import obtain_recording
+from t2l.recordings.log import write_recording
 
 with job(snakemake.log[0]):
     cell = Cell.from_name(snakemake.wildcards.cell)

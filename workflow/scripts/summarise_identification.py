@@ -1,8 +1,8 @@
 """Gather what was identified, one row a cell."""
 
 from t2l.artefacts import write_table
+from t2l.identify.artefacts import summarise
 from t2l.jobs import job
-from t2l.sysid.artefacts import summarise
 
 with job(snakemake.log[0]):
     write_table(summarise(snakemake.input), snakemake.output[0])

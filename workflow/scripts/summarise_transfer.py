@@ -5,8 +5,8 @@ import pandas as pd
 from t2l.artefacts import read_table, write_table
 from t2l.jobs import job
 from t2l.rl.chosen import read_chosen
-from t2l.sim2real.summary import cell_table
-from t2l.sim2real.transfer import ROLLOUT_COLUMNS
+from t2l.transfer.errors import ROLLOUT_COLUMNS
+from t2l.transfer.summary import cell_table
 
 with job(snakemake.log[0]):
     rollouts = [read_table(path, ROLLOUT_COLUMNS) for path in snakemake.input.rollouts]

@@ -1,13 +1,13 @@
 """Train with a cell's chosen action scales from another seed, if they passed."""
 
 from t2l.artefacts import write_table
+from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.rl.chosen import read_chosen
 from t2l.rl.condition import Condition
 from t2l.rl.problem import Problem
 from t2l.rl.settings import Settings
 from t2l.rl.training_curves import curve, no_curve
-from t2l.sysid.artefacts import read_parameters
 
 with job(snakemake.log[0]):
     params = snakemake.params

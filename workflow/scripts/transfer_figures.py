@@ -5,7 +5,7 @@ from t2l.figures import transfer
 from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
-from t2l.sim2real.summary import best_and_worst
+from t2l.transfer.summary import best_and_worst
 
 with job(snakemake.log[0]):
     given, output = snakemake.input, snakemake.output

@@ -7,13 +7,13 @@ import torch
 
 from t2l.artefacts import write_text
 from t2l.gains import Cell
+from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.rl.condition import Condition
 from t2l.rl.problem import Problem
 from t2l.rl.settings import Search, Settings
 from t2l.rl.trials import open_study
 from t2l.rl.tune import work
-from t2l.sysid.artefacts import read_parameters
 
 with job(snakemake.log[0]):
     torch.set_num_threads(snakemake.threads)

@@ -21,10 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Compare, write, and say where most of the error is."""
     from t2l.cli.inputs import log_output, read_inputs
-    from t2l.discrepancy.accuracy import substeps_for
-    from t2l.discrepancy.compare import compare, write
-    from t2l.figures.discrepancy import draw_comparison
-    from t2l.figures.report import write_report
+    from t2l.diagnose.compare import compare, write
+    from t2l.figures.diagnosis import draw_comparison
+    from t2l.identify.step_size import substeps_for
+    from t2l.report import write_report
 
     model, recordings, _ = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, recordings) as out:

@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> None:
         RecordingError: the mapping or a table is wrong; nothing is written.
     """
     from t2l.cli.recordings import write_recordings
-    from t2l.measurements.importers import read_mapped, read_mapping
+    from t2l.recordings.importers import read_mapped, read_mapping
 
     gains = {key: value for key in ("kp", "kd") if (value := getattr(arguments, key)) is not None}
     mapping = read_mapping(arguments.mapping, **gains)

@@ -59,8 +59,8 @@ def run(arguments: argparse.Namespace) -> None:
         RecordingError: the data set or an option is wrong; nothing is written.
     """
     from t2l.cli.recordings import write_recordings
-    from t2l.measurements.importers import read_lerobot
-    from t2l.measurements.recording import KNOWN_ROBOTS
+    from t2l.recordings.importers import read_lerobot
+    from t2l.recordings.recording import KNOWN_ROBOTS
 
     known = arguments.robot in KNOWN_ROBOTS
     controller = {

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from t2l.discrepancy.model import Model
-from t2l.measurements.recording import Recording
+from t2l.identify.model import Model
 from t2l.outputs import output_folder
+from t2l.recordings.recording import Recording
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
@@ -74,7 +74,7 @@ def read_inputs(
     Raises:
         T2LError: a file is wrong, the recordings do not belong together or do not fit the robot.
     """
-    from t2l.discrepancy.together import read_together
+    from t2l.diagnose.inputs import read_together
 
     held = [path for group in getattr(arguments, "holdout", []) for path in group]
     return read_together(arguments.logs, held, arguments.model, arguments.effects)

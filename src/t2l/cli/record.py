@@ -35,10 +35,10 @@ def run(arguments: argparse.Namespace) -> None:
         RecordingError: the configuration is wrong or the robot stopped; what was recorded before
             is kept.
     """
-    from t2l.measurements.log import TABLES
-    from t2l.measurements.plan import SIMULATION, read_plan
-    from t2l.measurements.record import needed_bytes, record
+    from t2l.hardware.plan import SIMULATION, read_plan
+    from t2l.hardware.record import needed_bytes, record
     from t2l.outputs import check_space, output_folder
+    from t2l.recordings.log import TABLES
 
     plan = read_plan(arguments.config)
     names = [setting.name for setting in plan.settings]

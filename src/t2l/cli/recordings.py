@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from t2l.errors import RecordingError
-from t2l.measurements.log import TABLES, write_recording
-from t2l.measurements.recording import Recording
 from t2l.outputs import output_folder
+from t2l.recordings.log import TABLES, write_recording
+from t2l.recordings.recording import Recording
 
 
 def write_recordings(

@@ -7,7 +7,7 @@ from pathlib import Path
 from t2l.config.models import Diagnosis, Robot
 from t2l.effects.registry import python_files
 from t2l.gains import Cell
-from t2l.measurements import log
+from t2l.recordings import log
 from t2l.typed import Problem, describe
 
 RECORDING = "a recording, or a folder with at least one"

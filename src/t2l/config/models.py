@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from t2l.config.quantities import AscendingGains, Bounds, Gains, Paths, Point, Positive, Text
-from t2l.rl.reach import EndEffectorReach
 from t2l.rl.settings import JOURNAL
+from t2l.tasks.reach import EndEffectorReach
 from t2l.typed import Integer, Name, Number, Typed, Unique, refuse
 
 # random generators take 32 bits, and training adds to it

@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping
 
 from t2l.config.cells import grid_of
 from t2l.config.models import Configuration
-from t2l.measurements.franka import SIMULATION
-from t2l.rl.reach import TASKS
+from t2l.hardware.franka_arm import SIMULATION
 from t2l.sim.batch import TIMESTEP_S
-from t2l.sim2real.deploy import LOG_RATE_HZ
 from t2l.tasks import Task
+from t2l.tasks.reach import TASKS
+from t2l.transfer.deploy import LOG_RATE_HZ
 from t2l.typed import Problem, describe, suggestion
 
 SIMULATION_RATE_HZ = round(1 / TIMESTEP_S)

@@ -7,7 +7,7 @@ from typing import Any
 from t2l.documents import read_yaml
 from t2l.effects.registry import python_files
 from t2l.errors import T2LError
-from t2l.measurements import log
+from t2l.recordings import log
 from t2l.robots import plant
 
 

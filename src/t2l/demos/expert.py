@@ -5,15 +5,15 @@ import numpy as np
 from mujoco.batch import Batch
 from scipy.spatial.transform import Rotation
 
-from t2l.control.operational_space import (
-    OperationalSpaceGains,
-    operational_space_torque,
-    rotation_error,
-)
 from t2l.demos.demonstration import Demonstration
 from t2l.errors import ExpertError
 from t2l.sim import apply_torque_control, make_batch, step
 from t2l.sim.batch import TIMESTEP_S
+from t2l.sim.controllers.operational_space import (
+    OperationalSpaceGains,
+    operational_space_torque,
+    rotation_error,
+)
 from t2l.tasks import Task
 from t2l.tasks.waypoints import Motion, Waypoint, motion_through, padded
 

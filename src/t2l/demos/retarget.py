@@ -1,6 +1,6 @@
 """Torque-to-position retargeting (TPR): the position commands that reproduce a torque trajectory.
 
-The PD law of `t2l.control.position`, solved for its command:
+The PD law of `t2l.sim.controllers.position`, solved for its command:
 
     q_des = q + Kp⁻¹ (τ + Kd q̇)
 

@@ -79,7 +79,7 @@ class Effect(ABC):
         signature: how it shows in a recording, in a sentence that can follow "because".
         source: where its equation comes from.
         contains: effects that it becomes for some values of its parameters.
-        follows: the condition (see `t2l.discrepancy.conditions`) that its error follows.
+        follows: the condition (see `t2l.diagnose.conditions`) that its error follows.
         rough_error: the error has many small minima over the parameters, so that derivatives lead
             only to the nearest.
         coupled: a joint's parameters move other joints about as much as its own, so that each

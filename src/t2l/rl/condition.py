@@ -11,7 +11,7 @@ class Condition:
 
     Attributes:
         name: of its folder.
-        task: a name in `t2l.rl.reach.TASKS`.
+        task: a name in `t2l.tasks.reach.TASKS`.
         policy_rate_hz: how often the policy acts, in simulation and on the robot.
         randomisation: by which fraction parameters differ from environment to environment while
             training.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.measurements.limits import FR3_VELOCITY_LIMIT
+from t2l.hardware.limits import FR3_VELOCITY_LIMIT
 from t2l.robots.fr3 import TORQUE_LIMIT
 
 NAMES = ("position", "velocity", "torque", "torque_rate")

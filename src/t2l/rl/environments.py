@@ -12,16 +12,16 @@ import numpy as np
 from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv
 
-from t2l.control.position import pd_torque
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
+from t2l.identify.actuator_parameters import Parameters
+from t2l.identify.training_simulator import Simulator
 from t2l.rl.constraints import NAMES, violations
 from t2l.rl.interface import command, observe, per_joint, steps_held
-from t2l.rl.kinematics import SITE, flange_pose
-from t2l.rl.reach import Reach, joint_ranges
 from t2l.robots.fr3 import JOINTS
-from t2l.sysid.parameters import Parameters
-from t2l.sysid.simulator import Simulator
+from t2l.robots.kinematics import SITE, flange_pose
+from t2l.sim.controllers.position import pd_torque
+from t2l.tasks.reach import Reach, joint_ranges
 
 STAGGER = 10  # steps between instants at which episodes end: resets are dear one by one
 

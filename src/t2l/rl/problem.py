@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from t2l.gains import Cell
+from t2l.identify.actuator_parameters import Parameters
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
-from t2l.rl.reach import make_task
 from t2l.rl.settings import Search, Settings
-from t2l.sysid.parameters import Parameters
+from t2l.tasks.reach import make_task
 
 if TYPE_CHECKING:
     from t2l.rl.environments import ReachEnvironments

@@ -1,1 +1,0 @@
-"""Controllers: functions of states to torques."""

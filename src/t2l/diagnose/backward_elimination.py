@@ -1,0 +1,118 @@
+"""Take back effects that later ones made superfluous."""
+
+from functools import partial
+
+import numpy as np
+
+from t2l.diagnose.candidate import TIED
+from t2l.diagnose.coarse import coarser
+from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.first_guesses import first_guesses
+from t2l.diagnose.racing import fit_fully, moves_together
+from t2l.effects.term import Layout
+from t2l.identify.least_squares import Fit, drop_hopeless, run
+from t2l.identify.model import Model, from_vector
+from t2l.identify.prediction import Predictor, Request
+
+ITERATIONS = 6
+NEARLY = 1.5  # times the loss of the model on some recordings; more is not made good on others
+
+
+def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
+    """Drop each effect, or replace it by one that it contains, where that costs nothing held out.
+
+    An early effect may have stood in for one that was found later.
+
+    Returns:
+        The model and the names of effects that were dropped or replaced.
+    """
+    joints = evidence.train.joints
+    evidence = coarser(evidence, *model.vector(joints))
+    gone: list[str] = []
+    while True:
+        layout, u = model.vector(joints)
+        limit = (1 + TIED) ** 2 * _heldout(evidence, layout, u)
+        trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
+        if evidence.draft is not evidence.train:
+            best = _fit_all(trials, evidence.screen, evidence.screen_mask, layout, u)
+            trials = [(name, fit.again()) for name, fit in trials if fit.loss < NEARLY * best]
+        _fit_all(trials, evidence.shortlist, evidence.shortlist_mask, layout, u)
+        kept = [
+            (_heldout(evidence, fit.layout, fit.u), name, fit)
+            for name, fit in trials
+            if np.isfinite(fit.loss)
+        ]
+        kept = [entry for entry in kept if entry[0] <= limit]
+        if not kept:
+            return model, gone
+        _, name, fit = min(kept, key=lambda entry: (len(entry[2].layout), entry[0]))
+        if evidence.shortlist is not evidence.train:
+            fit = fit_fully({name: fit}, [name], evidence)[name]
+        model = from_vector(model, fit.layout, fit.u, joints)
+        gone.append(name)
+
+
+def _fit_all(
+    trials: list[tuple[str, Fit]],
+    predictor: Predictor,
+    mask: np.ndarray,
+    layout: Layout,
+    u: np.ndarray,
+) -> float:
+    """Fit the trials to the samples; the loss there of the model they are trials for."""
+    best = _loss(predictor, mask, layout, u)
+    run([fit for _, fit in trials], predictor, mask, ITERATIONS, partial(drop_hopeless, best=best))
+    return best
+
+
+def _without_one(layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> list[tuple[str, Fit]]:
+    if len(layout.terms) < 2:
+        return []
+    values = _values(layout, u)
+    return [
+        (
+            term.effect.name,
+            _fit(Layout([t for t in layout.terms if t is not term]), values, joints),
+        )
+        for term in layout.terms
+    ]
+
+
+def _with_simpler(
+    model: Model, layout: Layout, u: np.ndarray, evidence: Evidence
+) -> list[tuple[str, Fit]]:
+    known, trials = model.known_effects(), []
+    present = {term.effect.name for term in layout.terms}
+    for term in layout.terms:
+        simpler = [known[n] for n in term.effect.contains if n in known and n not in present]
+        rest = Layout([t for t in layout.terms if t is not term])
+        values = _values(layout, u)
+        guesses = first_guesses(
+            evidence.screen, evidence.screen_mask, rest, rest.encode(values), simpler
+        )
+        for with_simpler, start, _ in guesses.values():
+            fit = _fit(with_simpler, _values(with_simpler, start), evidence.train.joints)
+            trials.append((term.effect.name, fit))
+    return trials
+
+
+def _values(layout: Layout, u: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
+    return {
+        name: {parameter: value[0] for parameter, value in parameters.items()}
+        for name, parameters in layout.decode(u[None]).items()
+    }
+
+
+def _fit(layout: Layout, values, joints: tuple[str, ...]) -> Fit:
+    u = layout.encode(values)
+    return Fit(layout, u, np.maximum(np.abs(u), 1e-3), moves_together(joints))
+
+
+def _heldout(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:
+    return _loss(evidence.holdout, evidence.holdout_mask, layout, u)
+
+
+def _loss(predictor: Predictor, mask: np.ndarray, layout: Layout, u: np.ndarray) -> float:
+    """Mean squared error, rad²."""
+    q = predictor.predict([Request(layout, u[None])])[0][0]
+    return float(np.mean((q - predictor.samples.q)[mask] ** 2))

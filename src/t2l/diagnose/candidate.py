@@ -1,0 +1,123 @@
+"""Effects that were fitted, and which of them to believe first."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from t2l.effects.effect import Effect
+from t2l.effects.term import Layout, Term
+from t2l.identify.block_bootstrap import Improvement
+from t2l.identify.least_squares import Fit
+from t2l.identify.uncertainty import Uncertainty
+
+LEAST_IMPROVEMENT = 0.05  # of the held-out error; less is no finding
+# an effect that acts in few blocks leaves a resample without them as it was
+HARMLESS = -0.005
+TIED = 0.03  # of the held-out error between effects that explain alike
+
+
+@dataclass
+class Candidate:
+    """The model so far with one more effect, fitted.
+
+    Attributes:
+        layout, u: the terms and their parameters, adopted ones included.
+        train_rmse_rad, heldout_rmse_rad: errors with it.
+        improvement: over the model so far, held out.
+        residual: (nsample,) of the held-out samples that are judged.
+        uncertainty: intervals of u.
+        tied_with: names of effects that explain as well.
+        partner: the effect with which it explains far more than either alone.
+        together: improvement of the two over the model so far, held out.
+        why: a sentence for people.
+    """
+
+    effect: Effect
+    layout: Layout
+    u: np.ndarray
+    train_rmse_rad: float
+    heldout_rmse_rad: float
+    improvement: Improvement
+    residual: np.ndarray
+    uncertainty: Uncertainty | None = None
+    tied_with: list[str] = field(default_factory=list)
+    partner: str | None = None
+    together: Improvement | None = None
+    why: str = ""
+
+    @property
+    def term(self) -> Term:
+        """The effect on the joints that have it."""
+        return next(t for t in self.layout.terms if t.effect.name == self.effect.name)
+
+    @property
+    def justified(self) -> bool:
+        """Whether it, or it with its partner, earns its place on data it has not seen."""
+        return _earns(self.improvement) or (self.together is not None and _earns(self.together))
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two effects that explain together what neither does alone, and their fit."""
+
+    first: str
+    second: str
+    fit: Fit
+
+    def partner(self, name: str) -> str:
+        """The other one."""
+        return self.second if name == self.first else self.first
+
+
+def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Best first by held-out error; among equals the one with fewer parameters."""
+    left = sorted(candidates, key=lambda c: c.heldout_rmse_rad)
+    ranking = []
+    while left:
+        best = left[0].heldout_rmse_rad
+        alike = [c for c in left if c.heldout_rmse_rad <= (1 + TIED) * best]
+        first = min(alike, key=lambda c: (len(c.layout), c.heldout_rmse_rad))
+        ranking.append(first)
+        left.remove(first)
+    return ranking
+
+
+def alike(ranking: Sequence[Candidate]) -> list[str]:
+    """Names of the first and, if it earns its place, of those that explain as well as it."""
+    if not ranking or not ranking[0].justified:
+        return [c.effect.name for c in ranking[:1]]
+    limit = (1 + TIED) * ranking[0].heldout_rmse_rad
+    return [c.effect.name for i, c in enumerate(ranking) if i == 0 or c.heldout_rmse_rad <= limit]
+
+
+def mark_ties(ranking: Sequence[Candidate]) -> None:
+    """Note which effects explain as well as the first, unless one merely contains the other."""
+    if not ranking or not ranking[0].justified or ranking[0].partner:
+        return
+    first = ranking[0]
+    for other in ranking[1:]:
+        alike = abs(other.heldout_rmse_rad / first.heldout_rmse_rad - 1) <= TIED
+        nested = (
+            first.effect.name in other.effect.contains or other.effect.name in first.effect.contains
+        )
+        if alike and not nested:
+            first.tied_with.append(other.effect.name)
+            other.tied_with.append(first.effect.name)
+
+
+def promote(
+    ranking: list[Candidate], pair: Pair | None, together: Improvement | None
+) -> list[Candidate]:
+    """Put the members of a pair first if it earns its place; `together` is what it improves."""
+    if pair is None or together is None or not _earns(together):
+        return ranking
+    members = [c for c in ranking if c.effect.name in (pair.first, pair.second)]
+    for candidate in members:
+        candidate.partner = pair.partner(candidate.effect.name)
+        candidate.together = together
+    return members + [c for c in ranking if c not in members]
+
+
+def _earns(improvement: Improvement) -> bool:
+    return improvement.lower > HARMLESS and improvement.fraction >= LEAST_IMPROVEMENT

@@ -1,0 +1,293 @@
+"""A model against recordings: every one simulated from its measured start, and what is left."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pa_parquet
+
+from t2l.artefacts import whole, write_text
+from t2l.diagnose import conditions
+from t2l.diagnose.findings import Finding, findings
+from t2l.diagnose.followed import Followed, followed
+from t2l.diagnose.inverse_dynamics_residual import missing_torque
+from t2l.diagnose.traces import TRACES
+from t2l.errors import T2LError
+from t2l.identify.model import Model
+from t2l.identify.noise_floor import noise_floor
+from t2l.identify.prediction import Predictor, Request, check_finite
+from t2l.recordings.contradictions import Contradiction, contradictions
+from t2l.recordings.recording import Recording
+
+REPORT = "comparison.json"
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Measured minus predicted at every sample, (nsample,) each.
+
+    Attributes:
+        recording, joint: indices.
+        kp, kd: gains of the sample's joint.
+        q, dq: rad and rad/s; dq is NaN where velocity was not measured.
+    """
+
+    recording: np.ndarray
+    joint: np.ndarray
+    kp: np.ndarray
+    kd: np.ndarray
+    q: np.ndarray
+    dq: np.ndarray
+
+    def where(self, mask: np.ndarray) -> "Errors":
+        """Those of some samples."""
+        return Errors(*(getattr(self, f.name)[mask] for f in fields(self)))
+
+    def rms(self) -> dict[str, float | None]:
+        """`rmse_q_rad` and `rmse_dq_rad_s`, the latter None where no velocity was measured."""
+        return {"rmse_q_rad": _rms(self.q), "rmse_dq_rad_s": _rms(self.dq)}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What was measured, what the model says, and where they part.
+
+    Attributes:
+        model: the model compared.
+        recordings: what it was compared with.
+        names: of the recordings, made unique.
+        rmse_q_rad: over all measured positions.
+        rmse_dq_rad_s: over all measured velocities; None where none was.
+        noise_floor_rad: RMS error of a perfect model; None where it was not asked for.
+        findings: joints and conditions that hold most of the squared error.
+        followed: conditions by how much of the error they explain.
+        contradictions: recordings that cannot both be true.
+        errors: at every sample.
+        traces: a table, one row a sample: recording, joint, time, q_des, q, q_sim, dq (where
+            measured), missing_torque and the conditions, in SI units, with 7 digits.
+    """
+
+    model: Model
+    recordings: tuple[Recording, ...]
+    names: tuple[str, ...]
+    rmse_q_rad: float
+    rmse_dq_rad_s: float | None
+    noise_floor_rad: float | None
+    findings: list[Finding]
+    followed: list[Followed]
+    contradictions: list[Contradiction]
+    errors: Errors = field(repr=False)
+    traces: pa.Table = field(repr=False)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names, as in the recordings."""
+        return self.recordings[0].joints
+
+    @property
+    def sentence(self) -> str:
+        """The result, for people."""
+        error = f"The model is off by {1e3 * self.rmse_q_rad:.3g} mrad RMS"
+        if self.noise_floor_rad is not None:
+            error += f", of which measurement noise is {1e3 * self.noise_floor_rad:.2g} mrad"
+        where = f"; {self.findings[0].sentence}" if self.findings else ""
+        return f"{error}{where}."
+
+
+def compare(
+    model: Model, recordings: Sequence[Recording], substeps: int = 1, noise: bool = True
+) -> Comparison:
+    """Simulate every recording with its commands, gains and rates.
+
+    Args:
+        substeps: physics steps a control tick are multiplied by this.
+        noise: whether to estimate the noise floor and to look for contradictions beyond it.
+
+    Raises:
+        DivergenceError: a simulation runs away.
+        T2LError: recordings of different joints.
+    """
+    _check_joints(recordings)
+    predictor = Predictor(model.robot, recordings, substeps)
+    samples, joints = predictor.samples, predictor.joints
+    layout, u = model.vector(joints)
+    (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
+    q, dq = q[0], dq[0]
+    names = unique_names(recordings)
+    check_finite(q, predictor)
+    residual = samples.q - q
+    missing = missing_torque(predictor, residual)
+    under = conditions.features(predictor, q, dq)
+    measured_dq = predictor.at_samples(
+        [np.full_like(r.q, np.nan) if r.dq is None else r.dq for r in recordings]
+    )
+    floor, contradicting = None, []
+    if noise:
+        floor = noise_floor(list(recordings), predictor.by_row(residual))
+        contradicting = contradictions(recordings, floor)
+    return Comparison(
+        model=model,
+        recordings=tuple(recordings),
+        names=names,
+        rmse_q_rad=_rms(residual),
+        rmse_dq_rad_s=_rms(measured_dq - dq),
+        noise_floor_rad=floor,
+        findings=findings(predictor, residual, under),
+        followed=followed(predictor, residual, under, missing),
+        contradictions=contradicting,
+        errors=Errors(
+            samples.recording,
+            samples.joint,
+            predictor.at_samples([np.broadcast_to(r.kp, r.q.shape) for r in recordings]),
+            predictor.at_samples([np.broadcast_to(r.kd, r.q.shape) for r in recordings]),
+            residual,
+            measured_dq - dq,
+        ),
+        traces=_traces(predictor, names, q, measured_dq, missing, under),
+    )
+
+
+def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.Table:
+    samples = predictor.samples
+    columns = {
+        "recording": _labels(samples.recording, names),
+        "joint": _labels(samples.joint, predictor.joints),
+    }
+    numbers = {
+        "time": samples.time,
+        "q_des": predictor.at_samples([r.q_des for r in predictor.recordings]),
+        "q": samples.q,
+        "q_sim": q,
+        "dq": measured_dq,
+        "missing_torque": missing,
+        **{name: values for name, values in under.items() if name not in ("time", "constant")},
+    }
+    if np.isnan(measured_dq).all():
+        del numbers["dq"]
+    columns |= {name: _column(pa.float32(), values) for name, values in numbers.items()}
+    return pa.table(columns)
+
+
+# from memory: pa.array would import pandas, which takes a second
+def _column(kind: pa.DataType, values: np.ndarray) -> pa.Array:
+    memory = np.ascontiguousarray(values, kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(memory), [None, pa.py_buffer(memory)])
+
+
+def _labels(index: np.ndarray, names: Sequence[str]) -> pa.DictionaryArray:
+    text = [name.encode() for name in names]
+    ends = np.cumsum([0, *map(len, text)], dtype=np.int32)
+    buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(text))]
+    known = pa.Array.from_buffers(pa.string(), len(text), buffers)
+    return pa.DictionaryArray.from_arrays(_column(pa.int32(), index), known)
+
+
+def unique_names(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """A name a recording, with its folder or a number where the file's name is not enough."""
+    names = [recording.name for recording in recordings]
+    if len(set(names)) < len(names):
+        names = [f"{r.path.parent.name}/{r.name}" if r.path else r.name for r in recordings]
+    counts: dict[str, int] = {}
+    unique = []
+    for name in names:
+        counts[name] = counts.get(name, 0) + 1
+        unique.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
+    return tuple(unique)
+
+
+def report(comparison: Comparison) -> dict[str, Any]:
+    """What `comparison.json` holds: numbers in SI units, and sentences."""
+    errors = comparison.errors
+    joints, total = comparison.joints, float(np.sum(errors.q**2)) or 1.0
+    return {
+        "rmse_q_rad": comparison.rmse_q_rad,
+        "rmse_dq_rad_s": comparison.rmse_dq_rad_s,
+        "noise_floor_rad": comparison.noise_floor_rad,
+        "sentence": comparison.sentence,
+        "robot": Path(comparison.model.robot).name,
+        "effects": _plain(comparison.model.effects),
+        "samples": len(errors.q),
+        "logs": [
+            _log(recording, name, errors.where(errors.recording == i), joints)
+            for i, (recording, name) in enumerate(
+                zip(comparison.recordings, comparison.names, strict=True)
+            )
+        ],
+        "joints": {
+            name: {**own.rms(), "share": float(np.sum(own.q**2) / total)}
+            for j, name in enumerate(joints)
+            for own in [errors.where(errors.joint == j)]
+        },
+        "cells": _cells(errors, joints),
+        "findings": [asdict(f) | {"sentence": f.sentence} for f in comparison.findings],
+        "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.followed],
+        "contradictions": [asdict(c) | {"message": c.message} for c in comparison.contradictions],
+    }
+
+
+def _log(recording: Recording, name: str, errors: Errors, joints: Sequence[str]) -> dict[str, Any]:
+    return {
+        "name": name,
+        "kp": recording.kp.tolist(),
+        "kd": recording.kd.tolist(),
+        "duration_s": recording.duration_s,
+        "command_rate_hz": recording.command_rate_hz,
+        "control_rate_hz": recording.control_rate_hz,
+        "gravity_compensation": bool(recording.gravity_compensation),
+        "samples": len(errors.q),
+        **errors.rms(),
+        "joints": {
+            joint: errors.where(errors.joint == j).rms()
+            for j, joint in enumerate(joints)
+            if (errors.joint == j).any()
+        },
+    }
+
+
+def _cells(errors: Errors, joints: Sequence[str]) -> list[dict[str, Any]]:
+    """RMS error of every joint under its own gains, and of all joints together (joint null)."""
+    parts = [(None, errors)]
+    parts += [(name, errors.where(errors.joint == j)) for j, name in enumerate(joints)]
+    cells = []
+    for joint, own in parts:
+        gains, cell = np.unique(np.stack([own.kp, own.kd]), axis=1, return_inverse=True)
+        for i, (kp, kd) in enumerate(gains.T.tolist()):
+            cells.append({"joint": joint, "kp": kp, "kd": kd, **own.where(cell == i).rms()})
+    return cells
+
+
+def write(comparison: Comparison, folder: Path | str) -> None:
+    """Write `comparison.json` and `traces.parquet` into a folder, each whole."""
+    folder = Path(folder)
+    with whole(folder / TRACES) as draft:
+        pa_parquet.write_table(comparison.traces, draft, write_page_checksum=True)
+    write_text(json.dumps(report(comparison), indent=1, ensure_ascii=False) + "\n", folder / REPORT)
+
+
+def _rms(values: np.ndarray) -> float | None:
+    values = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(values**2))) if len(values) else None
+
+
+def _plain(effects: Mapping) -> dict:
+    return {
+        key: _plain(value) if isinstance(value, Mapping) else float(value)
+        for key, value in effects.items()
+    }
+
+
+def _check_joints(recordings: Sequence[Recording]) -> None:
+    if not recordings:
+        raise T2LError("no recordings to compare with")
+    for recording in recordings[1:]:
+        if recording.joints != recordings[0].joints:
+            raise T2LError(
+                f"{recording.path or recording.name} drives {', '.join(recording.joints)}, "
+                f"{recordings[0].path or recordings[0].name} drives "
+                f"{', '.join(recordings[0].joints)}; compare recordings of the same joints in the "
+                "same order"
+            )

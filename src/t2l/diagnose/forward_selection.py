@@ -1,0 +1,199 @@
+"""Diagnose and adopt in turn until nothing more is justified."""
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from t2l.artefacts import read_json, read_text, reading, write_text
+from t2l.diagnose.backward_elimination import simplify
+from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
+from t2l.diagnose.story import DIAGNOSIS, write_diagnosis
+from t2l.effects.registry import python_files
+from t2l.errors import T2LError, writing
+from t2l.identify.model import Model, read_model, write_model
+from t2l.names import path_of
+from t2l.robots import plant
+from t2l.typed import is_number
+from t2l.version import library
+
+MOST_EFFECTS = 8
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A model on the way: `effect` is what was added last, None for the model as it came.
+
+    `dropped` are effects that this one made superfluous.
+    """
+
+    effect: str | None
+    train_rmse_rad: float
+    heldout_rmse_rad: float
+    dropped: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The steps, where they ended, and the final model."""
+
+    steps: list[Step]
+    verdict: str
+    noise_floor_rad: float
+    sentence: str
+    model: Model
+
+
+def explain(
+    model: Model,
+    evidence: Evidence,
+    folder: Path,
+    progress: Progress = lambda what, fraction: None,
+) -> Explanation:
+    """Adopt the first-ranked effect as long as the verdict is `missing_effect`.
+
+    Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
+    run goes on with the step it was in.
+    """
+    evidence = telling(model, evidence)
+    steps, key = [], fingerprint(model, evidence)
+    added, dropped = None, []
+    for number in range(MOST_EFFECTS + 1):
+        where = folder / "steps" / str(number)
+        content = _finished(where, key)
+        if content is None:
+
+            def told(what, fraction, number=number):
+                progress(f"step {number + 1}: {what}", fraction)
+
+            content = _step(model, evidence, where, key, told)
+        else:
+            progress(f"step {number + 1}: kept from before", 1.0)
+        baseline = content["baseline"]
+        steps.append(
+            Step(
+                added, baseline["train_rmse_q_rad"], baseline["heldout_rmse_q_rad"], tuple(dropped)
+            )
+        )
+        if content["verdict"] != MISSING or number == MOST_EFFECTS:
+            break
+        added = content["ranking"][0]["effect"]
+        model, dropped = _adopted(model, added, evidence, where, key)
+        key = hashlib.sha256((key + added).encode()).hexdigest()
+    return Explanation(
+        steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model
+    )
+
+
+def _adopted(
+    model: Model, effect: str, evidence: Evidence, where: Path, key: str
+) -> tuple[Model, list[str]]:
+    """The model with `effect`, less what that made superfluous; kept with the step."""
+    kept, record = where / "model.yaml", where / "adopted.json"
+    found = _adopted_before(where, key)
+    if found is not None:
+        return found
+    grown = read_model(_model_with(where, effect))
+    found, dropped = simplify(grown, evidence) if model.effects else (grown, [])
+    write_model(found, kept, f"the model after {effect} was adopted")
+    write_text(json.dumps({"fingerprint": key, "dropped": dropped}) + "\n", record)
+    return read_model(kept), dropped
+
+
+def _adopted_before(where: Path, key: str) -> tuple[Model, list[str]] | None:
+    """What `_adopted` kept of the same step; None if that is not there or not usable."""
+    path = where / "adopted.json"
+    try:
+        record = read_json(path, "what was adopted", ("fingerprint", "dropped"))
+        dropped = record["dropped"]
+        if record["fingerprint"] != key or not isinstance(dropped, list):
+            return None
+        if not all(isinstance(name, str) for name in dropped):
+            return None
+        return read_model(where / "model.yaml"), dropped
+    except T2LError:
+        return None
+
+
+def _model_with(where: Path, effect: str) -> Path:
+    return path_of(where / "models", effect, ".yaml")
+
+
+def _step(model, evidence, where, key, progress) -> dict:
+    diagnosis: Diagnosis = diagnose(model, evidence, progress=progress, quick=True)
+    with writing(where / "fingerprint"):
+        (where / "fingerprint").unlink(missing_ok=True)
+    content = write_diagnosis(diagnosis, evidence, where)
+    # last: its presence says that the step is whole
+    write_text(key, where / "fingerprint")
+    return content
+
+
+def _finished(where: Path, key: str) -> dict | None:
+    """What `_step` wrote; None if it is not there, of another step, or not usable."""
+    path, keys = where / DIAGNOSIS, ("verdict", "sentence", "noise_floor_rad", "baseline")
+    try:
+        if read_text(where / "fingerprint", "a fingerprint") != key:
+            return None
+        content = read_json(path, "a diagnosis", (*keys, "ranking"))
+        with reading(path, "a diagnosis"):
+            errors = [content["baseline"][f"{part}_rmse_q_rad"] for part in ("train", "heldout")]
+            if not all(map(is_number, (*errors, content["noise_floor_rad"]))):
+                return None
+            if not all(isinstance(content[key], str) for key in ("verdict", "sentence")):
+                return None
+            if content["verdict"] == MISSING:
+                effect = content["ranking"][0]["effect"]
+                if effect not in read_model(_model_with(where, effect)).effects:
+                    return None
+    except T2LError:
+        return None
+    return content
+
+
+def fingerprint(model: Model, evidence: Evidence) -> str:
+    """Of everything a diagnosis depends on."""
+    digest = hashlib.sha256(repr((model, evidence.split, evidence.train.substeps)).encode())
+    digest.update(library().encode())
+    # compiled: with what the MJCF includes, and the inertia of its meshes
+    digest.update(plant.as_bytes(evidence.train.model()))
+    for file in model.effect_files:
+        for path in python_files(file):
+            digest.update(path.read_bytes())
+    for predictor in (evidence.train, evidence.holdout):
+        for r in predictor.recordings:
+            said = (r.name, r.kp, r.kd, r.control_rate_hz, r.gravity_compensation)
+            digest.update(repr(said).encode())
+            for array in (r.time, r.q_des, r.q, r.dq):
+                digest.update(b"" if array is None else array.tobytes())
+    return digest.hexdigest()
+
+
+def as_json(explanation: Explanation) -> dict:
+    """What `explanation.json` holds."""
+    return {
+        "steps": [
+            {
+                "effect": step.effect,
+                "train_rmse_q_rad": step.train_rmse_rad,
+                "heldout_rmse_q_rad": step.heldout_rmse_rad,
+                "dropped": list(step.dropped),
+            }
+            for step in explanation.steps
+        ],
+        "verdict": explanation.verdict,
+        "sentence": explanation.sentence,
+        "noise_floor_rad": explanation.noise_floor_rad,
+    }
+
+
+def write_explanation(explanation: Explanation, folder: Path) -> None:
+    """Write `explanation.json` and `model.yaml`."""
+    names = [step.effect for step in explanation.steps if step.effect]
+    comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
+    write_model(explanation.model, folder / "model.yaml", comment)
+    write_text(json.dumps(as_json(explanation), indent=2) + "\n", folder / "explanation.json")

@@ -1,0 +1,295 @@
+"""Every effect fitted on a few recordings, the likeliest on more, the first on all of them."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.diagnose.candidate import Pair
+from t2l.diagnose.evidence import Evidence, some
+from t2l.diagnose.first_guesses import first_guesses
+from t2l.diagnose.pairs import best_pair
+from t2l.effects.effect import Effect
+from t2l.effects.term import Layout, Term
+from t2l.identify.evolution import search
+from t2l.identify.least_squares import Fit, drop_hopeless, least_loss, run, start_from_the_best
+from t2l.identify.prediction import Predictor, Request
+from t2l.identify.uncertainty import uncertainty
+
+DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
+ITERATIONS = 8
+REFINEMENTS = 3
+FINISHING = 1  # rounds on every tick, after a fit to coarse simulations
+RESTARTS = 2  # derivatives on all recordings are dear
+LEADERS = 4
+PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
+NEAR = 4.0  # times the least loss: what may still turn out to be best
+SEARCHED_NEAR = 1.3  # likewise, for a search that takes many simulations
+SCREENING_TOLERANCE = 5e-3  # relative decrease of the loss that counts as none
+LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
+SEARCHED = 2  # recordings on which rough effects are searched
+CLOSE_BY = 0.25  # of the spread of that search, where a fit to all recordings has ended
+SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
+LOST = 1.2  # times the loss that a coarse simulation left: a fine one is fitted from the start
+INSIGNIFICANT = 2.0  # standard errors from neutral
+IDLE = 1.01  # of a joint's squared error that is left with an effect: without it no more
+
+Progress = Callable[[str, float], None]
+Origin = Mapping[tuple, float]  # elements of u by slot key
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Every effect fitted.
+
+    Attributes:
+        fits: by the effect's name; leaders on the shortlist, the others on what is screened.
+        leaders: the likeliest few, best first.
+        pair: two effects that explain far more together.
+    """
+
+    fits: dict[str, Fit]
+    leaders: list[str]
+    pair: Pair | None
+
+
+def fit_all(
+    evidence: Evidence,
+    adopted: Layout,
+    u: np.ndarray,
+    effects: Sequence[Effect],
+    floor: float,
+    progress: Progress,
+) -> Fitted:
+    """Fit every effect on what is screened, and the leaders on the shortlist.
+
+    While every effect is tried, the derivatives by the model so far are those it has without them.
+
+    Args:
+        adopted, u: the model so far.
+        floor: RMSE in rad below which nothing is missing.
+    """
+    screen, mask = evidence.screen, evidence.screen_mask
+    diagonal = moves_together(evidence.train.joints)
+    progress("first guesses", 0.0)
+    guesses = first_guesses(screen, mask, adopted, u, effects)
+    progress("fitting every effect", 0.2)
+    least = [max(slot.parameter.size, LEAST_SIZE) for slot in adopted.slots]
+    so_far = Fit(adopted, u, np.maximum(np.abs(u), least), diagonal)
+    run([so_far], screen, mask, 0)
+    fits = {
+        name: Fit(
+            layout, start, size, diagonal, tolerance=SCREENING_TOLERANCE,
+            given={key: c for key, c in so_far.columns().items() if key[0] != name},
+        )
+        for name, (layout, start, size) in guesses.items()
+    }  # fmt: skip
+    run(list(fits.values()), screen, mask, ITERATIONS, drop_hopeless)
+    fits |= _searched(fits, evidence)
+    pair = None
+    if least_loss(fits) > (PARTIAL * floor) ** 2:
+        progress("trying pairs of effects", 0.5)
+        pair = best_pair(fits, evidence, diagonal, so_far.loss)
+    progress("refining the best", 0.7)
+    leaders = _leaders(fits, pair)
+    origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
+    # else they have seen all of it, with derivatives of their own
+    if adopted.slots or evidence.shortlist is not screen:
+        fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
+    return Fitted(fits, leaders, pair)
+
+
+def fit_fully(
+    fits: dict[str, Fit], names: Iterable[str], evidence: Evidence, origin: Origin | None = None
+) -> dict[str, Fit]:
+    """The named fits on all training samples, less the joints that show no sign of the effect.
+
+    Args:
+        origin: the model so far, fitted to all; few recordings may have led away from it.
+    """
+    chosen, origin = {name: fits[name] for name in names}, origin or {}
+    full = _fitted_fully(chosen, origin, evidence, evidence.draft)
+    if evidence.draft is evidence.train:
+        return full
+    drafts, full = full, _finished(full, evidence)
+    _settle([full[n] for n in _lost(full, drafts)], evidence.train, evidence.train_mask)
+    # near where a simulation runs away its ticks decide
+    lost = {name: chosen[name] for name in _lost(full, drafts)}
+    return full | (_fitted_fully(lost, origin, evidence, evidence.train) if lost else {})
+
+
+def _fitted_fully(
+    fits: dict[str, Fit], origin: Origin, evidence: Evidence, predictor: Predictor
+) -> dict[str, Fit]:
+    mask = evidence.train_mask
+    full = _from_the_better(fits, origin, predictor, mask)
+    _settle(list(full.values()), predictor, mask)
+    smaller = {name: _without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
+    smaller = {name: fit for name, fit in smaller.items() if fit is not None}
+    run(list(smaller.values()), predictor, mask, REFINEMENTS)
+    # what a joint contributes beyond 1 % of the error is kept
+    full |= {n: fit for n, fit in smaller.items() if fit.loss < 1.02 * full[n].loss}
+    return full | _out_of_dents(full, evidence, predictor)
+
+
+def moves_together(joints: Sequence[str]) -> bool:
+    """Whether finite differences move all joints at once, each answered by its own motion."""
+    return len(joints) >= DIAGONAL_FROM_JOINTS
+
+
+def _from_the_better(
+    fits: dict[str, Fit], origin: Origin, predictor: Predictor, mask: np.ndarray
+) -> dict[str, Fit]:
+    """Fits from where they ended, or with what was adopted as in `origin`, where that is better."""
+    starts = {
+        name: np.array(
+            [fit.u, [origin.get(s.key, v) for s, v in zip(fit.layout.slots, fit.u, strict=True)]]
+        )
+        for name, fit in fits.items()
+    }
+    begun = {name: fit.again() for name, fit in fits.items()}
+    start_from_the_best(begun, starts, predictor, mask)
+    return begun
+
+
+def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
+    """Fit with derivatives taken anew only where the last ones still gained much."""
+    left = fits
+    for _ in range(RESTARTS):
+        for fit in left:
+            fit.given, fit.jacobian, fit.done = {}, None, False
+        run(left, predictor, mask, 0)
+        before = [fit.loss for fit in left]
+        for fit in left:
+            fit.given = fit.columns()
+        run(left, predictor, mask, REFINEMENTS)
+        left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
+
+
+def _lost(fits: dict[str, Fit], drafts: dict[str, Fit]) -> list[str]:
+    return [name for name, fit in fits.items() if not fit.loss < LOST * drafts[name].loss]
+
+
+def _finished(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+    """Fits to the draft of all recordings, with their derivatives, fitted to them in full."""
+    finished = {name: fit.again() for name, fit in fits.items()}
+    for name, fit in finished.items():
+        fit.given = fits[name].columns()
+    run(list(finished.values()), evidence.train, evidence.train_mask, FINISHING)
+    return finished
+
+
+def _out_of_dents(fits: dict[str, Fit], evidence: Evidence, predictor: Predictor) -> dict[str, Fit]:
+    """Rough effects where a search around them finds better: derivatives end in the first dent."""
+    rough = {name: fit for name, fit in fits.items() if _is_rough(name, fit)}
+    if not rough:
+        return {}
+    found = search(list(rough.values()), evidence.shortlist, evidence.shortlist_mask, CLOSE_BY)
+    moved = {name: fit.again() for name, fit in rough.items()}
+    for fit, u in zip(moved.values(), found, strict=True):
+        fit.u = u
+    run(list(moved.values()), predictor, evidence.train_mask, 0)
+    return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
+
+
+def _is_rough(name: str, fit: Fit) -> bool:
+    return any(t.effect.rough_error for t in fit.layout.terms if t.effect.name == name)
+
+
+def _searched(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+    """Rough effects where a search finds better than derivatives did."""
+    rough = {
+        name: fit
+        for name, fit in fits.items()
+        if _is_rough(name, fit) and fit.loss <= SEARCHED_NEAR * least_loss(fits)
+    }
+    if not rough:
+        return {}
+    found = search(list(rough.values()), *some(evidence.screen, evidence.screen_mask, SEARCHED))
+    moved = {
+        name: Fit(
+            fit.layout, u, fit.size, fit.diagonal, tolerance=SCREENING_TOLERANCE, given=fit.given
+        )
+        for (name, fit), u in zip(rough.items(), found, strict=True)
+        if not np.array_equal(u, fit.u)
+    }
+    run(list(moved.values()), evidence.screen, evidence.screen_mask, REFINEMENTS)
+    return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
+
+
+def _leaders(fits: dict[str, Fit], pair: Pair | None) -> list[str]:
+    """Names of the few effects worth fitting on everything, best first."""
+    ranked = sorted(fits, key=lambda name: fits[name].loss)
+    best = fits[ranked[0]].loss
+    near = [name for name in ranked if fits[name].loss <= NEAR * best]
+    leaders = near[:LEADERS] if len(near) > 1 else ranked[:2]
+    members = [] if pair is None else [pair.first, pair.second]
+    return leaders + [name for name in members if name not in leaders]
+
+
+def _refined(fits: dict[str, Fit], evidence: Evidence, origin: Origin) -> dict[str, Fit]:
+    """Fits to the shortlist; what was adopted before keeps the derivatives of the first round."""
+    predictor, mask = evidence.shortlist, evidence.shortlist_mask
+    refined = _from_the_better(fits, origin, predictor, mask)
+    run(list(refined.values()), predictor, mask, 0)
+    for name, fit in refined.items():
+        fit.given = {key: column for key, column in fit.columns().items() if key[0] != name}
+    run(list(refined.values()), predictor, mask, REFINEMENTS, drop_hopeless)
+    return refined
+
+
+def _without_idle_joints(name: str, fit: Fit, predictor: Predictor, mask: np.ndarray) -> Fit | None:
+    """A fit of effect `name` to the joints that show it alone; None if all do or none does."""
+    term = next((t for t in fit.layout.terms if t.effect.name == name), None)
+    if term is None:  # it was taken back
+        return None
+    shared = not any(p.per_joint for p in term.effect.parameters)
+    if shared or len(term.joints) == 1 or fit.jacobian is None:
+        return None
+    found = uncertainty(fit, predictor, mask)
+    keep = []
+    for joint in term.joints:
+        slots = [
+            i for i, s in enumerate(fit.layout.slots)
+            if s.term.effect.name == name and s.joint == joint
+        ]  # fmt: skip
+        if any(found.distance(i) > INSIGNIFICANT for i in slots):
+            keep.append(joint)
+    if any(p.log and not p.lower <= p.neutral <= p.upper for p in term.effect.parameters):
+        # absence is a limit, to which there is no distance in standard errors
+        keep = _missed(term, keep, fit, predictor, mask)
+    if not keep or len(keep) == len(term.joints):
+        return None
+    layout, index = _on_joints(fit.layout, term, keep)
+    smaller = fit.again(layout, index)
+    kept = {slot.key for slot in layout.slots}
+    smaller.given = {key: column for key, column in fit.columns().items() if key in kept}
+    return smaller
+
+
+def _on_joints(layout: Layout, term: Term, joints: Sequence[int]) -> tuple[Layout, list[int]]:
+    """`layout` with `term` on those joints only, and which elements of u are left."""
+    smaller = [Term(t.effect, tuple(joints)) if t is term else t for t in layout.terms]
+    index = [
+        i for i, s in enumerate(layout.slots)
+        if s.term is not term or s.joint is None or s.joint in joints
+    ]  # fmt: skip
+    return Layout(smaller), index
+
+
+def _missed(
+    term: Term, joints: Sequence[int], fit: Fit, predictor: Predictor, mask: np.ndarray
+) -> list[int]:
+    """Those of `joints` that move differently without `term` on them, by their own error."""
+    requests = []
+    for joint in joints:
+        others = [j for j in term.joints if j != joint]
+        layout, index = _on_joints(fit.layout, term, others)
+        requests.append(Request(layout, fit.u[None, index]))
+    joint_of, missed = predictor.samples.joint[mask], []
+    for joint, q in zip(joints, predictor.predict(requests), strict=True):
+        at = joint_of == joint
+        without = np.mean((q[0] - predictor.samples.q)[mask][at] ** 2)
+        if not without <= IDLE * np.mean(fit.residual[at] ** 2):
+            missed.append(joint)
+    return missed

@@ -1,0 +1,147 @@
+"""A diagnosis as sentences and as JSON."""
+
+from typing import Any
+
+import numpy as np
+
+from t2l.diagnose.candidate import Candidate
+from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, Diagnosis
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """What was found, in a sentence."""
+    error, floor = 1e3 * diagnosis.heldout_rmse_rad, 1e3 * diagnosis.noise_floor_rad
+    if diagnosis.verdict == NOTHING_MISSING:
+        return (
+            f"No effect is missing: the held-out error of {error:.3g} mrad is what measurement "
+            f"noise and quantisation leave ({floor:.3g} mrad)."
+        )
+    if diagnosis.verdict == MISSING:
+        best = diagnosis.ranking[0]
+        tied = f", tied with {_names(best.tied_with)}" if best.tied_with else ""
+        return (
+            f"The model lacks {best.effect.title}{tied}: with it the held-out error falls from "
+            f"{error:.3g} to {1e3 * best.heldout_rmse_rad:.3g} mrad (noise {floor:.3g} mrad)."
+        )
+    return (
+        f"Unexplained: the held-out error of {error:.3g} mrad is {error / floor:.1f} times the "
+        f"noise ({floor:.3g} mrad), and no known effect removes it."
+    )
+
+
+def why(candidate: Candidate, correlations: dict[str, float]) -> str:
+    """Why an effect is, or is not, believed.
+
+    Args:
+        correlations: by joint, of the error before and the condition that the effect follows.
+    """
+    effect, gain = candidate.effect, candidate.improvement
+    if not candidate.justified:
+        return (
+            f"{effect.title} does not earn its place: it changes the held-out error by "
+            f"{-100 * gain.fraction:+.0f} % ({-100 * gain.ci95[1]:+.0f} to "
+            f"{-100 * gain.ci95[0]:+.0f} %)."
+        )
+    seen = ""
+    if correlations and effect.follows:
+        joint = max(correlations, key=lambda name: abs(correlations[name]))
+        seen = (
+            f" On {joint} the missing torque correlates with {effect.follows} by "
+            f"{correlations[joint]:+.2f}."
+        )
+    together = ""
+    if candidate.partner and candidate.together:
+        together = (
+            f" Together with {candidate.partner} it explains far more than either alone: "
+            f"{100 * candidate.together.fraction:.0f} %."
+        )
+    return (
+        f"{effect.signature[0].upper()}{effect.signature[1:]}.{seen} With {effect.title} "
+        f"the held-out error falls by {100 * gain.fraction:.0f} % "
+        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together}"
+    )
+
+
+def as_json(diagnosis: Diagnosis, extra: dict[str, Any]) -> dict[str, Any]:
+    """The diagnosis as `diagnosis.json` holds it; `extra` comes at its end."""
+    return {
+        "verdict": diagnosis.verdict,
+        "sentence": headline(diagnosis),
+        "noise_floor_rad": diagnosis.noise_floor_rad,
+        "baseline": {
+            "train_rmse_q_rad": diagnosis.train_rmse_rad,
+            "heldout_rmse_q_rad": diagnosis.heldout_rmse_rad,
+        },
+        "ranking": [_candidate(c, diagnosis.joints) for c in diagnosis.ranking],
+        **extra,
+    }
+
+
+def _candidate(candidate: Candidate, joints: tuple[str, ...]) -> dict[str, Any]:
+    effect, layout = candidate.effect, candidate.layout
+    found, theta = candidate.uncertainty, layout.theta(candidate.u)
+    parameters = {}
+    for i, slot in enumerate(layout.slots):
+        if slot.term.effect.name != effect.name:
+            continue
+        name = slot.parameter.name
+        key = name if slot.joint is None else f"{joints[slot.joint]}.{name}"
+        parameters[key] = {
+            "value": float(theta[i]),
+            "ci95": list(found.interval(i)) if found and np.isfinite(found.error[i]) else None,
+            "unit": slot.parameter.unit,
+            "meaning": slot.parameter.meaning,
+        }
+    return {
+        "effect": effect.name,
+        "title": effect.title,
+        "joints": [joints[j] for j in candidate.term.joints],
+        "heldout_rmse_q_rad": candidate.heldout_rmse_rad,
+        "train_rmse_q_rad": candidate.train_rmse_rad,
+        "improvement": {
+            "fraction": candidate.improvement.fraction,
+            "ci95": list(candidate.improvement.ci95),
+        },
+        "justified": candidate.justified,
+        "parameters": parameters,
+        "tied_with": candidate.tied_with,
+        "partner": candidate.partner,
+        "why": candidate.why,
+        "notes": notes(candidate, joints),
+    }
+
+
+def notes(candidate: Candidate, joints: tuple[str, ...]) -> list[str]:
+    """What the data cannot tell about the candidate's parameters."""
+    found = candidate.uncertainty
+    if found is None:
+        return []
+    slots = candidate.layout.slots
+
+    def name(i: int) -> str:
+        slot = slots[i]
+        where = "" if slot.joint is None else f" of {joints[slot.joint]}"
+        return f"{slot.term.effect.title}: {slot.parameter.name}{where}"
+
+    sentences = [
+        f"The data hardly determine {name(i)}: nothing in them excites it."
+        for i in found.unexcited()
+        if not candidate.layout.rough[i]
+    ]
+    sentences += [
+        f"The data determine only a combination of {name(i)} and {name(j)}."
+        for i, j in found.inseparable()
+    ]
+    layout = candidate.layout
+    at_bound = (candidate.u <= layout.lower) | (candidate.u >= layout.upper)
+    sentences += [
+        f"{name(i)} ends on its bound, {layout.theta(candidate.u)[i]:.4g} "
+        f"{slots[i].parameter.unit}."
+        for i in np.flatnonzero(at_bound & ~layout.rough)
+        if slots[i].parameter.lower != 0
+    ]
+    return sentences
+
+
+def _names(names: list[str]) -> str:
+    return " and ".join(names)

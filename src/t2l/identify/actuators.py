@@ -1,0 +1,150 @@
+"""CMA-ES on the spectral error of one recording: a population a generation, one batch."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.errors import T2LError
+from t2l.identify.actuator_parameters import BOX, TABLE, Parameters, decode, encode, on_bound
+from t2l.identify.spectral import mean_squared_error, spectral_error
+from t2l.identify.training_simulator import Simulator
+from t2l.recordings.recording import Recording
+
+
+class IdentificationError(T2LError):
+    """A recording that cannot be identified from."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Of the search.
+
+    Attributes:
+        iterations, population: generations, and simulations in each.
+        sigma: first standard deviation in the box [0, 10] of every parameter.
+        rate_hz: of the simulator's physics.
+    """
+
+    iterations: int
+    population: int
+    sigma: float
+    rate_hz: float
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What fits a recording best.
+
+    Attributes:
+        parameters: (njoint,) each.
+        losses: (iterations,) least spectral error so far, rad² plus (rad/s)².
+        mse: S*, mean squared error of positions over time, rad².
+        q, dq: (ntime, njoint) as simulated with them.
+        bounds: parameters and joints that ended on a bound.
+    """
+
+    parameters: Parameters
+    losses: np.ndarray
+    mse: float
+    q: np.ndarray
+    dq: np.ndarray
+    bounds: list[tuple[str, int]]
+
+
+def identify(
+    recording: Recording,
+    settings: Settings,
+    seed: int,
+    threads: int = 1,
+    progress: Callable[[int, float], None] = lambda iteration, loss: None,
+) -> Identified:
+    """Actuator parameters with which the simulator moves as the recording does.
+
+    The search starts at the recording's own gains and the middle of the other ranges. Velocities
+    count where they were measured. Hansen, The CMA Evolution Strategy: A Tutorial, 2016.
+
+    Raises:
+        IdentificationError: the recording's commands do not fit the simulator's timestep, or
+            positions are missing.
+    """
+    from cmaes import CMA  # with SciPy's statistics behind it, slow to import
+
+    target = _target(recording, settings.rate_hz)
+    simulator = Simulator(settings.population, settings.rate_hz, threads)
+    bounds = np.tile([0.0, BOX], (len(TABLE) * len(recording.joints), 1))
+    strategy = CMA(
+        _first_guess(recording), settings.sigma, bounds, seed=seed,
+        population_size=settings.population,
+    )  # fmt: skip
+    best, least, losses = strategy.mean, np.inf, []
+    for iteration in range(settings.iterations):
+        points = np.array([strategy.ask() for _ in range(settings.population)])
+        errors = target.errors(simulator, decode(points))
+        # an infinite error would poison the ranks' sum, a huge one only ranks last
+        strategy.tell(list(zip(points, np.minimum(errors, 1e9), strict=True)))
+        if errors.min() < least:
+            best, least = points[np.argmin(errors)], float(errors.min())
+        losses.append(least)
+        progress(iteration, least)
+    parameters = {name: values[0] for name, values in decode(best[None]).items()}
+    q, dq = target.simulate(Simulator(1, settings.rate_hz), parameters)
+    mse = float(mean_squared_error(q[:, target.measured], target.q[target.measured])[0])
+    return Identified(parameters, np.array(losses), mse, q[0], dq[0], on_bound(parameters))
+
+
+@dataclass(frozen=True)
+class _Target:
+    """A recording as the search needs it; `measured` are the rows with positions."""
+
+    q_des: np.ndarray
+    q: np.ndarray
+    dq: np.ndarray | None
+    measured: np.ndarray
+    nstep: int
+
+    def simulate(self, simulator: Simulator, parameters) -> tuple[np.ndarray, np.ndarray]:
+        simulator.set_parameters(parameters)
+        start_dq = 0.0 if self.dq is None else np.nan_to_num(self.dq[0])
+        return simulator.simulate(self.q_des, self.q[0], start_dq, self.nstep)
+
+    def errors(self, simulator: Simulator, parameters) -> np.ndarray:
+        q, dq = self.simulate(simulator, parameters)
+        error = spectral_error(q[:, self.measured], self.q[self.measured])
+        if self.dq is not None:
+            error = error + spectral_error(dq[:, self.measured], self.dq[self.measured])
+        return error
+
+
+def _target(recording: Recording, rate_hz: float) -> _Target:
+    nstep = rate_hz / recording.command_rate_hz
+    if abs(nstep - round(nstep)) > 1e-6 or nstep < 0.5:
+        raise IdentificationError(
+            f"{recording.path or recording.name}: command_rate_hz: found "
+            f"{recording.command_rate_hz:g}; allowed: a divisor of the simulator's {rate_hz:g} Hz"
+        )
+    period = 1 / recording.command_rate_hz
+    row = np.round((recording.time - recording.time[0]) / period).astype(int)
+    n = row[-1] + 1
+    shape = (n, len(recording.joints))
+    q_des, q, dq = np.empty(shape), np.full(shape, np.nan), None
+    last = np.searchsorted(row, np.arange(n), side="right") - 1
+    q_des[:] = recording.q_des[last]
+    q[row] = recording.q
+    if recording.dq is not None:
+        dq = np.full(shape, np.nan)
+        dq[row] = recording.dq
+    measured = ~np.isnan(q).any(axis=1)
+    if dq is not None:
+        measured &= ~np.isnan(dq).any(axis=1)
+    if not measured[0] or measured.sum() < 10:
+        raise IdentificationError(
+            f"{recording.path or recording.name}: q: found {measured.sum()} rows in which all "
+            "joints are measured; allowed: at least 10, the first row among them"
+        )
+    return _Target(q_des, q, dq, measured, round(nstep))
+
+
+def _first_guess(recording: Recording) -> np.ndarray:
+    middle = decode(np.full((1, len(TABLE) * len(recording.joints)), BOX / 2))
+    return encode(middle | {"stiffness": recording.kp[None], "damping": recording.kd[None]})[0]

@@ -1,0 +1,246 @@
+"""Least-squares fits that advance together, each asking for simulations one batch can hold.
+
+Levenberg-Marquardt with finite differences: a round simulates some trial steps and the Jacobian's
+columns around the likeliest of them, so that one round is usually one iteration.
+"""
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from t2l.effects.term import Layout, Slot
+from t2l.identify.prediction import Predictor, Request
+
+RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
+DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
+TOLERANCE = 1e-3
+LARGEST_LOG_STEP = 1.5
+SMALL_DAMPING = 1.0  # below, a step is nearly that of Gauss and Newton
+# after so many iterations, so many times the best loss, with a gain below this
+HOPELESS = ((1, 30.0, 0.3), (2, 4.0, 0.3), (3, 1.2, 0.05))
+LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
+
+
+@dataclass
+class Fit:
+    """One Levenberg-Marquardt minimisation of |q_sim − q|² over u.
+
+    Attributes:
+        layout: what u means.
+        u: (n,) the best so far.
+        size: (n,) magnitude of each element, for finite differences.
+        diagonal: assume that a joint's parameters move that joint alone, which makes one column
+            serve all joints; those of a coupled effect excepted.
+        free: (n,) bool, which elements are fitted.
+        tolerance: relative decrease of the loss that counts as none.
+        given: columns (nsample,) of the Jacobian, by slot key, that are not computed anew.
+        loss: mean squared residual at u, rad².
+        gain: relative decrease of the loss in the last round.
+        jacobian: (nsample, n) at u; residual: (nsample,) at u.
+    """
+
+    layout: Layout
+    u: np.ndarray
+    size: np.ndarray
+    diagonal: bool = False
+    free: np.ndarray | None = None
+    damping: float = 1e-2
+    tolerance: float = TOLERANCE
+    given: dict[tuple, np.ndarray] = field(default_factory=dict)
+    loss: float = np.inf
+    residual: np.ndarray | None = None
+    jacobian: np.ndarray | None = None
+    iterations: int = 0
+    gain: float = 1.0
+    done: bool = False
+    _trial: np.ndarray | None = field(default=None, repr=False)
+    _dampings: tuple = ()
+
+    def __post_init__(self) -> None:
+        fixed = self.layout.rough | (self.layout.lower >= self.layout.upper)
+        self.free = ~fixed if self.free is None else self.free & ~fixed
+
+    def points(self) -> np.ndarray:
+        """(m, n) vectors u to simulate next."""
+        if self.jacobian is None:
+            self._trial = self.u[None]
+            return np.concatenate([self._trial, self._differences(self.u)[0]])
+        self._dampings = tuple(self.damping * factor for factor in DAMPINGS)
+        self._trial = np.array([self._step(damping) for damping in self._dampings])
+        centre = self._trial[0]
+        return np.concatenate([self._trial, self._differences(centre)[0]])
+
+    def receive(self, residuals: np.ndarray, joints: np.ndarray) -> None:
+        """Take the residuals (m, nsample) at `points`; `joints` (nsample,) are their joints."""
+        ntrial = len(self._trial)
+        losses = np.mean(residuals[:ntrial] ** 2, axis=1)
+        losses = np.where(np.isfinite(losses), losses, np.inf)
+        if self.jacobian is None:
+            self.loss, self.residual = losses[0], residuals[0]
+            self._take_jacobian(self.u, residuals[0], residuals[1:], joints)
+            self.done = not np.isfinite(self.loss) or not self.free.any()
+            return
+        self.iterations += 1
+        best, centre = int(np.argmin(losses)), 0
+        if losses[best] >= self.loss:
+            self.damping, self.gain = 30.0 * self.damping, 0.0
+            self.done = self.damping > 1e6
+            return
+        self.gain = 1 - losses[best] / self.loss
+        self.u, self.loss, self.residual = self._trial[best], losses[best], residuals[best]
+        self.damping = max(self._dampings[best], 1e-7)
+        # around a neighbouring trial the derivatives serve as well
+        around = centre if np.isfinite(losses[centre]) else best
+        if around == centre:
+            self._take_jacobian(self._trial[centre], residuals[centre], residuals[ntrial:], joints)
+        # a heavily damped step that gains little is no minimum
+        settled = self.gain < self.tolerance and self.damping < SMALL_DAMPING
+        self.done = settled or abs(self._promise()) < self.tolerance
+
+    def again(self, layout: Layout | None = None, keep: Sequence[int] | None = None) -> "Fit":
+        """A fit from where this one ended, to other samples, or with some elements kept only."""
+        index = slice(None) if keep is None else keep
+        return Fit(
+            layout or self.layout, self.u[index], self.size[index], self.diagonal, damping=1e-3
+        )
+
+    def columns(self) -> dict[tuple, np.ndarray]:
+        """Columns of the Jacobian by slot key."""
+        return {slot.key: self.jacobian[:, i] for i, slot in enumerate(self.layout.slots)}
+
+    def _promise(self) -> float:
+        """Relative decrease of the loss that the linear model still expects of a full step.
+
+        Negative where bounds cut the step short.
+        """
+        change = self._step(0.0) - self.u
+        expected = self.residual + self.jacobian @ change
+        return float(1 - np.mean(expected**2) / max(self.loss, np.finfo(float).tiny))
+
+    def _columns(self) -> list[np.ndarray]:
+        """Index sets of elements that are moved together."""
+        slots = self.layout.slots
+        free = [i for i in np.flatnonzero(self.free) if slots[i].key not in self.given]
+        if not self.diagonal:
+            return [np.array([i]) for i in free]
+        groups: dict[tuple, list[int]] = {}
+        for i in free:
+            slot = self.layout.slots[i]
+            key = (slot.term.effect.name, slot.parameter.name)
+            groups.setdefault(key if self._alone(slot) else slot.key, []).append(i)
+        return [np.array(group) for group in groups.values()]
+
+    def _alone(self, slot: Slot) -> bool:
+        """Whether it is taken to move its own joint alone."""
+        return self.diagonal and slot.joint is not None and not slot.term.effect.coupled
+
+    def _differences(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        step = np.where(
+            self.layout.log, 10 * RELATIVE_STEP, RELATIVE_STEP * np.maximum(np.abs(u), self.size)
+        )
+        step = np.where(u + step > self.layout.upper, -step, step)
+        columns = self._columns()
+        points = np.repeat(u[None], len(columns), axis=0)
+        for row, members in enumerate(columns):
+            points[row, members] += step[members]
+        return points, step
+
+    def _take_jacobian(self, u, residual, moved, joints) -> None:
+        _, step = self._differences(u)
+        jacobian = np.zeros((len(residual), len(u)))
+        for difference, members in zip(moved - residual, self._columns(), strict=True):
+            difference = np.nan_to_num(difference)
+            for i in members:
+                slot = self.layout.slots[i]
+                if self._alone(slot):
+                    jacobian[:, i] = np.where(joints == slot.joint, difference, 0.0) / step[i]
+                else:
+                    jacobian[:, i] = difference / step[i]
+        for i, slot in enumerate(self.layout.slots):
+            if slot.key in self.given and self.free[i]:
+                jacobian[:, i] = self.given[slot.key]
+        self.jacobian = jacobian
+
+    def _step(self, damping: float) -> np.ndarray:
+        lower, upper = self.layout.lower, self.layout.upper
+        gradient = self.jacobian.T @ self.residual
+        outward = ((self.u <= lower) & (gradient > 0)) | ((self.u >= upper) & (gradient < 0))
+        moving = np.flatnonzero(self.free & ~outward)
+        if not len(moving):
+            return self.u.copy()
+        normal = self.jacobian[:, moving].T @ self.jacobian[:, moving]
+        scale = np.diag(normal) + 1e-12 * max(np.diag(normal).max(), 1e-30)
+        damped = normal + max(damping, LEAST_DAMPING) * np.diag(scale)
+        change = -np.linalg.solve(damped, gradient[moving])
+        limit = np.where(
+            self.layout.log[moving],
+            LARGEST_LOG_STEP,
+            20 * np.maximum(np.abs(self.u[moving]), self.size[moving]),
+        )
+        change = np.clip(change, -limit, limit)
+        new = self.u.copy()
+        new[moving] += change
+        return np.clip(new, lower, upper)
+
+
+def run(
+    fits: Sequence[Fit],
+    predictor: Predictor,
+    mask: np.ndarray,
+    iterations: int,
+    after_round: Callable[[Sequence[Fit]], None] = lambda fits: None,
+) -> None:
+    """Advance `fits` together until each is done or has made `iterations` more.
+
+    Args:
+        mask: (nsample,) bool, the samples that are fitted.
+        after_round: called after each round with the fits, to report or to drop some.
+    """
+    samples = predictor.samples
+    last = [fit.iterations + iterations for fit in fits]
+    while True:
+        active = [
+            fit for fit, stop in zip(fits, last, strict=True)
+            if fit.jacobian is None or not (fit.done or fit.iterations >= stop)
+        ]  # fmt: skip
+        if not active:
+            return
+        requests = [Request(fit.layout, fit.points()) for fit in active]
+        for fit, q in zip(active, predictor.predict(requests), strict=True):
+            fit.receive(q[:, mask] - samples.q[mask], samples.joint[mask])
+        after_round(fits)
+
+
+def start_from_the_best(
+    fits: Mapping[Hashable, Fit],
+    starts: Mapping[Hashable, np.ndarray],
+    predictor: Predictor,
+    mask: np.ndarray,
+) -> None:
+    """Let each fit begin at that of its starts (m, n) which leaves the least on the samples."""
+    requests = [Request(fit.layout, starts[key]) for key, fit in fits.items()]
+    for (key, fit), q in zip(fits.items(), predictor.predict(requests), strict=True):
+        losses = np.mean((q - predictor.samples.q)[:, mask] ** 2, axis=1)
+        fit.u = starts[key][int(np.argmin(np.nan_to_num(losses, nan=np.inf)))]
+
+
+def drop_hopeless(fits: Sequence[Fit], best: float | None = None) -> None:
+    """End fits that several rounds have left far behind the best and that gain little more.
+
+    Args:
+        best: mean squared residual to compare with; by default the least of the fits.
+    """
+    best = max(min(fit.loss for fit in fits) if best is None else best, np.finfo(float).tiny)
+    for fit in fits:
+        behind = fit.loss / best
+        if any(
+            fit.iterations >= iterations and behind > much and fit.gain < little
+            for iterations, much, little in HOPELESS
+        ):
+            fit.done = True
+
+
+def least_loss(fits: dict[str, Fit]) -> float:
+    """The least loss of several fits."""
+    return min(fit.loss for fit in fits.values())

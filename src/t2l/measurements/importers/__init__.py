@@ -1,6 +1,0 @@
-"""Recordings out of what other recorders write."""
-
-from t2l.measurements.importers.csv_mapping import Mapping, read_mapped, read_mapping
-from t2l.measurements.importers.lerobot import read_lerobot
-
-__all__ = ["Mapping", "read_lerobot", "read_mapped", "read_mapping"]

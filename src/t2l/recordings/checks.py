@@ -1,0 +1,221 @@
+"""What must hold for a table to be usable: its columns, its numbers, the joints' ranges."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from t2l.errors import RecordingError
+from t2l.recordings.recording import Recording
+from t2l.typed import LARGEST, suggestion
+
+# prefixes of the columns that belong to one joint
+COMMANDED, MEASURED = "q_des", ("q", "dq", "tau")
+
+# fewer than these say nothing about a response
+LEAST_SAMPLES = 10
+LEAST_DURATION_S = 0.2
+
+# of the control loop: a simulation of more takes minutes on one core
+MOST_TICKS = 10_000_000
+# between rows: a thousand and more is a time in ms, a few is a log slower than its commands
+MOST_COMMANDS_A_ROW = 100
+
+# beyond a joint's range: sensors and mechanical stops are this exact
+RANGE_TOLERANCE_RAD = 0.05
+
+
+def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> None:
+    """Whether a table has the columns that its joints ask for, and no others.
+
+    Raises:
+        RecordingError: a column is missing, unknown, repeated, or there for some joints only.
+    """
+    if len(columns) == 1 and any(mark in columns[0] for mark in ";\t"):
+        raise RecordingError(
+            path, "the header", f"one column, {columns[0]!r}", "columns separated by commas"
+        )
+    known = ["time", *(f"{kind}.{j}" for kind in (COMMANDED, *MEASURED) for j in joints)]
+    for column in columns:
+        if column not in known:
+            raise RecordingError(
+                path,
+                f"column {column}",
+                f"an unknown column{suggestion(column, known)}",
+                ", ".join(known),
+            )
+        if list(columns).count(column) > 1:
+            raise RecordingError(path, f"column {column}", "it twice", "each column once")
+    if "time" not in columns:
+        raise RecordingError(path, "column time", "nothing", "the time of every row, in s")
+    for kind, unit in ((COMMANDED, "rad"), ("q", "rad"), ("dq", "rad/s"), ("tau", "N·m")):
+        missing = [joint for joint in joints if f"{kind}.{joint}" not in columns]
+        optional = kind in ("dq", "tau")
+        if missing and not (optional and len(missing) == len(joints)):
+            allowed = f"{kind} of each of the {len(joints)} joints of the YAML, in {unit}"
+            if optional:
+                allowed += ", with empty cells where not sampled, or of none"
+            raise RecordingError(path, f"column {kind}.{missing[0]}", "nothing", allowed)
+
+
+def check_samples(recording: Recording) -> None:
+    """Whether the numbers of a recording can be a run of a machine.
+
+    NaN in measured arrays means "not sampled" and gaps in time are legal.
+
+    Raises:
+        RecordingError: time that does not increase, NaN among the commands, an infinite value,
+            a joint without measurements, or too short a recording.
+    """
+    path = recording.path or recording.name
+    _check_time(recording.time, path)
+    _check_clock(recording, path)
+    for kind in (COMMANDED, *MEASURED):
+        values = getattr(recording, kind)
+        if values is None:
+            continue
+        expected = (len(recording.time), len(recording.joints))
+        if values.shape != expected:
+            raise RecordingError(
+                path,
+                f"columns {kind}.*",
+                f"an array of shape {values.shape}",
+                f"{expected}, rows by joints",
+            )
+        bad = ~np.isfinite(values) if kind == COMMANDED else np.isinf(values)
+        if bad.any():
+            row, joint = np.argwhere(bad)[0]
+            found = "nothing (NaN)" if np.isnan(values[row, joint]) else f"{values[row, joint]}"
+            allowed = "a finite number" + ("" if kind == COMMANDED else ", or nothing")
+            column = f"{kind}.{recording.joints[joint]}"
+            raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed)
+        large = np.abs(values) > LARGEST
+        if large.any():
+            row, joint = np.argwhere(large)[0]
+            column = f"{kind}.{recording.joints[joint]}"
+            raise RecordingError(
+                path,
+                f"row {row + 1}, column {column}",
+                f"{values[row, joint]:g}",
+                f"numbers up to {LARGEST:g}",
+            )
+    _check_enough(recording, path)
+
+
+def _check_time(time: np.ndarray, path: Path | str) -> None:
+    bad = ~np.isfinite(time)
+    if bad.any():
+        row = int(np.argmax(bad))
+        found = "nothing (NaN)" if np.isnan(time[row]) else f"{time[row]}"
+        raise RecordingError(path, f"row {row + 1}, column time", found, "a finite number, in s")
+    bad = np.diff(time) <= 0
+    if bad.any():
+        row = int(np.argmax(bad)) + 1
+        raise RecordingError(
+            path,
+            f"row {row + 1}, column time",
+            f"{time[row]:.9g}",
+            f"more than the {time[row - 1]:.9g} s of the row before",
+        )
+
+
+def _check_clock(recording: Recording, path: Path | str) -> None:
+    """Whether the times go with the rates, so that they are in seconds."""
+    if len(recording.time) < 2:
+        return
+    period = float(np.median(np.diff(recording.time)))
+    if period * recording.command_rate_hz > MOST_COMMANDS_A_ROW:
+        raise RecordingError(
+            path,
+            "column time",
+            f"a row every {period:.4g} s, where commands come {recording.command_rate_hz:g} "
+            "times a second (command_rate_hz)",
+            f"at most {MOST_COMMANDS_A_ROW} commands a row (is time in seconds?)",
+        )
+    ticks = recording.duration_s * recording.control_rate_hz
+    if ticks > MOST_TICKS:
+        raise RecordingError(
+            path,
+            "column time",
+            f"{recording.duration_s:.4g} s, {ticks:.3g} ticks of a control loop of "
+            f"{recording.control_rate_hz:g} Hz (control_rate_hz)",
+            f"at most {MOST_TICKS:.0e} ticks (is time in seconds?); cut the recording where it "
+            "is longer",
+        )
+
+
+def _check_enough(recording: Recording, path: Path | str) -> None:
+    sampled = ~np.isnan(recording.q)
+    for joint, column in zip(recording.joints, sampled.T, strict=True):
+        count = int(column.sum())
+        if count < LEAST_SAMPLES:
+            found = f"{count} measured positions" if count else "no measured position"
+            raise RecordingError(
+                path, f"column q.{joint}", found, f"at least {LEAST_SAMPLES} for every joint"
+            )
+        times = recording.time[column]
+        if times[-1] - times[0] < LEAST_DURATION_S:
+            raise RecordingError(
+                path,
+                f"column q.{joint}",
+                f"measurements over {times[-1] - times[0]:.3g} s",
+                f"at least {LEAST_DURATION_S} s (is time in seconds?)",
+            )
+
+
+def check_against_joint_ranges(
+    recording: Recording,
+    ranges: np.ndarray,
+    names: Sequence[str],
+    tolerance_rad: float = RANGE_TOLERANCE_RAD,
+) -> None:
+    """Whether commanded and measured positions are ones that the model's joints can take.
+
+    Args:
+        recording: any recording that was read.
+        ranges: rad, (len(names), 2), lower and upper limit; infinite for an unlimited joint.
+        names: the model's joints, in the order of `ranges`.
+        tolerance_rad: how far outside a position may be.
+
+    Raises:
+        RecordingError: a joint is not the model's, or positions are outside its range, with a
+            word about degrees if that explains them.
+    """
+    path = recording.path or recording.name
+    names = list(names)
+    for joint in recording.joints:
+        if joint not in names:
+            where = path.with_suffix(".yaml") if isinstance(path, Path) else path
+            raise RecordingError(
+                where,
+                "key joints",
+                f"{joint}, which the model does not have{suggestion(joint, names)}",
+                ", ".join(names),
+            )
+    ranges = np.asarray(ranges, dtype=float)
+    if ranges.shape != (len(names), 2):
+        raise ValueError(f"{len(names)} joints have ranges of shape {ranges.shape}")
+    limits = ranges[[names.index(joint) for joint in recording.joints]]
+    low, high = limits[:, 0] - tolerance_rad, limits[:, 1] + tolerance_rad
+    for kind in (COMMANDED, "q"):
+        values = getattr(recording, kind)
+        # comparisons with NaN are false: what was not sampled is not outside
+        outside = (values < low) | (values > high)
+        if not outside.any():
+            continue
+        row, joint = np.argwhere(outside)[0]
+        value = values[row, joint]
+        found = f"{value:.6g} rad"
+        beyond = np.nanmax(np.maximum(low - values, values - high))
+        in_degrees = np.deg2rad(values)
+        fits = not ((in_degrees < low) | (in_degrees > high)).any()
+        if fits and beyond > math.pi:
+            found = f"{value:.6g}, which looks like degrees ({np.deg2rad(value):.4g} rad)"
+        lower, upper = limits[joint]
+        raise RecordingError(
+            path,
+            f"row {row + 1}, column {kind}.{recording.joints[joint]}",
+            found,
+            f"{lower:.6g} to {upper:.6g} rad, the joint's range in the model",
+        )

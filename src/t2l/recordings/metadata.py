@@ -1,0 +1,128 @@
+"""The YAML of a recording: which robot and joints, under which controller."""
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, Field
+
+from t2l.errors import RecordingError
+from t2l.recordings.keys import checked
+from t2l.recordings.per_joint import per_joint
+from t2l.recordings.recording import KNOWN_ROBOTS, Recording
+from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion
+
+ROBOT_ALLOWED = f"{', '.join(KNOWN_ROBOTS)}, or the path of an MJCF file, relative to this YAML"
+JOINTS_ALLOWED = "a list of different joint names, in the order of the columns"
+
+# the slowest loop that holds a joint, and faster than any that a computer runs
+LEAST_CONTROL_RATE_HZ, LARGEST_RATE_HZ = 1, 100_000
+
+
+def _joint_names(value: Any) -> tuple[str, ...]:
+    fine = isinstance(value, list) and value and all(isinstance(n, str) and n for n in value)
+    if not fine or len(set(value)) < len(value):
+        raise refuse(JOINTS_ALLOWED)
+    return tuple(value)
+
+
+def _point(value: Any) -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != 3 or not all(map(is_number, value)):
+        raise refuse("three numbers, in m")
+    return tuple(map(float, value))
+
+
+Rate = Annotated[Number, Field(gt=0, le=LARGEST_RATE_HZ, description="a number above 0, in Hz")]
+
+
+class Metadata(Typed):
+    """What a recording's YAML holds."""
+
+    robot: Annotated[str, Field(min_length=1, description=ROBOT_ALLOWED)]
+    joints: Annotated[
+        tuple[Annotated[str, Field(min_length=1)], ...],
+        BeforeValidator(_joint_names),
+        Field(description=JOINTS_ALLOWED),
+    ]
+    kp: Annotated[per_joint(above=0, unit="N·m/rad"), Field(description="numbers, in N·m/rad")]
+    kd: Annotated[
+        per_joint(at_least=0, unit="N·m·s/rad"), Field(description="numbers, in N·m·s/rad")
+    ]
+    command_rate_hz: Rate
+    control_rate_hz: Annotated[Rate, Field(ge=LEAST_CONTROL_RATE_HZ)]
+    gravity_compensation: Annotated[bool, Field(description="true or false")]
+    base_position: Annotated[tuple[Number, ...] | None, BeforeValidator(_point)] = None
+    notes: str = ""
+
+    def arguments(self, path: Path) -> dict[str, Any]:
+        """As keyword arguments of `Recording`.
+
+        Args:
+            path: of the YAML, which the path of a robot's MJCF is relative to.
+
+        Raises:
+            RecordingError: the robot is neither a known name nor a file.
+        """
+        values = {name: getattr(self, name) for name in Metadata.model_fields}
+        return values | {
+            "robot": _robot(self.robot, path),
+            "command_rate_hz": float(self.command_rate_hz),
+            "control_rate_hz": float(self.control_rate_hz),
+        }
+
+
+def check_metadata(values: Any, path: Path) -> dict[str, Any]:
+    """The content of a recording's YAML as keyword arguments of `Recording`.
+
+    Args:
+        values: what the YAML holds.
+        path: the YAML, for messages and for a robot's path relative to it.
+
+    Raises:
+        RecordingError: a key is missing, unknown, or of a wrong type, count or sign.
+    """
+    return checked(Metadata, values, path).arguments(path)
+
+
+def as_written(recording: Recording, path: Path) -> dict[str, Any]:
+    """What the YAML at `path` has to hold."""
+    robot = recording.robot
+    if robot not in KNOWN_ROBOTS:
+        robot = os.path.relpath(robot, path.parent.resolve())
+    metadata = {
+        "robot": robot,
+        "joints": list(recording.joints),
+        "kp": _one_or_each(recording.kp),
+        "kd": _one_or_each(recording.kd),
+        "command_rate_hz": _plain(recording.command_rate_hz),
+        "control_rate_hz": _plain(recording.control_rate_hz),
+        "gravity_compensation": bool(recording.gravity_compensation),
+    }
+    if recording.base_position is not None:
+        metadata["base_position"] = [float(x) for x in recording.base_position]
+    if recording.notes:
+        metadata["notes"] = recording.notes
+    return metadata
+
+
+def _one_or_each(gains: np.ndarray) -> float | list[float]:
+    each = [_plain(gain) for gain in gains]
+    return each[0] if (gains == gains[0]).all() else each
+
+
+def _plain(number: float) -> float:
+    # 64 reads better than 64.0
+    return int(number) if float(number).is_integer() else float(number)
+
+
+def _robot(value: str, path: Path) -> str:
+    if value in KNOWN_ROBOTS:
+        return value
+    model = (path.parent / value).resolve()
+    if model.is_file():
+        return str(model)
+    found = f"{describe(value)}{suggestion(value, KNOWN_ROBOTS)}"
+    if value.endswith((".xml", ".mjcf")):
+        found = f"{describe(value)}, but there is no file {model}"
+    raise RecordingError(path, "key robot", found, ROBOT_ALLOWED)

@@ -1,0 +1,181 @@
+"""The numbers behind the page's plots, small enough to travel in it."""
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from t2l.diagnose.conditions import CONDITIONS, UNITS
+from t2l.diagnose.traces import Traces, binned, spectrum
+from t2l.report.artefacts import Compared, Found
+
+OVERLAY_SAMPLES = 60_000  # in all overlays together
+COARSEST = 4  # every n-th sample; rather than coarser, fewer recordings are shown
+FEWEST_RECORDINGS = 3
+CLOUD_SAMPLES = 5_000  # per model, in all joints together
+
+
+def payload(found: Found) -> dict[str, Any]:
+    """Everything the page's script draws, JSON-able; arrays are base64 of float32."""
+    content: dict[str, Any] = {"rankings": [ranking(step) for step in found.steps]}
+    if found.explanation is not None:
+        content["falling"] = falling(found)
+    if found.compared:
+        content |= _comparison(found)
+    return content
+
+
+def ranking(step) -> list[dict[str, Any]]:
+    """Candidates with their held-out improvement in per cent, best first."""
+    entries = step.diagnosis["ranking"]
+    first = step.adopted or (entries[0]["effect"] if entries else None)
+    missing = step.diagnosis["verdict"] == "missing_effect"
+    tied = next((e["tied_with"] for e in entries if e["effect"] == first), [])
+    return [
+        {
+            "title": entry["title"],
+            "improvement": 100 * entry["improvement"]["fraction"],
+            "ci95": [100 * bound for bound in entry["improvement"]["ci95"]],
+            "kind": "best"
+            if missing and entry["effect"] == first
+            else "tied"
+            if entry["effect"] in tied
+            else "other",
+        }
+        for entry in entries
+    ]
+
+
+def falling(found: Found) -> dict[str, Any]:
+    """Training and held-out error after every step, mrad."""
+    steps = found.explanation["steps"]
+    titles = titles_of(found)
+    names = [titles.get(step["effect"], step["effect"]) for step in steps]
+    return {
+        "names": ["model as it came", *(f"+ {name}" for name in names[1:])],
+        "train": [1e3 * step["train_rmse_q_rad"] for step in steps],
+        "heldout": [1e3 * step["heldout_rmse_q_rad"] for step in steps],
+        "floor": 1e3 * found.explanation["noise_floor_rad"],
+    }
+
+
+def titles_of(found: Found) -> dict[str, str]:
+    """Titles of effects by name, from the rankings."""
+    return {
+        entry["effect"]: entry["title"]
+        for step in found.steps
+        for entry in step.diagnosis["ranking"]
+    }
+
+
+def _comparison(found: Found) -> dict[str, Any]:
+    first = found.compared[0]
+    traces = first.traces
+    shown = recordings_to_show(traces)
+    step = max(1, -(-np.isin(traces.recording, shown).sum() // OVERLAY_SAMPLES))
+    return {
+        "joints": list(traces.joints),
+        "models": [compared.label for compared in found.compared],
+        "noise_density": noise_density(first),
+        "overlays": [
+            [_overlay(found, i, joint, step) for joint in range(len(traces.joints))] for i in shown
+        ],
+        "conditions": [{"name": name, "unit": UNITS[name]} for name in conditions_of(traces)],
+        "cells": [
+            [_cell(cell, traces.joints) for cell in compared.numbers["cells"]]
+            for compared in found.compared
+        ],
+        "clouds": [_clouds(compared) for compared in found.compared],
+        "spectra": [
+            [_spectrum(compared.traces, joint) for joint in range(len(traces.joints))]
+            for compared in found.compared
+        ],
+    }
+
+
+def conditions_of(traces: Traces) -> list[str]:
+    """The conditions that the table holds, in the order of menus."""
+    return [name for name in CONDITIONS if name in traces.columns]
+
+
+def recordings_to_show(traces: Traces) -> list[int]:
+    """Recordings whose overlays the page holds: all, or a few from the best to the worst."""
+    count = len(traces.recordings)
+    most = int(count * COARSEST * OVERLAY_SAMPLES / len(traces.joint))
+    if most >= count:
+        return list(range(count))
+    squares = np.bincount(traces.recording, traces.error**2, count)
+    order = np.argsort(squares / np.maximum(np.bincount(traces.recording, minlength=count), 1))
+    at = np.linspace(0, count - 1, max(min(FEWEST_RECORDINGS, count), most)).round().astype(int)
+    return sorted(order[np.unique(at)].tolist())
+
+
+def worst(traces: Traces, shown: list[int]) -> list[int]:
+    """Place in `shown` of the recording, and the joint, with the largest squared error."""
+    shape = (len(traces.recordings), len(traces.joints))
+    key = traces.recording * shape[1] + traces.joint
+    squares = np.bincount(key, traces.error**2, np.prod(shape)).reshape(shape)[shown]
+    return [int(i) for i in np.unravel_index(np.argmax(squares), squares.shape)]
+
+
+def _overlay(found: Found, recording: int, joint: int, step: int) -> dict[str, Any]:
+    traces = found.compared[0].traces
+    at = traces.at(recording, joint)[::step]
+    return {
+        "time": packed(traces.columns["time"][at]),
+        "command": packed(traces.columns["q_des"][at]),
+        "measured": packed(traces.columns["q"][at]),
+        "simulated": [packed(c.traces.columns["q_sim"][at]) for c in found.compared],
+    }
+
+
+def _cell(cell: dict[str, Any], joints: tuple[str, ...]) -> list[float]:
+    joint = -1 if cell["joint"] is None else joints.index(cell["joint"])
+    return [joint, cell["kp"], cell["kd"], 1e3 * cell["rmse_q_rad"]]
+
+
+def same_gains(compared: Compared) -> bool:
+    """Whether every recording has one Kp and one Kd for all joints."""
+    return all(
+        len(set(log["kp"])) == 1 and len(set(log["kd"])) == 1 for log in compared.numbers["logs"]
+    )
+
+
+def _clouds(compared: Compared) -> list[dict[str, Any]]:
+    """Per joint a sample of points and the mean per bin, of error and missing torque."""
+    traces, rng = compared.traces, np.random.default_rng(0)
+    each = CLOUD_SAMPLES // len(traces.joints)
+    clouds = []
+    for joint in range(len(traces.joints)):
+        at = np.flatnonzero(traces.joint == joint)
+        some = np.sort(rng.choice(at, min(each, len(at)), replace=False))
+        error, torque = 1e3 * traces.error, traces.columns["missing_torque"]
+        cloud = {"error": packed(error[some]), "torque": packed(torque[some]), "over": {}}
+        for name in conditions_of(traces):
+            x = traces.columns[name]
+            curves = {
+                key: [packed(v) for v in binned(x[at], y[at])]
+                for key, y in (("error", error), ("torque", torque))
+            }
+            cloud["over"][name] = {"x": packed(x[some]), **curves}
+        clouds.append(cloud)
+    return clouds
+
+
+def _spectrum(traces: Traces, joint: int) -> list[str]:
+    frequency, amplitude = spectrum(traces, joint)
+    return [packed(frequency), packed(1e3 * amplitude)]
+
+
+def noise_density(compared: Compared) -> float | None:
+    """Amplitude density mrad/√Hz of white noise with the noise floor's RMS."""
+    floor, time = compared.numbers["noise_floor_rad"], compared.traces.columns["time"]
+    at = compared.traces.at(0, int(compared.traces.joint[0]))
+    if not floor or len(at) < 2:
+        return None
+    return 1e3 * floor * float(np.sqrt(2 * np.median(np.diff(time[at]))))
+
+
+def packed(values: np.ndarray) -> str:
+    """Little-endian float32 as base64."""
+    return base64.b64encode(np.asarray(values, "<f4").tobytes()).decode()

@@ -1,0 +1,1 @@
+"""Laws that turn commands into torques."""

@@ -1,1 +1,0 @@
-"""The robot at the other end: deployed on, measured, compared with its simulator."""

@@ -1,0 +1,229 @@
+"""A policy's rollouts on a robot: of metal, virtual, or the identified simulator."""
+
+import logging
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from t2l.artefacts import read_npz, set_aside, whole
+from t2l.errors import ArtefactError
+from t2l.gains import Cell
+from t2l.hardware.backend import Backend, State
+from t2l.hardware.guard import Guard, Workspace
+from t2l.rl.constraints import violations
+from t2l.rl.interface import command, observe, per_joint, steps_held
+from t2l.rl.policy import ReachPolicy
+from t2l.robots.fr3 import JOINTS
+from t2l.robots.kinematics import Flange
+from t2l.sim.controllers.position import pd_torque
+from t2l.tasks.reach import Reach, joint_ranges
+
+log = logging.getLogger(__name__)
+
+LOG_RATE_HZ = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Rollouts:
+    """What `n` robots measured at `LOG_RATE_HZ`; NaN after a robot was stopped.
+
+    Attributes:
+        time: (nsample,) s; the policy decides every `hold` samples.
+        q, dq, q_des: (nsample, n, 7).
+        observation, action: (ndecision, n, nobs) and (ndecision, n, 7), at each decision.
+        violated: (nsample, n, 4) bool, in order of `t2l.rl.constraints.NAMES`.
+        success: (n,) bool, at the end of those that were not stopped.
+        stopped: why each robot was stopped, or nothing.
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    dq: np.ndarray
+    q_des: np.ndarray
+    observation: np.ndarray
+    action: np.ndarray
+    violated: np.ndarray
+    success: np.ndarray
+    stopped: tuple[str, ...]
+
+
+def deploy(
+    robot: Backend,
+    policy: ReachPolicy,
+    task: Reach,
+    cell: Cell,
+    starts: np.ndarray,
+    goals: np.ndarray,
+    policy_rate_hz: float,
+    duration_s: float,
+    workspace: Workspace,
+    folder: Path | None = None,
+) -> Rollouts:
+    """Run a policy from every start to its goal, as many side by side as there are robots.
+
+    Commands are sent at `LOG_RATE_HZ`, whatever the policy's rate, and checked each time. One that
+    must not be sent is not: its robot is held where it is, and its rollout ends.
+    Whatever else ends the deployment, an error or Ctrl-C, the robot is brought to rest first.
+
+    Args:
+        starts: (n, 7) rad, and goals (n, goal_size); n is a multiple of the number of robots.
+        folder: keeps what is complete; what is there already is not run again.
+
+    Raises:
+        ConfigurationError: the policy's rate does not divide `LOG_RATE_HZ`.
+        BackendError: the robot does not go on.
+    """
+    hold = steps_held(LOG_RATE_HZ, policy_rate_hz, "the log's")
+    parts = []
+    for first in range(0, len(starts), robot.n):
+        rows = slice(first, first + robot.n)
+        kept = folder / f"{first:03d}.npz" if folder else None
+        size = (round(duration_s * policy_rate_hz), hold, robot.n)
+        if kept and (part := _kept(kept, size)):
+            parts.append(part)
+            continue
+        guard = Guard(robot.n, cell, 1 / LOG_RATE_HZ, workspace)
+        run = _Run(robot, policy, task, cell, goals[rows], guard)
+        try:
+            parts.append(run.through(starts[rows], hold, size[0]))
+        except BaseException:
+            robot.hold()
+            raise
+        if kept:
+            _write(parts[-1], kept)
+    return _joined(parts)
+
+
+class _Run:
+    """One rollout of every robot at once."""
+
+    def __init__(self, robot, policy, task, cell, goals, guard):
+        self.robot, self.policy, self.task, self.cell = robot, policy, task, cell
+        self.goals, self.guard = goals, guard
+        self.flange = Flange(robot.n) if task.goal_size != len(JOINTS) else None
+        self.stopped = [""] * robot.n
+
+    def through(self, starts: np.ndarray, hold: int, decisions: int) -> Rollouts:
+        kp, kd = self.cell.kp, self.cell.kd
+        scale = per_joint(self.policy.action_scale)
+        state = self.robot.start(starts, np.full(7, float(kp)), np.full(7, float(kd)))
+        before = np.zeros_like(state.q)
+        previous = np.zeros_like(state.q)
+        held = state.q.copy()
+        logged: dict[str, list[np.ndarray]] = {
+            name: [] for name in ("q", "dq", "q_des", "observation", "action", "violated")
+        }
+        for sample in range(decisions * hold):
+            deciding = sample % hold == 0
+            if deciding:
+                observation = observe(state.q, state.dq, self.errors(state), previous)
+                action = self.policy.act(observation)
+                wanted = command(state.q, action, scale, joint_ranges())
+                previous = action
+            running = self.running
+            self.stop_where_needed(wanted, state)
+            held = np.where(running[:, None] & ~self.running[:, None], state.q, held)
+            q_des = np.where(self.running[:, None], wanted, held)
+            if not self.running.any():
+                break
+            if deciding:
+                for name, value in (("observation", observation), ("action", action)):
+                    logged[name].append(_without(value, ~self.running))
+            torque = pd_torque(q_des, state.q, state.dq, kp, kd)
+            found = violations(state.q, state.dq, torque, before, 1 / LOG_RATE_HZ, joint_ranges())
+            before = torque
+            for name, value in (("q", state.q), ("dq", state.dq), ("q_des", q_des)):
+                logged[name].append(_without(value, ~self.running))
+            logged["violated"].append(found & self.running[:, None])
+            state = self.robot.step(q_des, 1 / LOG_RATE_HZ)
+        if not self.running.all():
+            self.robot.hold()
+        success = self.task.success(self.errors(state)) & self.running
+        sizes = {
+            "q": 7, "dq": 7, "q_des": 7, "violated": 4, "action": 7,
+            "observation": 21 + self.task.errors_size,
+        }  # fmt: skip
+        arrays = {
+            name: _padded(rows, decisions * (1 if name in ("observation", "action") else hold),
+                          self.robot.n, sizes[name])
+            for name, rows in logged.items()
+        }  # fmt: skip
+        arrays["violated"] = arrays["violated"] == 1
+        time = np.arange(decisions * hold) / LOG_RATE_HZ
+        return Rollouts(time=time, success=success, stopped=tuple(self.stopped), **arrays)
+
+    @property
+    def running(self) -> np.ndarray:
+        return np.array([not reason for reason in self.stopped])
+
+    def errors(self, state: State) -> np.ndarray:
+        pose = self.flange.pose(state.q) if self.flange else np.empty((0, 12))
+        return self.task.errors(state.q, pose, self.goals)
+
+    def stop_where_needed(self, q_des: np.ndarray, state: State) -> None:
+        objections = self.guard.objections(q_des, state.q, state.dq)
+        self.stopped = [old or new for old, new in zip(self.stopped, objections, strict=True)]
+
+
+def _without(values: np.ndarray, robots: np.ndarray) -> np.ndarray:
+    values = np.array(values, float)
+    values[robots] = np.nan
+    return values
+
+
+def _padded(rows: list[np.ndarray], length: int, n: int, size: int) -> np.ndarray:
+    """(length, n, size): rows, and NaN for those that never came."""
+    padded = np.full((length, n, size), np.nan)
+    if rows:
+        padded[: len(rows)] = rows
+    return padded
+
+
+def _joined(parts: list[Rollouts]) -> Rollouts:
+    def along(name: str, axis: int) -> np.ndarray:
+        return np.concatenate([getattr(part, name) for part in parts], axis=axis)
+
+    sampled = ("q", "dq", "q_des", "observation", "action", "violated")
+    return Rollouts(
+        time=parts[0].time,
+        success=along("success", 0),
+        stopped=sum((part.stopped for part in parts), ()),
+        **{name: along(name, 1) for name in sampled},
+    )
+
+
+def _write(rollouts: Rollouts, path: Path) -> None:
+    with whole(path) as draft:
+        np.savez(draft, **{field.name: getattr(rollouts, field.name) for field in fields(Rollouts)})
+
+
+def _kept(path: Path, size: tuple[int, int, int]) -> Rollouts | None:
+    """What an earlier run kept; a file that is no such rollout is set aside."""
+    if not path.exists():
+        return None
+    try:
+        return _read(path, size)
+    except ArtefactError as error:
+        log.warning("%s; set aside as %s and run anew", error.complaint, set_aside(path).name)
+        return None
+
+
+def _read(path: Path, size: tuple[int, int, int]) -> Rollouts:
+    decisions, hold, n = size
+    samples = decisions * hold
+    shapes = {
+        "time": (samples,), "violated": (samples, n, 4), "success": (n,), "stopped": (n,),
+        "action": (decisions, n, 7),
+    } | {name: (samples, n, 7) for name in ("q", "dq", "q_des")}  # fmt: skip
+    kinds = {"violated": "b", "success": "b", "stopped": "U"}
+    arrays = read_npz(path, names := [field.name for field in fields(Rollouts)])
+    for name in names:
+        found = arrays[name]
+        # how much is observed is the task's
+        shape = shapes.get(name, (decisions, n, *found.shape[2:3]))
+        if found.shape != shape or found.dtype.kind != kinds.get(name, "f"):
+            described = f"{name} is {found.dtype} of {found.shape}"
+            raise ArtefactError(path, described, f"rollouts with {name} of {shape}")
+    content = {name: arrays[name] for name in names}
+    return Rollouts(**content | {"stopped": tuple(map(str, content["stopped"]))})

@@ -1,0 +1,89 @@
+"""The same starts and goals on the robot and in its simulator."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from t2l.gains import Cell
+from t2l.hardware.backends import open_robot
+from t2l.hardware.guard import Workspace
+from t2l.identify.actuator_parameters import Parameters
+from t2l.rl.condition import Condition
+from t2l.rl.policy import ReachPolicy
+from t2l.seeds import generator
+from t2l.tasks.reach import make_task
+from t2l.transfer.deploy import Rollouts, deploy
+from t2l.transfer.identified import IdentifiedRobot
+
+
+@dataclass(frozen=True)
+class Deployment:
+    """How policies are deployed.
+
+    Attributes:
+        rollouts: on the robot, and as many in simulation.
+        duration_s: of each.
+        rate_hz: of the training simulator.
+    """
+
+    rollouts: int
+    duration_s: float
+    rate_hz: float
+    workspace: Workspace
+
+    @classmethod
+    def from_section(
+        cls, section: Mapping[str, Any], duration_s: float, rate_hz: float
+    ) -> "Deployment":
+        """What the `deployment` section of a checked configuration asks for."""
+        lower, upper = (tuple(section[f"workspace_{side}_m"]) for side in ("lower", "upper"))
+        return cls(section["rollouts"], duration_s, rate_hz, Workspace(lower, upper))
+
+
+def matched_rollouts(
+    robot: Mapping[str, Any],
+    policy: ReachPolicy,
+    condition: Condition,
+    cell: Cell,
+    parameters: Parameters,
+    deployment: Deployment,
+    seed: int,
+    folder: Path,
+) -> tuple[Rollouts, Rollouts]:
+    """Rollouts on the robot, then in the simulator from where the robot began.
+
+    Args:
+        robot: the `robot` section of a checked configuration.
+        parameters: of the identified simulator.
+        seed: starts and goals are the same for every cell and condition of a task.
+        folder: for rollouts of an arm that runs one after another; those that are there already,
+            of the same policy, are not run again.
+
+    Raises:
+        BackendError: the robot cannot be reached, or does not go on.
+    """
+    task = make_task(condition.task)
+    draw = generator(seed, "deployment", task.name)
+    starts = task.sample_starts(draw, deployment.rollouts)
+    goals = task.sample_goals(draw, deployment.rollouts)
+    rest = (condition.policy_rate_hz, deployment.duration_s, deployment.workspace)
+    arm = open_robot(robot, deployment.rollouts)
+    try:
+        kept = folder / _digest(policy, starts, goals, robot, rest)
+        real = deploy(arm, policy, task, cell, starts, goals, *rest, folder=kept)
+    finally:
+        arm.close()
+    begun = np.where(np.isfinite(real.q[0]), real.q[0], starts)
+    simulator = IdentifiedRobot(deployment.rollouts, parameters, deployment.rate_hz)
+    return real, deploy(simulator, policy, task, cell, begun, goals, *rest)
+
+
+def _digest(policy: ReachPolicy, starts: np.ndarray, goals: np.ndarray, *more: object) -> str:
+    digest = hashlib.sha256(repr(more).encode())
+    for array in (policy.mean, *policy.weights, *policy.biases, starts, goals):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()[:12]

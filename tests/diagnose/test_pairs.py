@@ -1,0 +1,60 @@
+import numpy as np
+import pytest
+
+from t2l.diagnose.evidence import gather
+from t2l.diagnose.pairs import _fitted, _joined, _tried
+from t2l.effects.registry import builtin
+from t2l.effects.term import Layout, Term
+from t2l.identify.least_squares import Fit
+from tests.diagnose.made import pendulum, swings
+
+
+def test_an_effect_that_some_joints_have_already_is_in_a_pair_once():
+    effects = builtin()
+    coulomb, viscous = effects["coulomb_friction"], effects["viscous_friction"]
+    adopted = Term(coulomb, (0,))
+    alone = Layout([adopted, Term(viscous, (0, 1))])
+    wider = Layout([Term(coulomb, (0, 1))])
+    fit = Fit(alone, np.arange(1.0, len(alone) + 1), np.ones(len(alone)))
+    other = Fit(wider, np.array([0.3, 0.7]), np.ones(2))
+    pair = _joined(fit, other, "coulomb_friction", diagonal=False)
+    keys = [slot.key for slot in pair.layout.slots]
+    assert len(set(keys)) == len(keys) == 4
+    values = pair.layout.decode(pair.u[None])
+    assert [v[0].tolist() for v in values["coulomb_friction"].values()] == [[0.3, 0.7]]
+    assert values["viscous_friction"].keys() == {p.name for p in viscous.parameters}
+
+
+def test_an_effect_that_leaves_far_less_than_any_other_is_tried_with_none():
+    def tried(*losses, before):
+        names = "abcdefg"[: len(losses)]
+        fits = {name: Fit(Layout(()), np.zeros(0), np.zeros(0)) for name in names}
+        for fit, loss in zip(fits.values(), losses, strict=True):
+            fit.loss = loss
+        return _tried(fits, before)
+
+    assert tried(1, 5, 6, 7, 8, 9, before=30) == []
+    # much is left, or others leave as little
+    assert len(tried(1, 5, 6, 7, 8, 9, before=15)) == 10
+    assert len(tried(1, 3, 6, 7, 8, 9, before=30)) == 10
+    assert tried(1, before=30) == []
+
+
+def test_a_pair_starts_with_one_alone_where_the_other_was_fitted_astray(tmp_path):
+    """Friction that holds the joint fast has no derivative that would lead away from it."""
+    effects = {
+        "torque_offset": {"torque": {"hinge": -0.4}},
+        "coulomb_friction": {"torque": {"hinge": 0.05}},
+    }
+    recordings = swings(pendulum(tmp_path), effects, 2e-5, 1.0)
+    evidence = gather(recordings[0].robot, recordings)
+    fits = {}
+    for name, value in (("torque_offset", -0.39), ("coulomb_friction", 8.0)):
+        layout = Layout([Term(builtin()[name], (0,))])
+        fits[name] = Fit(layout, np.array([value]), np.array([0.1]))
+    names = ("coulomb_friction", "torque_offset")
+    pair = _fitted([names], fits, evidence, False, 1e-12)[names]
+    assert np.sqrt(pair.loss) < 4e-5
+    found = pair.layout.decode(pair.u[None])
+    assert found["torque_offset"]["torque"] == pytest.approx(-0.4, rel=0.02)
+    assert found["coulomb_friction"]["torque"] == pytest.approx(0.05, rel=0.02)

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from t2l.figures import diagnosis as discrepancy
+from t2l.report.artefacts import read_found
+from tests.report.findings import compared, diagnosed, diagnosis, explained
+
+OF_COMPARISON = {"overlays", "error_by_cell", "residual_by_condition", "spectrum"}
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory):
+    return read_found(compared(tmp_path_factory.mktemp("one"))).compared
+
+
+@pytest.mark.parametrize(
+    ("make", "draw", "names"),
+    [
+        (compared, discrepancy.draw_comparison, OF_COMPARISON),
+        (diagnosed, discrepancy.draw_diagnosis, {"ranking"}),
+        (
+            explained,
+            discrepancy.draw_explanation,
+            OF_COMPARISON | {"error_falling", "ranking_1", "ranking_2"},
+        ),
+    ],
+    ids=["compare", "diagnose", "explain"],
+)
+def test_every_figure_is_written_with_something_in_it(tmp_path, make, draw, names):
+    draw(make(tmp_path))
+    written = {path.name for path in (tmp_path / "figures").iterdir()}
+    assert written == {f"{name}.{suffix}" for name in names for suffix in ("png", "pdf")}
+    for name in names:
+        assert (tmp_path / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+        assert imread(tmp_path / "figures" / f"{name}.png")[..., :3].std() > 0.03
+
+
+def test_overlays_show_the_worst_first(one):
+    figure = discrepancy.overlays(one)
+    titles = [panel.get_title() for panel in figure.axes]
+    assert titles == ["worst: kp5", "median: kp20", "best: kp80"]
+    measured = {line.get_label(): line for line in figure.axes[0].lines}["measured"]
+    traces = one[0].traces
+    np.testing.assert_array_equal(measured.get_ydata(), traces.columns["q"][traces.at(0, 0)])
+
+
+def test_cells_have_kd_upward_and_kp_to_the_right(one):
+    panel = discrepancy.error_by_cell(one).axes[0]
+    values = panel.images[0].get_array()
+    assert panel.images[0].origin == "lower"
+    logs = one[0].numbers["logs"]
+    for i, log in enumerate(logs):
+        assert values[i, i] == pytest.approx(1e3 * log["rmse_q_rad"])
+    assert values.mask.sum() == 6
+    assert [t.get_text() for t in panel.get_xticklabels()] == ["5", "20", "80"]
+
+
+def test_friction_shows_as_a_step_in_the_velocity(one):
+    line = discrepancy.residual_by_condition(one).axes[0].lines[0]
+    velocity, torque = line.get_data()
+    assert np.median(torque[velocity < -0.3]) == pytest.approx(0.06, abs=0.015)
+    assert np.median(torque[velocity > 0.3]) == pytest.approx(-0.06, abs=0.015)
+
+
+def test_the_error_falls_to_the_floor():
+    steps = [
+        {"effect": None, "train_rmse_q_rad": 0.02, "heldout_rmse_q_rad": 0.01},
+        {"effect": "armature", "train_rmse_q_rad": 2e-4, "heldout_rmse_q_rad": 1e-4},
+    ]
+    axes = discrepancy.error_falling(steps, 5e-5).axes[0]
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), [10, 0.1])
+    np.testing.assert_allclose(axes.lines[2].get_ydata(), 0.05)
+    assert axes.get_yscale() == "log"
+
+
+def test_the_ranking_has_the_best_above_and_keeps_the_hopeless_at_the_edge():
+    axes = discrepancy.ranking(diagnosis()).axes[0]
+    assert axes.get_yticklabels()[0].get_text() == "Coulomb friction"
+    assert axes.yaxis_inverted()
+    interval, point = axes.lines[0], axes.lines[1]
+    np.testing.assert_allclose(interval.get_xdata(), [97, 101])
+    np.testing.assert_allclose(point.get_xdata(), [99])
+    hopeless = axes.lines[5]
+    assert hopeless.get_marker() == "<"
+    np.testing.assert_allclose(hopeless.get_xdata(), [-40])

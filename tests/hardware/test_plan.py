@@ -1,0 +1,105 @@
+import numpy as np
+import pytest
+import yaml
+
+from t2l.errors import RecordingError
+from t2l.hardware.plan import check_free, read_plan
+from t2l.robots import fr3
+from tests.conftest import ROOT
+
+EXAMPLE = ROOT / "examples" / "record_fr3.yaml"
+PLAN = yaml.safe_load(EXAMPLE.read_text())
+SINE = {"kind": "sine", "amplitude_rad": 0.1, "duration_s": 2, "frequency_hz": 0.5}
+
+
+def write(folder, **changes):
+    path = folder / "plan.yaml"
+    path.write_text(yaml.safe_dump({**PLAN, **changes}))
+    return path
+
+
+def test_the_example_begins_and_ends_at_its_start():
+    plan = read_plan(EXAMPLE)
+    assert [s.name for s in plan.settings] == ["multisine_kp64_kd4", "multisine_kp256_kd12"]
+    assert plan.q_des.shape == (501, 7)
+    np.testing.assert_allclose(plan.q_des[[0, -1]], [fr3.HOME, fr3.HOME])
+    assert np.abs(plan.q_des - fr3.HOME).max() > 0.15
+    assert "multisine" in plan.notes
+
+
+@pytest.mark.parametrize(
+    "excitation",
+    [
+        SINE,
+        {**SINE, "frequency_hz": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7], "ramp_s": 1},
+        {"kind": "chirp", "amplitude_rad": 0.05, "duration_s": 5, "from_hz": 0.1, "to_hz": 3},
+    ],
+    ids=str,
+)
+def test_other_kinds_and_one_pair_of_gains(tmp_path, excitation):
+    each = {"kp": [50, 50, 50, 50, 30, 30, 30], "kd": 3}
+    plan = read_plan(write(tmp_path, excitation=excitation, gains=each, name=None))
+    assert [s.name for s in plan.settings] == ["setting1"]
+    assert len(plan.q_des) == excitation["duration_s"] * 50 + 1
+
+
+WRONG = [
+    ({"address": None}, "key address: found nothing; allowed: simulation, or the address"),
+    ({"adress": "x"}, r"key adress: found an unknown key \(did you mean address\?\)"),
+    ({"command_rate_hz": 0}, "key command_rate_hz: found 0"),
+    ({"command_rate_hz": 1000}, "key command_rate_hz: found 1000; allowed: up to 500"),
+    ({"control_rate_hz": 500}, "key control_rate_hz: found 500; allowed: 1000"),
+    ({"start_rad": [0, 0]}, "key start_rad: found 2 numbers; allowed: 7"),
+    ({"start_rad": 0}, "key start_rad: found 0; allowed: 7 numbers"),
+    ({"gains": []}, "key gains: found an empty list"),
+    ({"gains": {"kp": 64}}, "key gains.kd: found nothing"),
+    ({"gains": [{"kp": 64, "kd": 0}]}, r"key gains\[0\].kd: found 0; allowed: one number above 0"),
+    ({"gains": [{"kp": 64, "kd": 1}] * 2}, "key gains: found multisine_kp64_kd1 twice"),
+    ({"excitation": None}, "key excitation: found nothing"),
+    ({"start_rad": [3, 0, 0, -2, 0, 2, 0]}, "fr3_joint1 at 0.00 s: found 3 rad"),
+]
+
+WRONG_EXCITATION = [
+    ({"kind": "step"}, "kind: found 'step'; allowed: sine, chirp, multisine"),
+    ({"from_hz": 1}, "from_hz: found an unknown key; allowed: kind, amp"),
+    ({"amplitude_rad": -1}, "amplitude_rad: found -1"),
+    ({"amplitude_rad": 0}, "amplitude_rad: found 0 for every joint"),
+    ({"frequency_hz": 26}, "frequency_hz: found 26; allowed: up to 25, half"),
+    ({"frequency_hz": None}, "frequency_hz: found nothing"),
+    ({"duration_s": 0.1}, "duration_s: found 0.1; allowed: a number from 0.2 up"),
+    ({"ramp_s": 1.5}, "ramp_s: found 1.5; allowed: up to 1, half of duration_s"),
+    ({"kind": "multisine", "frequency_hz": None, "seed": 0}, "frequencies_hz: found nothing"),
+    (
+        {"kind": "multisine", "frequency_hz": None, "frequencies_hz": [1, -1]},
+        r"frequencies_hz\[1\]: found -1; allowed: a number above 0",
+    ),
+    (
+        {"kind": "multisine", "frequency_hz": None, "frequencies_hz": [1], "seed": 0.5},
+        "seed: found 0.5; allowed: an integer",
+    ),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), WRONG, ids=str)
+def test_a_wrong_plan_is_named(tmp_path, change, message):
+    with pytest.raises(RecordingError, match=f"plan.yaml: .*{message}"):
+        read_plan(write(tmp_path, **change))
+
+
+@pytest.mark.parametrize(("change", "message"), WRONG_EXCITATION, ids=str)
+def test_a_wrong_excitation_is_named(tmp_path, change, message):
+    excitation = {k: v for k, v in {**SINE, **change}.items() if v is not None}
+    with pytest.raises(RecordingError, match=f"plan.yaml: key excitation.{message}"):
+        read_plan(write(tmp_path, excitation=excitation))
+
+
+def test_a_setting_beyond_a_limit_is_named(tmp_path):
+    gains = [{"kp": 64, "kd": 4}, {"kp": 2000, "kd": 40}]
+    with pytest.raises(RecordingError, match=r"multisine_kp2000_kd40: fr3_joint7 at .* 12 N·m"):
+        read_plan(write(tmp_path, gains=gains))
+
+
+def test_recordings_that_are_there_stay(tmp_path):
+    (tmp_path / "multisine_kp256_kd12.csv").touch()
+    with pytest.raises(RecordingError, match=r"kp256_kd12.csv: the folder: found this recording"):
+        check_free(read_plan(EXAMPLE), tmp_path)

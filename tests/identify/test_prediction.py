@@ -1,0 +1,235 @@
+import dataclasses
+
+import mujoco
+import numpy as np
+import pytest
+from benchmarks.hidden_effects.cases import ROBOTS
+from benchmarks.hidden_effects.generator import record
+
+from t2l.effects.registry import builtin
+from t2l.effects.term import Layout, Term
+from t2l.identify import prediction
+from t2l.identify.initial_state import start_state
+from t2l.identify.model import Model
+from t2l.identify.prediction import MAX_SIMULATIONS, Predictor, Request
+from t2l.recordings import Recording
+from tests.diagnose.made import (
+    ARMATURE,
+    DAMPING,
+    INERTIA,
+    WEIGHT,
+    hold,
+    measured,
+    pendulum,
+    predict,
+    recording,
+    swing,
+)
+
+PLAIN = Request(Layout(()), np.zeros((1, 0)))
+
+
+def generated(robot, duration_s=0.5, **settings) -> Recording:
+    """A clean recording by an integration and a controller that share nothing with t2l."""
+    setup = robot.setup
+    kp, kd = setup.gains[1]
+    home, size = np.array(robot.home), np.array(robot.amplitude)
+    facts = {
+        "gravity_compensation": setup.gravity_compensation,
+        "control_rate_hz": settings.pop("control_rate_hz", 1000.0),
+    }
+    settings = {"sample_rate_hz": 100} | settings
+    frame = record(
+        robot.mjcf, robot.joints, kp, kd,
+        lambda t: home + 0.5 * size * np.sin(2 * np.pi * 1.5 * t)[:, None],
+        duration_s=duration_s, command_rate_hz=50,
+        physics_rate_hz=4000, **facts, **settings,
+    )  # fmt: skip
+
+    def columns(kind):
+        return frame[[f"{kind}.{joint}" for joint in robot.joints]].to_numpy()
+
+    n = len(robot.joints)
+    return Recording(
+        name="clean", path=None, robot=str(robot.mjcf),
+        joints=robot.joints, kp=np.broadcast_to(np.asarray(kp, float), n).copy(),
+        kd=np.broadcast_to(np.asarray(kd, float), n).copy(), command_rate_hz=50.0,
+        time=frame["time"].to_numpy(), q_des=columns("q_des"), q=columns("q"), **facts,
+    )  # fmt: skip
+
+
+def without_dry_friction(robot, folder):
+    """What a joint does at the moment it stops is a question of its own."""
+    spec = mujoco.MjSpec.from_file(str(robot.mjcf))
+    for element in [*spec.actuators, *spec.keys, *spec.excludes]:
+        spec.delete(element)
+    for geom in [g for g in spec.geoms if g.type == mujoco.mjtGeom.mjGEOM_MESH]:
+        spec.delete(geom)
+    for mesh in list(spec.meshes):
+        spec.delete(mesh)
+    for joint in spec.joints:
+        joint.frictionloss = 0.0
+    path = folder / "smooth.xml"
+    path.write_text(spec.to_xml())
+    return dataclasses.replace(robot, mjcf=path)
+
+
+@pytest.mark.parametrize(
+    ("robot", "settings"),
+    [
+        ("pendulum", {}),
+        ("pendulum", {"control_rate_hz": 250.0, "sample_rate_hz": 125}),
+        ("two_joint_arm", {}),
+        ("fr3", {"duration_s": 0.3}),
+    ],
+)
+def test_a_clean_recording_of_an_independent_machine_is_predicted(tmp_path, robot, settings):
+    made = generated(without_dry_friction(ROBOTS[robot], tmp_path), **settings)
+    error = predict(made, substeps=4) - made.q[~np.isnan(made.q)]
+    # an encoder of the best kind, 0.02 mrad, would not notice
+    assert np.abs(error).max() < 2e-5
+
+
+def test_between_the_ticks_of_a_slow_loop_a_joint_does_not_move_in_straight_lines():
+    made = generated(ROBOTS["pendulum"], control_rate_hz=100.0, sample_rate_hz=1000)
+    error = predict(made, substeps=4) - made.q[~np.isnan(made.q)]
+    assert np.abs(error).max() < 1e-4
+
+
+def test_more_variants_than_one_batch_holds(tmp_path):
+    made = recording(pendulum(tmp_path), swing(), duration_s=0.21, control_rate_hz=100.0)
+    predictor = Predictor(made.robot, [made], threads=1)
+    layout = Layout([Term(builtin()["torque_offset"], (0,))])
+    u = np.linspace(-0.1, 0.1, MAX_SIMULATIONS + 7)[:, None]
+    many, few = predictor.predict([Request(layout, u), Request(layout, u[-9:])])
+    assert np.isfinite(many).all()
+    np.testing.assert_array_equal(many[-9:], few)
+    assert (np.diff(many[:, -1]) > 0).all()
+
+
+@pytest.mark.parametrize("least_dofs_per_batch", [1, 1_000_000], ids=["batches", "threads"])
+def test_threads_change_no_number(tmp_path, monkeypatch, least_dofs_per_batch):
+    """Of loops whose physics steps differ, of models with more joints, side by side or shared."""
+    monkeypatch.setattr(prediction, "LEAST_DOFS_PER_BATCH", least_dofs_per_batch)
+    monkeypatch.setattr(prediction, "LEAST_STEPS_PER_THREAD", 1)
+    robot, rates = pendulum(tmp_path), (1000.0, 300.0, 170.0)
+    made = [
+        recording(robot, swing(), f"{rate:g} Hz", duration_s=1.0, control_rate_hz=rate)
+        for rate in rates
+    ]
+    requests = []
+    one, two = Predictor(robot, made, threads=1), Predictor(robot, made, threads=2)
+    for name in ("torque_offset", "joint_flexibility"):
+        effect = builtin()[name]
+        layout = Layout([Term(effect, (0,))])
+        u = np.array([layout.encode({name: values}) for values in effect.starts(one.scales)])
+        requests.append(Request(layout, np.concatenate([u, 1.1 * u, 0.9 * u])))
+    expected = one.predict(requests, velocity=True)
+    for _ in range(3):
+        found = two.predict(requests, velocity=True)
+        for one_thread, two_threads in zip(expected, found, strict=True):
+            for values, other in zip(one_thread, two_threads, strict=True):
+                np.testing.assert_array_equal(values, other)
+
+
+def test_velocity_is_the_slope_of_position(tmp_path):
+    made = recording(pendulum(tmp_path), swing(), row_rate_hz=1000.0, duration_s=0.5)
+    (q,), (dq,) = Predictor(made.robot, [made]).predict([PLAIN], velocity=True)
+    np.testing.assert_allclose(dq[0][1:-1], (q[0][2:] - q[0][:-2]) / 0.002, atol=2e-2)
+
+
+def test_samples_tell_where_each_was_measured(tmp_path):
+    robot = pendulum(tmp_path)
+    first = recording(robot, swing(), "first", duration_s=0.5)
+    gaps = np.where(np.arange(len(first.time))[:, None] % 4 == 1, np.nan, first.q)
+    gaps[0] = first.q[0]
+    second = dataclasses.replace(first, q=gaps, time=first.time + 17.0)
+    predictor = Predictor(robot, [first, second])
+    samples = predictor.samples
+    assert len(samples) == len(first.time) + np.isfinite(gaps).sum()
+    in_second = samples.recording == 1
+    np.testing.assert_allclose(samples.time[in_second], first.time[samples.row[in_second]])
+    np.testing.assert_array_equal(samples.q[in_second], gaps[np.isfinite(gaps)])
+    np.testing.assert_array_equal(
+        predictor.at_samples([first.q_des, 2 * second.q_des])[in_second],
+        2 * second.q_des[samples.row[in_second], 0],
+    )
+
+
+def test_scales_are_sizes_of_the_motion_and_the_plant(tmp_path):
+    speed, kp = 2.0, 20.0
+    robot = pendulum(tmp_path, f'armature="{ARMATURE}" damping="{DAMPING}" frictionloss="0.03"')
+    made = recording(
+        robot, lambda t: 0.3 * np.sin(speed * t), kp=kp, kd=0.1, duration_s=2 * np.pi / speed
+    )
+    scales = Predictor(robot, [measured(made)]).scales
+    assert scales.inertia == pytest.approx([INERTIA])
+    assert scales.velocity == pytest.approx([0.3 * speed / np.sqrt(2)], rel=0.2)
+    assert scales.range == pytest.approx([0.6], rel=0.2)
+    assert scales.peak_torque > scales.torque
+    assert scales.armature == pytest.approx([ARMATURE])
+    assert scales.friction == pytest.approx([0.03])
+    assert scales.damping == pytest.approx([DAMPING])
+
+
+def test_the_motor_torque_of_a_resting_arm_counts_its_weight_once(tmp_path):
+    """Springs carry the weight, or compensation does, but never both."""
+    at = 0.9
+    made = recording(pendulum(tmp_path), hold(at), kp=30.0, kd=2.0, duration_s=2.0)
+    weight = WEIGHT * np.sin(at)
+    compensated = dataclasses.replace(made, gravity_compensation=True)
+    held = Predictor(made.robot, [measured(compensated)]).scales
+    assert held.torque == pytest.approx([weight], rel=0.02)
+    raised = dataclasses.replace(made, q_des=made.q_des + weight / 30.0)
+    assert Predictor(made.robot, [measured(raised)]).scales.torque == pytest.approx(
+        [weight], rel=0.02
+    )
+
+
+def test_gravity_is_that_of_the_measured_pose(tmp_path):
+    made = recording(pendulum(tmp_path), swing(1.0), duration_s=1.0)
+    made = dataclasses.replace(made, q=swing(1.0)(made.time)[:, None])
+    np.testing.assert_allclose(
+        Predictor(made.robot, [made]).gravity_at_samples(), WEIGHT * np.sin(made.q[:, 0]), atol=1e-9
+    )
+
+
+def in_motion(tmp_path, noise_rad=0.0):
+    """The second half of a swing, which begins at full speed, without measured velocity."""
+    whole = measured(recording(pendulum(tmp_path), swing(), duration_s=1.5))
+    fastest = int(np.argmax(np.abs(np.diff(whole.q[:100, 0]))))
+    later = slice(fastest, None)
+    q = whole.q[later]
+    q = q + noise_rad * np.random.default_rng(0).normal(size=q.shape)
+    return dataclasses.replace(whole, time=whole.time[later], q_des=whole.q_des[later], q=q)
+
+
+def test_a_recording_that_starts_in_motion_is_started_in_motion(tmp_path):
+    made = in_motion(tmp_path)
+    slope = (made.q[1, 0] - made.q[0, 0]) / 0.01
+    assert abs(slope) > 0.5
+    assert start_state(made)[1] == pytest.approx([slope], rel=0.2)
+    assert np.sqrt(np.mean((predict(made) - made.q[:, 0]) ** 2)) < 1e-3
+
+
+def test_encoder_noise_does_not_set_a_resting_arm_in_motion(tmp_path):
+    made = recording(pendulum(tmp_path), hold(0.0))
+    noise = 1e-4 * np.random.default_rng(1).normal(size=made.q.shape)
+    assert start_state(dataclasses.replace(made, q=noise))[1] == pytest.approx([0.0], abs=0.02)
+
+
+def test_an_arm_that_is_measured_late_starts_where_its_commands_began(tmp_path):
+    """The first position comes half a second after the first command: it is no start state."""
+    whole = measured(recording(pendulum(tmp_path), swing(), duration_s=1.5))
+    late = np.where(whole.time[:, None] < 0.5, np.nan, whole.q)
+    made = dataclasses.replace(whole, q=late)
+    error = predict(made) - whole.q[whole.time >= 0.5, 0]
+    assert np.sqrt(np.mean(error**2)) < 5e-3
+
+
+def test_a_model_on_some_joints_leaves_the_others_to_the_mjcf():
+    robot = ROBOTS["two_joint_arm"]
+    model = Model(str(robot.mjcf), {"coulomb_friction": {"torque": {"elbow": 0.2}}})
+    layout, u = model.vector(robot.joints)
+    assert [slot.joint for slot in layout.slots] == [1]
+    assert u == pytest.approx([0.2])
