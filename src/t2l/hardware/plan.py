@@ -13,7 +13,7 @@ from t2l.gains import Cell
 from t2l.hardware import excitation
 from t2l.hardware.franka_arm import CONTROL_RATE_HZ, SIMULATION
 from t2l.hardware.limits import Limits, check_commands, limits_of, motion_torque
-from t2l.names import is_plain, path_of
+from t2l.names import is_plain
 from t2l.recordings.checks import LEAST_DURATION_S, LEAST_SAMPLES
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
@@ -254,18 +254,3 @@ def _excite(found: PlanFile, path: Path, njoint: int, rate: float) -> tuple[np.n
     offsets = offsets * excitation.envelope(time, time[-1], ramp)[:, None]
     said = {key: value for key, value in found.excitation.items() if value is not None}
     return offsets, "excitation: " + ", ".join(f"{key} {value}" for key, value in said.items())
-
-
-def check_free(plan: Plan, folder: Path) -> None:
-    """Whether the recordings of a plan would replace none that is there.
-
-    Raises:
-        RecordingError: one would.
-    """
-    for setting in plan.settings:
-        for suffix in (".csv", ".parquet", ".yaml"):
-            path = path_of(folder, setting.name, suffix)
-            if path.exists():
-                raise RecordingError(
-                    path, "the folder", "this recording", "another folder or name, or to delete it"
-                )
