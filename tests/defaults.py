@@ -19,7 +19,7 @@ def learning(**changes) -> Settings:
 
 def search(**changes) -> Search:
     """How action scales are tuned for joint reaching."""
-    return Search.from_section({**DEFAULTS["tuning"], **changes}, "joint_reach")
+    return Search.from_section({**DEFAULTS["tuning"], **changes}, ())
 
 
 def identification(**changes) -> identify.Settings:

@@ -26,7 +26,7 @@ class GaussianMLP(Policy):
     Attributes:
         mean, deviation: (nobs,) of observations while training.
         weights, biases: of each layer, (nout, nin) and (nout,).
-        action_scale: (nact,) α, what an action of 1 stands for, in the action space's unit.
+        action_scale: (nact,) α.
     """
 
     mean: np.ndarray
@@ -51,17 +51,13 @@ class GaussianMLP(Policy):
 
     def act(self, history: np.ndarray) -> np.ndarray:
         """See `Policy.act`."""
-        return self.mean_action(history[:, -1])[:, None]
-
-    def mean_action(self, observation: np.ndarray) -> np.ndarray:
-        """Actions (n, nact) in [-1, 1] for observations (n, nobs)."""
-        x = (observation - self.mean) / self.deviation
+        x = (history[:, 0] - self.mean) / self.deviation
         x = np.clip(x, -CLIPPED_AT, CLIPPED_AT)
         *hidden, last = zip(self.weights, self.biases, strict=True)
         for weight, bias in hidden:
             x = x @ weight.T + bias
             x = np.where(x > 0, x, np.expm1(np.minimum(x, 0)))
-        return np.clip(x @ last[0].T + last[1], -1.0, 1.0)
+        return np.clip(x @ last[0].T + last[1], -1.0, 1.0)[:, None]
 
     def tensors(self) -> dict[str, np.ndarray]:
         """See `Policy.tensors`."""

@@ -22,11 +22,12 @@ class Episode:
 
 
 class Policy(ABC):
-    """From the latest observations to the next actions, both in physical units.
+    """From the latest observations to the next actions, of n episodes at once.
 
         a[k … k + chunk − 1] = π(o[k − history + 1 … k])
 
-    What an action means is said elsewhere (`t2l.actions`). A policy has no other memory than its
+    What an action means is said elsewhere (`t2l.actions`); its scale there, α, the policy carries
+    with it. A policy has no other memory than its
     history, so that many episodes may share one; whoever acts by it decides how much of a chunk is
     carried out before it is asked again.
 
@@ -35,6 +36,7 @@ class Policy(ABC):
         observation_size, action_size: nobs and nact.
         history: observations that it sees.
         chunk: actions that it answers with.
+        action_scale: α, one number or (nact,).
     """
 
     name: str
@@ -42,10 +44,15 @@ class Policy(ABC):
     action_size: int
     history: int
     chunk: int
+    action_scale: np.ndarray | float = 1.0
 
     @abstractmethod
     def act(self, history: np.ndarray) -> np.ndarray:
         """Action chunks (n, chunk, nact) for histories (n, history, nobs), the latest last."""
+
+    def action(self, observation: np.ndarray) -> np.ndarray:
+        """Actions (n, nact) for observations (n, nobs), of a policy that sees no earlier ones."""
+        return self.act(observation[:, None])[:, 0]
 
     @abstractmethod
     def tensors(self) -> dict[str, np.ndarray]:

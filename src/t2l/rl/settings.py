@@ -1,6 +1,6 @@
 """How policies are trained and tuned; nothing here loads torch."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,13 +13,15 @@ class Settings:
     """Of training.
 
     Attributes:
+        algorithm: a name in `t2l.rl.registry.ALGORITHMS`.
         environments: that run side by side.
-        updates: of the policy, each after 24 steps of every environment.
+        updates: of the policy, each after some steps of every environment.
         evaluate_every: updates between evaluations, of which the best policy is kept.
         enough: success rate, with every constraint kept, at which training ends.
         seed: the study's is 42.
     """
 
+    algorithm: str
     environments: int
     updates: int
     evaluate_every: int
@@ -44,12 +46,13 @@ class Search:
     startup: int
 
     @classmethod
-    def from_section(cls, section: Mapping[str, Any], task: str) -> "Search":
+    def from_section(cls, section: Mapping[str, Any], tuned: Collection[str]) -> "Search":
         """What the `tuning` section of a checked configuration asks of a task.
 
-        Joint reaching has the reward it comes with; for end-effector reaching weights are tuned.
+        Args:
+            tuned: names of the weights of the task's reward that tuning may change.
         """
-        weights = section["reward_weights"] if task == "end_effector_reach" else {}
+        weights = {k: v for k, v in section["reward_weights"].items() if k in tuned}
         return cls(
             trials=section["trials"],
             action_scale=tuple(section["action_scale"]),
