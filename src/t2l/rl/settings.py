@@ -1,8 +1,10 @@
 """How policies are trained and tuned; nothing here loads torch."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+
+from t2l.tasks import Rewarded
 
 # the storage that is a file beside the results
 JOURNAL = "journal"
@@ -46,13 +48,9 @@ class Search:
     startup: int
 
     @classmethod
-    def from_section(cls, section: Mapping[str, Any], tuned: Collection[str]) -> "Search":
-        """What the `tuning` section of a checked configuration asks of a task.
-
-        Args:
-            tuned: names of the weights of the task's reward that tuning may change.
-        """
-        weights = {k: v for k, v in section["reward_weights"].items() if k in tuned}
+    def from_section(cls, section: Mapping[str, Any], task: Rewarded) -> "Search":
+        """What the `tuning` section of a checked configuration asks of a task."""
+        weights = {k: v for k, v in section["reward_weights"].items() if k in task.tuned}
         return cls(
             trials=section["trials"],
             action_scale=tuple(section["action_scale"]),
