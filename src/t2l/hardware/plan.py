@@ -12,12 +12,12 @@ from t2l.errors import RecordingError
 from t2l.gains import Cell
 from t2l.hardware import excitation
 from t2l.hardware.franka_arm import CONTROL_RATE_HZ, SIMULATION
-from t2l.hardware.limits import Limits, check_commands, fr3_limits, motion_torque
+from t2l.hardware.limits import Limits, check_commands, limits_of, motion_torque
 from t2l.names import is_plain
 from t2l.recordings.checks import LEAST_DURATION_S, LEAST_SAMPLES
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
-from t2l.robots import fr3
+from t2l.robots import make_robot
 from t2l.typed import AsTuple, Integer, Number, Typed, describe, refuse, suggestion
 
 ADDRESS_ALLOWED = f"{SIMULATION}, or the address of an FR3"
@@ -160,7 +160,8 @@ def read_plan(path: Path | str) -> Plan:
         RecordingError: a key is missing, unknown or wrong, or a motion is beyond a limit.
     """
     path = Path(path)
-    limits = fr3_limits()
+    robot = make_robot("fr3_hand")
+    limits = limits_of(robot)
     njoint = len(limits.joints)
     content = read_yaml(path, "a configuration of recordings")
     found = checked(PlanFile, content, path, context=njoint)
@@ -169,7 +170,7 @@ def read_plan(path: Path | str) -> Plan:
         raise RecordingError(
             path, "key command_rate_hz", f"{rate:g}", f"up to {CONTROL_RATE_HZ // 2}"
         )
-    start = np.array(fr3.HOME) if found.start_rad is None else found.start_rad
+    start = robot.home if found.start_rad is None else found.start_rad
     settings = _settings(found, path, njoint)
     offsets, description = _excite(found, path, njoint, rate)
     q_des = start + offsets
