@@ -4,7 +4,6 @@ from pathlib import Path
 
 from t2l.diagnose.compare import compare, write
 from t2l.diagnose.inputs import read_together
-from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
 
 with job(snakemake.log[0]):
@@ -16,5 +15,4 @@ with job(snakemake.log[0]):
         model_path and Path(model_path),
         [Path(path) for path in section.get("effects", [])],
     )
-    comparison = compare(model, [*recordings, *holdout], substeps_for(model, recordings))
-    write(comparison, Path(snakemake.output.comparison).parent)
+    write(compare(model, [*recordings, *holdout]), Path(snakemake.output.comparison).parent)

@@ -31,8 +31,8 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
-        substeps = substeps_for(model, recordings)
-        evidence = telling(model, gather(model.robot, recordings, holdout, substeps))
+        evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
+        evidence = telling(model, evidence)
         progress = progress_line()
         diagnosis = diagnose(model, evidence, progress=progress)
         content = write_diagnosis(diagnosis, evidence, out)

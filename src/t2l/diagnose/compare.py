@@ -20,6 +20,7 @@ from t2l.errors import T2LError
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
+from t2l.identify.step_size import substeps_for
 from t2l.recordings.contradictions import Contradiction, contradictions
 from t2l.recordings.recording import Recording
 
@@ -98,13 +99,13 @@ class Comparison:
         return f"{error}{where}."
 
 
-def compare(
-    model: Model, recordings: Sequence[Recording], substeps: int = 1, noise: bool = True
-) -> Comparison:
+def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -> Comparison:
     """Simulate every recording with its commands, gains and rates.
 
+    Steps are as fine as this model needs for these recordings (`t2l.identify.step_size`), whoever
+    asks.
+
     Args:
-        substeps: physics steps a control tick are multiplied by this.
         noise: whether to estimate the noise floor and to look for contradictions beyond it.
 
     Raises:
@@ -112,7 +113,7 @@ def compare(
         T2LError: recordings of different joints.
     """
     _check_joints(recordings)
-    predictor = Predictor(model.robot, recordings, substeps)
+    predictor = Predictor(model.robot, recordings, substeps_for(model, recordings))
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
     (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
