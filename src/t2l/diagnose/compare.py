@@ -12,8 +12,8 @@ import pyarrow.parquet as pa_parquet
 
 from t2l.artefacts import whole, write_text
 from t2l.diagnose import conditions
+from t2l.diagnose.explained_variance import ExplainedVariance, explained_variance
 from t2l.diagnose.findings import Finding, findings
-from t2l.diagnose.followed import Followed, followed
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.traces import TRACES
 from t2l.errors import T2LError
@@ -65,7 +65,7 @@ class Comparison:
         rmse_dq_rad_s: over all measured velocities; None where none was.
         noise_floor_rad: RMS error of a perfect model; None where it was not asked for.
         findings: joints and conditions that hold most of the squared error.
-        followed: conditions by how much of the error they explain.
+        explained: conditions by how much of the error they explain.
         contradictions: recordings that cannot both be true.
         errors: at every sample.
         traces: a table, one row a sample: recording, joint, time, q_des, q, q_sim, dq (where
@@ -79,7 +79,7 @@ class Comparison:
     rmse_dq_rad_s: float | None
     noise_floor_rad: float | None
     findings: list[Finding]
-    followed: list[Followed]
+    explained: list[ExplainedVariance]
     contradictions: list[Contradiction]
     errors: Errors = field(repr=False)
     traces: pa.Table = field(repr=False)
@@ -138,7 +138,7 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
         rmse_dq_rad_s=_rms(measured_dq - dq),
         noise_floor_rad=floor,
         findings=findings(predictor, residual, under),
-        followed=followed(predictor, residual, under, missing),
+        explained=explained_variance(predictor, residual, under, missing),
         contradictions=contradicting,
         errors=Errors(
             samples.recording,
@@ -225,7 +225,7 @@ def report(comparison: Comparison) -> dict[str, Any]:
         },
         "cells": _cells(errors, joints),
         "findings": [asdict(f) | {"sentence": f.sentence} for f in comparison.findings],
-        "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.followed],
+        "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.explained],
         "contradictions": [asdict(c) | {"message": c.message} for c in comparison.contradictions],
     }
 

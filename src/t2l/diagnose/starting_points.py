@@ -22,7 +22,7 @@ def candidate_layout(adopted: Layout, effect: Effect, joints: int) -> Layout:
     return Layout([*others, Term(effect, tuple(range(joints)))])
 
 
-def first_guesses(
+def starting_points(
     predictor: Predictor,
     mask: np.ndarray,
     adopted: Layout,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from t2l.diagnose.first_guesses import _best
+from t2l.diagnose.starting_points import _best
 from t2l.effects.registry import builtin
 
 BACKLASH = builtin()["backlash"]
