@@ -13,6 +13,8 @@ from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.spectral import mean_squared_error, spectral_error
 from t2l.identify.training_simulator import Simulator
 from t2l.recordings.recording import Recording
+from t2l.robots import make_robot
+from t2l.robots.plant import position_controlled
 
 
 class IdentificationError(T2LError):
@@ -72,7 +74,10 @@ def identify(
             positions are missing.
     """
     target = _target(recording, settings.rate_hz)
-    objective = SpectralError(target, Simulator(settings.population, settings.rate_hz, threads))
+    robot = make_robot(recording.robot)
+    plant = position_controlled(robot)
+    simulator = Simulator(robot, plant, settings.population, settings.rate_hz, threads)
+    objective = SpectralError(target, simulator)
     start = _first_guess(recording)
     search = CMAES(
         start, np.tile([0.0, BOX], (len(start), 1)), settings.sigma, settings.population, seed,
@@ -86,7 +91,7 @@ def identify(
 
     minimise([search], objective, settings.iterations, after_round)
     parameters = {name: values[0] for name, values in decode(search.u[None]).items()}
-    q, dq = target.simulate(Simulator(1, settings.rate_hz), parameters)
+    q, dq = target.simulate(Simulator(robot, plant, 1, settings.rate_hz), parameters)
     mse = float(mean_squared_error(q[:, target.measured], target.q[target.measured])[0])
     return Identified(parameters, np.array(losses), mse, q[0], dq[0], on_bound(parameters))
 

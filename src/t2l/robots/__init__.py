@@ -1,5 +1,6 @@
-"""Robots: their MJCF as a spec to build a scene around, and their limits."""
+"""Robots: their models, joints, limits and tools, by name or from a file of the user's."""
 
-from t2l.robots.robot import Robot
+from t2l.robots.registry import ROBOTS, make_robot
+from t2l.robots.robot import Gripper, JointGroup, Robot
 
-__all__ = ["Robot"]
+__all__ = ["ROBOTS", "Gripper", "JointGroup", "Robot", "make_robot"]

@@ -8,6 +8,9 @@ import math
 
 import mujoco
 
+from t2l.robots.robot import Gripper
+from t2l.robots.specs import COLLIDES_WITH_SCENE
+
 JOINTS = ("finger_joint1", "finger_joint2")
 GRIP_SITE = "grip"
 OPEN = 0.04  # m, each finger
@@ -18,7 +21,14 @@ FINGER_MASS = 0.015  # kg
 FINGER_Z = 0.0584  # m, finger joint below the flange
 TIP_Z = 0.1034  # m, between the fingertips
 
-COLLIDES_WITH_SCENE = {"contype": 2, "conaffinity": 1, "group": 3}
+GRIPPER = Gripper(
+    joints=JOINTS,
+    actuators=JOINTS,
+    closed=0.0,
+    opened=OPEN,
+    opened_qpos=(OPEN, OPEN),
+    opening_m=2 * OPEN,
+)
 
 
 def attach(link: mujoco.MjsBody, flange: mujoco.MjsSite, visual: bool) -> None:

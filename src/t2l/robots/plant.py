@@ -8,24 +8,23 @@ import mujoco
 import numpy as np
 
 from t2l.errors import ConfigurationError
-
-KNOWN = ("fr3",)
+from t2l.robots.registry import ROBOTS, make_robot
+from t2l.robots.robot import Robot
 
 
 def mjcf_path(robot: str) -> Path:
     """The MJCF file of a known robot's name, or of a path.
 
     Raises:
-        ConfigurationError: neither a known name nor a file.
+        ConfigurationError: neither a known name nor a file, or one that is not installed.
     """
-    if robot == "fr3":
-        from t2l.robots import fr3
-
-        return fr3.mjcf_path()
+    names = ROBOTS.names()
+    if robot in names:
+        return make_robot(robot).mjcf()
     path = Path(robot)
     if not path.is_file():
         raise ConfigurationError(
-            f"robot: {robot!r} is neither a known name ({', '.join(KNOWN)}) nor an MJCF file"
+            f"robot: {robot!r} is neither a known name ({', '.join(names)}) nor an MJCF file"
         )
     return path
 
@@ -152,6 +151,26 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
     for body in spec.bodies:
         if body.name != "world":
             body.gravcomp = 1.0
+    return spec
+
+
+def position_controlled(robot: Robot) -> mujoco.MjSpec:
+    """The bare robot under position actuators, for the `discrete` integrator (see `t2l.sim.batch`).
+
+    Neither the MJCF's friction nor its limits of force are in it: `Simulator` adds its own.
+
+    Raises:
+        ConfigurationError: files of the robot are not installed.
+    """
+    spec = load(robot.name, robot.joints)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    for name in robot.joints:
+        joint = spec.joint(name)
+        joint.actfrclimited = 0
+        joint.frictionloss = 0.1  # nonzero, so that friction is part of the compiled model
+        joint.solimp_friction[:2] = 0.9999
+        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_position(kp=100.0, kv=10.0)
     return spec
 
 

@@ -1,25 +1,154 @@
-"""What the rest of t2l needs to know of a robot, besides its MJCF."""
+"""What the rest of t2l knows of a robot: its model, its joints with all their limits, its tools."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from t2l.sim.controllers import Arm
 
 
 @dataclass(frozen=True)
-class Robot:
-    """Names and limits of a position-controlled arm with a gripper.
+class Gripper:
+    """Fingers that open and close by one command.
 
     Attributes:
-        joints: arm joints, each driven by the actuator of the same name.
-        torque_limit: N·m, one per joint.
-        home: rad, one per joint, the pose that starts are sampled around.
-        grip_site: site between the fingertips, z along the approach direction.
-        gripper_joints: finger slides that move as one, each with an actuator of its name.
-        gripper_open: m, finger position when fully open.
+        joints: of the fingers, the first of which tells how far they are.
+        actuators: that take the command, all the same.
+        closed, opened: the command at either end, in the actuators' unit.
+        opened_qpos: of `joints` when opened.
+        opening_m: between the fingertips when opened.
+    """
+
+    joints: tuple[str, ...]
+    actuators: tuple[str, ...]
+    closed: float
+    opened: float
+    opened_qpos: tuple[float, ...]
+    opening_m: float
+
+
+@dataclass(frozen=True)
+class JointGroup:
+    """Joints in a row from the base to one tool; each tuple has a number a joint.
+
+    Attributes:
+        name: `arm`, or `left` and `right`.
+        joints: each driven by the actuator of the same name.
+        proximal: how many of them, from the base, share an action scale; the rest share another.
+        home: rad, the pose that starts are sampled around.
+        velocity_limit: rad/s.
+        torque_limit: N·m, on top of gravity compensation.
+        torque_rate_limit: N·m/s, infinite where the maker states none.
+        tool_site: site of the MJCF that a task moves; z is the approach direction.
+        gripper: at the tool, if there is one.
     """
 
     name: str
     joints: tuple[str, ...]
-    torque_limit: tuple[float, ...]
+    proximal: int
     home: tuple[float, ...]
-    grip_site: str
-    gripper_joints: tuple[str, ...]
-    gripper_open: float
+    velocity_limit: tuple[float, ...]
+    torque_limit: tuple[float, ...]
+    torque_rate_limit: tuple[float, ...]
+    tool_site: str
+    gripper: Gripper | None = None
+
+
+class Robot(ABC):
+    """A position-controlled robot: one group of joints, or several, such as two arms.
+
+    A subclass states `name` and `groups` and says where its MJCF is; limits of positions are the
+    MJCF's ranges. Everything below is in the order of the groups.
+
+    Attributes:
+        name: what configurations write.
+        groups: its joints, by tool.
+    """
+
+    name: str
+    groups: tuple[JointGroup, ...]
+
+    @abstractmethod
+    def mjcf(self) -> Path:
+        """The file of the bare robot, whose joints are those of `groups`.
+
+        Raises:
+            ConfigurationError: it is not installed; the message says what brings it.
+        """
+
+    @abstractmethod
+    def spec(self, gravity_compensation: bool = True, visual: bool = False) -> mujoco.MjSpec:
+        """The robot with its tools, to put a scene around.
+
+        Each joint has a position actuator of its own name; geoms collide with what has bit 1.
+
+        Args:
+            gravity_compensation: whether the robot cancels its own gravity.
+            visual: keep what only a renderer needs.
+
+        Raises:
+            ConfigurationError: files are not installed.
+        """
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Names of all joints."""
+        return tuple(joint for group in self.groups for joint in group.joints)
+
+    @cached_property
+    def arms(self) -> tuple[Arm, ...]:
+        """The groups as controllers take them."""
+        return tuple(
+            Arm(group.joints, group.tool_site, np.array(group.home)) for group in self.groups
+        )
+
+    @cached_property
+    def grippers(self) -> tuple[Gripper, ...]:
+        """Of the groups that have one."""
+        return tuple(group.gripper for group in self.groups if group.gripper)
+
+    @cached_property
+    def home(self) -> np.ndarray:
+        """(njoint,) rad."""
+        return self._joined("home")
+
+    @cached_property
+    def position_limit(self) -> np.ndarray:
+        """(njoint, 2) rad, infinite where the MJCF states none."""
+        from t2l.robots import plant
+
+        model = plant.load(self.name, self.joints).compile()
+        limits = plant.position_ranges(model, self.joints)
+        limits.flags.writeable = False
+        return limits
+
+    @cached_property
+    def velocity_limit(self) -> np.ndarray:
+        """(njoint,) rad/s."""
+        return self._joined("velocity_limit")
+
+    @cached_property
+    def torque_limit(self) -> np.ndarray:
+        """(njoint,) N·m, on top of gravity compensation."""
+        return self._joined("torque_limit")
+
+    @cached_property
+    def torque_rate_limit(self) -> np.ndarray:
+        """(njoint,) N·m/s, infinite where none is stated."""
+        return self._joined("torque_rate_limit")
+
+    @cached_property
+    def proximal(self) -> np.ndarray:
+        """(njoint,) bool, which joints share the first action scale."""
+        return np.concatenate(
+            [np.arange(len(group.joints)) < group.proximal for group in self.groups]
+        )
+
+    def _joined(self, name: str) -> np.ndarray:
+        values = np.concatenate([getattr(group, name) for group in self.groups])
+        values.flags.writeable = False
+        return values

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from t2l.robots import fr3
+from t2l.robots import make_robot
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks.block_stack_parameters import BlockStackParameters
-from t2l.tasks.task import Monitor, Task
+from t2l.tasks.task import Demonstrated, Monitor
 
 if TYPE_CHECKING:
     from t2l.tasks.waypoints import Waypoint
@@ -18,10 +18,11 @@ BLOCKS = ("red_block", "blue_block")
 _COLOURS = ((0.80, 0.20, 0.16, 1), (0.16, 0.36, 0.75, 1))
 
 
-class BlockStack(Task):
-    """The FR3 at a table with two cubes.
+class BlockStack(Demonstrated):
+    """A robot with one gripper at a table with two cubes.
 
     Args:
+        robot: name of a robot with one gripper.
         gravity_compensation: whether the robot cancels the gravity of arm and hand; without it
             their weight loads the position controller.
         block_size_m: edge of both cubes.
@@ -34,16 +35,18 @@ class BlockStack(Task):
         horizon_s: how long a policy has.
 
     Raises:
-        ValueError: a workspace range is empty, or too small for the blocks to lie apart.
+        ConfigurationError: no such robot.
+        ValueError: the robot has not one gripper that opens wide enough; a workspace range is
+            empty, or too small for the blocks to lie apart.
     """
 
     name = "block_stack"
     instruction = "Pick up the red block and stack it on the blue block."
-    robot = fr3.ROBOT
     parameters = BlockStackParameters
 
     def __init__(
         self,
+        robot: str,
         gravity_compensation: bool,
         block_size_m: float,
         block_mass_kg: float,
@@ -54,6 +57,7 @@ class BlockStack(Task):
         start_spread_rad: float,
         horizon_s: float,
     ):
+        self.robot = make_robot(robot)
         self.gravity_compensation = gravity_compensation
         self.block_size_m = block_size_m
         self.block_mass_kg = block_mass_kg
@@ -63,6 +67,14 @@ class BlockStack(Task):
         self.block_yaw_rad = block_yaw_rad
         self.start_spread_rad = start_spread_rad
         self.horizon_s = horizon_s
+        if len(self.robot.groups) != 1 or len(self.robot.grippers) != 1:
+            raise ValueError(f"robot: found {robot}; allowed: a robot of one arm with a gripper")
+        widest = self.robot.grippers[0].opening_m - 0.01
+        if block_size_m > widest:
+            raise ValueError(
+                f"block_size_m: found {block_size_m:g}; allowed: up to {widest:g}, which the "
+                f"gripper of {robot} can grasp"
+            )
         for key in ("workspace_x_m", "workspace_y_m"):
             low, high = getattr(self, key)
             if low >= high:
@@ -82,7 +94,7 @@ class BlockStack(Task):
         return 2.5 * self.block_size_m
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
-        spec = fr3.arm_and_hand(self.gravity_compensation, visual)
+        spec = self.robot.spec(self.gravity_compensation, visual)
         spec.option.timestep = TIMESTEP_S
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
         spec.worldbody.add_geom(
@@ -112,10 +124,9 @@ class BlockStack(Task):
 
     def sample_starts(self, rng: np.random.Generator, n: int) -> np.ndarray:
         qpos = np.tile(self.model.qpos0, (n, 1))
-        home = np.asarray(self.robot.home)
+        home = self.robot.home
         qpos[:, self.arm_qpos] = home + rng.normal(0, self.start_spread_rad, (n, home.size))
-        for joint in self.robot.gripper_joints:
-            qpos[:, self.model.joint(joint).qposadr[0]] = self.robot.gripper_open
+        qpos[:, self.gripper_qpos] = self.robot.grippers[0].opened_qpos
 
         positions = np.empty((n, 2, 2))
         missing = np.ones(n, dtype=bool)
@@ -141,15 +152,15 @@ class BlockStack(Task):
 
     def observe(self, batch: Batch) -> np.ndarray:
         qpos, qvel = batch.bind("qpos"), batch.bind("qvel")
-        site = self.model.site(self.robot.grip_site).id
+        site = self.tool_sites[0]
         grip = batch.bind("site_xpos")[:, site]
         poses = self.block_poses(qpos)
         red, blue = poses[:, 0, :3], poses[:, 1, :3]
         return np.concatenate(
             [
                 qpos[:, self.arm_qpos],
-                qvel[:, self.arm_qpos],
-                qpos[:, [self.gripper_qpos]],
+                qvel[:, self.arm_dofs],
+                qpos[:, self.opening_qpos],
                 grip,
                 batch.bind("site_xmat")[:, site].reshape(-1, 9)[:, :6],
                 *(_position_and_axes(poses[:, i]) for i in range(2)),
@@ -159,7 +170,7 @@ class BlockStack(Task):
             axis=1,
         )
 
-    def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> "list[Waypoint]":
+    def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> "list[list[Waypoint]]":
         """Above red, down, grasp, lift, above blue, down, let go, up; heights, pace, grip vary."""
         # only an expert needs them, and SciPy's rotations take long to import
         from scipy.spatial.transform import Rotation
@@ -167,7 +178,8 @@ class BlockStack(Task):
         from t2l.tasks.waypoints import POINTING_DOWN, Waypoint
 
         red, blue = self.block_poses(qpos)
-        size, fully_open = self.block_size_m, self.robot.gripper_open
+        size, gripper = self.block_size_m, self.robot.grippers[0]
+        opened, closed = gripper.opened, gripper.closed
         pace = rng.uniform(0.85, 1.2)
         slip = np.array([*rng.normal(0, 0.003, 2), rng.uniform(-0.1, 0.15) * size])
         red_rotation, blue_rotation = (
@@ -179,19 +191,21 @@ class BlockStack(Task):
             [0.08, 0.10, 0.07, 0.08], [0.14, 0.16, 0.11, 0.12]
         )[:, None] * np.array([0, 0, 1])
         legs = [
-            (grasp + approach, red_rotation, 1.0, fully_open),
-            (grasp, red_rotation, 0.6, fully_open),
-            (grasp, red_rotation, 0.25, 0.0),
-            (grasp + lift, red_rotation, 0.5, 0.0),
-            (place + carry, blue_rotation, 1.0, 0.0),
-            (place, blue_rotation, 0.6, 0.0),
-            (place, blue_rotation, 0.15, fully_open),
-            (place + retreat, blue_rotation, 0.5, fully_open),
-            (place + retreat, blue_rotation, 0.3, fully_open),
+            (grasp + approach, red_rotation, 1.0, opened),
+            (grasp, red_rotation, 0.6, opened),
+            (grasp, red_rotation, 0.25, closed),
+            (grasp + lift, red_rotation, 0.5, closed),
+            (place + carry, blue_rotation, 1.0, closed),
+            (place, blue_rotation, 0.6, closed),
+            (place, blue_rotation, 0.15, opened),
+            (place + retreat, blue_rotation, 0.5, opened),
+            (place + retreat, blue_rotation, 0.3, opened),
         ]
         return [
-            Waypoint(position, rotation, pace * duration, gripper)
-            for position, rotation, duration, gripper in legs
+            [
+                Waypoint(position, rotation, pace * duration, command)
+                for position, rotation, duration, command in legs
+            ]
         ]
 
     def monitor(self, nsim: int) -> "StackMonitor":
@@ -227,7 +241,7 @@ class StackMonitor(Monitor):
         task = self.task
         poses = task.block_poses(batch.bind("qpos"))
         red, blue = poses[:, 0, :3], poses[:, 1, :3]
-        grip = batch.bind("site_xpos")[:, task.model.site(task.robot.grip_site).id]
+        grip = batch.bind("site_xpos")[:, task.tool_sites[0]]
         address = task.model.joint(BLOCKS[0]).dofadr[0]
         speed = np.linalg.norm(batch.bind("qvel")[:, address : address + 3], axis=1)
 

@@ -12,9 +12,9 @@ Range = Annotated[list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=
 class BlockStackParameters(Typed):
     """Arguments of `t2l.tasks.block_stack.BlockStack`."""
 
+    robot: str = Field("fr3_hand", description="name of a robot with a gripper")
     gravity_compensation: bool = Field(description="true or false")
-    # the Franka Hand opens to 0.08 m
-    block_size_m: Number = Field(ge=0.01, le=0.07, description="edge of both cubes, m")
+    block_size_m: Number = Field(ge=0.01, le=0.2, description="edge of both cubes, m")
     block_mass_kg: Number = Field(gt=0, le=2, description="mass of each cube, kg")
     placement_tolerance_m: Number = Field(
         gt=0, le=0.05, description="largest distance of the centres that counts as stacked, m"

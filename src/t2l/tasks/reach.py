@@ -1,176 +1,201 @@
-"""The two reaching tasks: what a goal is, what a policy sees, what it is paid for."""
+"""Reaching a goal and holding it: joint positions, or the pose of the tool."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cache
-from types import MappingProxyType
+from copy import copy
+from typing import Annotated
 
+import mujoco
 import numpy as np
+from mujoco.batch import Batch
+from pydantic import Field
 
 from t2l.errors import ConfigurationError
-from t2l.identify.training_simulator import model
-from t2l.robots.fr3 import JOINTS
-from t2l.robots.kinematics import Flange
+from t2l.robots import make_robot
+from t2l.robots.kinematics import ToolKinematics, site_pose
+from t2l.robots.plant import position_controlled
+from t2l.tasks.task import Rewarded
+from t2l.typed import Number, Typed
 
-# Where the study's 49 recordings start, to a few mrad; starts and goals are drawn about it.
-CENTRE = (0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, -np.pi / 4)
-START_SPREAD_RAD = 0.1
-GOAL_SPREAD_RAD = 0.4
 MARGIN_RAD = 0.1  # of goals from the ends of the ranges
 
-
-@cache
-def joint_ranges() -> np.ndarray:
-    """(7, 2) rad, read-only."""
-    ranges = model().jnt_range.copy()
-    ranges.flags.writeable = False
-    return ranges
+Tolerance = Annotated[Number, Field(gt=0, le=1)]
 
 
-@cache
-def _goal_bounds() -> tuple[np.ndarray, np.ndarray]:
-    inner = (joint_ranges() + np.array([MARGIN_RAD, -MARGIN_RAD])).T
-    low, high = (np.clip(np.array(CENTRE) + s * GOAL_SPREAD_RAD, *inner) for s in (-1, 1))
-    return low, high
+class ReachParameters(Typed):
+    """What every reaching task takes."""
+
+    robot: str = Field("fr3", description="name of the robot, which is bare")
+    start_spread_rad: Number = Field(
+        0.1, ge=0, le=0.5, description="standard deviation of starts about the robot's home, rad"
+    )
+    goal_spread_rad: Number = Field(
+        0.4, gt=0, le=2, description="goals lie this far from home at most, at every joint, rad"
+    )
 
 
-class Reach(ABC):
+class Reach(Rewarded):
     """A goal to reach and hold; success is judged at the end of an episode.
 
-    Attributes:
-        name: what configurations write.
-        goal_size, errors_size: numbers in a goal, and in what is left to do.
-        weights: of the reward's terms.
+    Args:
+        robot: name of a robot.
+        start_spread_rad: standard deviation of starts about the robot's home.
+        goal_spread_rad: half the width of the range of goals about it.
     """
 
-    name: str
-    goal_size: int
-    errors_size: int
-    weights: Mapping[str, float]
+    def __init__(self, robot: str, start_spread_rad: float, goal_spread_rad: float):
+        self.robot = make_robot(robot)
+        self.start_spread_rad, self.goal_spread_rad = start_spread_rad, goal_spread_rad
+        joints = self.robot.joints
+        self.robot_observation_size = 2 * len(joints)
+        self.observation_names = tuple(
+            f"{signal}.{joint}" for signal in ("q", "dq") for joint in joints
+        ) + tuple(f"error.{name}" for name in self.remaining_names)
 
-    def sample_starts(self, generator: np.random.Generator, n: int) -> np.ndarray:
-        """(n, 7) rad."""
-        return np.array(CENTRE) + generator.normal(0.0, START_SPREAD_RAD, (n, len(JOINTS)))
+    @property
+    def remaining_names(self) -> tuple[str, ...]:
+        """Of the numbers in `remaining`."""
+        raise NotImplementedError
 
-    def sample_joint_goals(self, generator: np.random.Generator, n: int) -> np.ndarray:
-        """(n, 7) rad, within the ranges, each joint uniform about the centre."""
-        return generator.uniform(*_goal_bounds(), (n, len(JOINTS)))
+    def spec(self, visual: bool) -> mujoco.MjSpec:
+        """See `Task.spec`."""
+        return self.robot.spec(visual=True) if visual else position_controlled(self.robot)
 
-    @abstractmethod
-    def sample_goals(self, generator: np.random.Generator, n: int) -> np.ndarray:
-        """(n, goal_size), all reachable."""
+    def sample_starts(self, rng, n):
+        """See `Task.sample_starts`."""
+        home = self.robot.home
+        return home + rng.normal(0.0, self.start_spread_rad, (n, home.size))
 
-    @abstractmethod
-    def errors(self, q: np.ndarray, pose: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        """(n, errors_size) what is left to do, signed.
+    def sample_joint_goals(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """(n, njoint) rad, within the ranges, each joint uniform about home."""
+        home = self.robot.home
+        inner = (self.robot.position_limit + np.array([MARGIN_RAD, -MARGIN_RAD])).T
+        low, high = (np.clip(home + s * self.goal_spread_rad, *inner) for s in (-1, 1))
+        return rng.uniform(low, high, (n, home.size))
 
-        Args:
-            q: (n, 7) rad.
-            pose: (n, 12) of the flange: position in m and rotation matrix.
-        """
-
-    @abstractmethod
-    def success(self, errors: np.ndarray) -> np.ndarray:
-        """(n,) bool."""
-
-    @abstractmethod
-    def reward(
-        self,
-        before: np.ndarray,
-        errors: np.ndarray,
-        period_s: float,
-        dq: np.ndarray,
-        change: np.ndarray,
-    ) -> np.ndarray:
-        """What a step is worth, (n,).
-
-        The term `progress` is the rate at which a potential of the errors falls, which credits an
-        action at once and moves no optimum (Ng, Harada and Russell, 1999).
-
-        Args:
-            before, errors: (n, errors_size) before and after the step.
-            period_s: of the step.
-            dq: (n, 7) rad/s, after it.
-            change: (n, 7), by how much the action differs from the one before.
-        """
+    def reweighted(self, weights: Mapping[str, float]) -> "Reach":
+        """See `Rewarded.reweighted`."""
+        unknown = [weight for weight in weights if weight not in self.weights]
+        if unknown:
+            raise ConfigurationError(
+                f"reward weights of {self.name}: found {', '.join(unknown)}; allowed: "
+                f"{', '.join(self.weights)}"
+            )
+        other = copy(self)
+        other.weights = {**self.weights, **weights}
+        return other
 
 
-@dataclass(frozen=True)
+class JointReachParameters(ReachParameters):
+    """Of a goal for the joints."""
+
+    tolerance_rad: Tolerance = Field(
+        0.1, description="success is a distance from the goal below it, over all joints, rad"
+    )
+
+
 class JointReach(Reach):
-    """Success: ‖q − q_goal‖ < 0.1 rad."""
+    """Success: ‖q − q_goal‖ below `tolerance_rad`; the study's is 0.1 rad."""
 
     name = "joint_reach"
-    goal_size = 7
-    errors_size = 7
-    weights: Mapping[str, float] = field(
-        default_factory=lambda: {
-            "distance": 0.4, "near": 1.0, "progress": 2.0, "velocity": 0.1, "change": 0.02
-        }
-    )  # fmt: skip
-    tolerance_rad: float = 0.1
+    instruction = "Move every joint to its goal and hold it there."
+    parameters = JointReachParameters
+    weights: Mapping[str, float] = {
+        "distance": 0.4, "near": 1.0, "progress": 2.0, "velocity": 0.1, "change": 0.02
+    }  # fmt: skip
 
-    def sample_goals(self, generator, n):
-        """See `Reach`."""
-        return self.sample_joint_goals(generator, n)
+    def __init__(self, tolerance_rad: float, **of_reach):
+        super().__init__(**of_reach)
+        self.tolerance_rad = tolerance_rad
+        self.goal_size = len(self.robot.joints)
 
-    def errors(self, q, pose, goal):
-        """See `Reach`: (n, 7) rad."""
-        return goal - q
+    @property
+    def remaining_names(self):
+        """See `Reach.remaining_names`."""
+        return self.robot.joints
 
-    def success(self, errors):
-        """See `Reach`."""
-        return np.linalg.norm(errors, axis=1) < self.tolerance_rad
+    def sample_goals(self, rng, n):
+        """See `Rewarded.sample_goals`."""
+        return self.sample_joint_goals(rng, n)
 
-    def reward(self, before, errors, period_s, dq, change):
-        """See `Reach`."""
+    def remaining(self, batch: Batch, goal):
+        """See `Rewarded.remaining`: (nsim, njoint) rad."""
+        return goal - batch.qpos[:, self.arm_qpos]
+
+    def success(self, remaining):
+        """See `Rewarded.success`."""
+        return np.linalg.norm(remaining, axis=1) < self.tolerance_rad
+
+    def reward(self, before, remaining, period_s, dq, change):
+        """See `Rewarded.reward`.
+
+        `progress` is the rate at which a potential of what remains falls, which credits an action
+        at once and moves no optimum (Ng, Harada and Russell, 1999).
+        """
         near, w = self.tolerance_rad / 2, self.weights
-        rate = (np.tanh(errors / near) * (before - errors)).sum(axis=1) / period_s
+        rate = (np.tanh(remaining / near) * (before - remaining)).sum(axis=1) / period_s
         return (
-            -w["distance"] * np.abs(errors).sum(axis=1)
-            + w["near"] * np.exp(-((errors / near) ** 2)).mean(axis=1)
+            -w["distance"] * np.abs(remaining).sum(axis=1)
+            + w["near"] * np.exp(-((remaining / near) ** 2)).mean(axis=1)
             + w["progress"] * rate
             - w["velocity"] * (dq**2).sum(axis=1)
             - w["change"] * (change**2).sum(axis=1)
         )
 
 
-@dataclass(frozen=True)
+class EndEffectorReachParameters(ReachParameters):
+    """Of a goal for the tool."""
+
+    position_tolerance_m: Tolerance = Field(
+        0.02, description="success is a distance from the goal below it, m"
+    )
+    orientation_tolerance_rad: Tolerance = Field(
+        0.1, description="and an angle from the goal below it, rad"
+    )
+
+
 class EndEffectorReach(Reach):
-    """Success: flange within 0.02 m of the goal's position and 0.1 rad of its orientation."""
+    """Success: the tool within both tolerances of its goal; the study's are 0.02 m and 0.1 rad."""
 
     name = "end_effector_reach"
+    instruction = "Move the tool to its goal and hold it there."
+    parameters = EndEffectorReachParameters
     goal_size = 12
-    errors_size = 6
-    weights: Mapping[str, float] = field(
-        default_factory=lambda: {
-            "position": 4.0, "orientation": 1.0, "near": 1.0, "progress": 1.0,
-            "velocity": 0.1, "change": 0.02,
-        }
-    )  # fmt: skip
-    position_tolerance_m: float = 0.02
-    orientation_tolerance_rad: float = 0.1
+    remaining_names = ("x", "y", "z", "rx", "ry", "rz")
+    weights: Mapping[str, float] = {
+        "position": 4.0, "orientation": 1.0, "near": 1.0, "progress": 1.0,
+        "velocity": 0.1, "change": 0.02,
+    }  # fmt: skip
+    # the study tunes the weights of this task's reward, and of no other reaching task
+    tuned = tuple(weights)
 
-    def sample_goals(self, generator, n):
-        """See `Reach`: poses of sampled joint positions, so that all can be reached."""
-        return Flange(n).pose(self.sample_joint_goals(generator, n))
+    def __init__(self, position_tolerance_m: float, orientation_tolerance_rad: float, **of_reach):
+        super().__init__(**of_reach)
+        self.position_tolerance_m = position_tolerance_m
+        self.orientation_tolerance_rad = orientation_tolerance_rad
 
-    def errors(self, q, pose, goal):
-        """See `Reach`: (n, 6), m and the rotation vector in rad."""
+    def sample_goals(self, rng, n):
+        """See `Rewarded.sample_goals`: poses of sampled joint positions, so all can be reached."""
+        return ToolKinematics(self.robot, n).pose(self.sample_joint_goals(rng, n))
+
+    def remaining(self, batch: Batch, goal):
+        """See `Rewarded.remaining`: (nsim, 6), m and the rotation vector in rad."""
+        position, rotation = batch.bind("site_xpos"), batch.bind("site_xmat")
+        batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
+        pose = site_pose(position, rotation, int(self.tool_sites[0]))
         here, there = pose[:, 3:].reshape(-1, 3, 3), goal[:, 3:].reshape(-1, 3, 3)
         return np.concatenate(
-            [goal[:, :3] - pose[:, :3], rotation_vector(there @ here.transpose(0, 2, 1))], axis=1
+            [goal[:, :3] - pose[:, :3], _rotation_vector(there @ here.transpose(0, 2, 1))], axis=1
         )
 
-    def success(self, errors):
-        """See `Reach`."""
-        away, turned = self._sizes(errors)
+    def success(self, remaining):
+        """See `Rewarded.success`."""
+        away, turned = self._sizes(remaining)
         return (away < self.position_tolerance_m) & (turned < self.orientation_tolerance_rad)
 
-    def reward(self, before, errors, period_s, dq, change):
-        """See `Reach`; progress is weighed as distance is."""
+    def reward(self, before, remaining, period_s, dq, change):
+        """See `Rewarded.reward`; progress is weighed as distance is."""
         w = self.weights
-        away, turned = self._sizes(errors)
+        away, turned = self._sizes(remaining)
         was_away, was_turned = self._sizes(before)
         near = np.exp(-((away / self.position_tolerance_m) ** 2)) + np.exp(
             -((turned / self.orientation_tolerance_rad) ** 2)
@@ -186,30 +211,13 @@ class EndEffectorReach(Reach):
         )
 
     @staticmethod
-    def _sizes(errors):
-        return np.linalg.norm(errors[:, :3], axis=1), np.linalg.norm(errors[:, 3:], axis=1)
+    def _sizes(remaining):
+        return np.linalg.norm(remaining[:, :3], axis=1), np.linalg.norm(remaining[:, 3:], axis=1)
 
 
-def rotation_vector(rotation: np.ndarray) -> np.ndarray:
+def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
     """Axis times angle (n, 3) rad of rotation matrices (n, 3, 3)."""
+    # SciPy's rotations take long to import
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_matrix(rotation).as_rotvec()
-
-
-TASKS: dict[str, type[Reach]] = {task.name: task for task in (JointReach, EndEffectorReach)}
-
-
-def make_task(name: str, weights: Mapping[str, float] = MappingProxyType({})) -> Reach:
-    """A task by its name, with some of its reward's weights replaced.
-
-    Raises:
-        ConfigurationError: the reward has no such weight.
-    """
-    own = TASKS[name]().weights
-    unknown = [weight for weight in weights if weight not in own]
-    if unknown:
-        raise ConfigurationError(
-            f"reward weights of {name}: found {', '.join(unknown)}; allowed: {', '.join(own)}"
-        )
-    return TASKS[name](weights={**own, **weights})

@@ -3,13 +3,25 @@
 from collections.abc import Mapping
 from typing import Any
 
-from t2l.tasks.block_stack import BlockStack
+from t2l.registry import Registry
 from t2l.tasks.task import Task
 
-TASKS: dict[str, type[Task]] = {"block_stack": BlockStack}
+TASKS: Registry[Task] = Registry(
+    "task",
+    Task,
+    {
+        "block_stack": "t2l.tasks.block_stack:BlockStack",
+        "joint_reach": "t2l.tasks.reach:JointReach",
+        "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
+    },
+)
 
 
 def make_task(parameters: Mapping[str, Any]) -> Task:
-    """The task that a validated file of config/tasks/ describes."""
+    """The task that a validated file of config/tasks/ describes.
+
+    Raises:
+        ConfigurationError: its robot is not known or not installed.
+    """
     parameters = dict(parameters)
-    return TASKS[parameters.pop("kind")](**parameters)
+    return TASKS.find(parameters.pop("kind"))(**parameters)

@@ -1,12 +1,18 @@
-"""What every task offers to the stages that demonstrate, replay and roll out."""
+"""A task: a scene, its starts, what a policy sees of it, and when it is solved.
+
+A task that is to be demonstrated says how (`Demonstrated`); one that is to be learned by
+reinforcement says what it pays (`Rewarded`). A task may do both.
+"""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
+from numpy.typing import ArrayLike
 
 from t2l.robots import Robot
 from t2l.typed import Typed
@@ -37,11 +43,10 @@ class Task(ABC):
     """A scene with a robot in it.
 
     Attributes:
-        name: as in paths.
+        name: of the kind, as in files of config/tasks/.
         instruction: the task in words, stored with every data set.
-        robot: the robot in the scene.
         parameters: what a file of config/tasks/ may hold, the arguments of the class.
-        horizon_s: how long a policy has.
+        robot: the robot in the scene.
         observation_names: one per element of an observation: first the robot's own state,
             beginning with q and dq, then that of its environment.
         robot_observation_size: how many of them are the robot's own.
@@ -49,9 +54,8 @@ class Task(ABC):
 
     name: str
     instruction: str
-    robot: Robot
     parameters: type[Typed]
-    horizon_s: float
+    robot: Robot
     observation_names: tuple[str, ...]
     robot_observation_size: int
 
@@ -63,18 +67,6 @@ class Task(ABC):
     def sample_starts(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """(n, nq) start positions, at rest."""
 
-    @abstractmethod
-    def observe(self, batch: Batch) -> np.ndarray:
-        """(nsim, nobs) privileged state of every simulation, its derived fields current."""
-
-    @abstractmethod
-    def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> "list[Waypoint]":
-        """One way to solve the task from `qpos` (nq,), varied by `rng`, for an expert to follow."""
-
-    @abstractmethod
-    def monitor(self, nsim: int) -> Monitor:
-        """A judge for `nsim` simulations, all at their start."""
-
     @cached_property
     def model(self) -> mujoco.MjModel:
         """The compiled scene without visuals."""
@@ -82,39 +74,144 @@ class Task(ABC):
 
     @cached_property
     def arm_qpos(self) -> np.ndarray:
-        """Indices of the arm joints in qpos; they are hinges, so the same as in qvel."""
+        """(njoint,) indices of the robot's joints in qpos."""
         return np.array([self.model.joint(j).qposadr[0] for j in self.robot.joints])
+
+    @cached_property
+    def arm_dofs(self) -> np.ndarray:
+        """(njoint,) indices of the robot's joints in qvel."""
+        return np.array([self.model.joint(j).dofadr[0] for j in self.robot.joints])
+
+    @cached_property
+    def gripper_qpos(self) -> np.ndarray:
+        """Indices in qpos of every gripper's joints, one gripper after another."""
+        names = [joint for gripper in self.robot.grippers for joint in gripper.joints]
+        return np.array([self.model.joint(j).qposadr[0] for j in names], int)
+
+    @cached_property
+    def opening_qpos(self) -> np.ndarray:
+        """(ngripper,) indices in qpos of the joints that tell how far the grippers are."""
+        names = [gripper.joints[0] for gripper in self.robot.grippers]
+        return np.array([self.model.joint(j).qposadr[0] for j in names], int)
 
     @cached_property
     def object_qpos(self) -> np.ndarray:
         """Indices in qpos of everything that is not the robot."""
-        fingers = [self.model.joint(j).qposadr[0] for j in self.robot.gripper_joints]
-        return np.setdiff1d(np.arange(self.model.nq), [*self.arm_qpos, *fingers])
+        return np.setdiff1d(np.arange(self.model.nq), [*self.arm_qpos, *self.gripper_qpos])
 
     @cached_property
-    def gripper_qpos(self) -> int:
-        """Index of the first finger in qpos."""
-        return int(self.model.joint(self.robot.gripper_joints[0]).qposadr[0])
+    def tool_sites(self) -> np.ndarray:
+        """(ngroup,) ids of the groups' tool sites."""
+        return np.array([self.model.site(group.tool_site).id for group in self.robot.groups])
 
     @cached_property
     def arm_ctrl(self) -> np.ndarray:
-        """Indices of the arm actuators in ctrl."""
+        """(njoint,) indices of the joints' actuators in ctrl."""
         return np.array([self.model.actuator(j).id for j in self.robot.joints])
 
     @cached_property
-    def gripper_ctrl(self) -> np.ndarray:
-        """Indices of the finger actuators in ctrl."""
-        return np.array([self.model.actuator(j).id for j in self.robot.gripper_joints])
+    def _gripper_ctrl(self) -> list[list[int]]:
+        return [
+            [self.model.actuator(name).id for name in gripper.actuators]
+            for gripper in self.robot.grippers
+        ]
 
-    def command(self, ctrl: np.ndarray, arm: np.ndarray, gripper: np.ndarray) -> None:
-        """Write arm commands (..., 7) and gripper commands (...) into ctrl (..., nu)."""
+    def command_grippers(self, ctrl: np.ndarray, command: ArrayLike) -> None:
+        """Write gripper commands, which broadcast to (..., ngripper), into ctrl (..., nu)."""
+        command = np.broadcast_to(command, (*ctrl.shape[:-1], len(self._gripper_ctrl)))
+        for i, actuators in enumerate(self._gripper_ctrl):
+            ctrl[..., actuators] = command[..., i, None]
+
+    def command(self, ctrl: np.ndarray, arm: ArrayLike, gripper: ArrayLike) -> None:
+        """Write joint commands (..., njoint) and gripper commands into ctrl (..., nu)."""
         ctrl[..., self.arm_ctrl] = arm
-        ctrl[..., self.gripper_ctrl] = np.asarray(gripper)[..., None]
+        self.command_grippers(ctrl, gripper)
+
+    @cached_property
+    def opened(self) -> np.ndarray:
+        """(ngripper,) the command that opens each gripper."""
+        return np.array([gripper.opened for gripper in self.robot.grippers])
 
     def reset(self, batch: Batch, qpos: np.ndarray) -> None:
-        """Put every simulation at rest at `qpos` (nsim, nq), gripper commanded as it stands."""
+        """Put every simulation at rest at `qpos` (nsim, nq), hands commanded to be open."""
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         batch.warning[:] = 0
         batch.qpos = qpos
-        self.command(batch.bind("ctrl"), qpos[:, self.arm_qpos], qpos[:, self.gripper_qpos])
+        self.command(batch.bind("ctrl"), qpos[:, self.arm_qpos], self.opened)
         batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL.value)
+
+
+class Demonstrated(Task):
+    """A task that an expert can show.
+
+    Attributes:
+        horizon_s: how long a policy has.
+    """
+
+    horizon_s: float
+
+    @abstractmethod
+    def observe(self, batch: Batch) -> np.ndarray:
+        """(nsim, nobs) privileged state of every simulation, its derived fields current."""
+
+    @abstractmethod
+    def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> "list[list[Waypoint]]":
+        """One way to solve the task from `qpos` (nq,), varied by `rng`: by group, for each tool."""
+
+    @abstractmethod
+    def monitor(self, nsim: int) -> Monitor:
+        """A judge for `nsim` simulations, all at their start."""
+
+
+class Rewarded(Task):
+    """A task that pays for coming closer to a goal, and is judged at the end of an episode.
+
+    A policy sees q, q̇, what is left to do, and its last action.
+
+    Attributes:
+        goal_size: numbers in a goal.
+        weights: of the reward's terms, by name.
+        tuned: names of the weights that tuning may change.
+    """
+
+    goal_size: int
+    weights: Mapping[str, float]
+    tuned: tuple[str, ...] = ()
+
+    @abstractmethod
+    def sample_goals(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """(n, goal_size), all reachable."""
+
+    @abstractmethod
+    def remaining(self, batch: Batch, goal: np.ndarray) -> np.ndarray:
+        """(nsim, k) what is left to do to `goal` (nsim, goal_size), signed."""
+
+    @abstractmethod
+    def success(self, remaining: np.ndarray) -> np.ndarray:
+        """(n,) bool."""
+
+    @abstractmethod
+    def reward(
+        self,
+        before: np.ndarray,
+        remaining: np.ndarray,
+        period_s: float,
+        dq: np.ndarray,
+        change: np.ndarray,
+    ) -> np.ndarray:
+        """What a step is worth, (n,).
+
+        Args:
+            before, remaining: (n, k) before and after the step.
+            period_s: of the step.
+            dq: (n, njoint) rad/s, after it.
+            change: (n, naction), by how much the action differs from the one before.
+        """
+
+    @abstractmethod
+    def reweighted(self, weights: Mapping[str, float]) -> "Rewarded":
+        """The task with some weights of its reward replaced.
+
+        Raises:
+            ConfigurationError: the reward has no such weight.
+        """

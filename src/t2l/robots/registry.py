@@ -1,0 +1,29 @@
+"""Which robots there are."""
+
+from functools import cache
+
+from t2l.registry import Registry
+from t2l.robots.robot import Robot
+
+ROBOTS: Registry[Robot] = Registry(
+    "robot",
+    Robot,
+    {
+        "fr3": "t2l.robots.fr3:FR3",
+        "fr3_hand": "t2l.robots.fr3:FR3Hand",
+    },
+)
+
+
+def make_robot(name: str) -> Robot:
+    """The robot of a name, the same object each time.
+
+    Raises:
+        ConfigurationError: there is none.
+    """
+    return _made(ROBOTS.find(name))
+
+
+@cache
+def _made(cls: type[Robot]) -> Robot:
+    return cls()

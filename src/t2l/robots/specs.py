@@ -1,0 +1,13 @@
+"""What every robot does to its MjSpec."""
+
+import mujoco
+
+# bit 1: the scene; robot geoms touch what has it and never one another
+COLLIDES_WITH_SCENE = {"contype": 2, "conaffinity": 1, "group": 3}
+
+
+def compensate_gravity(spec: mujoco.MjSpec, compensated: bool) -> None:
+    """Let every body of a robot be free of its own weight, or feel it."""
+    for body in spec.bodies:
+        if body.name:
+            body.gravcomp = float(compensated)
