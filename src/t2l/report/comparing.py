@@ -5,12 +5,11 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from t2l.report.artefacts import Compared, Found
+from t2l.diagnose.results import Compared, Found, same_gains
 from t2l.report.payload import (
     COARSEST,
     conditions_of,
     recordings_to_show,
-    same_gains,
     worst,
 )
 from t2l.report.pieces import choice, figure, held_out, shares

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-from t2l.report.artefacts import Found, Step
-from t2l.report.payload import titles_of
+from t2l.diagnose.results import Found, Step, titles_of
 from t2l.report.pieces import HELD_OUT, NOISE_FLOOR, figure
 from t2l.report.words import estimate, listed, mrad, number, readable, sentence
 

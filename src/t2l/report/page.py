@@ -8,9 +8,9 @@ from pathlib import Path
 from plotly.offline import get_plotlyjs
 
 from t2l.artefacts import write_text
+from t2l.diagnose.results import Found, read_found
 from t2l.figures.style import COLOURS
 from t2l.report import sections
-from t2l.report.artefacts import Found, read_found
 from t2l.report.payload import payload
 
 NAME = "report.html"

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
-from t2l.report.artefacts import Step
+from t2l.diagnose.results import Step
 from t2l.report.words import listed, sentence
 
 HELD_OUT = "recordings, or parts of them, that no parameter was fitted to"

@@ -3,9 +3,8 @@
 from html import escape
 from typing import Any
 
+from t2l.diagnose.results import Found, Step, titles_of
 from t2l.report import comparing, explaining, pieces
-from t2l.report.artefacts import Found, Step
-from t2l.report.payload import titles_of
 from t2l.report.words import listed, mrad, number, readable, sentence
 
 VERDICTS = {
