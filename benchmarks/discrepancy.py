@@ -22,8 +22,8 @@ from t2l.diagnose.inputs import read_together
 from t2l.diagnose.ranking import diagnose
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from t2l.identify.least_squares import Fit
-from t2l.identify.least_squares import run as run_fits
+from t2l.identify.fitting import run as run_fits
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor, Request
 from t2l.recordings.recording import Recording
 
@@ -171,7 +171,7 @@ def _fit_three(measured: Sequence[Recording]) -> tuple[Layout, np.ndarray]:
     start = layout.encode(
         {effect: {name: np.array([START[of]])} for of, (effect, name) in NAMES.items()}
     )
-    fit = Fit(layout, start, size=start)
+    fit = LeastSquares(layout, start, size=start)
     run_fits([fit], predictor, np.ones(len(predictor.samples), bool), MAX_ITERATIONS)
     return layout, fit.u
 

@@ -7,7 +7,7 @@ import numpy as np
 from t2l.identify.training_simulator import AT_REST_RAD_S, model
 from t2l.rl.constraints import NAMES, violations
 from t2l.rl.interface import command, observe, per_joint
-from t2l.sim.controllers.position import pd_torque
+from t2l.sim.controllers.joint_pd import pd_torque
 from t2l.tasks.reach import JointReach, joint_ranges
 
 

@@ -24,7 +24,8 @@ from benchmarks.scene import ROOT
 
 FOLDER = ROOT / "results/bench/hidden_effects"
 PROCESSES = 2
-EXPLAINS = ("sim", "robots", "effects", "discrepancy")  # packages whose change redoes the table
+# packages whose change redoes the table
+EXPLAINS = ("sim", "robots", "effects", "identify", "diagnose")
 
 # class in the generator: (its number, that of the effect in t2l)
 NUMBERS = {

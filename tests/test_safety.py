@@ -20,7 +20,7 @@ from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import fingerprint
 from t2l.diagnose.inputs import read_together
 from t2l.hardware.record import write_or_keep
-from t2l.outputs import MARK
+from t2l.outputs import MARK, output_folder
 from t2l.recordings import write_recording
 from t2l.robots import plant
 from tests.diagnose.made import recording, swings
@@ -216,6 +216,16 @@ def test_nothing_moves_where_a_recording_cannot_be_written(home, out, monkeypatc
     Path("file").touch()
     monkeypatch.setattr("t2l.hardware.record.franka_arm", lambda *_: pytest.fail("it moved"))
     assert out in refused("record", "plan.yaml", "--out", out)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".yaml"])
+def test_recordings_that_are_there_stay(home, suffix, monkeypatch):
+    Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "name": "first"}))
+    monkeypatch.setattr("t2l.hardware.record.franka_arm", lambda *_: pytest.fail("it moved"))
+    with output_folder("out", "t2l record", [f"first_kp64_kd4{suffix}"]):
+        Path(f"out/first_kp64_kd4{suffix}").touch()
+    said = refused("record", "plan.yaml", "--out", "out")
+    assert f"out: first_kp64_kd4{suffix} there already; allowed: a folder or names" in said
 
 
 def test_a_robot_that_does_not_answer_is_told_soon(home):

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from t2l.artefacts import remove
 from t2l.errors import OutputError, writing
 from t2l.names import is_plain
 
@@ -60,7 +61,7 @@ def output_folder(
         if replaced:
             print(f"{command}: replacing in {folder}: {', '.join(replaced)}", file=sys.stderr)
         for name in replaced:
-            _remove(folder / name)
+            remove(folder / name)
         with writing(folder):
             _write_mark(descriptor, command, entries)
         yield folder
@@ -236,13 +237,6 @@ def _write_mark(descriptor: int, command: str, entries: Sequence[str]) -> None:
     text = (json.dumps(content) + "\n").encode()
     os.pwrite(descriptor, text, 0)
     os.ftruncate(descriptor, len(text))
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
 
 
 def _some(names: Sequence[str]) -> str:

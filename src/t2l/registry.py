@@ -1,4 +1,4 @@
-"""Classes behind one interface, found by name: the library's, and those of Python files of the user's.
+"""Classes behind one interface, by name: the library's, and those of Python files of the user's.
 
 A class of the library is imported when it is asked for, so that a name costs no import. A file of
 the user's is loaded once; a class in it that derives from an interface, and has a `name`, is known

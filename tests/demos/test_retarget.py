@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from t2l.demos.retarget import hold, position_command
-from t2l.sim.controllers.position import pd_torque
+from t2l.sim.controllers.joint_pd import pd_torque
 
 states = arrays(float, 7, elements=st.floats(-10, 10))
 torques = arrays(float, 7, elements=st.floats(-87, 87))

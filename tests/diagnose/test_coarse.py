@@ -10,9 +10,11 @@ from t2l.diagnose.ranking import diagnose
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from t2l.identify.least_squares import Fit, run
+from t2l.identify.fitting import run
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
+from t2l.identify.scales import scales
 from tests.diagnose.made import measured, pendulum, recording, swing, two_pendulums
 
 HIDDEN = {"viscous_friction": {"damping": {"hinge": 0.05}}}
@@ -96,7 +98,7 @@ def test_a_fit_ends_on_every_tick_and_knows_no_bias(tmp_path):
     assert found.ranking[0].effect.name == "viscous_friction"
     assert found.ranking[0].heldout_rmse_rad < 1.05 * found.noise_floor_rad
     layout = Layout([Term(effects[0], (0,))])
-    fit = Fit(layout, np.array([0.1]), np.array([0.1]), tolerance=1e-6)
+    fit = LeastSquares(layout, np.array([0.1]), np.array([0.1]), tolerance=1e-6)
     run([fit], evidence.train, evidence.train_mask, 20)
     assert found.ranking[0].u == pytest.approx(fit.u, rel=1e-3)
 
@@ -113,7 +115,7 @@ def test_an_effect_changes_a_coarse_simulation_as_it_does_a_fine_one(tmp_path, n
     made = recording(robot, both, kp=15.0, kd=0.3, duration_s=1.0)
     fine = Predictor(robot, [made], threads=1)
     layout = Layout([Term(effect, (0, 1))])
-    values = MODERATE.get(name) or effect.starts(fine.scales)[0]
+    values = MODERATE.get(name) or effect.starts(scales(fine))[0]
     values = {key: np.atleast_1d(value) for key, value in values.items()}
     u = layout.encode({name: {s.parameter.name: values[s.parameter.name] for s in layout.slots}})
     plain = Request(Layout(()), np.zeros((1, 0)))

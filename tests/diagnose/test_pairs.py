@@ -5,7 +5,7 @@ from t2l.diagnose.evidence import gather
 from t2l.diagnose.pairs import _fitted, _joined, _tried
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from t2l.identify.least_squares import Fit
+from t2l.identify.least_squares import LeastSquares
 from tests.diagnose.made import pendulum, swings
 
 
@@ -15,8 +15,8 @@ def test_an_effect_that_some_joints_have_already_is_in_a_pair_once():
     adopted = Term(coulomb, (0,))
     alone = Layout([adopted, Term(viscous, (0, 1))])
     wider = Layout([Term(coulomb, (0, 1))])
-    fit = Fit(alone, np.arange(1.0, len(alone) + 1), np.ones(len(alone)))
-    other = Fit(wider, np.array([0.3, 0.7]), np.ones(2))
+    fit = LeastSquares(alone, np.arange(1.0, len(alone) + 1), np.ones(len(alone)))
+    other = LeastSquares(wider, np.array([0.3, 0.7]), np.ones(2))
     pair = _joined(fit, other, "coulomb_friction", diagonal=False)
     keys = [slot.key for slot in pair.layout.slots]
     assert len(set(keys)) == len(keys) == 4
@@ -28,7 +28,7 @@ def test_an_effect_that_some_joints_have_already_is_in_a_pair_once():
 def test_an_effect_that_leaves_far_less_than_any_other_is_tried_with_none():
     def tried(*losses, before):
         names = "abcdefg"[: len(losses)]
-        fits = {name: Fit(Layout(()), np.zeros(0), np.zeros(0)) for name in names}
+        fits = {name: LeastSquares(Layout(()), np.zeros(0), np.zeros(0)) for name in names}
         for fit, loss in zip(fits.values(), losses, strict=True):
             fit.loss = loss
         return _tried(fits, before)
@@ -51,7 +51,7 @@ def test_a_pair_starts_with_one_alone_where_the_other_was_fitted_astray(tmp_path
     fits = {}
     for name, value in (("torque_offset", -0.39), ("coulomb_friction", 8.0)):
         layout = Layout([Term(builtin()[name], (0,))])
-        fits[name] = Fit(layout, np.array([value]), np.array([0.1]))
+        fits[name] = LeastSquares(layout, np.array([value]), np.array([0.1]))
     names = ("coulomb_friction", "torque_offset")
     pair = _fitted([names], fits, evidence, False, 1e-12)[names]
     assert np.sqrt(pair.loss) < 4e-5

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor, Request
+from t2l.identify.scales import scales
 from tests.diagnose.made import (
     ARMATURE,
     DAMPING,
@@ -84,7 +85,7 @@ def guesses(pendulums):
     requests = {}
     for name, effect in builtin().items():
         lay = layout(effect, 2)
-        starts = effect.starts(pendulums.scales)
+        starts = effect.starts(scales(pendulums))
         chosen = starts[:: max(1, len(starts) // 8)]
         requests[name] = Request(lay, np.array([lay.encode({name: s}) for s in chosen]))
     return requests
@@ -140,7 +141,7 @@ def test_variants_in_one_batch_do_not_feel_each_other(pendulums, guesses):
 def test_a_joint_without_the_effect_does_not_feel_it(pendulums, plain, guesses, name):
     effect = builtin()[name]
     lay = Layout([Term(effect, (0,))])
-    start = effect.starts(pendulums.scales)[0]
+    start = effect.starts(scales(pendulums))[0]
     values = {k: np.asarray(v)[:1] for k, v in start.items()}
     q = pendulums.predict([Request(lay, lay.encode({name: values})[None])])[0][0]
     left = pendulums.samples.joint == 0

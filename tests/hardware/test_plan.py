@@ -3,7 +3,7 @@ import pytest
 import yaml
 
 from t2l.errors import RecordingError
-from t2l.hardware.plan import check_free, read_plan
+from t2l.hardware.plan import read_plan
 from t2l.robots import fr3
 from tests.conftest import ROOT
 
@@ -97,9 +97,3 @@ def test_a_setting_beyond_a_limit_is_named(tmp_path):
     gains = [{"kp": 64, "kd": 4}, {"kp": 2000, "kd": 40}]
     with pytest.raises(RecordingError, match=r"multisine_kp2000_kd40: fr3_joint7 at .* 12 N·m"):
         read_plan(write(tmp_path, gains=gains))
-
-
-def test_recordings_that_are_there_stay(tmp_path):
-    (tmp_path / "multisine_kp256_kd12.csv").touch()
-    with pytest.raises(RecordingError, match=r"kp256_kd12.csv: the folder: found this recording"):
-        check_free(read_plan(EXAMPLE), tmp_path)

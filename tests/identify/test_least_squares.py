@@ -9,7 +9,8 @@ from t2l.diagnose.first_guesses import first_guesses
 from t2l.diagnose.racing import fit_all, fit_fully
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from t2l.identify.least_squares import Fit, run
+from t2l.identify.fitting import run
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.recordings import Recording
@@ -23,7 +24,7 @@ def fitted(recordings, names, robot=None, adopted=None, iterations=15, diagonal=
     mask = np.ones(len(predictor.samples), bool)
     layout, u = Model(robot, adopted or {}).vector(predictor.joints)
     guesses = first_guesses(predictor, mask, layout, u, [builtin()[n] for n in names])
-    fits = {name: Fit(*guess, diagonal) for name, guess in guesses.items()}
+    fits = {name: LeastSquares(*guess, diagonal) for name, guess in guesses.items()}
     run(list(fits.values()), predictor, mask, iterations)
     return fits
 
@@ -89,7 +90,7 @@ def test_each_joint_has_its_own_parameter(tmp_path, diagonal):
     made = measured(recording(robot, both, duration_s=0.8), noise_rad=1e-5, model=model)
     predictor = Predictor(robot, [made])
     layout = Layout([Term(builtin()["viscous_friction"], (0, 1))])
-    fit = Fit(layout, np.array([0.1, 0.1]), np.array([0.1, 0.1]), diagonal)
+    fit = LeastSquares(layout, np.array([0.1, 0.1]), np.array([0.1, 0.1]), diagonal)
     run([fit], predictor, np.ones(len(predictor.samples), bool), 12)
     assert fit.u == pytest.approx([0.05, 0.2], rel=0.01)
 
@@ -115,7 +116,7 @@ def test_an_encoder_offset_moves_the_other_joints_too():
     recordings = arm({"encoder_offset": {"offset": {"elbow": 0.03}}})
     predictor = Predictor(recordings[0].robot, recordings)
     layout = Layout([Term(builtin()["encoder_offset"], (0, 1))])
-    fit = Fit(layout, np.array([0.0, 0.0]), np.array([0.02, 0.02]), diagonal=True)
+    fit = LeastSquares(layout, np.array([0.0, 0.0]), np.array([0.02, 0.02]), diagonal=True)
     run([fit], predictor, np.ones(len(predictor.samples), bool), 4)
     assert fit.u == pytest.approx([0.0, 0.03], abs=1e-4)
 
@@ -167,7 +168,7 @@ def test_play_is_found_though_the_error_has_many_dents(robot):
     recordings = [measured(r, noise_rad=1e-4, seed=i, model=model) for i, r in enumerate(made)]
     evidence, layout = gather(robot, recordings), Layout([Term(builtin()["backlash"], (0,))])
     off = {"play": 0.0306, "contact_time": 6.5e-4, "contact_damping": 0.06, "encoder_on_link": 0.0}
-    start = Fit(layout, layout.encode({"backlash": off}), np.ones(4))
+    start = LeastSquares(layout, layout.encode({"backlash": off}), np.ones(4))
     full = fit_fully({"backlash": start}, ["backlash"], evidence)["backlash"]
     assert np.sqrt(full.loss) < 1.05e-4
     assert theta(full) == pytest.approx([0.03, 1e-3, 0.1, 0.0], rel=0.1)
@@ -233,7 +234,7 @@ def test_a_parameter_stays_within_its_bounds(robot):
         seen.extend(fit.u.copy() for fit in fits)
 
     layout = Layout([Term(builtin()["quadratic_friction"], (0,))])
-    fit = Fit(layout, np.array([0.05]), np.array([0.05]))
+    fit = LeastSquares(layout, np.array([0.05]), np.array([0.05]))
     run([fit], predictor, np.ones(len(predictor.samples), bool), 12, watch)
     assert (np.array(seen) >= 0).all()
     assert fit.u[0] == pytest.approx(0.0, abs=2e-3)
@@ -244,9 +245,11 @@ def test_a_fit_that_cannot_start_ends(robot):
     predictor = Predictor(robot, [recording(robot, swing(), kd=0.8, duration_s=0.5)])
     mask = np.ones(len(predictor.samples), bool)
     layout = Layout([Term(builtin()["controller_gains"], (0,))])
-    wild = Fit(layout, np.log([10.0, 1e3]), np.ones(2))
+    wild = LeastSquares(layout, np.log([10.0, 1e3]), np.ones(2))
     wild.layout.upper[:] = 20.0
-    healthy = Fit(Layout([Term(builtin()["viscous_friction"], (0,))]), np.array([0.1]), np.ones(1))
+    healthy = LeastSquares(
+        Layout([Term(builtin()["viscous_friction"], (0,))]), np.array([0.1]), np.ones(1)
+    )
     with np.errstate(all="ignore"):
         run([wild, healthy], predictor, mask, 10)
     assert wild.done
@@ -268,7 +271,9 @@ def drive(fit, residual_at, rounds=60):
 
 
 def two_offsets(start=(1.0, 1.0)):
-    return Fit(Layout([Term(builtin()["torque_offset"], (0, 1))]), np.array(start), np.ones(2))
+    return LeastSquares(
+        Layout([Term(builtin()["torque_offset"], (0, 1))]), np.array(start), np.ones(2)
+    )
 
 
 A = np.random.default_rng(0).normal(size=(40, 2))
@@ -326,7 +331,7 @@ def test_a_parameter_that_nothing_excites_ends_the_fit(robot):
     """An arm at rest in its zero tells nothing about friction in motion."""
     predictor = Predictor(robot, [recording(robot, hold(0.0), duration_s=0.3)])
     layout = Layout([Term(builtin()["viscous_friction"], (0,))])
-    fit = Fit(layout, np.array([0.1]), np.array([0.1]))
+    fit = LeastSquares(layout, np.array([0.1]), np.array([0.1]))
     run([fit], predictor, np.ones(len(predictor.samples), bool), 50)
     assert fit.u == pytest.approx([0.1])
     assert np.isfinite(fit.u).all()

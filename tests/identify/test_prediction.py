@@ -8,10 +8,12 @@ from benchmarks.hidden_effects.generator import record
 
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from t2l.identify import prediction
+from t2l.identify import batches
+from t2l.identify.batches import MAX_SIMULATIONS
 from t2l.identify.initial_state import start_state
 from t2l.identify.model import Model
-from t2l.identify.prediction import MAX_SIMULATIONS, Predictor, Request
+from t2l.identify.prediction import Predictor, Request
+from t2l.identify.scales import gravity_torque, scales
 from t2l.recordings import Recording
 from tests.diagnose.made import (
     ARMATURE,
@@ -110,8 +112,8 @@ def test_more_variants_than_one_batch_holds(tmp_path):
 @pytest.mark.parametrize("least_dofs_per_batch", [1, 1_000_000], ids=["batches", "threads"])
 def test_threads_change_no_number(tmp_path, monkeypatch, least_dofs_per_batch):
     """Of loops whose physics steps differ, of models with more joints, side by side or shared."""
-    monkeypatch.setattr(prediction, "LEAST_DOFS_PER_BATCH", least_dofs_per_batch)
-    monkeypatch.setattr(prediction, "LEAST_STEPS_PER_THREAD", 1)
+    monkeypatch.setattr(batches, "LEAST_DOFS_PER_BATCH", least_dofs_per_batch)
+    monkeypatch.setattr(batches, "LEAST_STEPS_PER_THREAD", 1)
     robot, rates = pendulum(tmp_path), (1000.0, 300.0, 170.0)
     made = [
         recording(robot, swing(), f"{rate:g} Hz", duration_s=1.0, control_rate_hz=rate)
@@ -122,7 +124,7 @@ def test_threads_change_no_number(tmp_path, monkeypatch, least_dofs_per_batch):
     for name in ("torque_offset", "joint_flexibility"):
         effect = builtin()[name]
         layout = Layout([Term(effect, (0,))])
-        u = np.array([layout.encode({name: values}) for values in effect.starts(one.scales)])
+        u = np.array([layout.encode({name: values}) for values in effect.starts(scales(one))])
         requests.append(Request(layout, np.concatenate([u, 1.1 * u, 0.9 * u])))
     expected = one.predict(requests, velocity=True)
     for _ in range(3):
@@ -151,7 +153,7 @@ def test_samples_tell_where_each_was_measured(tmp_path):
     np.testing.assert_allclose(samples.time[in_second], first.time[samples.row[in_second]])
     np.testing.assert_array_equal(samples.q[in_second], gaps[np.isfinite(gaps)])
     np.testing.assert_array_equal(
-        predictor.at_samples([first.q_des, 2 * second.q_des])[in_second],
+        samples.of([first.q_des, 2 * second.q_des])[in_second],
         2 * second.q_des[samples.row[in_second], 0],
     )
 
@@ -162,14 +164,14 @@ def test_scales_are_sizes_of_the_motion_and_the_plant(tmp_path):
     made = recording(
         robot, lambda t: 0.3 * np.sin(speed * t), kp=kp, kd=0.1, duration_s=2 * np.pi / speed
     )
-    scales = Predictor(robot, [measured(made)]).scales
-    assert scales.inertia == pytest.approx([INERTIA])
-    assert scales.velocity == pytest.approx([0.3 * speed / np.sqrt(2)], rel=0.2)
-    assert scales.range == pytest.approx([0.6], rel=0.2)
-    assert scales.peak_torque > scales.torque
-    assert scales.armature == pytest.approx([ARMATURE])
-    assert scales.friction == pytest.approx([0.03])
-    assert scales.damping == pytest.approx([DAMPING])
+    sizes = scales(Predictor(robot, [measured(made)]))
+    assert sizes.inertia == pytest.approx([INERTIA])
+    assert sizes.velocity == pytest.approx([0.3 * speed / np.sqrt(2)], rel=0.2)
+    assert sizes.range == pytest.approx([0.6], rel=0.2)
+    assert sizes.peak_torque > sizes.torque
+    assert sizes.armature == pytest.approx([ARMATURE])
+    assert sizes.friction == pytest.approx([0.03])
+    assert sizes.damping == pytest.approx([DAMPING])
 
 
 def test_the_motor_torque_of_a_resting_arm_counts_its_weight_once(tmp_path):
@@ -178,10 +180,10 @@ def test_the_motor_torque_of_a_resting_arm_counts_its_weight_once(tmp_path):
     made = recording(pendulum(tmp_path), hold(at), kp=30.0, kd=2.0, duration_s=2.0)
     weight = WEIGHT * np.sin(at)
     compensated = dataclasses.replace(made, gravity_compensation=True)
-    held = Predictor(made.robot, [measured(compensated)]).scales
+    held = scales(Predictor(made.robot, [measured(compensated)]))
     assert held.torque == pytest.approx([weight], rel=0.02)
     raised = dataclasses.replace(made, q_des=made.q_des + weight / 30.0)
-    assert Predictor(made.robot, [measured(raised)]).scales.torque == pytest.approx(
+    assert scales(Predictor(made.robot, [measured(raised)])).torque == pytest.approx(
         [weight], rel=0.02
     )
 
@@ -190,7 +192,7 @@ def test_gravity_is_that_of_the_measured_pose(tmp_path):
     made = recording(pendulum(tmp_path), swing(1.0), duration_s=1.0)
     made = dataclasses.replace(made, q=swing(1.0)(made.time)[:, None])
     np.testing.assert_allclose(
-        Predictor(made.robot, [made]).gravity_at_samples(), WEIGHT * np.sin(made.q[:, 0]), atol=1e-9
+        gravity_torque(Predictor(made.robot, [made])), WEIGHT * np.sin(made.q[:, 0]), atol=1e-9
     )
 
 

@@ -3,7 +3,8 @@ import pytest
 
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from t2l.identify.least_squares import Fit, run
+from t2l.identify.fitting import run
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 from t2l.identify.uncertainty import uncertainty
 from tests.diagnose.made import pendulum, recording, swing, swings
@@ -25,7 +26,7 @@ def two_numbers(names=("torque_offset", "viscous_friction")):
 def solved(jacobian, noise, layout=None):
     """A least-squares fit of y = J u + noise that has ended."""
     change, *_ = np.linalg.lstsq(jacobian, noise, rcond=None)
-    fit = Fit(layout or two_numbers(), TRUTH + change, np.ones(2))
+    fit = LeastSquares(layout or two_numbers(), TRUTH + change, np.ones(2))
     fit.jacobian, fit.residual = jacobian, jacobian @ change - noise
     return fit
 
@@ -112,7 +113,7 @@ def test_a_pendulum_cannot_tell_damping_from_the_controllers(tmp_path):
     predictor = Predictor(robot, recordings)
     mask = np.ones(len(predictor.samples), bool)
     layout = Layout([Term(builtin()[n], (0,)) for n in ("viscous_friction", "controller_gains")])
-    fit = Fit(layout, np.array([0.05, 0.0, 0.0]), np.full(3, 0.1))
+    fit = LeastSquares(layout, np.array([0.05, 0.0, 0.0]), np.full(3, 0.1))
     run([fit], predictor, mask, 1)
     pairs = uncertainty(fit, predictor, mask).inseparable()
     names = [{layout.slots[i].parameter.name for i in pair} for pair in pairs]

@@ -56,7 +56,9 @@ def test_a_study_inherits_nothing_from_the_default_one(empty_project):
 def test_the_target_of_a_diagnosis_names_the_section_that_it_needs(empty_project):
     done = empty_project.run("--dry-run", "--", "diagnosis")
     assert done.returncode == 1
-    assert "config: diagnosis: found nothing; allowed: this section, with" in done.stdout
+    said = "config: diagnosis: found nothing; allowed: this section, with recordings to explain"
+    assert done.stdout.splitlines()[-1] == said
+    assert "Traceback" not in done.stdout
     assert "explain" not in empty_project.planned("all")
 
 

@@ -1,6 +1,7 @@
 """The checked configuration, where results live, and which wildcards there are."""
 
 import os
+import sys
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
@@ -92,7 +93,8 @@ def condition_entry(wildcards) -> dict:
 def wanted_diagnosis(wildcards) -> list[str]:
     """What the target `diagnosis` makes, or the key that it needs."""
     if not DIAGNOSIS:
-        raise WorkflowError(
+        # of an exception, Snakemake would show where in this file it comes from
+        sys.exit(
             "config: diagnosis: found nothing; allowed: this section, with recordings to explain"
         )
     return DIAGNOSIS_RESULTS

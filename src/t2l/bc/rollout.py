@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from t2l.actions import Control
 from t2l.gains import Cell
-from t2l.sim import apply_position_gains, make_batch, step
+from t2l.sim import make_batch
 from t2l.sim.batch import TIMESTEP_S
-from t2l.tasks import Task
+from t2l.tasks import Demonstrated
 
 COLUMNS = ("kp", "kd", "rollout", "success", "time_to_success_s", "failure")
 TRACE_COLUMNS = ("kp", "kd", "rollout", "success", "failure", "time_s", "qpos", "command")
@@ -26,7 +27,7 @@ class Rollouts:
         table: one row per rollout, columns `COLUMNS`.
         qpos: (ticks + 1, n, nq) positions at the policy's rate; a simulation that has ended
             keeps its last.
-        command: (ticks, n, nact) arm targets in rad, then the gripper's in m.
+        command: (ticks, n, ncommand + ngripper) of the controller, then of the grippers.
     """
 
     table: pd.DataFrame
@@ -35,11 +36,11 @@ class Rollouts:
 
 
 def roll_out(
-    task: Task,
+    task: Demonstrated,
     act: ActionChunks,
     history: int,
     executed: int,
-    cell: Cell,
+    control: Control,
     starts: np.ndarray,
     decimation: int,
     threads: int = 1,
@@ -47,19 +48,21 @@ def roll_out(
     """Roll out from every start until success, divergence or the task's horizon.
 
     Args:
-        act: the policy; see `t2l.policies.acting`.
+        act: the policy.
         history: observations the policy sees.
         executed: actions of each chunk that are carried out before the policy is asked again.
+        control: of a cell, in the task's model.
         starts: (n, nq).
         decimation: timesteps that each command is held for.
     """
     n = len(starts)
     tick_s = decimation * TIMESTEP_S
     ticks = round(task.horizon_s / tick_s)
-    actions = len(task.robot.joints) + 1
+    controller, grippers = control.controller, len(task.robot.grippers)
+    size, width = len(control.actions.names), len(controller.command_names)
 
     batch = make_batch(task.model, n, threads)
-    apply_position_gains(batch, task.robot.joints, cell.kp, cell.kd)
+    controller.install(batch)
     task.reset(batch, starts)
     monitor = task.monitor(n)
     sound = np.ones(n, dtype=bool)
@@ -67,19 +70,24 @@ def roll_out(
     past = np.repeat(task.observe(batch).astype(np.float32)[:, None], history, axis=1)
     qpos = np.empty((ticks + 1, n, task.model.nq))
     qpos[0] = batch.qpos
-    command = np.full((ticks, n, actions), np.nan)
-    chunk = np.empty((n, executed, actions))
+    command = np.full((ticks, n, width + grippers), np.nan)
+    chunk = np.empty((n, executed, size + grippers))
+    before = np.concatenate([controller.measured(batch), np.tile(task.opened, (n, 1))], axis=1)
     for k in range(ticks):
         if k % executed == 0:
             chunk.fill(np.nan)
             chunk[active] = act(past[active])[:, :executed]
-        command[k] = chunk[:, k % executed]
+        action, gripper = np.split(chunk[:, k % executed], [size], axis=1)
+        arm = control.actions.command(action, controller.measured(batch), before[:, :width])
+        command[k] = np.concatenate([arm, gripper], axis=1)
         # a policy that answers NaN has failed; its simulation must not be fed one
         diverging = active & ~np.isfinite(command[k]).all(axis=1)
         sound &= ~diverging
         active &= ~diverging
-        task.command(batch.ctrl, *_within(command[k], task, active))
-        step(batch, active, nstep=decimation)
+        # what has ended is sent what it was sent last
+        before = np.where(active[:, None], command[k], before)
+        task.command_grippers(batch.ctrl, before[:, width:])
+        controller.step(batch, before[:, :width], active, decimation)
         monitor.update(batch, (k + 1) * tick_s, active)
         finished = ~np.isnan(monitor.success_time_s)
         sound &= active | finished
@@ -93,8 +101,8 @@ def roll_out(
     failures = monitor.failures(sound)
     table = pd.DataFrame(
         {
-            "kp": cell.kp,
-            "kd": cell.kd,
+            "kp": control.cell.kp,
+            "kd": control.cell.kd,
             "rollout": np.arange(n),
             "success": [failure == "" for failure in failures],
             "time_to_success_s": monitor.success_time_s,
@@ -156,9 +164,3 @@ def pick_traces(
                 picked[label] = (rows.time_s.to_numpy(), np.stack(rows.qpos))
                 break
     return picked
-
-
-def _within(command: np.ndarray, task: Task, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Commands as sent: those of simulations that have ended stand still at zero."""
-    sent = np.where(active[:, None], command, 0.0)
-    return sent[:, :-1], sent[:, -1]

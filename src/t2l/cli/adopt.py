@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> None:
         ConfigurationError: no diagnosis there, or an effect that it does not hold.
         OutputError: the result would replace something.
     """
-    from t2l.diagnose.story import diagnosed_effects
+    from t2l.diagnose.story import DIAGNOSIS, diagnosed_effects
     from t2l.errors import ConfigurationError
     from t2l.identify.model import Model, read_model, write_model
     from t2l.names import path_of
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> None:
         effects = {**(merged.effects if merged else model.effects), name: model.effects[name]}
         merged = Model(model.robot, effects, model.effect_files)
     # the whole diagnosis, not only what is adopted now
-    inputs = [folder / "diagnosis.json", *models.glob("*.yaml")]
+    inputs = [folder / DIAGNOSIS, *models.glob("*.yaml")]
     with output_file(arguments.out, "t2l adopt", inputs, arguments.force) as out:
         write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.effects)}")
     print(f"Written to {arguments.out}")

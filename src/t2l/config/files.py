@@ -4,7 +4,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from t2l.config.models import Diagnosis, Robot
+from t2l.config.models.diagnosis import Diagnosis
+from t2l.config.models.transfer import Robot
 from t2l.effects.registry import python_files
 from t2l.gains import Cell
 from t2l.recordings import log

@@ -4,12 +4,14 @@ import unicodedata
 from collections.abc import Sequence
 from typing import Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from t2l.typed import Number, Unique, refuse
 
 # of a path or an address; Linux takes no path of more than 4096 bytes
 MOST_CHARACTERS = 1000
+# random generators take 32 bits, and training adds to it
+LARGEST_SEED = 2**31 - 1
 
 
 def _ascending(values: Sequence[float]) -> Sequence[float]:
@@ -22,6 +24,13 @@ def _bounds(values: Sequence[float]) -> Sequence[float]:
     if values[0] >= values[1]:
         raise refuse("two ascending bounds")
     return values
+
+
+def _given(value: object) -> object:
+    """Refuse an optional key that is there with nothing in it."""
+    if value is None:
+        raise refuse("a value, or no such key")
+    return value
 
 
 def _written(value: str) -> str:
@@ -40,3 +49,4 @@ Bounds = Annotated[list[Positive], Field(min_length=2, max_length=2), AfterValid
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Text = Annotated[str, Field(max_length=MOST_CHARACTERS), AfterValidator(_written)]
 Paths = Annotated[list[Text], Field(min_length=1, max_length=1000), Unique]
+Given = BeforeValidator(_given)

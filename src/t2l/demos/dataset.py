@@ -27,22 +27,24 @@ STATE, ENVIRONMENT, ACTION = "observation.state", "observation.environment_state
 def write_demonstrations(demonstrations: Sequence[Demonstration], task: Task, path: Path) -> None:
     """Write demonstrations at the simulator's rate, in double precision.
 
-    ``observation.state`` is q, dq and the finger position; ``observation.environment_state`` the
-    positions of all objects; ``action`` the torques and the gripper command.
+    ``observation.state`` is q, dq and the positions of the grippers' joints;
+    ``observation.environment_state`` the positions of all objects; ``action`` the torques and the
+    gripper commands.
     """
-    joints = task.robot.joints
+    robot = task.robot
+    joints, fingers = robot.joints, [j for gripper in robot.grippers for j in gripper.joints]
     features = {
-        STATE: _feature("float64", [*_named("q", joints), *_named("dq", joints), "finger"]),
+        STATE: _feature("float64", [*_named("q", joints), *_named("dq", joints), *fingers]),
         ENVIRONMENT: _feature("float64", [f"qpos{i}" for i in task.object_qpos]),
-        ACTION: _feature("float64", [*_named("tau", joints), "gripper"]),
+        ACTION: _feature("float64", [*_named("tau", joints), *_grippers(task)]),
     }
     episodes = (
         {
             STATE: np.concatenate(
-                [d.qpos[:, task.arm_qpos], d.dq, d.qpos[:, [task.gripper_qpos]]], axis=1
+                [d.qpos[:, task.arm_qpos], d.dq, d.qpos[:, task.gripper_qpos]], axis=1
             ),
             ENVIRONMENT: d.qpos[:, task.object_qpos],
-            ACTION: np.concatenate([d.torque, d.gripper[:, None]], axis=1),
+            ACTION: np.concatenate([d.torque, d.gripper], axis=1),
         }
         for d in demonstrations
     )
@@ -55,52 +57,63 @@ def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
     Raises:
         ArtefactError: the folder is missing, cut short, or of another task.
     """
-    dof = len(task.robot.joints)
-    sizes = {STATE: 2 * dof + 1, ENVIRONMENT: task.object_qpos.size, ACTION: dof + 1}
+    dof, ngripper = len(task.robot.joints), len(task.robot.grippers)
+    sizes = {
+        STATE: 2 * dof + task.gripper_qpos.size,
+        ENVIRONMENT: task.object_qpos.size,
+        ACTION: dof + ngripper,
+    }
     demonstrations = []
     for episode in _read(Path(path), sizes):
         state = episode[STATE]
         qpos = np.empty((len(state), task.model.nq))
         qpos[:, task.arm_qpos] = state[:, :dof]
-        for joint in task.robot.gripper_joints:
-            qpos[:, task.model.joint(joint).qposadr[0]] = state[:, -1]
+        qpos[:, task.gripper_qpos] = state[:, 2 * dof :]
         qpos[:, task.object_qpos] = episode[ENVIRONMENT]
         demonstrations.append(
             Demonstration(
                 qpos=qpos,
-                dq=state[:, dof:-1],
-                torque=episode[ACTION][:, :-1],
-                gripper=episode[ACTION][:, -1],
+                dq=state[:, dof : 2 * dof],
+                torque=episode[ACTION][:, :dof],
+                gripper=episode[ACTION][:, dof:],
             )
         )
     return demonstrations
 
 
-def write_replays(replays: Iterable[Replay], task: Task, fps: int, path: Path) -> None:
-    """Write replays at the policy's rate: observation, and q_des with the gripper command.
+def write_replays(
+    replays: Iterable[Replay], task: Task, actions: Sequence[str], fps: int, path: Path
+) -> None:
+    """Write replays at the policy's rate: observation, and action with the gripper commands.
 
     The observation is split as lerobot's policies expect it: the robot's own state, and the
     state of its environment.
+
+    Args:
+        actions: names of an action's elements.
     """
     names, own = list(task.observation_names), task.robot_observation_size
     features = {
         STATE: _feature("float32", names[:own]),
         ENVIRONMENT: _feature("float32", names[own:]),
-        ACTION: _feature("float32", [*_named("q_des", task.robot.joints), "gripper"]),
+        ACTION: _feature("float32", [*actions, *_grippers(task)]),
     }
     episodes = (
         {
             STATE: r.observation[:, :own],
             ENVIRONMENT: r.observation[:, own:],
-            ACTION: np.concatenate([r.command, r.gripper[:, None]], axis=1, dtype=np.float32),
+            ACTION: np.concatenate([r.action, r.gripper], axis=1, dtype=np.float32),
         }
         for r in replays
     )
     _write(path, task, fps, features, episodes)
 
 
-def read_replays(path: Path | str, task: Task) -> list[tuple[np.ndarray, np.ndarray]]:
+def read_replays(path: Path | str, task: Task, actions: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """Observation (n, nobs) and action (n, nact) of every episode that `write_replays` wrote.
+
+    Args:
+        actions: how many elements an action has, without grippers.
 
     Raises:
         ArtefactError: the folder is missing, cut short, or of another task.
@@ -109,12 +122,16 @@ def read_replays(path: Path | str, task: Task) -> list[tuple[np.ndarray, np.ndar
     sizes = {
         STATE: own,
         ENVIRONMENT: len(task.observation_names) - own,
-        ACTION: len(task.robot.joints) + 1,
+        ACTION: actions + len(task.robot.grippers),
     }
     return [
         (np.concatenate([episode[STATE], episode[ENVIRONMENT]], axis=1), episode[ACTION])
         for episode in _read(Path(path), sizes)
     ]
+
+
+def _grippers(task: Task) -> list[str]:
+    return [f"gripper.{group.name}" for group in task.robot.groups if group.gripper]
 
 
 def _named(quantity: str, joints: Sequence[str]) -> list[str]:

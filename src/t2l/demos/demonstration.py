@@ -11,9 +11,9 @@ class Demonstration:
 
     Attributes:
         qpos: (n, nq) positions of everything in the scene.
-        dq: (n, dof) rad/s, arm.
-        torque: (n, dof) N·m, commanded by the expert, net of the robot's own gravity compensation.
-        gripper: (n,) m, commanded finger position.
+        dq: (n, njoint) rad/s, of the robot's joints.
+        torque: (n, njoint) N·m, by the expert, net of the robot's own gravity compensation.
+        gripper: (n, ngripper) commanded, in the unit of each gripper.
     """
 
     qpos: np.ndarray

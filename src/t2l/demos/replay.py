@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from t2l.actions import Control
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.retarget import hold, retarget
 from t2l.errors import ReplayError
 from t2l.gains import Cell
-from t2l.sim import apply_position_gains, make_batch, step
+from t2l.sim import make_batch
 from t2l.sim.batch import TIMESTEP_S
-from t2l.tasks import Task
+from t2l.tasks import Demonstrated
 
 TABLE_COLUMNS = ("kp", "kd", "demonstration", "success", "failure", "mse_q_rad2")
 
@@ -23,8 +24,9 @@ class Replay:
 
     Attributes:
         observation: (n, nobs) before each command.
-        command: (n, dof) rad, the held q_des.
-        gripper: (n,) m.
+        command: (n, ncommand), held.
+        action: (n, naction) that leads to the command where the robot is then.
+        gripper: (n, ngripper) commanded.
         success: whether the task was solved within the demonstration's length.
         failure: kind of failure, '' for a success.
         mse_q_rad2: mean squared joint position error against the demonstration.
@@ -32,6 +34,7 @@ class Replay:
 
     observation: np.ndarray
     command: np.ndarray
+    action: np.ndarray
     gripper: np.ndarray
     success: bool
     failure: str
@@ -39,9 +42,9 @@ class Replay:
 
 
 def replay(
-    task: Task,
+    task: Demonstrated,
     demonstrations: Sequence[Demonstration],
-    cell: Cell,
+    control: Control,
     decimation: int,
     how: str = "mean",
     threads: int = 1,
@@ -49,27 +52,32 @@ def replay(
     """Replay every demonstration with commands held for `decimation` timesteps.
 
     Args:
+        control: of a cell, in the task's model.
         how: how a held command follows from those it replaces, see `t2l.demos.retarget.hold`.
     """
-    n = len(demonstrations)
-    commands = [hold(retarget(d, task.arm_qpos, cell), decimation, how) for d in demonstrations]
+    n, controller = len(demonstrations), control.controller
+    commands = [hold(retarget(d, controller), decimation, how, controller) for d in demonstrations]
     grippers = [d.gripper[:-1:decimation] for d in demonstrations]
     lengths = np.array([len(c) for c in commands])
     ticks = int(lengths.max())
-    arm, gripper = _pad(commands, ticks), _pad(grippers, ticks)
+    command, gripper = _pad(commands, ticks), _pad(grippers, ticks)
     reference = _pad([d.qpos[:, task.arm_qpos] for d in demonstrations], ticks * decimation + 1)
 
     batch = make_batch(task.model, n, threads)
-    apply_position_gains(batch, task.robot.joints, cell.kp, cell.kd)
+    controller.install(batch)
     task.reset(batch, np.stack([d.qpos[0] for d in demonstrations]))
     monitor = task.monitor(n)
     running = np.ones(n, dtype=bool)
     observations = np.empty((n, ticks, len(task.observation_names)), dtype=np.float32)
+    actions = np.empty((n, ticks, len(control.actions.names)))
     squared_error = np.zeros((n, ticks))
+    before = controller.measured(batch)
     for k in range(ticks):
         observations[:, k] = task.observe(batch)
-        task.command(batch.ctrl, arm[:, k], gripper[:, k])
-        step(batch, running, nstep=decimation)
+        actions[:, k] = control.actions.action(command[:, k], controller.measured(batch), before)
+        before = command[:, k]
+        task.command_grippers(batch.ctrl, gripper[:, k])
+        controller.step(batch, before, running, decimation)
         in_time = running & (k < lengths)
         monitor.update(batch, (k + 1) * decimation * TIMESTEP_S, in_time)
         error = batch.qpos[:, task.arm_qpos] - reference[:, (k + 1) * decimation]
@@ -80,6 +88,7 @@ def replay(
         Replay(
             observation=observations[i, :m],
             command=commands[i],
+            action=actions[i, :m],
             gripper=grippers[i],
             success=failures[i] == "",
             failure=failures[i],

@@ -10,7 +10,8 @@ from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.first_guesses import first_guesses
 from t2l.diagnose.racing import fit_fully, moves_together
 from t2l.effects.term import Layout
-from t2l.identify.least_squares import Fit, drop_hopeless, run
+from t2l.identify.fitting import drop_hopeless, run
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
 
@@ -53,7 +54,7 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
 
 
 def _fit_all(
-    trials: list[tuple[str, Fit]],
+    trials: list[tuple[str, LeastSquares]],
     predictor: Predictor,
     mask: np.ndarray,
     layout: Layout,
@@ -65,7 +66,9 @@ def _fit_all(
     return best
 
 
-def _without_one(layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> list[tuple[str, Fit]]:
+def _without_one(
+    layout: Layout, u: np.ndarray, joints: tuple[str, ...]
+) -> list[tuple[str, LeastSquares]]:
     if len(layout.terms) < 2:
         return []
     values = _values(layout, u)
@@ -80,7 +83,7 @@ def _without_one(layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> list
 
 def _with_simpler(
     model: Model, layout: Layout, u: np.ndarray, evidence: Evidence
-) -> list[tuple[str, Fit]]:
+) -> list[tuple[str, LeastSquares]]:
     known, trials = model.known_effects(), []
     present = {term.effect.name for term in layout.terms}
     for term in layout.terms:
@@ -103,9 +106,9 @@ def _values(layout: Layout, u: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
     }
 
 
-def _fit(layout: Layout, values, joints: tuple[str, ...]) -> Fit:
+def _fit(layout: Layout, values, joints: tuple[str, ...]) -> LeastSquares:
     u = layout.encode(values)
-    return Fit(layout, u, np.maximum(np.abs(u), 1e-3), moves_together(joints))
+    return LeastSquares(layout, u, np.maximum(np.abs(u), 1e-3), moves_together(joints))
 
 
 def _heldout(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import Improvement
-from t2l.identify.least_squares import Fit
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.uncertainty import Uncertainty
 
 LEAST_IMPROVEMENT = 0.05  # of the held-out error; less is no finding
@@ -63,7 +63,7 @@ class Pair:
 
     first: str
     second: str
-    fit: Fit
+    fit: LeastSquares
 
     def partner(self, name: str) -> str:
         """The other one."""

@@ -122,12 +122,12 @@ def compare(
     residual = samples.q - q
     missing = missing_torque(predictor, residual)
     under = conditions.features(predictor, q, dq)
-    measured_dq = predictor.at_samples(
+    measured_dq = predictor.samples.of(
         [np.full_like(r.q, np.nan) if r.dq is None else r.dq for r in recordings]
     )
     floor, contradicting = None, []
     if noise:
-        floor = noise_floor(list(recordings), predictor.by_row(residual))
+        floor = noise_floor(list(recordings), predictor.samples.by_row(residual))
         contradicting = contradictions(recordings, floor)
     return Comparison(
         model=model,
@@ -142,8 +142,8 @@ def compare(
         errors=Errors(
             samples.recording,
             samples.joint,
-            predictor.at_samples([np.broadcast_to(r.kp, r.q.shape) for r in recordings]),
-            predictor.at_samples([np.broadcast_to(r.kd, r.q.shape) for r in recordings]),
+            predictor.samples.of([np.broadcast_to(r.kp, r.q.shape) for r in recordings]),
+            predictor.samples.of([np.broadcast_to(r.kd, r.q.shape) for r in recordings]),
             residual,
             measured_dq - dq,
         ),
@@ -159,7 +159,7 @@ def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.T
     }
     numbers = {
         "time": samples.time,
-        "q_des": predictor.at_samples([r.q_des for r in predictor.recordings]),
+        "q_des": predictor.samples.of([r.q_des for r in predictor.recordings]),
         "q": samples.q,
         "q_sim": q,
         "dq": measured_dq,

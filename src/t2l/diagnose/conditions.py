@@ -4,7 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from t2l.identify.prediction import Predictor, Samples
+from t2l.identify.prediction import Predictor
+from t2l.identify.samples import Samples
+from t2l.identify.scales import gravity_torque
 
 UNITS = {
     "direction": "",
@@ -45,8 +47,8 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
         for key in ("kp", "kd", "gravity_compensation")
     )
     series = Series(samples)
-    gravity = predictor.gravity_at_samples()
-    command = predictor.at_samples([r.q_des for r in predictor.recordings])
+    gravity = gravity_torque(predictor)
+    command = predictor.samples.of([r.q_des for r in predictor.recordings])
     torque = kp[recording, joint] * (command - q) - kd[recording, joint] * dq
     torque += np.where(compensated[recording], gravity, 0.0)
     rest = AT_REST * _rms_per_joint(dq, joint, len(predictor.joints))
@@ -61,7 +63,7 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
         "gravity": gravity,
         "load": direction * np.abs(torque),
         "position": q,
-        "command velocity": predictor.at_samples(
+        "command velocity": predictor.samples.of(
             [
                 _command_velocity(r.time, r.q_des, 1 / r.command_rate_hz)
                 for r in predictor.recordings

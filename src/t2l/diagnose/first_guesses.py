@@ -7,10 +7,11 @@ import numpy as np
 
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.effects.blame import blaming, described, shipped
-from t2l.effects.effect import Effect
+from t2l.effects.effect import Effect, Scales
 from t2l.effects.term import Layout, Term
 from t2l.errors import EffectError
 from t2l.identify.prediction import Predictor, Request
+from t2l.identify.scales import scales
 
 logger = logging.getLogger(__name__)
 
@@ -41,7 +42,8 @@ def first_guesses(
     layouts = [candidate_layout(adopted, effect, njoint) for effect in effects]
     so_far = predictor.predict([Request(adopted, u_adopted[None])])[0][0]
     read_off = _read_off(predictor, mask, effects, samples.q - so_far)
-    guesses = [_starts(effect, predictor) + read_off[effect.name] for effect in effects]
+    sizes = scales(predictor)
+    guesses = [_starts(effect, sizes, njoint) + read_off[effect.name] for effect in effects]
     requests = [
         Request(
             layout,
@@ -62,14 +64,14 @@ def first_guesses(
     return found
 
 
-def _starts(effect: Effect, predictor: Predictor) -> list[dict[str, np.ndarray]]:
+def _starts(effect: Effect, sizes: Scales, njoint: int) -> list[dict[str, np.ndarray]]:
     """An effect's first guesses, each parameter finite and of the shape it must have."""
     with blaming([effect], "to make first guesses (starts)"):
-        starts = list(effect.starts(predictor.scales))
+        starts = list(effect.starts(sizes))
         if not starts:
             raise ValueError("it returned none; allowed: at least one")
         for start in starts:
-            _check_guess(effect, start, len(predictor.joints))
+            _check_guess(effect, start, njoint)
     return starts
 
 

@@ -132,7 +132,7 @@ def followed(
 def _swinging(predictor: Predictor, missing, held, weight) -> list[Followed]:
     """A swing of the joint that matters most, told of all joints."""
     samples = predictor.samples
-    command = predictor.at_samples([r.q_des for r in predictor.recordings])
+    command = predictor.samples.of([r.q_des for r in predictor.recordings])
     swings = [swing(missing[i], command[i], samples.time[i], samples.recording[i]) for i in held]
     frequency = swings[int(np.argmax(weight * [fraction for _, fraction in swings]))][0]
     # other joints count as far as they swing alike

@@ -14,6 +14,7 @@ import numpy as np
 
 from t2l.diagnose.conditions import Series
 from t2l.identify.prediction import Predictor
+from t2l.identify.scales import gravity_torque, joint_inertia
 
 WINDOW_S = 0.03  # to each side of a sample, of the parabola that gives derivatives
 LEAST_NEIGHBOURS = 2
@@ -32,11 +33,11 @@ def missing_torque(predictor: Predictor, residual: np.ndarray) -> np.ndarray:
     model = predictor.model()
     damping = model.dof_damping[[model.joint(name).dofadr[0] for name in predictor.joints]]
     missing = kp[at] * position + (kd[at] + damping[samples.joint]) * velocity
-    missing += predictor.inertia[samples.joint] * acceleration
+    missing += joint_inertia(predictor)[samples.joint] * acceleration
     hanging = ~np.array([r.gravity_compensation for r in predictor.recordings])[samples.recording]
     if hanging.any():
-        gravity = predictor.gravity_at_samples()
-        missing += hanging * (gravity - predictor.gravity_at_samples(samples.q - residual))
+        gravity = gravity_torque(predictor)
+        missing += hanging * (gravity - gravity_torque(predictor, samples.q - residual))
     return missing
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from t2l.diagnose.candidate import TIED, Pair
 from t2l.diagnose.evidence import Evidence
 from t2l.effects.term import Layout, Term
-from t2l.identify.least_squares import Fit, drop_hopeless, least_loss, run, start_from_the_best
+from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_best
+from t2l.identify.least_squares import LeastSquares
 
 PAIRED = 5  # best effects that are tried in pairs
 ITERATIONS = 8
@@ -18,7 +19,7 @@ DOMINANT, OUTSTANDING = 0.05, 0.25
 
 
 def best_pair(
-    fits: dict[str, Fit], evidence: Evidence, diagonal: bool, before: float
+    fits: dict[str, LeastSquares], evidence: Evidence, diagonal: bool, before: float
 ) -> Pair | None:
     """Two effects that together explain far more than the best one alone.
 
@@ -41,7 +42,7 @@ def best_pair(
     return Pair(*names, pairs[names])
 
 
-def _tried(fits: dict[str, Fit], before: float) -> list[tuple[str, str]]:
+def _tried(fits: dict[str, LeastSquares], before: float) -> list[tuple[str, str]]:
     """Pairs of the best effects; none where one leaves little and far less than any other.
 
     It comes first with a partner or without. Of effects that leave alike little, each may be the
@@ -56,11 +57,11 @@ def _tried(fits: dict[str, Fit], before: float) -> list[tuple[str, str]]:
 
 def _fitted(
     names: list[tuple[str, str]],
-    singles: dict[str, Fit],
+    singles: dict[str, LeastSquares],
     evidence: Evidence,
     diagonal: bool,
     wanted: float,
-) -> dict[tuple[str, str], Fit]:
+) -> dict[tuple[str, str], LeastSquares]:
     """Pairs fitted from what each effect alone was fitted to; those that contain another not."""
     pairs = {}
     for first, second in names:
@@ -78,7 +79,7 @@ def _fitted(
     return {names: fit for names, fit in pairs.items() if np.isfinite(fit.loss)}
 
 
-def _without(fit: Fit, name: str) -> np.ndarray:
+def _without(fit: LeastSquares, name: str) -> np.ndarray:
     """u (n,) of a fit with effect `name` absent, or as nearly as its bounds allow."""
     u = fit.u.copy()
     for i, slot in enumerate(fit.layout.slots):
@@ -87,14 +88,16 @@ def _without(fit: Fit, name: str) -> np.ndarray:
     return u
 
 
-def _simplest(pairs: dict[tuple[str, str], Fit]) -> tuple[str, str]:
+def _simplest(pairs: dict[tuple[str, str], LeastSquares]) -> tuple[str, str]:
     """Of pairs that explain alike, the one with fewest parameters."""
     limit = (1 + TIED) ** 4 * least_loss(pairs)
     alike = [names for names, fit in pairs.items() if fit.loss <= limit]
     return min(alike, key=lambda names: (len(pairs[names].layout), pairs[names].loss))
 
 
-def _with_one_replaced(pair: tuple[str, str], singles: dict[str, Fit]) -> list[tuple[str, str]]:
+def _with_one_replaced(
+    pair: tuple[str, str], singles: dict[str, LeastSquares]
+) -> list[tuple[str, str]]:
     """Pairs in which an effect of no more parameters stands for one of the two."""
     return [
         (kept, name)
@@ -104,11 +107,11 @@ def _with_one_replaced(pair: tuple[str, str], singles: dict[str, Fit]) -> list[t
     ]
 
 
-def _term(fit: Fit, name: str) -> Term:
+def _term(fit: LeastSquares, name: str) -> Term:
     return next(term for term in fit.layout.terms if term.effect.name == name)
 
 
-def _joined(fit: Fit, other: Fit, name: str, diagonal: bool) -> Fit:
+def _joined(fit: LeastSquares, other: LeastSquares, name: str, diagonal: bool) -> LeastSquares:
     """`fit` with the effect `name` of `other` too."""
     # the model so far may have it on some joints already
     rest = [term for term in fit.layout.terms if term.effect.name != name]
@@ -123,4 +126,4 @@ def _joined(fit: Fit, other: Fit, name: str, diagonal: bool) -> Fit:
     }
     size = np.array([sizes[slot.key] for slot in layout.slots])
     given = {key: column for key, column in fit.given.items() if key[0] != name}
-    return Fit(layout, layout.encode(values), size, diagonal, given=given)
+    return LeastSquares(layout, layout.encode(values), size, diagonal, given=given)

@@ -8,13 +8,14 @@ import numpy as np
 from t2l.diagnose.candidate import Pair
 from t2l.diagnose.evidence import Evidence, some
 from t2l.diagnose.first_guesses import first_guesses
+from t2l.diagnose.idle_joints import without_idle_joints
 from t2l.diagnose.pairs import best_pair
 from t2l.effects.effect import Effect
-from t2l.effects.term import Layout, Term
-from t2l.identify.evolution import search
-from t2l.identify.least_squares import Fit, drop_hopeless, least_loss, run, start_from_the_best
-from t2l.identify.prediction import Predictor, Request
-from t2l.identify.uncertainty import uncertainty
+from t2l.effects.term import Layout
+from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_best
+from t2l.identify.least_squares import LeastSquares
+from t2l.identify.prediction import Predictor
+from t2l.identify.rough import search
 
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
 ITERATIONS = 8
@@ -31,8 +32,6 @@ SEARCHED = 2  # recordings on which rough effects are searched
 CLOSE_BY = 0.25  # of the spread of that search, where a fit to all recordings has ended
 SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
 LOST = 1.2  # times the loss that a coarse simulation left: a fine one is fitted from the start
-INSIGNIFICANT = 2.0  # standard errors from neutral
-IDLE = 1.01  # of a joint's squared error that is left with an effect: without it no more
 
 Progress = Callable[[str, float], None]
 Origin = Mapping[tuple, float]  # elements of u by slot key
@@ -48,7 +47,7 @@ class Fitted:
         pair: two effects that explain far more together.
     """
 
-    fits: dict[str, Fit]
+    fits: dict[str, LeastSquares]
     leaders: list[str]
     pair: Pair | None
 
@@ -75,10 +74,10 @@ def fit_all(
     guesses = first_guesses(screen, mask, adopted, u, effects)
     progress("fitting every effect", 0.2)
     least = [max(slot.parameter.size, LEAST_SIZE) for slot in adopted.slots]
-    so_far = Fit(adopted, u, np.maximum(np.abs(u), least), diagonal)
+    so_far = LeastSquares(adopted, u, np.maximum(np.abs(u), least), diagonal)
     run([so_far], screen, mask, 0)
     fits = {
-        name: Fit(
+        name: LeastSquares(
             layout, start, size, diagonal, tolerance=SCREENING_TOLERANCE,
             given={key: c for key, c in so_far.columns().items() if key[0] != name},
         )
@@ -100,8 +99,11 @@ def fit_all(
 
 
 def fit_fully(
-    fits: dict[str, Fit], names: Iterable[str], evidence: Evidence, origin: Origin | None = None
-) -> dict[str, Fit]:
+    fits: dict[str, LeastSquares],
+    names: Iterable[str],
+    evidence: Evidence,
+    origin: Origin | None = None,
+) -> dict[str, LeastSquares]:
     """The named fits on all training samples, less the joints that show no sign of the effect.
 
     Args:
@@ -119,12 +121,12 @@ def fit_fully(
 
 
 def _fitted_fully(
-    fits: dict[str, Fit], origin: Origin, evidence: Evidence, predictor: Predictor
-) -> dict[str, Fit]:
+    fits: dict[str, LeastSquares], origin: Origin, evidence: Evidence, predictor: Predictor
+) -> dict[str, LeastSquares]:
     mask = evidence.train_mask
     full = _from_the_better(fits, origin, predictor, mask)
     _settle(list(full.values()), predictor, mask)
-    smaller = {name: _without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
+    smaller = {name: without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
     # what a joint contributes beyond 1 % of the error is kept
@@ -138,8 +140,8 @@ def moves_together(joints: Sequence[str]) -> bool:
 
 
 def _from_the_better(
-    fits: dict[str, Fit], origin: Origin, predictor: Predictor, mask: np.ndarray
-) -> dict[str, Fit]:
+    fits: dict[str, LeastSquares], origin: Origin, predictor: Predictor, mask: np.ndarray
+) -> dict[str, LeastSquares]:
     """Fits from where they ended, or with what was adopted as in `origin`, where that is better."""
     starts = {
         name: np.array(
@@ -152,7 +154,7 @@ def _from_the_better(
     return begun
 
 
-def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
+def _settle(fits: list[LeastSquares], predictor: Predictor, mask: np.ndarray) -> None:
     """Fit with derivatives taken anew only where the last ones still gained much."""
     left = fits
     for _ in range(RESTARTS):
@@ -166,11 +168,11 @@ def _settle(fits: list[Fit], predictor: Predictor, mask: np.ndarray) -> None:
         left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
 
 
-def _lost(fits: dict[str, Fit], drafts: dict[str, Fit]) -> list[str]:
+def _lost(fits: dict[str, LeastSquares], drafts: dict[str, LeastSquares]) -> list[str]:
     return [name for name, fit in fits.items() if not fit.loss < LOST * drafts[name].loss]
 
 
-def _finished(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+def _finished(fits: dict[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
     """Fits to the draft of all recordings, with their derivatives, fitted to them in full."""
     finished = {name: fit.again() for name, fit in fits.items()}
     for name, fit in finished.items():
@@ -179,7 +181,9 @@ def _finished(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
     return finished
 
 
-def _out_of_dents(fits: dict[str, Fit], evidence: Evidence, predictor: Predictor) -> dict[str, Fit]:
+def _out_of_dents(
+    fits: dict[str, LeastSquares], evidence: Evidence, predictor: Predictor
+) -> dict[str, LeastSquares]:
     """Rough effects where a search around them finds better: derivatives end in the first dent."""
     rough = {name: fit for name, fit in fits.items() if _is_rough(name, fit)}
     if not rough:
@@ -192,11 +196,11 @@ def _out_of_dents(fits: dict[str, Fit], evidence: Evidence, predictor: Predictor
     return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
 
 
-def _is_rough(name: str, fit: Fit) -> bool:
+def _is_rough(name: str, fit: LeastSquares) -> bool:
     return any(t.effect.rough_error for t in fit.layout.terms if t.effect.name == name)
 
 
-def _searched(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
+def _searched(fits: dict[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
     """Rough effects where a search finds better than derivatives did."""
     rough = {
         name: fit
@@ -207,7 +211,7 @@ def _searched(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
         return {}
     found = search(list(rough.values()), *some(evidence.screen, evidence.screen_mask, SEARCHED))
     moved = {
-        name: Fit(
+        name: LeastSquares(
             fit.layout, u, fit.size, fit.diagonal, tolerance=SCREENING_TOLERANCE, given=fit.given
         )
         for (name, fit), u in zip(rough.items(), found, strict=True)
@@ -217,7 +221,7 @@ def _searched(fits: dict[str, Fit], evidence: Evidence) -> dict[str, Fit]:
     return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
 
 
-def _leaders(fits: dict[str, Fit], pair: Pair | None) -> list[str]:
+def _leaders(fits: dict[str, LeastSquares], pair: Pair | None) -> list[str]:
     """Names of the few effects worth fitting on everything, best first."""
     ranked = sorted(fits, key=lambda name: fits[name].loss)
     best = fits[ranked[0]].loss
@@ -227,7 +231,9 @@ def _leaders(fits: dict[str, Fit], pair: Pair | None) -> list[str]:
     return leaders + [name for name in members if name not in leaders]
 
 
-def _refined(fits: dict[str, Fit], evidence: Evidence, origin: Origin) -> dict[str, Fit]:
+def _refined(
+    fits: dict[str, LeastSquares], evidence: Evidence, origin: Origin
+) -> dict[str, LeastSquares]:
     """Fits to the shortlist; what was adopted before keeps the derivatives of the first round."""
     predictor, mask = evidence.shortlist, evidence.shortlist_mask
     refined = _from_the_better(fits, origin, predictor, mask)
@@ -236,60 +242,3 @@ def _refined(fits: dict[str, Fit], evidence: Evidence, origin: Origin) -> dict[s
         fit.given = {key: column for key, column in fit.columns().items() if key[0] != name}
     run(list(refined.values()), predictor, mask, REFINEMENTS, drop_hopeless)
     return refined
-
-
-def _without_idle_joints(name: str, fit: Fit, predictor: Predictor, mask: np.ndarray) -> Fit | None:
-    """A fit of effect `name` to the joints that show it alone; None if all do or none does."""
-    term = next((t for t in fit.layout.terms if t.effect.name == name), None)
-    if term is None:  # it was taken back
-        return None
-    shared = not any(p.per_joint for p in term.effect.parameters)
-    if shared or len(term.joints) == 1 or fit.jacobian is None:
-        return None
-    found = uncertainty(fit, predictor, mask)
-    keep = []
-    for joint in term.joints:
-        slots = [
-            i for i, s in enumerate(fit.layout.slots)
-            if s.term.effect.name == name and s.joint == joint
-        ]  # fmt: skip
-        if any(found.distance(i) > INSIGNIFICANT for i in slots):
-            keep.append(joint)
-    if any(p.log and not p.lower <= p.neutral <= p.upper for p in term.effect.parameters):
-        # absence is a limit, to which there is no distance in standard errors
-        keep = _missed(term, keep, fit, predictor, mask)
-    if not keep or len(keep) == len(term.joints):
-        return None
-    layout, index = _on_joints(fit.layout, term, keep)
-    smaller = fit.again(layout, index)
-    kept = {slot.key for slot in layout.slots}
-    smaller.given = {key: column for key, column in fit.columns().items() if key in kept}
-    return smaller
-
-
-def _on_joints(layout: Layout, term: Term, joints: Sequence[int]) -> tuple[Layout, list[int]]:
-    """`layout` with `term` on those joints only, and which elements of u are left."""
-    smaller = [Term(t.effect, tuple(joints)) if t is term else t for t in layout.terms]
-    index = [
-        i for i, s in enumerate(layout.slots)
-        if s.term is not term or s.joint is None or s.joint in joints
-    ]  # fmt: skip
-    return Layout(smaller), index
-
-
-def _missed(
-    term: Term, joints: Sequence[int], fit: Fit, predictor: Predictor, mask: np.ndarray
-) -> list[int]:
-    """Those of `joints` that move differently without `term` on them, by their own error."""
-    requests = []
-    for joint in joints:
-        others = [j for j in term.joints if j != joint]
-        layout, index = _on_joints(fit.layout, term, others)
-        requests.append(Request(layout, fit.u[None, index]))
-    joint_of, missed = predictor.samples.joint[mask], []
-    for joint, q in zip(joints, predictor.predict(requests), strict=True):
-        at = joint_of == joint
-        without = np.mean((q[0] - predictor.samples.q)[mask][at] ** 2)
-        if not without <= IDLE * np.mean(fit.residual[at] ** 2):
-            missed.append(joint)
-    return missed

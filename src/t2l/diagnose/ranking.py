@@ -14,7 +14,7 @@ from t2l.diagnose.shorter import shorter
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify import block_bootstrap as judge
-from t2l.identify.least_squares import Fit
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
@@ -186,11 +186,12 @@ def _predict(evidence: Evidence, layout: Layout, u: np.ndarray) -> tuple[np.ndar
 def _floor(evidence: Evidence, q: np.ndarray) -> float:
     """Noise floor of the held-out recordings, with the model's prediction taken off."""
     predictor = evidence.holdout
-    return noise_floor(list(predictor.recordings), predictor.by_row(predictor.samples.q - q))
+    residuals = predictor.samples.by_row(predictor.samples.q - q)
+    return noise_floor(list(predictor.recordings), residuals)
 
 
 def _judge(
-    predictor: Predictor, mask: np.ndarray, fits: dict[str, Fit], before: np.ndarray
+    predictor: Predictor, mask: np.ndarray, fits: dict[str, LeastSquares], before: np.ndarray
 ) -> dict[str, Candidate]:
     """By effect; those of which a simulation ran away are left out.
 

@@ -9,25 +9,28 @@ from t2l.gains import Cell
 from t2l.hardware.backend import Backend
 from t2l.hardware.motion import Motion, record, recorded
 from t2l.recordings.recording import Recording
+from t2l.robots import Robot
 
 
-def obtain_recording(robot: Mapping[str, Any], cell: Cell, motion: Motion) -> Recording:
+def obtain_recording(
+    section: Mapping[str, Any], robot: Robot, cell: Cell, motion: Motion
+) -> Recording:
     """The identification recording of a cell, from disk or made now.
 
     Args:
-        robot: the `robot` section of a checked configuration.
+        section: `robot` of a checked configuration.
 
     Raises:
         T2LError: the robot cannot be reached or used, or a recording cannot be read.
     """
-    if robot["backend"] == "recorded":
-        return recorded(Path(robot["recordings"]), cell)
-    arm = open_robot(robot, 1)
-    notes = "the virtual FR3"
-    if robot["backend"] == "aiofranka":
-        notes = f"aiofranka {version('aiofranka')}, {robot['address']}"
+    if section["backend"] == "recorded":
+        return recorded(Path(section["recordings"]), robot, cell)
+    arm = open_robot(section, robot, 1)
+    notes = f"the virtual {robot.name}"
+    if section["backend"] == "aiofranka":
+        notes = f"aiofranka {version('aiofranka')}, {section['address']}"
     try:
-        return record(arm, cell, motion, notes)
+        return record(arm, robot, cell, motion, notes)
     except BaseException:
         arm.hold()
         raise
@@ -35,17 +38,17 @@ def obtain_recording(robot: Mapping[str, Any], cell: Cell, motion: Motion) -> Re
         arm.close()
 
 
-def open_robot(robot: Mapping[str, Any], n: int) -> Backend:
+def open_robot(section: Mapping[str, Any], robot: Robot, n: int) -> Backend:
     """The robot that a configuration names: `n` virtual ones side by side, or the one of metal.
 
     Raises:
         BackendError: it cannot be reached.
     """
     # either loads what reading a recording does not need
-    if robot["backend"] == "aiofranka":
+    if section["backend"] == "aiofranka":
         from t2l.hardware.franka import FrankaRobot
 
-        return FrankaRobot(robot["address"], "config: robot")
+        return FrankaRobot(section["address"], "config: robot")
     from t2l.hardware.virtual import VirtualRobot
 
-    return VirtualRobot(n, threads=1)
+    return VirtualRobot(robot, n, threads=1)

@@ -10,7 +10,8 @@ import numpy as np
 from t2l.errors import RecordingError
 from t2l.hardware.backend import Backend, BackendError, State
 from t2l.hardware.franka_arm import CONTROL_RATE_HZ, FrankaArm
-from t2l.hardware.limits import fr3_limits
+from t2l.hardware.limits import limits_of
+from t2l.robots import make_robot
 
 
 class FrankaRobot(Backend):
@@ -30,7 +31,7 @@ class FrankaRobot(Backend):
             BackendError: it cannot be reached.
         """
         try:
-            self._arm = FrankaArm(address, fr3_limits(), Path(source))
+            self._arm = FrankaArm(address, limits_of(make_robot("fr3_hand")), Path(source))
         except RecordingError as error:
             raise BackendError(str(error)) from error
         self._due = time.perf_counter()

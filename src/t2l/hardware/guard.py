@@ -5,11 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.gains import Cell
-from t2l.hardware.limits import FR3_VELOCITY_LIMIT
-from t2l.robots.fr3 import JOINTS, TORQUE_LIMIT
-from t2l.robots.kinematics import Flange
-from t2l.sim.controllers.position import pd_torque
-from t2l.tasks.reach import joint_ranges
+from t2l.robots import Robot
+from t2l.robots.kinematics import ToolKinematics
+from t2l.sim.controllers.joint_pd import pd_torque
 
 
 @dataclass(frozen=True)
@@ -23,14 +21,13 @@ class Workspace:
 class Guard:
     """Says what is wrong with commands that are held for `period_s`, for `n` robots."""
 
-    def __init__(self, n: int, cell: Cell, period_s: float, workspace: Workspace):
-        self._cell, self._workspace = cell, workspace
-        self._farthest = np.array(FR3_VELOCITY_LIMIT) * period_s
-        self._ranges = joint_ranges()
-        self._flange = Flange(n)
+    def __init__(self, robot: Robot, n: int, cell: Cell, period_s: float, workspace: Workspace):
+        self._robot, self._cell, self._workspace = robot, cell, workspace
+        self._farthest = robot.velocity_limit * period_s
+        self._tool = ToolKinematics(robot, n)
 
     def objections(self, q_des: np.ndarray, q: np.ndarray, dq: np.ndarray) -> list[str]:
-        """For each robot why q_des (n, 7) must not be sent in state q, dq (n, 7), or nothing.
+        """For each robot why q_des (n, njoint) must not be sent in state q, dq, or nothing.
 
         Commands and joints must lie within the joints' ranges, ask for no more than the torque
         limits, find joints no faster than they may be, and the flange must stay in the workspace,
@@ -38,17 +35,18 @@ class Guard:
         gains take commands to where the arm never comes.)
         """
         torque = pd_torque(q_des, q, dq, self._cell.kp, self._cell.kd)
-        low, high = self._ranges.T
-        speed, most = np.array(FR3_VELOCITY_LIMIT), np.array(TORQUE_LIMIT)
+        joints = self._robot.joints
+        low, high = self._robot.position_limit.T
+        speed, most = self._robot.velocity_limit, self._robot.torque_limit
         checks = [
-            _beyond("position command of", q_des, low, high, "rad"),
-            _beyond("position of", q, low, high, "rad"),
-            _beyond("velocity of", dq, -speed, speed, "rad/s"),
-            _beyond("torque of", torque, -most, most, "N·m"),
+            _beyond("position command of", q_des, low, high, "rad", joints),
+            _beyond("position of", q, low, high, "rad", joints),
+            _beyond("velocity of", dq, -speed, speed, "rad/s", joints),
+            _beyond("torque of", torque, -most, most, "N·m", joints),
         ]
         ahead = q + np.clip(q_des - q, -self._farthest, self._farthest)
         for where, at in (("measured", q), ("commanded", ahead)):
-            position = self._flange.pose(at)[:, :3]
+            position = self._tool.pose(at)[:, :3]
             box = (np.array(self._workspace.lower), np.array(self._workspace.upper))
             axes = [f"{axis} of the flange" for axis in "xyz"]
             checks.append(_beyond(where, position, *box, "m", axes))
@@ -56,7 +54,7 @@ class Guard:
 
 
 def _beyond(
-    what: str, values: np.ndarray, low: np.ndarray, high: np.ndarray, unit: str, names=JOINTS
+    what: str, values: np.ndarray, low: np.ndarray, high: np.ndarray, unit: str, names
 ) -> list[str]:
     # what is not a number is not within anything
     outside = ~((values >= low) & (values <= high))

@@ -8,11 +8,7 @@ import mujoco
 import numpy as np
 
 from t2l.errors import RecordingError
-from t2l.robots import fr3
-
-# Franka Control Interface documentation, "Robot and interface specifications", limits in the joint
-# space of the Franka Research 3: upper bounds, which hold far from the position limits.
-FR3_VELOCITY_LIMIT = (2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26)
+from t2l.robots import Robot
 
 # a command this close to the end of a range leaves no room to overshoot
 POSITION_MARGIN_RAD = 0.05
@@ -37,15 +33,14 @@ class Limits:
     model: mujoco.MjModel
 
 
-def fr3_limits() -> Limits:
-    """Limits of the FR3, with a hand on it: ranges from its MJCF, the rest from its data sheet."""
-    model = fr3.arm_and_hand(gravity_compensation=True).compile()
+def limits_of(robot: Robot) -> Limits:
+    """Limits of a robot, and its model with the tools on it."""
     return Limits(
-        joints=fr3.JOINTS,
-        position=np.array([model.joint(joint).range for joint in fr3.JOINTS]),
-        velocity=np.array(FR3_VELOCITY_LIMIT),
-        torque=np.array(fr3.TORQUE_LIMIT),
-        model=model,
+        joints=robot.joints,
+        position=robot.position_limit,
+        velocity=robot.velocity_limit,
+        torque=robot.torque_limit,
+        model=robot.spec(gravity_compensation=True).compile(),
     )
 
 

@@ -12,8 +12,7 @@ from t2l.gains import Cell
 from t2l.hardware.backend import Backend
 from t2l.recordings.log import read_recording
 from t2l.recordings.recording import Recording
-from t2l.robots.fr3 import JOINTS
-from t2l.tasks.reach import CENTRE
+from t2l.robots import Robot
 
 COMMAND_RATE_HZ = 50.0
 
@@ -25,33 +24,33 @@ class Motion:
     amplitude_rad: float
     duration_s: float
 
-    def commands(self) -> np.ndarray:
-        """(ncommand, 7) rad."""
+    def commands(self, robot: Robot) -> np.ndarray:
+        """(ncommand, njoint) rad."""
         k = np.arange(round(self.duration_s * COMMAND_RATE_HZ))
-        return np.array(CENTRE) + self.amplitude_rad * np.sin(np.pi * k / 50)[:, None]
+        return robot.home + self.amplitude_rad * np.sin(np.pi * k / 50)[:, None]
 
 
-def record(robot: Backend, cell: Cell, motion: Motion, notes: str = "") -> Recording:
-    """Measurements at the instants at which commands are given, of the first of `robot`'s arms.
+def record(arm: Backend, robot: Robot, cell: Cell, motion: Motion, notes: str = "") -> Recording:
+    """Measurements at the instants at which commands are given, of the first of `arm`'s robots.
 
     Raises:
         BackendError: the robot does not go on.
     """
-    commands = motion.commands()
-    states = [robot.start(np.array(CENTRE), cell.kp, cell.kd)]
-    states += [robot.step(command, 1 / COMMAND_RATE_HZ) for command in commands[:-1]]
+    commands = motion.commands(robot)
+    states = [arm.start(robot.home, cell.kp, cell.kd)]
+    states += [arm.step(command, 1 / COMMAND_RATE_HZ) for command in commands[:-1]]
     q, dq, tau = (
         np.array([getattr(state, signal)[0] for state in states]) for signal in ("q", "dq", "tau")
     )
     return Recording(
         name=cell.name,
         path=None,
-        robot="fr3",
-        joints=JOINTS,
-        kp=np.full(len(JOINTS), float(cell.kp)),
-        kd=np.full(len(JOINTS), float(cell.kd)),
+        robot=robot.name,
+        joints=robot.joints,
+        kp=np.full(len(robot.joints), float(cell.kp)),
+        kd=np.full(len(robot.joints), float(cell.kd)),
         command_rate_hz=COMMAND_RATE_HZ,
-        control_rate_hz=robot.control_rate_hz,
+        control_rate_hz=arm.control_rate_hz,
         gravity_compensation=True,
         time=np.arange(len(commands)) / COMMAND_RATE_HZ,
         q_des=commands,
@@ -62,18 +61,18 @@ def record(robot: Backend, cell: Cell, motion: Motion, notes: str = "") -> Recor
     )
 
 
-def recorded(folder: Path | str, cell: Cell) -> Recording:
+def recorded(folder: Path | str, robot: Robot, cell: Cell) -> Recording:
     """The recording of a cell in a folder of logs, one file a cell.
 
     Raises:
-        ConfigurationError: its gains are not the cell's, or it is not of the FR3's seven joints.
+        ConfigurationError: its gains are not the cell's, or it is not of the robot's joints.
         RecordingError: the recording cannot be read.
     """
     recording = read_recording(Path(folder) / cell.name)
-    if recording.cell != cell.name or recording.joints != JOINTS:
+    if recording.cell != cell.name or recording.joints != robot.joints:
         raise ConfigurationError(
             f"{recording.path}: found {recording.cell} of {', '.join(recording.joints)}; allowed: "
-            f"{cell.name} of {', '.join(JOINTS)}"
+            f"{cell.name} of {', '.join(robot.joints)}"
         )
     return recording
 

@@ -12,12 +12,12 @@ from t2l.errors import RecordingError
 from t2l.gains import Cell
 from t2l.hardware import excitation
 from t2l.hardware.franka_arm import CONTROL_RATE_HZ, SIMULATION
-from t2l.hardware.limits import Limits, check_commands, fr3_limits, motion_torque
-from t2l.names import is_plain, path_of
+from t2l.hardware.limits import Limits, check_commands, limits_of, motion_torque
+from t2l.names import is_plain
 from t2l.recordings.checks import LEAST_DURATION_S, LEAST_SAMPLES
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
-from t2l.robots import fr3
+from t2l.robots import make_robot
 from t2l.typed import AsTuple, Integer, Number, Typed, describe, refuse, suggestion
 
 ADDRESS_ALLOWED = f"{SIMULATION}, or the address of an FR3"
@@ -160,7 +160,8 @@ def read_plan(path: Path | str) -> Plan:
         RecordingError: a key is missing, unknown or wrong, or a motion is beyond a limit.
     """
     path = Path(path)
-    limits = fr3_limits()
+    robot = make_robot("fr3_hand")
+    limits = limits_of(robot)
     njoint = len(limits.joints)
     content = read_yaml(path, "a configuration of recordings")
     found = checked(PlanFile, content, path, context=njoint)
@@ -169,7 +170,7 @@ def read_plan(path: Path | str) -> Plan:
         raise RecordingError(
             path, "key command_rate_hz", f"{rate:g}", f"up to {CONTROL_RATE_HZ // 2}"
         )
-    start = np.array(fr3.HOME) if found.start_rad is None else found.start_rad
+    start = robot.home if found.start_rad is None else found.start_rad
     settings = _settings(found, path, njoint)
     offsets, description = _excite(found, path, njoint, rate)
     q_des = start + offsets
@@ -253,18 +254,3 @@ def _excite(found: PlanFile, path: Path, njoint: int, rate: float) -> tuple[np.n
     offsets = offsets * excitation.envelope(time, time[-1], ramp)[:, None]
     said = {key: value for key, value in found.excitation.items() if value is not None}
     return offsets, "excitation: " + ", ".join(f"{key} {value}" for key, value in said.items())
-
-
-def check_free(plan: Plan, folder: Path) -> None:
-    """Whether the recordings of a plan would replace none that is there.
-
-    Raises:
-        RecordingError: one would.
-    """
-    for setting in plan.settings:
-        for suffix in (".csv", ".parquet", ".yaml"):
-            path = path_of(folder, setting.name, suffix)
-            if path.exists():
-                raise RecordingError(
-                    path, "the folder", "this recording", "another folder or name, or to delete it"
-                )

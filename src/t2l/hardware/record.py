@@ -15,7 +15,7 @@ import numpy as np
 
 from t2l.errors import OutputError, RecordingError
 from t2l.hardware.franka_arm import CONTROL_RATE_HZ, SIMULATION, FrankaArm, franka_arm
-from t2l.hardware.plan import Plan, Setting, check_free
+from t2l.hardware.plan import Plan, Setting
 from t2l.names import path_of
 from t2l.recordings.log import write_recording
 from t2l.recordings.recording import Recording
@@ -31,18 +31,17 @@ def record(plan: Plan, folder: Path | str, report: Callable[[str], None] = print
 
     Args:
         plan: a checked plan.
-        folder: for the recordings.
+        folder: for the recordings; the caller has claimed it by `t2l.outputs.output_folder`, which
+            sees to it that no recording is replaced.
         report: takes a line for each recording.
 
     Returns:
         The paths of the tables.
 
     Raises:
-        RecordingError: a recording is there already, the robot cannot be reached, its loop
-            stopped, or it left its limits.
+        RecordingError: the robot cannot be reached, its loop stopped, or it left its limits.
     """
     folder = Path(folder)
-    check_free(plan, folder)
     if plan.address != SIMULATION:
         report(f"connecting to {plan.address}")
     paths = []

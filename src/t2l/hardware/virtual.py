@@ -16,24 +16,24 @@ import numpy as np
 from t2l.hardware.backend import Backend, BackendError, State
 from t2l.hardware.lugre import LuGre
 from t2l.hardware.virtual_physics import read
-from t2l.robots import plant
-from t2l.robots.fr3 import JOINTS
+from t2l.robots import Robot, plant
 from t2l.sim.batch import diverged, make_batch
-from t2l.sim.controllers.position import pd_torque
+from t2l.sim.controllers.joint_pd import pd_torque
 
 
 class VirtualRobot(Backend):
-    """`n` virtual FR3 robots, each with gains of its own."""
+    """`n` virtual robots, each with gains of its own."""
 
-    def __init__(self, n: int = 1, threads: int | None = None):
+    def __init__(self, robot: Robot, n: int = 1, threads: int | None = None):
         self._physics = physics = read()
-        self.n = n
+        self.n, joints = n, robot.joints
+        self._shape = (n, len(joints))
         self._substeps = round(physics.physics_rate_hz / physics.control_rate_hz)
         self.control_rate_hz = physics.control_rate_hz
-        model = _model(physics)
+        model = _model(physics, robot)
         self._batch = make_batch(model, n, threads or len(os.sched_getaffinity(0)))
-        self._motor_q, self._motor_v = _addresses(model, JOINTS)
-        self._twist_q, self._twist_v = _addresses(model, [f"{name}/gear" for name in JOINTS])
+        self._motor_q, self._motor_v = _addresses(model, joints)
+        self._twist_q, self._twist_v = _addresses(model, [f"{name}/gear" for name in joints])
         inertia = model.dof_armature[self._motor_v]
         self._friction = LuGre(
             stiffness=physics.bristle_stiffness,
@@ -53,7 +53,7 @@ class VirtualRobot(Backend):
     def start(self, q: np.ndarray, kp: np.ndarray, kd: np.ndarray) -> State:
         """See `Backend.start`; the robots rest where they are told to, bristles unbent."""
         batch = self._batch
-        self._kp, self._kd = (np.broadcast_to(np.asarray(g, float), (self.n, 7)) for g in (kp, kd))
+        self._kp, self._kd = (np.broadcast_to(np.asarray(g, float), self._shape) for g in (kp, kd))
         batch.reset()
         batch.qpos[:, self._motor_q] = q
         batch.forward()
@@ -62,9 +62,9 @@ class VirtualRobot(Backend):
         batch.qpos[:, self._twist_q] = twist
         batch.qpos[:, self._motor_q] -= twist
         batch.forward()
-        self._bent = np.zeros((self.n, 7))
-        self._torque = np.zeros((self.n, 7))
-        self._q, self._dq = self._encoders(), np.zeros((self.n, 7))
+        self._bent = np.zeros(self._shape)
+        self._torque = np.zeros(self._shape)
+        self._q, self._dq = self._encoders(), np.zeros(self._shape)
         self._pending = [self._q.copy() for _ in range(self._late)]
         return self.state
 
@@ -78,7 +78,7 @@ class VirtualRobot(Backend):
     ) -> State:
         """See `Backend.step`."""
         for _ in range(round(period_s * self.control_rate_hz)):
-            self._pending.append(np.broadcast_to(q_des, (self.n, 7)).copy())
+            self._pending.append(np.broadcast_to(q_des, self._shape).copy())
             self._tick(self._pending.pop(0), feedforward)
         if diverged(self._batch).any():
             which = np.flatnonzero(diverged(self._batch)).tolist()
@@ -115,17 +115,17 @@ class VirtualRobot(Backend):
         self._q = q
 
     def _encoders(self) -> np.ndarray:
-        """Link angles (n, 7) as encoders show them, rad."""
+        """Link angles (n, njoint) as encoders show them, rad."""
         q = self._batch.qpos[:, self._motor_q] + self._batch.qpos[:, self._twist_q]
         resolution = self._physics.encoder_resolution_rad
         return np.round(q / resolution) * resolution
 
 
-def _model(physics) -> mujoco.MjModel:
-    spec = plant.load("fr3", JOINTS)
+def _model(physics, robot: Robot) -> mujoco.MjModel:
+    spec = plant.load(robot.name, robot.joints)
     spec.option.timestep = 1 / physics.physics_rate_hz
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    for i, name in enumerate(JOINTS):
+    for i, name in enumerate(robot.joints):
         motor = spec.joint(name)
         motor.frictionloss = 0.0
         motor.damping[:] = [physics.viscous[i], 0, 0]

@@ -10,6 +10,8 @@ from t2l.identify.actuator_parameters import BOX, TABLE, Parameters, decode, enc
 from t2l.identify.spectral import mean_squared_error, spectral_error
 from t2l.identify.training_simulator import Simulator
 from t2l.recordings.recording import Recording
+from t2l.robots import make_robot
+from t2l.robots.plant import position_controlled
 
 
 class IdentificationError(T2LError):
@@ -71,7 +73,9 @@ def identify(
     from cmaes import CMA  # with SciPy's statistics behind it, slow to import
 
     target = _target(recording, settings.rate_hz)
-    simulator = Simulator(settings.population, settings.rate_hz, threads)
+    robot = make_robot(recording.robot)
+    plant = position_controlled(robot)
+    simulator = Simulator(robot, plant, settings.population, settings.rate_hz, threads)
     bounds = np.tile([0.0, BOX], (len(TABLE) * len(recording.joints), 1))
     strategy = CMA(
         _first_guess(recording), settings.sigma, bounds, seed=seed,
@@ -88,7 +92,7 @@ def identify(
         losses.append(least)
         progress(iteration, least)
     parameters = {name: values[0] for name, values in decode(best[None]).items()}
-    q, dq = target.simulate(Simulator(1, settings.rate_hz), parameters)
+    q, dq = target.simulate(Simulator(robot, plant, 1, settings.rate_hz), parameters)
     mse = float(mean_squared_error(q[:, target.measured], target.q[target.measured])[0])
     return Identified(parameters, np.array(losses), mse, q[0], dq[0], on_bound(parameters))
 

@@ -1,41 +1,38 @@
-"""Least-squares fits that advance together, each asking for simulations one batch can hold.
+"""Nonlinear least squares by Levenberg and Marquardt's method, with finite differences.
 
-Levenberg-Marquardt with finite differences: a round simulates some trial steps and the Jacobian's
-columns around the likeliest of them, so that one round is usually one iteration.
+A round simulates some trial steps and the Jacobian's columns around the likeliest of them, so that
+one round is usually one iteration. SciPy's `least_squares` asks for one point after the other,
+which no batch could hold.
 """
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from t2l.effects.term import Layout, Slot
-from t2l.identify.prediction import Predictor, Request
+from t2l.identify.optimiser import Optimiser
 
 RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
 DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
 TOLERANCE = 1e-3
 LARGEST_LOG_STEP = 1.5
 SMALL_DAMPING = 1.0  # below, a step is nearly that of Gauss and Newton
-# after so many iterations, so many times the best loss, with a gain below this
-HOPELESS = ((1, 30.0, 0.3), (2, 4.0, 0.3), (3, 1.2, 0.05))
 LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
 
 
 @dataclass
-class Fit:
-    """One Levenberg-Marquardt minimisation of |q_sim − q|² over u.
+class LeastSquares(Optimiser):
+    """Minimises |q_sim − q|² over u (Levenberg, 1944; Marquardt, 1963).
 
     Attributes:
         layout: what u means.
-        u: (n,) the best so far.
         size: (n,) magnitude of each element, for finite differences.
         diagonal: assume that a joint's parameters move that joint alone, which makes one column
             serve all joints; those of a coupled effect excepted.
         free: (n,) bool, which elements are fitted.
         tolerance: relative decrease of the loss that counts as none.
         given: columns (nsample,) of the Jacobian, by slot key, that are not computed anew.
-        loss: mean squared residual at u, rad².
         gain: relative decrease of the loss in the last round.
         jacobian: (nsample, n) at u; residual: (nsample,) at u.
     """
@@ -61,8 +58,12 @@ class Fit:
         fixed = self.layout.rough | (self.layout.lower >= self.layout.upper)
         self.free = ~fixed if self.free is None else self.free & ~fixed
 
+    @property
+    def starting(self) -> bool:
+        """Whether there are no derivatives yet."""
+        return self.jacobian is None
+
     def points(self) -> np.ndarray:
-        """(m, n) vectors u to simulate next."""
         if self.jacobian is None:
             self._trial = self.u[None]
             return np.concatenate([self._trial, self._differences(self.u)[0]])
@@ -72,7 +73,6 @@ class Fit:
         return np.concatenate([self._trial, self._differences(centre)[0]])
 
     def receive(self, residuals: np.ndarray, joints: np.ndarray) -> None:
-        """Take the residuals (m, nsample) at `points`; `joints` (nsample,) are their joints."""
         ntrial = len(self._trial)
         losses = np.mean(residuals[:ntrial] ** 2, axis=1)
         losses = np.where(np.isfinite(losses), losses, np.inf)
@@ -98,10 +98,12 @@ class Fit:
         settled = self.gain < self.tolerance and self.damping < SMALL_DAMPING
         self.done = settled or abs(self._promise()) < self.tolerance
 
-    def again(self, layout: Layout | None = None, keep: Sequence[int] | None = None) -> "Fit":
+    def again(
+        self, layout: Layout | None = None, keep: Sequence[int] | None = None
+    ) -> "LeastSquares":
         """A fit from where this one ended, to other samples, or with some elements kept only."""
         index = slice(None) if keep is None else keep
-        return Fit(
+        return LeastSquares(
             layout or self.layout, self.u[index], self.size[index], self.diagonal, damping=1e-3
         )
 
@@ -182,65 +184,3 @@ class Fit:
         new = self.u.copy()
         new[moving] += change
         return np.clip(new, lower, upper)
-
-
-def run(
-    fits: Sequence[Fit],
-    predictor: Predictor,
-    mask: np.ndarray,
-    iterations: int,
-    after_round: Callable[[Sequence[Fit]], None] = lambda fits: None,
-) -> None:
-    """Advance `fits` together until each is done or has made `iterations` more.
-
-    Args:
-        mask: (nsample,) bool, the samples that are fitted.
-        after_round: called after each round with the fits, to report or to drop some.
-    """
-    samples = predictor.samples
-    last = [fit.iterations + iterations for fit in fits]
-    while True:
-        active = [
-            fit for fit, stop in zip(fits, last, strict=True)
-            if fit.jacobian is None or not (fit.done or fit.iterations >= stop)
-        ]  # fmt: skip
-        if not active:
-            return
-        requests = [Request(fit.layout, fit.points()) for fit in active]
-        for fit, q in zip(active, predictor.predict(requests), strict=True):
-            fit.receive(q[:, mask] - samples.q[mask], samples.joint[mask])
-        after_round(fits)
-
-
-def start_from_the_best(
-    fits: Mapping[Hashable, Fit],
-    starts: Mapping[Hashable, np.ndarray],
-    predictor: Predictor,
-    mask: np.ndarray,
-) -> None:
-    """Let each fit begin at that of its starts (m, n) which leaves the least on the samples."""
-    requests = [Request(fit.layout, starts[key]) for key, fit in fits.items()]
-    for (key, fit), q in zip(fits.items(), predictor.predict(requests), strict=True):
-        losses = np.mean((q - predictor.samples.q)[:, mask] ** 2, axis=1)
-        fit.u = starts[key][int(np.argmin(np.nan_to_num(losses, nan=np.inf)))]
-
-
-def drop_hopeless(fits: Sequence[Fit], best: float | None = None) -> None:
-    """End fits that several rounds have left far behind the best and that gain little more.
-
-    Args:
-        best: mean squared residual to compare with; by default the least of the fits.
-    """
-    best = max(min(fit.loss for fit in fits) if best is None else best, np.finfo(float).tiny)
-    for fit in fits:
-        behind = fit.loss / best
-        if any(
-            fit.iterations >= iterations and behind > much and fit.gain < little
-            for iterations, much, little in HOPELESS
-        ):
-            fit.done = True
-
-
-def least_loss(fits: dict[str, Fit]) -> float:
-    """The least loss of several fits."""
-    return min(fit.loss for fit in fits.values())

@@ -6,7 +6,7 @@ import numpy as np
 
 from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks
-from t2l.identify.least_squares import Fit
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 
 Z95 = 1.96
@@ -61,7 +61,7 @@ class Uncertainty:
         ]
 
 
-def uncertainty(fit: Fit, predictor: Predictor, mask: np.ndarray) -> Uncertainty:
+def uncertainty(fit: LeastSquares, predictor: Predictor, mask: np.ndarray) -> Uncertainty:
     """Sandwich estimate with blocks of time as clusters, since residuals are correlated in time.
 
     White, Asymptotic theory for econometricians, 1984, section VI.3.

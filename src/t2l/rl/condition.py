@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from t2l.tasks import Rewarded, make_task
+
 
 @dataclass(frozen=True)
 class Condition:
@@ -11,7 +13,9 @@ class Condition:
 
     Attributes:
         name: of its folder.
-        task: a name in `t2l.tasks.reach.TASKS`.
+        task: name of a file in config/tasks/, of a task with a reward.
+        parameters: content of that file.
+        actions: what the policy's output means, see `t2l.actions`.
         policy_rate_hz: how often the policy acts, in simulation and on the robot.
         randomisation: by which fraction parameters differ from environment to environment while
             training.
@@ -21,8 +25,18 @@ class Condition:
     task: str
     policy_rate_hz: float
     randomisation: float
+    actions: Mapping[str, Any]
+    parameters: Mapping[str, Any]
 
     @classmethod
     def from_entry(cls, entry: Mapping[str, Any]) -> "Condition":
-        """The condition of a checked configuration's entry."""
+        """The condition of a checked configuration's entry, with its task's parameters."""
         return cls(**entry)
+
+    def make_task(self) -> Rewarded:
+        """The task.
+
+        Raises:
+            ConfigurationError: its robot is not known or not installed.
+        """
+        return make_task(self.parameters)

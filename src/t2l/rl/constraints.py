@@ -6,15 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.hardware.limits import FR3_VELOCITY_LIMIT
-from t2l.robots.fr3 import TORQUE_LIMIT
+from t2l.robots import Robot
 
 NAMES = ("position", "velocity", "torque", "torque_rate")
-
-# the study's: the FCI rejects more than 1000
-TORQUE_RATE_LIMIT = 990.0
-
-_VELOCITY, _TORQUE = np.array(FR3_VELOCITY_LIMIT), np.array(TORQUE_LIMIT)
 
 # largest tolerated share of instants, the study's
 TOLERATED = {"position": 0.0, "velocity": 0.0, "torque": 0.0, "torque_rate": 0.2}
@@ -26,23 +20,23 @@ def violations(
     torque: np.ndarray,
     torque_before: np.ndarray,
     period_s: float,
-    ranges: np.ndarray,
+    robot: Robot,
 ) -> np.ndarray:
-    """Which limits an arm exceeds at an instant, on any joint: (n, 4) bool in order of `NAMES`.
+    """Which limits a robot exceeds at an instant, on any joint: (n, 4) bool in order of `NAMES`.
 
     Args:
-        q, dq: (n, 7), rad and rad/s.
-        torque, torque_before: (n, 7) N·m that the controller asks for now and a period earlier,
-            before any clamp.
-        ranges: (7, 2) rad.
+        q, dq: (n, njoint), rad and rad/s.
+        torque, torque_before: (n, njoint) N·m that the controller asks for, before any clamp, now
+            and a period earlier.
+        robot: whose limits they are.
     """
     exceeded = np.empty((len(q), len(NAMES), q.shape[1]), bool)
-    low, high = ranges.T
+    low, high = robot.position_limit.T
     np.logical_or(q < low, q > high, out=exceeded[:, 0])
-    np.greater(np.abs(dq), _VELOCITY, out=exceeded[:, 1])
-    np.greater(np.abs(torque), _TORQUE, out=exceeded[:, 2])
+    np.greater(np.abs(dq), robot.velocity_limit, out=exceeded[:, 1])
+    np.greater(np.abs(torque), robot.torque_limit, out=exceeded[:, 2])
     change = np.abs(torque - torque_before)
-    np.greater(change, TORQUE_RATE_LIMIT * period_s, out=exceeded[:, 3])
+    np.greater(change, robot.torque_rate_limit * period_s, out=exceeded[:, 3])
     return exceeded.any(axis=2)
 
 

@@ -1,7 +1,7 @@
-"""Reaching as a stable-baselines3 VecEnv: all environments are one batch of simulations.
+"""A task as a stable-baselines3 VecEnv: all environments are one batch of simulations.
 
-An action a in [-1, 1]⁷ commands q_des = q + α ⊙ a, where α has one value for joints 1 to 4 and
-one for joints 5 to 7; the command is held for a policy period.
+An action a in [-1, 1] becomes a command by the condition's action space; the command is held for a
+policy period.
 """
 
 from collections.abc import Mapping
@@ -12,22 +12,20 @@ import numpy as np
 from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv
 
-from t2l.errors import ConfigurationError
+from t2l.actions import ActionSpace
 from t2l.gains import Cell
 from t2l.identify.actuator_parameters import Parameters
 from t2l.identify.training_simulator import Simulator
 from t2l.rl.constraints import NAMES, violations
-from t2l.rl.interface import command, observe, per_joint, steps_held
-from t2l.robots.fr3 import JOINTS
-from t2l.robots.kinematics import SITE, flange_pose
-from t2l.sim.controllers.position import pd_torque
-from t2l.tasks.reach import Reach, joint_ranges
+from t2l.rl.interface import observe, steps_held
+from t2l.sim.controllers.joint_pd import pd_torque
+from t2l.tasks import Rewarded
 
 STAGGER = 10  # steps between instants at which episodes end: resets are dear one by one
 
 
-class ReachEnvironments(VecEnv):
-    """`n` arms that reach, each to goals of its own.
+class Environments(VecEnv):
+    """`n` robots at a task, each with a goal of its own.
 
     An episode has a fixed length and ends by truncation. Episodes begin at random points of
     their length, so that they do not all end at once. The info of an episode that ends holds
@@ -36,10 +34,10 @@ class ReachEnvironments(VecEnv):
 
     def __init__(
         self,
-        task: Reach,
+        task: Rewarded,
         cell: Cell,
         parameters: Parameters,
-        action_scale: tuple[float, float],
+        actions: ActionSpace,
         n: int,
         seed: int,
         horizon_s: float,
@@ -52,57 +50,47 @@ class ReachEnvironments(VecEnv):
         """See the class.
 
         Args:
-            parameters: of the identified simulator, (7,) each.
-            action_scale: α of joints 1 to 4 and 5 to 7, rad.
+            parameters: of the identified simulator, (njoint,) each.
+            actions: what actions in [-1, 1] mean.
             randomisation: each environment's parameters differ by up to this fraction.
             staggered: whether first episodes begin at random points of their length.
 
         Raises:
-            ConfigurationError: an action scale is not above zero, or the policy's rate does not
-                divide the simulator's.
+            ConfigurationError: the policy's rate does not divide the simulator's.
         """
-        if not all(0 < scale < np.inf for scale in action_scale):
-            raise ConfigurationError(
-                f"action scale: found {action_scale}; allowed: two numbers above 0"
-            )
-        self.task, self.cell = task, cell
+        self.task, self.cell, self.actions = task, cell, actions
         self.nstep = steps_held(rate_hz, policy_rate_hz, "the simulator's")
         self.horizon = round(horizon_s * policy_rate_hz)
-        self.action_scale = tuple(action_scale)
-        self.scale = per_joint(self.action_scale)
         self.generator = np.random.default_rng(seed)
-        self.simulator = Simulator(n, rate_hz, threads)
+        self.simulator = Simulator(task.robot, task.spec(visual=False), n, rate_hz, threads)
         self.simulator.set_parameters(_randomised(parameters, n, randomisation, self.generator))
         self.staggered = staggered
-        self._site = self.simulator.batch.model.site(SITE).id
-        self._ranges = joint_ranges()
-        batch = self.simulator.batch
-        self._position, self._rotation = batch.bind("site_xpos"), batch.bind("site_xmat")
         self.render_mode = None
         self._infos: list[dict[str, Any]] = [{} for _ in range(n)]
         self._period_s = 1 / policy_rate_hz
         self._goal = np.zeros((n, task.goal_size))
         self._elapsed = np.zeros(n, int)
-        self._action = np.zeros((n, len(JOINTS)))
-        self._torque = np.zeros((n, len(JOINTS)))
+        self._action = np.zeros((n, len(actions.names)))
+        self._command = self.simulator.qpos.copy()
+        self._torque = np.zeros_like(self._command)
         self._violated = np.zeros((n, len(NAMES)))
         size = self._observe(self._begin(np.arange(n))).shape[1]
         super().__init__(
             n,
             spaces.Box(-np.inf, np.inf, (size,), np.float32),
-            spaces.Box(-1.0, 1.0, (len(JOINTS),), np.float32),
+            spaces.Box(-1.0, 1.0, (len(actions.names),), np.float32),
         )
 
     def reset(self) -> np.ndarray:
         """Begin every episode anew."""
-        errors = self._begin(np.arange(self.num_envs))
+        remaining = self._begin(np.arange(self.num_envs))
         if self.staggered:
             phases = max(1, self.horizon // STAGGER)
             self._elapsed = STAGGER * self.generator.integers(0, phases, self.num_envs)
-        return self._observe(errors)
+        return self._observe(remaining)
 
     def place(self, q: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        """Begin every episode at given starts (n, 7) and goals (n, goal_size)."""
+        """Begin every episode at given starts (n, njoint) and goals (n, goal_size)."""
         return self._observe(self._begin(np.arange(self.num_envs), q, goal))
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -112,18 +100,19 @@ class ReachEnvironments(VecEnv):
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """See `VecEnv`."""
         change, self._action = self._next - self._action, self._next
-        self._advance(command(self.simulator.qpos, self._action, self.scale, self._ranges))
-        before, errors = self._before, self._errors()
-        reward = self.task.reward(before, errors, self._period_s, self.simulator.qvel, change)
-        self._before = errors
+        self._command = self.actions.command(self._action, self.simulator.qpos, self._command)
+        self._advance(self._command)
+        before, remaining = self._before, self._remaining()
+        reward = self.task.reward(before, remaining, self._period_s, self.simulator.qvel, change)
+        self._before = remaining
         self._elapsed += 1
         done = self._elapsed >= self.horizon
-        observation = self._observe(errors)
+        observation = self._observe(remaining)
         infos = self._infos
         if done.any():
             ended = np.flatnonzero(done)
             infos = list(self._infos)
-            success = self.task.success(errors)
+            success = self.task.success(remaining)
             rates = self._violated[ended] / (self.horizon * self.nstep)
             for i, rate in zip(ended, rates, strict=True):
                 infos[i] = {
@@ -142,7 +131,7 @@ class ReachEnvironments(VecEnv):
             # what the robot's own controller would ask for, with the gains it is given
             torque = pd_torque(q_des, simulator.qpos, simulator.qvel, self.cell.kp, self.cell.kd)
             self._violated += violations(
-                simulator.qpos, simulator.qvel, torque, self._torque, period, self._ranges
+                simulator.qpos, simulator.qvel, torque, self._torque, period, simulator.robot
             )
             self._torque = torque
             simulator.step(q_des, 1)
@@ -150,27 +139,24 @@ class ReachEnvironments(VecEnv):
     def _begin(
         self, ids: np.ndarray, q: np.ndarray | None = None, goal: np.ndarray | None = None
     ) -> np.ndarray:
-        """Put environments `ids` at a start at rest with a goal; the errors of all."""
+        """Put environments `ids` at a start at rest with a goal; what remains to all."""
         simulator, task = self.simulator, self.task
         simulator.batch.reset(ids=ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         simulator.qpos[ids] = task.sample_starts(self.generator, len(ids)) if q is None else q
         self._goal[ids] = task.sample_goals(self.generator, len(ids)) if goal is None else goal
         self._elapsed[ids] = 0
         self._action[ids] = 0.0
+        self._command[ids] = simulator.qpos[ids]
         self._torque[ids] = 0.0
         self._violated[ids] = 0.0
-        self._before = self._errors()
+        self._before = self._remaining()
         return self._before
 
-    def _errors(self) -> np.ndarray:
-        pose = np.empty((0, 12))
-        if self.task.goal_size != len(JOINTS):
-            self.simulator.batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
-            pose = flange_pose(self._position, self._rotation, self._site)
-        return self.task.errors(self.simulator.qpos, pose, self._goal)
+    def _remaining(self) -> np.ndarray:
+        return self.task.remaining(self.simulator.batch, self._goal)
 
-    def _observe(self, errors: np.ndarray) -> np.ndarray:
-        return observe(self.simulator.qpos, self.simulator.qvel, errors, self._action)
+    def _observe(self, remaining: np.ndarray) -> np.ndarray:
+        return observe(self.simulator.qpos, self.simulator.qvel, remaining, self._action)
 
     def close(self) -> None:
         """Nothing to release."""
@@ -198,8 +184,8 @@ def _randomised(
     fraction: float,
     generator: np.random.Generator,
 ) -> Parameters:
-    """Parameters (n, 7), each up to `fraction` more or less."""
+    """Parameters (n, njoint), each up to `fraction` more or less."""
     return {
-        name: values * generator.uniform(1 - fraction, 1 + fraction, (n, len(JOINTS)))
+        name: values * generator.uniform(1 - fraction, 1 + fraction, (n, len(values)))
         for name, values in parameters.items()
     }

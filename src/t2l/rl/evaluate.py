@@ -3,11 +3,11 @@
 import numpy as np
 
 from t2l.rl.constraints import NAMES, Evaluation
-from t2l.rl.environments import ReachEnvironments
+from t2l.rl.environments import Environments
 from t2l.rl.policy import ReachPolicy
 
 
-def evaluate(policy: ReachPolicy, environments: ReachEnvironments) -> Evaluation:
+def evaluate(policy: ReachPolicy, environments: Environments) -> Evaluation:
     """One episode in every environment, which must not be staggered."""
     observation = environments.reset()
     for _ in range(environments.horizon):

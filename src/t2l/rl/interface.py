@@ -2,15 +2,16 @@
 
 import numpy as np
 
+from t2l.actions import ACTIONS, ActionSpace
 from t2l.errors import ConfigurationError
-from t2l.robots.fr3 import JOINTS
+from t2l.rl.condition import Condition
+from t2l.robots import Robot
+from t2l.sim.controllers.joint_pd import COMMAND_PREFIX
 
-PROXIMAL = 4  # joints that share the first action scale
 
-
-def observe(q: np.ndarray, dq: np.ndarray, errors: np.ndarray, action: np.ndarray) -> np.ndarray:
+def observe(q: np.ndarray, dq: np.ndarray, remaining: np.ndarray, action: np.ndarray) -> np.ndarray:
     """What a policy sees, (n, nobs) float32: state, what is left to do, and its last action."""
-    return np.concatenate([q, dq, errors, action], axis=1).astype(np.float32)
+    return np.concatenate([q, dq, remaining, action], axis=1).astype(np.float32)
 
 
 def steps_held(rate_hz: float, policy_rate_hz: float, of_what: str) -> int:
@@ -28,19 +29,23 @@ def steps_held(rate_hz: float, policy_rate_hz: float, of_what: str) -> int:
     return round(steps)
 
 
-def per_joint(action_scale: tuple[float, float]) -> np.ndarray:
-    """(7,) rad: α of joints 1 to 4 and 5 to 7."""
-    return np.repeat(action_scale, [PROXIMAL, len(JOINTS) - PROXIMAL])
+def scale_per_joint(action_scale: tuple[float, float], robot: Robot) -> np.ndarray:
+    """(njoint,) rad: α of proximal joints and of the others."""
+    return np.where(robot.proximal, *action_scale)
 
 
-def command(q: np.ndarray, action: np.ndarray, scale: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """q_des = q + α ⊙ a within the joints' ranges, (n, 7) rad.
+def action_space(condition: Condition, robot: Robot, scale: np.ndarray) -> ActionSpace:
+    """What actions in [-1, 1] mean under a condition.
 
-    Soft gains take commands far ahead of the arm, which no robot accepts beyond its ranges.
+    Commands stay within the joints' ranges: soft gains take them far ahead of the arm, and no robot
+    accepts what lies beyond.
 
     Args:
-        action: a, (n, 7) in [-1, 1].
-        scale: α, (7,) rad.
-        ranges: (7, 2) rad.
+        scale: α, (njoint,) rad.
+
+    Raises:
+        ConfigurationError: there is no such action space.
     """
-    return np.clip(q + scale * action, ranges[:, 0], ranges[:, 1])
+    section = dict(condition.actions)
+    names = [f"{COMMAND_PREFIX}{joint}" for joint in robot.joints]
+    return ACTIONS.find(section.pop("kind"))(names, scale, robot.position_limit, **section)

@@ -7,7 +7,6 @@ import numpy as np
 
 from t2l.artefacts import read_npz, whole
 from t2l.errors import ArtefactError
-from t2l.robots.fr3 import JOINTS
 
 CLIPPED_AT = 10.0  # standard deviations of a normalised observation
 
@@ -73,7 +72,6 @@ def load(path: Path | str) -> ReachPolicy:
         after = arrays[weight].shape[:1]
         shapes |= {weight: after + before, bias: after}
         before = after
-    shapes[layers[-1][1]] = (len(JOINTS),)
     for name, shape in shapes.items():
         if arrays[name].shape != shape:
             raise ArtefactError(path, f"{name} has shape {arrays[name].shape}", f"{shape}")

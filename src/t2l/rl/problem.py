@@ -3,24 +3,27 @@
 import hashlib
 import json
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.identify.actuator_parameters import Parameters
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
+from t2l.rl.interface import action_space, scale_per_joint
 from t2l.rl.settings import Search, Settings
-from t2l.tasks.reach import make_task
+from t2l.tasks import Rewarded
 
 if TYPE_CHECKING:
-    from t2l.rl.environments import ReachEnvironments
+    from t2l.rl.environments import Environments
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A condition in the identified simulator of a cell, whose parameters are (7,) each."""
+    """A condition in the identified simulator of a cell, whose parameters are (njoint,) each."""
 
     condition: Condition
     cell: Cell
@@ -28,21 +31,31 @@ class Problem:
     rate_hz: float
     horizon_s: float
 
+    @cached_property
+    def task(self) -> Rewarded:
+        """The condition's, with the reward it comes with."""
+        return self.condition.make_task()
+
     def environments(
         self, choice: Choice, n: int, seed: int, training: bool = False, threads: int = 1
-    ) -> "ReachEnvironments":
+    ) -> "Environments":
         """`n` environments; only those for training are randomised and staggered.
 
         Raises:
             ConfigurationError: an action scale or the policy's rate is not allowed.
         """
         # it loads torch, which only training needs
-        from t2l.rl.environments import ReachEnvironments
+        from t2l.rl.environments import Environments
 
-        condition = self.condition
-        task = make_task(condition.task, choice.reward_weights)
-        return ReachEnvironments(
-            task, self.cell, self.parameters, choice.action_scale, n, seed,
+        condition, robot = self.condition, self.task.robot
+        if not all(0 < scale < np.inf for scale in choice.action_scale):
+            raise ConfigurationError(
+                f"action scale: found {choice.action_scale}; allowed: two numbers above 0"
+            )
+        scale = scale_per_joint(choice.action_scale, robot)
+        return Environments(
+            self.task.reweighted(choice.reward_weights), self.cell, self.parameters,
+            action_space(condition, robot, scale), n, seed,
             policy_rate_hz=condition.policy_rate_hz, horizon_s=self.horizon_s,
             rate_hz=self.rate_hz, threads=threads,
             randomisation=condition.randomisation if training else 0.0, staggered=training,

@@ -20,7 +20,6 @@ from t2l.errors import writing
 from t2l.rl.choice import Choice
 from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate
-from t2l.rl.interface import PROXIMAL
 from t2l.rl.outcome import SCALES, sort_by_files
 from t2l.rl.policy import ReachPolicy
 from t2l.rl.problem import Problem
@@ -28,7 +27,6 @@ from t2l.rl.pruning import HopelessPruner
 from t2l.rl.settings import Search, Settings
 from t2l.rl.train import TrainingError, train
 from t2l.rl.trials import FINISHED, POLICY, TRAINING, alive, count, requeue_abandoned, sign
-from t2l.robots.fr3 import TORQUE_LIMIT
 from t2l.seeds import seed_sequence
 
 if TYPE_CHECKING:
@@ -48,11 +46,12 @@ def first_guess(problem: Problem, search: Search) -> dict[str, float]:
     It asks a joint for `ACCELERATING` of its torque limit on top of what damping and friction take
     at `CRUISE_RAD_S`, but for no more than `MOST` of the limit.
     """
-    p, limit = problem.parameters, np.array(TORQUE_LIMIT)
+    p, robot = problem.parameters, problem.task.robot
+    limit = robot.torque_limit
     resistance = p["static_friction"] + (p["damping"] + p["viscous_friction"]) * CRUISE_RAD_S
     wanted = (ACCELERATING * limit + resistance) / p["stiffness"]
     scale = np.minimum(wanted, MOST * limit / problem.cell.kp)
-    scales = [scale[:PROXIMAL].max(), scale[PROXIMAL:].max()]
+    scales = [scale[part].max() for part in (robot.proximal, ~robot.proximal)]
     return dict(zip(SCALES, np.clip(scales, *search.action_scale).tolist(), strict=True))
 
 

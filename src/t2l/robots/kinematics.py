@@ -20,7 +20,7 @@ class ToolKinematics:
         self._rotation = self._batch.bind("site_xmat")
 
     def pose(self, q: np.ndarray) -> np.ndarray:
-        """(n, 12) in the frame of the base at q (n, njoint) rad: position in m, rotation by rows."""
+        """(n, 12) in the base's frame at q (n, njoint) rad: position in m, rotation by rows."""
         self._qpos[:, self._address] = q
         self._batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
         return site_pose(self._position, self._rotation, self._site)

@@ -8,6 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from t2l.sim.controllers import Arm
+
 
 @dataclass(frozen=True)
 class Gripper:
@@ -96,6 +98,13 @@ class Robot(ABC):
     def joints(self) -> tuple[str, ...]:
         """Names of all joints."""
         return tuple(joint for group in self.groups for joint in group.joints)
+
+    @cached_property
+    def arms(self) -> tuple[Arm, ...]:
+        """The groups as controllers take them."""
+        return tuple(
+            Arm(group.joints, group.tool_site, np.array(group.home)) for group in self.groups
+        )
 
     @cached_property
     def grippers(self) -> tuple[Gripper, ...]:

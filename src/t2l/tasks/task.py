@@ -133,7 +133,7 @@ class Task(ABC):
         return np.array([gripper.opened for gripper in self.robot.grippers])
 
     def reset(self, batch: Batch, qpos: np.ndarray) -> None:
-        """Put every simulation at rest at `qpos` (nsim, nq), joints commanded to stay, hands open."""
+        """Put every simulation at rest at `qpos` (nsim, nq), hands commanded to be open."""
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         batch.warning[:] = 0
         batch.qpos = qpos

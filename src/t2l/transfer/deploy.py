@@ -6,18 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
+from t2l.actions import ActionSpace
 from t2l.artefacts import read_npz, set_aside, whole
 from t2l.errors import ArtefactError
 from t2l.gains import Cell
 from t2l.hardware.backend import Backend, State
 from t2l.hardware.guard import Guard, Workspace
-from t2l.rl.constraints import violations
-from t2l.rl.interface import command, observe, per_joint, steps_held
+from t2l.rl.constraints import NAMES, violations
+from t2l.rl.interface import observe, steps_held
 from t2l.rl.policy import ReachPolicy
-from t2l.robots.fr3 import JOINTS
-from t2l.robots.kinematics import Flange
-from t2l.sim.controllers.position import pd_torque
-from t2l.tasks.reach import Reach, joint_ranges
+from t2l.sim.batch import make_batch
+from t2l.sim.controllers.joint_pd import pd_torque
+from t2l.tasks import Rewarded
 
 log = logging.getLogger(__name__)
 
@@ -30,9 +30,9 @@ class Rollouts:
 
     Attributes:
         time: (nsample,) s; the policy decides every `hold` samples.
-        q, dq, q_des: (nsample, n, 7).
-        observation, action: (ndecision, n, nobs) and (ndecision, n, 7), at each decision.
-        violated: (nsample, n, 4) bool, in order of `t2l.rl.constraints.NAMES`.
+        q, dq, q_des: (nsample, n, njoint).
+        observation, action: (ndecision, n, nobs) and (ndecision, n, naction), at each decision.
+        violated: (nsample, n, nconstraint) bool, in order of `t2l.rl.constraints.NAMES`.
         success: (n,) bool, at the end of those that were not stopped.
         stopped: why each robot was stopped, or nothing.
     """
@@ -51,7 +51,8 @@ class Rollouts:
 def deploy(
     robot: Backend,
     policy: ReachPolicy,
-    task: Reach,
+    task: Rewarded,
+    actions: ActionSpace,
     cell: Cell,
     starts: np.ndarray,
     goals: np.ndarray,
@@ -67,7 +68,8 @@ def deploy(
     Whatever else ends the deployment, an error or Ctrl-C, the robot is brought to rest first.
 
     Args:
-        starts: (n, 7) rad, and goals (n, goal_size); n is a multiple of the number of robots.
+        actions: what the policy's output means.
+        starts: (n, njoint) rad, and goals (n, goal_size); n is a multiple of the number of robots.
         folder: keeps what is complete; what is there already is not run again.
 
     Raises:
@@ -79,14 +81,16 @@ def deploy(
     for first in range(0, len(starts), robot.n):
         rows = slice(first, first + robot.n)
         kept = folder / f"{first:03d}.npz" if folder else None
-        size = (round(duration_s * policy_rate_hz), hold, robot.n)
+        decisions = round(duration_s * policy_rate_hz)
+        njoint, naction = starts.shape[1], len(actions.names)
+        size = (decisions, hold, robot.n, njoint, naction)
         if kept and (part := _kept(kept, size)):
             parts.append(part)
             continue
-        guard = Guard(robot.n, cell, 1 / LOG_RATE_HZ, workspace)
-        run = _Run(robot, policy, task, cell, goals[rows], guard)
+        guard = Guard(task.robot, robot.n, cell, 1 / LOG_RATE_HZ, workspace)
+        run = _Run(robot, policy, task, actions, cell, goals[rows], guard)
         try:
-            parts.append(run.through(starts[rows], hold, size[0]))
+            parts.append(run.through(starts[rows], hold, decisions))
         except BaseException:
             robot.hold()
             raise
@@ -98,28 +102,29 @@ def deploy(
 class _Run:
     """One rollout of every robot at once."""
 
-    def __init__(self, robot, policy, task, cell, goals, guard):
+    def __init__(self, robot, policy, task, actions, cell, goals, guard):
         self.robot, self.policy, self.task, self.cell = robot, policy, task, cell
-        self.goals, self.guard = goals, guard
-        self.flange = Flange(robot.n) if task.goal_size != len(JOINTS) else None
+        self.actions, self.goals, self.guard = actions, goals, guard
+        # the task is judged in a model that is put where the robot is
+        self.mirror = make_batch(task.model, robot.n)
         self.stopped = [""] * robot.n
 
     def through(self, starts: np.ndarray, hold: int, decisions: int) -> Rollouts:
         kp, kd = self.cell.kp, self.cell.kd
-        scale = per_joint(self.policy.action_scale)
-        state = self.robot.start(starts, np.full(7, float(kp)), np.full(7, float(kd)))
+        ones = np.ones(starts.shape[1])
+        state = self.robot.start(starts, kp * ones, kd * ones)
         before = np.zeros_like(state.q)
-        previous = np.zeros_like(state.q)
-        held = state.q.copy()
+        previous = np.zeros((self.robot.n, len(self.actions.names)))
+        wanted = held = state.q.copy()
         logged: dict[str, list[np.ndarray]] = {
             name: [] for name in ("q", "dq", "q_des", "observation", "action", "violated")
         }
         for sample in range(decisions * hold):
             deciding = sample % hold == 0
             if deciding:
-                observation = observe(state.q, state.dq, self.errors(state), previous)
+                observation = observe(state.q, state.dq, self.remaining(state), previous)
                 action = self.policy.act(observation)
-                wanted = command(state.q, action, scale, joint_ranges())
+                wanted = self.actions.command(action, state.q, wanted)
                 previous = action
             running = self.running
             self.stop_where_needed(wanted, state)
@@ -131,7 +136,7 @@ class _Run:
                 for name, value in (("observation", observation), ("action", action)):
                     logged[name].append(_without(value, ~self.running))
             torque = pd_torque(q_des, state.q, state.dq, kp, kd)
-            found = violations(state.q, state.dq, torque, before, 1 / LOG_RATE_HZ, joint_ranges())
+            found = violations(state.q, state.dq, torque, before, 1 / LOG_RATE_HZ, self.task.robot)
             before = torque
             for name, value in (("q", state.q), ("dq", state.dq), ("q_des", q_des)):
                 logged[name].append(_without(value, ~self.running))
@@ -139,10 +144,11 @@ class _Run:
             state = self.robot.step(q_des, 1 / LOG_RATE_HZ)
         if not self.running.all():
             self.robot.hold()
-        success = self.task.success(self.errors(state)) & self.running
+        success = self.task.success(self.remaining(state)) & self.running
+        njoint, naction = starts.shape[1], len(self.actions.names)
         sizes = {
-            "q": 7, "dq": 7, "q_des": 7, "violated": 4, "action": 7,
-            "observation": 21 + self.task.errors_size,
+            "q": njoint, "dq": njoint, "q_des": njoint, "violated": len(NAMES), "action": naction,
+            "observation": len(self.task.observation_names) + naction,
         }  # fmt: skip
         arrays = {
             name: _padded(rows, decisions * (1 if name in ("observation", "action") else hold),
@@ -157,9 +163,9 @@ class _Run:
     def running(self) -> np.ndarray:
         return np.array([not reason for reason in self.stopped])
 
-    def errors(self, state: State) -> np.ndarray:
-        pose = self.flange.pose(state.q) if self.flange else np.empty((0, 12))
-        return self.task.errors(state.q, pose, self.goals)
+    def remaining(self, state: State) -> np.ndarray:
+        self.mirror.qpos[:, self.task.arm_qpos] = state.q
+        return self.task.remaining(self.mirror, self.goals)
 
     def stop_where_needed(self, q_des: np.ndarray, state: State) -> None:
         objections = self.guard.objections(q_des, state.q, state.dq)
@@ -198,7 +204,7 @@ def _write(rollouts: Rollouts, path: Path) -> None:
         np.savez(draft, **{field.name: getattr(rollouts, field.name) for field in fields(Rollouts)})
 
 
-def _kept(path: Path, size: tuple[int, int, int]) -> Rollouts | None:
+def _kept(path: Path, size: tuple[int, ...]) -> Rollouts | None:
     """What an earlier run kept; a file that is no such rollout is set aside."""
     if not path.exists():
         return None
@@ -209,13 +215,13 @@ def _kept(path: Path, size: tuple[int, int, int]) -> Rollouts | None:
         return None
 
 
-def _read(path: Path, size: tuple[int, int, int]) -> Rollouts:
-    decisions, hold, n = size
+def _read(path: Path, size: tuple[int, ...]) -> Rollouts:
+    decisions, hold, n, njoint, naction = size
     samples = decisions * hold
     shapes = {
-        "time": (samples,), "violated": (samples, n, 4), "success": (n,), "stopped": (n,),
-        "action": (decisions, n, 7),
-    } | {name: (samples, n, 7) for name in ("q", "dq", "q_des")}  # fmt: skip
+        "time": (samples,), "violated": (samples, n, len(NAMES)), "success": (n,), "stopped": (n,),
+        "action": (decisions, n, naction),
+    } | {name: (samples, n, njoint) for name in ("q", "dq", "q_des")}  # fmt: skip
     kinds = {"violated": "b", "success": "b", "stopped": "U"}
     arrays = read_npz(path, names := [field.name for field in fields(Rollouts)])
     for name in names:

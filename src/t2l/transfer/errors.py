@@ -1,5 +1,6 @@
 """How far a policy's rollouts on the robot depart from those in its simulator."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,7 +8,6 @@ import numpy as np
 from t2l.gains import Cell
 from t2l.rl.constraints import NAMES
 from t2l.rl.policy import ReachPolicy
-from t2l.robots.fr3 import JOINTS
 from t2l.transfer.deploy import LOG_RATE_HZ, Rollouts
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def rollout_table(policy: ReachPolicy, cell: Cell, real: Rollouts, sim: Rollouts
     )
 
 
-def trace_table(real: Rollouts, sim: Rollouts) -> "pd.DataFrame":
+def trace_table(real: Rollouts, sim: Rollouts, joints: Sequence[str]) -> "pd.DataFrame":
     """One row a sample: rollout, where (real or sim), time, and signals by joint."""
     import pandas as pd
 
@@ -100,36 +100,23 @@ def trace_table(real: Rollouts, sim: Rollouts) -> "pd.DataFrame":
             columns = {
                 f"{signal}.{joint}": getattr(run, signal)[:, i, j].astype(np.float32)
                 for signal in TRACE_SIGNALS
-                for j, joint in enumerate(JOINTS)
+                for j, joint in enumerate(joints)
             }
             parts.append(pd.DataFrame({"rollout": i, "where": where, "time": run.time} | columns))
     return pd.concat(parts, ignore_index=True).astype({"where": "category"})
 
 
-def observation_table(real: Rollouts, sim: Rollouts) -> "pd.DataFrame":
-    """One row a decision: rollout, where, and what the policy saw, column by column."""
+def observation_table(real: Rollouts, sim: Rollouts, names: Sequence[str]) -> "pd.DataFrame":
+    """One row a decision: rollout, where, and what the policy saw, by `names` of its columns."""
     import pandas as pd
 
     parts = []
     for where, run in (("real", real), ("sim", sim)):
-        nobs = run.observation.shape[2]
         for i in range(len(run.success)):
             seen = run.observation[:, i].astype(np.float32)
-            frame = pd.DataFrame(seen, columns=observation_names(nobs))
+            frame = pd.DataFrame(seen, columns=list(names))
             parts.append(frame.assign(rollout=i, where=where))
     return pd.concat(parts, ignore_index=True).dropna().astype({"where": "category"})
-
-
-def observation_names(nobs: int) -> list[str]:
-    """Names of an observation's columns: state, what is left to do, last action."""
-    joints = [joint.removeprefix("fr3_") for joint in JOINTS]
-    left = nobs - 3 * len(JOINTS)
-    errors = joints if left == len(JOINTS) else ["x", "y", "z", "rx", "ry", "rz"]
-    return [
-        f"{signal}.{name}"
-        for signal, names in (("q", joints), ("dq", joints), ("error", errors), ("action", joints))
-        for name in names
-    ]
 
 
 def _mean(values: np.ndarray) -> np.ndarray:

@@ -5,15 +5,17 @@ import numpy as np
 from t2l.hardware.backend import Backend, State
 from t2l.identify.actuator_parameters import Parameters
 from t2l.identify.training_simulator import Simulator
-from t2l.sim.controllers.position import pd_torque
+from t2l.robots import Robot
+from t2l.robots.plant import position_controlled
+from t2l.sim.controllers.joint_pd import pd_torque
 
 
 class IdentifiedRobot(Backend):
-    """`n` arms with parameters (7,) of a cell."""
+    """`n` robots with parameters (njoint,) of a cell."""
 
-    def __init__(self, n: int, parameters: Parameters, rate_hz: float):
+    def __init__(self, robot: Robot, n: int, parameters: Parameters, rate_hz: float):
         self.n, self.control_rate_hz = n, rate_hz
-        self._simulator = Simulator(n, rate_hz)
+        self._simulator = Simulator(robot, position_controlled(robot), n, rate_hz)
         self._simulator.set_parameters(parameters)
 
     def start(self, q: np.ndarray, kp: np.ndarray, kd: np.ndarray) -> State:

@@ -13,9 +13,9 @@ from t2l.hardware.backends import open_robot
 from t2l.hardware.guard import Workspace
 from t2l.identify.actuator_parameters import Parameters
 from t2l.rl.condition import Condition
+from t2l.rl.interface import action_space, scale_per_joint
 from t2l.rl.policy import ReachPolicy
 from t2l.seeds import generator
-from t2l.tasks.reach import make_task
 from t2l.transfer.deploy import Rollouts, deploy
 from t2l.transfer.identified import IdentifiedRobot
 
@@ -66,20 +66,21 @@ def matched_rollouts(
     Raises:
         BackendError: the robot cannot be reached, or does not go on.
     """
-    task = make_task(condition.task)
+    task = condition.make_task()
+    actions = action_space(condition, task.robot, scale_per_joint(policy.action_scale, task.robot))
     draw = generator(seed, "deployment", task.name)
     starts = task.sample_starts(draw, deployment.rollouts)
     goals = task.sample_goals(draw, deployment.rollouts)
     rest = (condition.policy_rate_hz, deployment.duration_s, deployment.workspace)
-    arm = open_robot(robot, deployment.rollouts)
+    arm = open_robot(robot, task.robot, deployment.rollouts)
     try:
         kept = folder / _digest(policy, starts, goals, robot, rest)
-        real = deploy(arm, policy, task, cell, starts, goals, *rest, folder=kept)
+        real = deploy(arm, policy, task, actions, cell, starts, goals, *rest, folder=kept)
     finally:
         arm.close()
     begun = np.where(np.isfinite(real.q[0]), real.q[0], starts)
-    simulator = IdentifiedRobot(deployment.rollouts, parameters, deployment.rate_hz)
-    return real, deploy(simulator, policy, task, cell, begun, goals, *rest)
+    simulator = IdentifiedRobot(task.robot, deployment.rollouts, parameters, deployment.rate_hz)
+    return real, deploy(simulator, policy, task, actions, cell, begun, goals, *rest)
 
 
 def _digest(policy: ReachPolicy, starts: np.ndarray, goals: np.ndarray, *more: object) -> str:

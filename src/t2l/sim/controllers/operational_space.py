@@ -1,21 +1,28 @@
-"""Operational-space control: joint torques that move a grip frame like a damped spring.
+"""Operational-space control: the tool moves like a damped spring, the posture in its null space.
 
 Khatib (1987), "A unified approach for motion and force control of robot manipulators", eq. 31-35,
-for a batch of states.
+for a batch of states, and its law as the study states it (its appendix on task-space retargeting):
+
+    F = M_x (Kp x̃ − Kd ẋ),   τ = Jᵀ F + null-space torque + bias
+
+Solved for the command, x_des = x + Kp⁻¹ (J M⁻¹ (τ − bias) + Kd ẋ): the null space's torque does
+not move the tool, and M_x cancels.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from mujoco.batch import Batch
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
+from t2l.sim.batch import apply_torque_control, make_batch, step
+from t2l.sim.controllers.arm_dynamics import ArmDynamics
+from t2l.sim.controllers.controller import Controller
 
-@dataclass(frozen=True)
-class OperationalSpaceGains:
-    """Closed-loop stiffness in 1/s²; damping is critical. Posture acts in the null space only."""
+# of the posture in the null space, 1/s²; its damping is critical
+POSTURE_STIFFNESS = 60.0
 
-    position: float = 900.0
-    rotation: float = 900.0
-    posture: float = 60.0
+# numbers in a pose: position, and the rotation matrix by rows
+POSE_SIZE = 12
 
 
 def rotation_error(rotation_des: np.ndarray, rotation: np.ndarray) -> np.ndarray:
@@ -32,12 +39,12 @@ def operational_space_torque(
     mass: np.ndarray,
     jacobian: np.ndarray,
     bias: np.ndarray,
-    position_error: np.ndarray,
-    rotation_error: np.ndarray,
-    twist_des: np.ndarray,
-    acceleration_des: np.ndarray,
+    error: np.ndarray,
+    twist_des: np.ndarray | float,
+    acceleration_des: np.ndarray | float,
     posture: np.ndarray,
-    gains: OperationalSpaceGains,
+    kp: ArrayLike,
+    kd: ArrayLike,
 ) -> np.ndarray:
     """Torques, (n, dof) N·m.
 
@@ -46,16 +53,13 @@ def operational_space_torque(
         mass: (n, dof, dof) joint-space inertia, kg·m².
         jacobian: (n, 6, dof), translation above rotation, world frame.
         bias: (n, dof) Coriolis torque and whatever gravity nothing else compensates, N·m.
-        position_error, rotation_error: (n, 3) desired minus actual, m and rad.
+        error: (n, 6) desired minus actual pose, m and rad.
         twist_des, acceleration_des: (n, 6) desired velocity and acceleration of the frame.
         posture: (dof,) rad, the pose that the null space drifts to.
+        kp, kd: 1/s² and 1/s, one number or one an axis.
     """
-    stiffness = np.repeat([gains.position, gains.rotation], 3)
-    error = np.concatenate([position_error, rotation_error], axis=1)
     twist = np.einsum("nij,nj->ni", jacobian, dq)
-    acceleration = (
-        acceleration_des + stiffness * error + 2 * np.sqrt(stiffness) * (twist_des - twist)
-    )
+    acceleration = acceleration_des + kp * error + kd * (twist_des - twist)
     mass_inverse = np.linalg.inv(mass)
     mobility = jacobian @ mass_inverse @ jacobian.transpose(0, 2, 1)
     # damped least squares keeps torques bounded near a singular pose
@@ -64,10 +68,99 @@ def operational_space_torque(
 
     inverse_jacobian = mass_inverse @ jacobian.transpose(0, 2, 1) @ inertia
     null = np.eye(q.shape[1]) - jacobian.transpose(0, 2, 1) @ inverse_jacobian.transpose(0, 2, 1)
-    drift = gains.posture * (posture - q) - 2 * np.sqrt(gains.posture) * dq
+    drift = POSTURE_STIFFNESS * (posture - q) - 2 * np.sqrt(POSTURE_STIFFNESS) * dq
     posture_torque = np.einsum("nij,nj->ni", mass, drift)
     return (
         np.einsum("nji,nj->ni", jacobian, wrench)
         + np.einsum("nij,nj->ni", null, posture_torque)
         + bias
     )
+
+
+class OperationalSpacePD(Controller):
+    """A command is the pose of each arm's tool: position in m, then a rotation matrix by rows."""
+
+    name = "operational_space_pd"
+    units = ("1/s²", "1/s")
+
+    def __init__(self, model, arms, kp, kd):
+        super().__init__(model, arms, kp, kd)
+        elements = (*(f"{c}" for c in "xyz"), *(f"r{i}{j}" for i in "123" for j in "123"))
+        self.command_names = tuple(
+            f"x_des.{arm.tool_site}.{name}" for arm in arms for name in elements
+        )
+        self._dynamics: list[ArmDynamics] = []
+
+    def install(self, batch: Batch) -> None:
+        """See `Controller.install`."""
+        apply_torque_control(batch, self.joints)
+        self._dynamics = [ArmDynamics(batch, arm) for arm in self.arms]
+
+    def measured(self, batch: Batch) -> np.ndarray:
+        """See `Controller.measured`: the poses of the tools."""
+        return np.concatenate([_pose(dynamics) for dynamics in self._dynamics], axis=1)
+
+    def step(self, batch, command, running, nstep):
+        """See `Controller.step`; the law is evaluated at every timestep."""
+        poses = np.split(command, len(self.arms), axis=1)
+        for _ in range(nstep):
+            torque = [
+                operational_space_torque(
+                    q=dynamics.q,
+                    dq=dynamics.dq,
+                    mass=dynamics.mass(),
+                    jacobian=dynamics.jacobian(),
+                    bias=dynamics.bias(),
+                    error=_difference(pose, _pose(dynamics), running),
+                    twist_des=0.0,
+                    acceleration_des=0.0,
+                    posture=arm.posture,
+                    kp=self.kp,
+                    kd=self.kd,
+                )
+                for arm, dynamics, pose in zip(self.arms, self._dynamics, poses, strict=True)
+            ]
+            batch.bind("ctrl")[:, self.ctrl] = np.concatenate(torque, axis=1)
+            step(batch, running)
+
+    def commands(self, qpos, dq, torque):
+        """See `Controller.commands`: the law is evaluated where a timestep begins."""
+        n = len(qpos) - 1
+        batch = make_batch(self.model, n)
+        batch.qpos[:] = qpos[:-1]
+        batch.qvel[:, self.dofs] = dq[:-1]
+        parts, first = [], 0
+        for arm in self.arms:
+            dynamics = ArmDynamics(batch, arm)
+            own = slice(first, first + len(arm.joints))
+            first = own.stop
+            jacobian = dynamics.jacobian()
+            net = torque[:-1, own] - dynamics.bias()
+            moved = np.linalg.solve(dynamics.mass(), net[:, :, None])[:, :, 0]
+            twist = np.einsum("nij,nj->ni", jacobian, dynamics.dq)
+            offset = (np.einsum("nij,nj->ni", jacobian, moved) + self.kd * twist) / self.kp
+            turn = Rotation.from_rotvec(offset[:, 3:]).as_matrix() @ dynamics.rotation
+            parts += [dynamics.position + offset[:, :3], turn.reshape(n, 9)]
+        return np.concatenate(parts, axis=1)
+
+    def mean(self, commands, starts):
+        """See `Controller.mean`: rotations by their chordal mean."""
+        mean = super().mean(commands, starts)
+        poses = mean.reshape(len(starts), len(self.arms), POSE_SIZE)
+        rotation = poses[:, :, 3:].reshape(-1, 3, 3)
+        poses[:, :, 3:] = Rotation.from_matrix(rotation).as_matrix().reshape(*poses.shape[:2], 9)
+        return poses.reshape(len(starts), -1)
+
+
+def _pose(dynamics: ArmDynamics) -> np.ndarray:
+    return np.concatenate([dynamics.position, dynamics.rotation.reshape(-1, 9)], axis=1)
+
+
+def _difference(pose_des: np.ndarray, pose: np.ndarray, running: np.ndarray) -> np.ndarray:
+    """(n, 6) from poses (n, 12): position, and the world-frame rotation vector, m and rad."""
+    there, here = (p[:, 3:].reshape(-1, 3, 3) for p in (pose_des, pose))
+    between = there @ here.transpose(0, 2, 1)
+    # what no longer runs may hold no rotation at all
+    between = np.where(running[:, None, None], between, np.eye(3))
+    turn = Rotation.from_matrix(between).as_rotvec()
+    return np.concatenate([pose_des[:, :3] - pose[:, :3], turn], axis=1)

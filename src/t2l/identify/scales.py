@@ -1,0 +1,93 @@
+"""What the joints of a plant feel along recordings: inertia, gravity, sizes for first guesses."""
+
+import mujoco
+import numpy as np
+
+from t2l.effects.effect import Scales
+from t2l.effects.term import Layout
+from t2l.identify.initial_state import start_state
+from t2l.identify.prediction import Predictor, Request
+
+GRAVITY_POSES = 20_000  # beyond, gravity is interpolated between poses
+
+
+def scales(predictor: Predictor) -> Scales:
+    """Sizes for first guesses, from the plant as it is under the recordings' commands."""
+    recordings, samples = predictor.recordings, predictor.samples
+    kp, kd = (np.array([getattr(r, key) for r in recordings]) for key in ("kp", "kd"))
+    empty = Request(Layout(()), np.zeros((1, 0)))
+    _, dq = predictor.predict([empty], velocity=True)
+    velocity = np.nan_to_num(dq[0][0])
+    command = samples.of([r.q_des for r in recordings])
+    torque = kp[samples.recording, samples.joint] * (command - samples.q)
+    torque -= kd[samples.recording, samples.joint] * velocity
+    compensated = np.array([r.gravity_compensation for r in recordings])
+    torque += np.where(compensated[samples.recording], gravity_torque(predictor), 0.0)
+    njoint = len(predictor.joints)
+
+    def per_joint(function, values):
+        return np.array([function(values[samples.joint == j]) for j in range(njoint)])
+
+    step = np.array(
+        [
+            [np.abs(np.diff(r.q_des[:, j])).max(initial=0) * r.kp[j] for r in recordings]
+            for j in range(njoint)
+        ]
+    ).max(axis=1)
+    model = predictor.model()
+    dofs = [model.joint(name).dofadr[0] for name in predictor.joints]
+    return Scales(
+        torque=per_joint(lambda v: np.sqrt(np.mean(v**2)), torque) + 1e-6,
+        inertia=joint_inertia(predictor),
+        velocity=per_joint(lambda v: np.sqrt(np.mean(v**2)), velocity) + 1e-6,
+        peak_torque=per_joint(lambda v: np.abs(v).max(), torque) + 1e-6,
+        peak_torque_rate=step * max(r.control_rate_hz for r in recordings) + 1e-6,
+        control_rate_hz=max(r.control_rate_hz for r in recordings),
+        range=per_joint(np.ptp, samples.q),
+        kp=kp.max(axis=0),
+        kd=kd.max(axis=0) + 1e-6,
+        armature=model.dof_armature[dofs],
+        friction=model.dof_frictionloss[dofs],
+        damping=model.dof_damping[dofs],
+    )
+
+
+def joint_inertia(predictor: Predictor) -> np.ndarray:
+    """Diagonal of the mass matrix where the first recording starts, (njoint,) kg·m²."""
+    model = predictor.model()
+    data = mujoco.MjData(model)
+    qpos = [model.joint(name).qposadr[0] for name in predictor.joints]
+    data.qpos[qpos] = start_state(predictor.recordings[0])[0]
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    return np.diag(mass)[[model.joint(name).dofadr[0] for name in predictor.joints]]
+
+
+def gravity_torque(predictor: Predictor, q: np.ndarray | None = None) -> np.ndarray:
+    """Gravity torque N·m at each sample, (nsample,): what holding the arm still takes.
+
+    Args:
+        q: (nsample,) positions, rad; by default the measured ones.
+    """
+    model, samples = predictor.model(), predictor.samples
+    data = mujoco.MjData(model)
+    qpos = [model.joint(name).qposadr[0] for name in predictor.joints]
+    dofs = [model.joint(name).dofadr[0] for name in predictor.joints]
+    every = 1 + sum(len(r.time) for r in predictor.recordings) // GRAVITY_POSES
+    positions = samples.by_row(samples.q if q is None else q)
+    signals, bias = [], np.empty(model.nv)
+    for recording, position in zip(predictor.recordings, positions, strict=True):
+        measured = np.flatnonzero(~np.isnan(recording.q).all(axis=1))
+        rows = np.union1d(measured[::every], measured[-1:])
+        known = np.empty((len(rows), len(dofs)))
+        for i, row in enumerate(rows):
+            data.qpos[qpos] = np.where(np.isnan(position[row]), recording.q_des[row], position[row])
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_comVel(model, data)
+            mujoco.mj_rne(model, data, 0, bias)
+            known[i] = bias[dofs]
+        at = np.arange(len(recording.time))
+        signals.append(np.column_stack([np.interp(at, rows, column) for column in known.T]))
+    return samples.of(signals)

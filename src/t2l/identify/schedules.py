@@ -1,0 +1,85 @@
+"""Recordings that one batch can hold: their commands at the ticks of one control loop."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.identify.initial_state import start_state
+from t2l.identify.samples import Samples
+from t2l.recordings.recording import Recording
+from t2l.sim.servo import Schedule
+
+
+@dataclass(frozen=True)
+class Group:
+    """Recordings of one loop rate and like length.
+
+    Attributes:
+        recordings: indices.
+        held: which samples are theirs, (k,) indices.
+        wanted: for each of these its recording in the schedule, the index in `sample_ticks` of the
+            tick at or before it, the fraction of a period since, and its joint; (k,) each.
+    """
+
+    schedule: Schedule
+    recordings: tuple[int, ...]
+    held: np.ndarray
+    wanted: tuple[np.ndarray, ...]
+
+
+def groups(recordings: Sequence[Recording], samples: Samples, coarseness: int) -> list[Group]:
+    """All of `recordings` in groups; `coarseness` real periods from tick to tick."""
+    return [_group(recordings, samples, alike, coarseness) for alike in _alike(recordings)]
+
+
+def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
+    alike: dict[tuple, list[int]] = {}
+    for index, recording in enumerate(recordings):
+        # recordings of like length: none waits long for another
+        length = round(np.log(max(recording.duration_s, 1e-3)) / np.log(1.5))
+        alike.setdefault((recording.control_rate_hz, length), []).append(index)
+    return list(alike.values())
+
+
+def _group(
+    every: Sequence[Recording], samples: Samples, indices: list[int], coarseness: int
+) -> Group:
+    recordings = [every[i] for i in indices]
+    real_period = 1.0 / recordings[0].control_rate_hz
+    period = coarseness * real_period
+    last = max(int(np.ceil(r.duration_s / period - 1e-6)) for r in recordings)
+    ticks, real = np.arange(last + 2), np.arange((last + 2) * coarseness)
+    commands = np.empty((len(ticks), len(recordings), len(recordings[0].joints)))
+    for column, recording in enumerate(recordings):
+        elapsed = recording.time - recording.time[0]
+        row = np.searchsorted(elapsed, real * real_period + 1e-6, side="right") - 1
+        held = recording.q_des[row].reshape(len(ticks), coarseness, -1)
+        commands[:, column] = held.mean(axis=1)
+    held = np.flatnonzero(np.isin(samples.recording, indices))
+    below, rest = _ticks(samples.time[held], period)
+    sample_ticks = np.unique(np.concatenate([[0], below, below + 1]))
+    start = [start_state(recording) for recording in recordings]
+    schedule = Schedule(
+        period_s=period,
+        commands=commands,
+        kp=np.array([r.kp for r in recordings]),
+        kd=np.array([r.kd for r in recordings]),
+        start_q=np.array([q for q, _ in start]),
+        start_dq=np.array([dq for _, dq in start]),
+        gravity_compensation=np.array([r.gravity_compensation for r in recordings]),
+        sample_ticks=sample_ticks,
+        coarseness=coarseness,
+    )
+    column = {index: i for i, index in enumerate(indices)}
+    record = np.array([column[r] for r in samples.recording[held]])
+    wanted = record, np.searchsorted(sample_ticks, below), rest, samples.joint[held]
+    return Group(schedule, tuple(indices), held, wanted)
+
+
+def _ticks(elapsed: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """The tick at or before each time, and the fraction of a period since it."""
+    exact = elapsed / period
+    below = np.floor(exact + 1e-6).astype(int)
+    rest = np.clip(exact - below, 0.0, None)
+    return below, np.where(rest < 1e-6, 0.0, rest)
