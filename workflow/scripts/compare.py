@@ -7,7 +7,7 @@ from t2l.diagnose.inputs import read_together
 from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
 
-with job(snakemake.log[0]):
+with job(snakemake):
     section = snakemake.params.diagnosis
     model_path = snakemake.input.get("model") or section.get("model")
     model, recordings, holdout = read_together(

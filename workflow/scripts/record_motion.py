@@ -6,7 +6,7 @@ from t2l.hardware.motion import Motion
 from t2l.jobs import job
 from t2l.recordings.log import write_recording
 
-with job(snakemake.log[0]):
+with job(snakemake):
     cell = Cell.from_name(snakemake.wildcards.cell)
     motion = Motion(**snakemake.params.motion)
     recording = obtain_recording(snakemake.params.robot, cell, motion)
