@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from t2l.diagnose.first_guesses import _best
+from t2l.diagnose.starting_points import choose
 from t2l.effects.registry import builtin
 
 BACKLASH = builtin()["backlash"]
@@ -25,7 +25,7 @@ STARTS = [
 def chosen(left: list[float], right: list[float]) -> dict:
     """The choice where each guess leaves so many rad on the left and the right joint."""
     after = np.repeat(np.array([left, right]).T, 2, axis=1)
-    return _best(BACKLASH, STARTS, BEFORE, after, JOINT, 2)
+    return choose(BACKLASH, STARTS, BEFORE, after, JOINT, 2)
 
 
 def test_each_joint_takes_the_guess_that_helps_it():

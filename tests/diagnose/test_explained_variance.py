@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from t2l.diagnose.conditions import features
-from t2l.diagnose.followed import by_bins, followed, proportion
+from t2l.diagnose.explained_variance import by_bins, explained_variance, proportion
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.oscillation import swing
 from t2l.effects.term import Layout
@@ -32,7 +32,7 @@ def test_the_condition_of_an_effect_comes_first(tmp_path, effect):
     values, condition = CASES[effect]
     recordings = swings(pendulum(tmp_path), {effect: values}, noise_rad=2e-5)
     predictor, residual, under = _analysis(recordings)
-    first = followed(predictor, residual, under)[0]
+    first = explained_variance(predictor, residual, under)[0]
     assert first.condition == condition
     assert first.fraction > 0.5
     assert first.proportional
@@ -51,7 +51,7 @@ def test_the_missing_torque_is_the_friction_at_every_gain(tmp_path):
 
 def test_noise_follows_nothing(tmp_path):
     predictor, residual, under = _analysis(swings(pendulum(tmp_path), None, 1e-4))
-    assert followed(predictor, residual, under) == []
+    assert explained_variance(predictor, residual, under) == []
 
 
 def test_any_function_of_a_condition_is_found_by_bins_and_a_mere_mean_is_not():
@@ -70,7 +70,7 @@ def test_a_swing_in_time_is_found_whatever_the_commands(tmp_path):
     # 0.04 N·m at 1.7 Hz, felt through each recording's stiffness
     kp = np.array([r.kp[0] for r in recordings])[samples.recording]
     wave = np.sin(2 * np.pi * 1.7 * samples.time + 2.0 * samples.recording)
-    first = followed(predictor, 0.04 * wave / kp, under)[0]
+    first = explained_variance(predictor, 0.04 * wave / kp, under)[0]
     assert first.frequency_hz == pytest.approx(1.7, abs=0.06)
     assert "swings at 1.7 Hz in time" in first.sentence
 

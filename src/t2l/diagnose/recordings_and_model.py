@@ -17,7 +17,7 @@ from t2l.robots import plant
 logger = logging.getLogger(__name__)
 
 
-def read_together(
+def read_recordings_and_model(
     logs: Sequence[Path],
     holdout: Sequence[Path] = (),
     model_path: Path | None = None,
@@ -40,11 +40,11 @@ def read_together(
     if model_path is not None:
         given = read_model(model_path)
         model = Model(given.robot, given.effects, (*given.effect_files, *files))
-    check_together(model, model_path, recordings, held)
+    check_recordings_and_model(model, model_path, recordings, held)
     return model, recordings, held
 
 
-def check_together(
+def check_recordings_and_model(
     model: Model,
     model_path: Path | None,
     recordings: Sequence[Recording],
@@ -64,10 +64,7 @@ def check_together(
                 recording.path, "joints", ", ".join(recording.joints),
                 f"those of {first.path}: {', '.join(first.joints)}",
             )  # fmt: skip
-        if recording.robot != first.robot:
-            raise RecordingError(
-                recording.path, "robot", recording.robot, f"that of {first.path}: {first.robot}"
-            )
+    _check_one_robot((*recordings, *holdout))
     given = {_resolved(recording.path) for recording in recordings}
     for recording in holdout:
         if _resolved(recording.path) in given:
@@ -94,6 +91,22 @@ def check_together(
         check_against_joint_ranges(recording, np.asarray(ranges), first.joints)
     if model_path is not None:
         check_joints(model_path, model, first.joints)
+
+
+def _check_one_robot(recordings: Sequence[Recording]) -> None:
+    """By what the MJCF says, not where it lies: a folder may bring a copy of its own."""
+    first = recordings[0]
+    robots = dict.fromkeys(recording.robot for recording in recordings)
+    if len(robots) > 1:
+        robots = {
+            robot: plant.as_bytes(plant.compiled(plant.load(robot, first.joints), robot))
+            for robot in robots
+        }
+    for recording in recordings:
+        if robots[recording.robot] != robots[first.robot]:
+            raise RecordingError(
+                recording.path, "robot", recording.robot, f"that of {first.path}: {first.robot}"
+            )
 
 
 def _resolved(path: Path | None) -> Path | object:

@@ -1,9 +1,10 @@
 import dataclasses
+import shutil
 
 import numpy as np
 import pytest
 
-from t2l.diagnose.inputs import read_together
+from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.errors import ConfigurationError, RecordingError
 from t2l.identify.model import Model, write_model
 from t2l.recordings import write_recording
@@ -31,12 +32,12 @@ def logs(tmp_path, robot):
 
 def message(error, *arguments, **keywords):
     with pytest.raises(error) as caught:
-        read_together(*arguments, **keywords)
+        read_recordings_and_model(*arguments, **keywords)
     return str(caught.value)
 
 
 def test_a_folder_is_read_with_the_robot_of_its_recordings(logs, robot):
-    model, recordings, held = read_together([logs])
+    model, recordings, held = read_recordings_and_model([logs])
     assert model.robot == robot
     assert model.effects == {}
     assert [r.name for r in recordings] == ["a", "b", "c"]
@@ -49,7 +50,7 @@ def test_a_model_and_effects_of_ones_own_come_along(logs, robot, tmp_path):
     write_model(
         Model(robot, {"command_delay": {"delay": 0.01}}), tmp_path / "models" / "model.yaml"
     )
-    model, recordings, held = read_together(
+    model, recordings, held = read_recordings_and_model(
         [logs / "a.csv", logs / "b"],
         [logs / "c.yaml"],
         tmp_path / "models" / "model.yaml",
@@ -64,11 +65,19 @@ def test_a_model_and_effects_of_ones_own_come_along(logs, robot, tmp_path):
 def test_another_robot_is_named(logs, robot, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
-    write(tmp_path, "d", pendulum(other))
+    write(tmp_path, "d", pendulum(other, 'range="-1.5 1.5" limited="true" damping="0.03"'))
     text = message(RecordingError, [logs])
     assert "d.csv" in text
     assert "robot" in text
     assert robot in text
+
+
+def test_a_copy_of_the_robot_is_the_same_robot(logs, robot, tmp_path):
+    """As a folder of recordings that somebody else sent brings it."""
+    copy = shutil.copy(robot, tmp_path / "copy.xml")
+    write(tmp_path / "held", "d", str(copy))
+    model, recordings, held = read_recordings_and_model([logs], [tmp_path / "held" / "logs"])
+    assert held[0].robot != recordings[0].robot == model.robot
 
 
 def test_other_joints_are_named(logs, tmp_path, robot):
@@ -99,7 +108,7 @@ def test_a_recording_is_either_fitted_or_held_out(logs, held):
 def test_a_held_out_recording_is_the_same_by_any_path(logs, monkeypatch):
     """Given relative and absolute."""
     monkeypatch.chdir(logs)
-    read_together(["a", "b"], [logs / "c.csv"])
+    read_recordings_and_model(["a", "b"], [logs / "c.csv"])
     text = message(RecordingError, ["a", "b", "c"], [logs / "c.csv"])
     assert "--holdout" in text
 

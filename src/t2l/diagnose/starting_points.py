@@ -22,7 +22,7 @@ def candidate_layout(adopted: Layout, effect: Effect, joints: int) -> Layout:
     return Layout([*others, Term(effect, tuple(range(joints)))])
 
 
-def first_guesses(
+def starting_points(
     predictor: Predictor,
     mask: np.ndarray,
     adopted: Layout,
@@ -58,7 +58,7 @@ def first_guesses(
     for effect, layout, starts, q in zip(effects, layouts, guesses, predicted, strict=True):
         changed = (q - samples.q)[:, mask]
         _check_some_runs(effect, changed)
-        values = _best(effect, starts, residual, changed, joint, njoint)
+        values = choose(effect, starts, residual, changed, joint, njoint)
         size = _sizes(layout, effect, starts, adopted_values)
         found[effect.name] = (layout, layout.encode({**adopted_values, effect.name: values}), size)
     return found
@@ -121,7 +121,25 @@ def _read_off(
     return guesses
 
 
-def _best(effect, starts, residual, changed, joint, njoint) -> dict[str, np.ndarray]:
+def choose(
+    effect: Effect,
+    starts: Sequence[dict[str, np.ndarray]],
+    residual: np.ndarray,
+    changed: np.ndarray,
+    joint: np.ndarray,
+    njoint: int,
+) -> dict[str, np.ndarray]:
+    """For each joint the guess that helps it most, for what all share the one that helps most.
+
+    Args:
+        starts: m guesses.
+        residual: (nsample,) rad, without the effect.
+        changed: (m, nsample) rad, with each guess.
+        joint: (nsample,) index of each sample's joint.
+
+    Returns:
+        Each parameter, (njoint,) or (1,).
+    """
     squares = np.nan_to_num(changed**2, nan=np.inf)
     per_joint = np.stack([squares[:, joint == j].sum(axis=1) for j in range(njoint)], axis=1)
     before = np.array([(residual[joint == j] ** 2).sum() for j in range(njoint)])

@@ -36,7 +36,7 @@ PHRASES = {
 
 
 @dataclass(frozen=True)
-class Followed:
+class ExplainedVariance:
     """A condition, and how much of the missing torque it tells.
 
     Attributes:
@@ -80,12 +80,12 @@ class Followed:
         )
 
 
-def followed(
+def explained_variance(
     predictor: Predictor,
     residual: np.ndarray,
     features: Mapping[str, np.ndarray],
     missing: np.ndarray | None = None,
-) -> list[Followed]:
+) -> list[ExplainedVariance]:
     """Conditions that foretell some of the missing torque, the one that tells most first.
 
     Each joint counts as much as its part of the squared position error.
@@ -118,7 +118,7 @@ def followed(
         if weight @ fractions < LEAST:
             continue
         found.append(
-            Followed(
+            ExplainedVariance(
                 condition,
                 float(weight @ fractions),
                 proportional,
@@ -129,7 +129,7 @@ def followed(
     return sorted(found, key=lambda f: f.freedom - f.fraction)
 
 
-def _swinging(predictor: Predictor, missing, held, weight) -> list[Followed]:
+def _swinging(predictor: Predictor, missing, held, weight) -> list[ExplainedVariance]:
     """A swing of the joint that matters most, told of all joints."""
     samples = predictor.samples
     command = predictor.samples.of([r.q_des for r in predictor.recordings])
@@ -141,7 +141,7 @@ def _swinging(predictor: Predictor, missing, held, weight) -> list[Followed]:
     if weight @ fractions < LEAST_SWING:
         return []
     joints = dict(zip(predictor.joints, fractions.tolist(), strict=True))
-    return [Followed("time", float(weight @ fractions), False, joints, frequency)]
+    return [ExplainedVariance("time", float(weight @ fractions), False, joints, frequency)]
 
 
 def proportion(values: np.ndarray, condition: np.ndarray, block: np.ndarray) -> float:

@@ -8,8 +8,8 @@ from typing import Any
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose import conditions, wording
 from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.explained_variance import explained_variance
 from t2l.diagnose.findings import findings
-from t2l.diagnose.followed import followed
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.model_discrimination import separating_experiment
 from t2l.diagnose.ranking import NOTHING_MISSING, Diagnosis, adopt
@@ -97,7 +97,7 @@ def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
     if diagnosis.verdict == NOTHING_MISSING:
         return []
     where = findings(predictor, residual, under, top=4)
-    follows = followed(predictor, residual, under, missing)[:3]
+    follows = explained_variance(predictor, residual, under, missing)[:3]
     return [entry.sentence for entry in (*where, *follows)]
 
 
