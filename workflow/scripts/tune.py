@@ -15,7 +15,7 @@ from t2l.rl.settings import Search, Settings
 from t2l.rl.trials import open_study
 from t2l.rl.tune import work
 
-with job(snakemake.log[0]):
+with job(snakemake):
     torch.set_num_threads(snakemake.threads)
     params, folder = snakemake.params, Path(snakemake.params.folder)
     problem = Problem(

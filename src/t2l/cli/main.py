@@ -16,6 +16,7 @@ from t2l.cli import (
     record,
 )
 from t2l.errors import T2LError
+from t2l.registry import load_extensions
 
 COMMANDS = {
     "compare": compare,
@@ -41,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
     parsed = parser.parse_args(arguments)
     try:
+        load_extensions(getattr(parsed, "extensions", []))
         COMMANDS[parsed.command].run(parsed)
         sys.stdout.flush()
     except BrokenPipeError:
