@@ -1,9 +1,9 @@
 """The model so far: a robot and the effects adopted with their values, as YAML a person edits.
 
-robot: fr3                 # a known name, or an MJCF path relative to this file
+robot: arm.xml             # an MJCF path relative to this file, or a known name
 effects:
   coulomb_friction:
-    torque: {fr3_joint1: 0.52, fr3_joint2: 0.61}     # N·m
+    torque: {shoulder: 0.52, elbow: 0.61}            # N·m
   command_delay:
     delay: 0.012                                     # s
 effect_files: [my_effects/rubber.py]                 # optional, relative to this file
@@ -27,7 +27,8 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
-from t2l.robots.plant import KNOWN, mjcf_path
+from t2l.robots import ROBOTS
+from t2l.robots.plant import mjcf_path
 from t2l.typed import AsTuple, Invalid, Number, Typed, check, describe
 
 Values = Mapping[str, Mapping[str, Mapping[str, float] | float]]
@@ -135,7 +136,7 @@ class ModelFile(Typed):
 
 
 def _read_robot(robot: str, folder: Path) -> str:
-    if robot in KNOWN:
+    if robot in ROBOTS.names():
         return robot
     resolved = str((folder / robot).resolve())
     mjcf_path(resolved)
@@ -204,7 +205,7 @@ def write_model(model: Model, path: Path | str, comment: str = "") -> None:
     """Write a model file, whole, with paths relative to it and units as comments."""
     path = Path(path)
     known, here = model.known_effects(), path.resolve().parent
-    robot = model.robot if model.robot in KNOWN else os.path.relpath(model.robot, here)
+    robot = model.robot if model.robot in ROBOTS.names() else os.path.relpath(model.robot, here)
     lines = [f"# {line}" for line in comment.splitlines()]
     lines += [f"robot: {_name(robot)}"]
     lines += ["effects:" if model.effects else "effects: {}"]
