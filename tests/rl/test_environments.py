@@ -5,7 +5,7 @@ from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.identify.training_simulator import Simulator
 from t2l.rl.constraints import NAMES
-from t2l.rl.environments import ReachEnvironments
+from t2l.rl.environments import Environments
 from t2l.tasks.reach import CENTRE, EndEffectorReach, JointReach
 
 CELL = Cell(128, 16)
@@ -24,7 +24,7 @@ def make(task=None, n=4, **changes):
         "action_scale": (0.3, 0.2), "n": n, "seed": 0, "horizon_s": 4.0,
         "policy_rate_hz": 50.0, "rate_hz": 100, "staggered": False,
     } | changes  # fmt: skip
-    return ReachEnvironments(**arguments)
+    return Environments(**arguments)
 
 
 def test_an_action_moves_the_simulator_as_its_command_does():

@@ -1,4 +1,4 @@
-"""What a page takes from comparison.json, diagnosis.json and explanation.json, by type."""
+"""What figures and pages take from comparison.json, diagnosis.json, explanation.json, by type."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -5,12 +5,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from t2l.artefacts import read_text
+from t2l.diagnose import result_types
 from t2l.diagnose.conditions import CONDITIONS
+from t2l.diagnose.result_types import read_content
 from t2l.diagnose.traces import TRACES, Traces, read_traces
 from t2l.errors import ArtefactError
-from t2l.report import contents
-from t2l.report.contents import read_content
 
 COMPARISON, DIAGNOSIS, EXPLANATION = "comparison.json", "diagnosis.json", "explanation.json"
 
@@ -34,7 +36,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Found:
-    """Everything a page may tell.
+    """Everything that a figure or a page may tell.
 
     Attributes:
         compared: one model, or the one that came and the final one; may be empty.
@@ -78,7 +80,7 @@ def read_found(folder: Path | str) -> Found:
 
 def _explained(folder: Path) -> Found:
     path = folder / EXPLANATION
-    explanation = read_content(path, contents.Explanation, "an explanation")
+    explanation = read_content(path, result_types.Explanation, "an explanation")
     if not explanation["steps"]:
         raise ArtefactError(path, "no steps", "the model as it came as the first")
     effects = [step["effect"] for step in explanation["steps"]]
@@ -110,7 +112,7 @@ def _alike(first: Compared, second: Compared) -> bool:
 
 def _diagnosis(folder: Path) -> dict[str, Any]:
     path = folder / DIAGNOSIS
-    content = read_content(path, contents.Diagnosis, "a diagnosis")
+    content = read_content(path, result_types.Diagnosis, "a diagnosis")
     if content["verdict"] == "missing_effect" and not content["ranking"]:
         raise ArtefactError(path, "ranking: nothing", "the effect that is missing")
     return content
@@ -118,7 +120,7 @@ def _diagnosis(folder: Path) -> dict[str, Any]:
 
 def _compared(folder: Path, label: str) -> Compared:
     path = folder / COMPARISON
-    numbers = read_content(path, contents.Comparison, "a comparison")
+    numbers = read_content(path, result_types.Comparison, "a comparison")
     traces = read_traces(folder)
     # whether all is the same is no column
     missing = set(CONDITIONS) - set(traces.columns) - {"constant"}
@@ -134,3 +136,28 @@ def _compared(folder: Path, label: str) -> Compared:
     if any(len(log["kp"]) == 0 or len(log["kd"]) == 0 for log in numbers["logs"]):
         raise ArtefactError(path, "a recording without gains", "kp and kd of each")
     return Compared(label, numbers, traces)
+
+
+def titles_of(found: Found) -> dict[str, str]:
+    """Titles of effects by name, from the rankings."""
+    return {
+        entry["effect"]: entry["title"]
+        for step in found.steps
+        for entry in step.diagnosis["ranking"]
+    }
+
+
+def same_gains(compared: Compared) -> bool:
+    """Whether every recording has one Kp and one Kd for all joints."""
+    return all(
+        len(set(log["kp"])) == 1 and len(set(log["kd"])) == 1 for log in compared.numbers["logs"]
+    )
+
+
+def noise_density(compared: Compared) -> float | None:
+    """Amplitude density mrad/√Hz of white noise with the noise floor's RMS."""
+    floor, time = compared.numbers["noise_floor_rad"], compared.traces.columns["time"]
+    at = compared.traces.at(0, int(compared.traces.joint[0]))
+    if not floor or len(at) < 2:
+        return None
+    return 1e3 * floor * float(np.sqrt(2 * np.median(np.diff(time[at]))))
