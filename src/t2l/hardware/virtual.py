@@ -1,7 +1,7 @@
-"""A virtual FR3 for those without hardware: finer physics than any simulator that is trained in.
+"""A virtual robot for those without hardware: finer physics than any simulator that is trained in.
 
 Motor and link are two masses with a spring between them, friction is LuGre's, the controller runs
-at 1 kHz on what encoders show, and commands arrive late:
+at its own rate on what encoders show, and commands arrive late:
 
     τ = Kp (q_des − q) − Kd q̇ + τ_ff,   |τ| and |dτ/dt| limited
 
@@ -9,23 +9,39 @@ Every robot of a batch is independent: rollouts run side by side.
 """
 
 import os
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from t2l.hardware.backend import Backend, BackendError, State
 from t2l.hardware.lugre import LuGre
-from t2l.hardware.virtual_physics import read
+from t2l.hardware.virtual_physics import VirtualPhysics, read
 from t2l.robots import Robot, plant
 from t2l.sim.batch import diverged, make_batch
 from t2l.sim.controllers.joint_pd import pd_torque
 
 
 class VirtualRobot(Backend):
-    """`n` virtual robots, each with gains of its own."""
+    """`n` virtual robots of a kind, each with gains of its own.
 
-    def __init__(self, robot: Robot, n: int = 1, threads: int | None = None):
-        self._physics = physics = read()
+    Args:
+        robot: what they are.
+        threads: that simulate them, which change no result; by default one a core.
+        physics: file of what the MJCF does not say; by default the library's for this robot.
+
+    Raises:
+        ConfigurationError: there is no such file, or it lacks something.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        n: int = 1,
+        threads: int | None = None,
+        physics: Path | str | None = None,
+    ):
+        self._physics = physics = read(robot, physics)
         self.n, joints = n, robot.joints
         self._shape = (n, len(joints))
         self._substeps = round(physics.physics_rate_hz / physics.control_rate_hz)
@@ -121,7 +137,7 @@ class VirtualRobot(Backend):
         return np.round(q / resolution) * resolution
 
 
-def _model(physics, robot: Robot) -> mujoco.MjModel:
+def _model(physics: VirtualPhysics, robot: Robot) -> mujoco.MjModel:
     spec = plant.load(robot.name, robot.joints)
     spec.option.timestep = 1 / physics.physics_rate_hz
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
