@@ -5,8 +5,8 @@ from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.starting_points import starting_points
 from t2l.diagnose.racing import fit_all, fit_fully
+from t2l.diagnose.starting_points import starting_points
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import run
