@@ -31,7 +31,7 @@ def learning(**changes) -> Settings:
 
 def search(**changes) -> Search:
     """How action scales are tuned for joint reaching."""
-    return Search.from_section({**DEFAULTS["tuning"], **changes}, shipped("joint_reach").tuned)
+    return Search.from_section({**DEFAULTS["tuning"], **changes}, shipped("joint_reach"))
 
 
 def identification(**changes) -> identify.Settings:
