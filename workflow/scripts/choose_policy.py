@@ -13,7 +13,7 @@ from t2l.rl.trials import open_study, table
 
 workers = snakemake.input.workers
 
-with job(snakemake.log[0], markers=workers):
+with job(snakemake, markers=workers):
     params, folder = snakemake.params, Path(snakemake.params.folder)
     cell = Cell.from_name(snakemake.wildcards.cell)
     name = read_text(workers[0], "the name of a study").strip()

@@ -12,7 +12,7 @@ from t2l.rl.interface import observation_names
 from t2l.transfer.errors import observation_table, rollout_table, trace_table
 from t2l.transfer.matched import Deployment, matched_rollouts
 
-with job(snakemake.log[0]):
+with job(snakemake):
     params, cell = snakemake.params, Cell.from_name(snakemake.wildcards.cell)
     policy = checkpoint.load(snakemake.input.policy)
     condition = Condition.from_entry(params.condition)

@@ -9,7 +9,7 @@ from t2l.policies import checkpoint
 from t2l.seeds import generator
 from t2l.tasks import make_task
 
-with job(snakemake.log[0]):
+with job(snakemake):
     task = make_task(snakemake.params.task)
     policy = checkpoint.load(snakemake.input.policy)
     settings, cell = snakemake.params.settings, Cell.from_name(snakemake.wildcards.cell)

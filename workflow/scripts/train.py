@@ -8,7 +8,7 @@ from t2l.policies import POLICIES, Episode, checkpoint
 from t2l.seeds import torch_seed
 from t2l.tasks import make_task
 
-with job(snakemake.log[0]):
+with job(snakemake):
     task = make_task(snakemake.params.task)
     cell = Cell.from_name(snakemake.wildcards.cell)
     replays = read_replays(snakemake.input.demonstrations, task)

@@ -13,7 +13,7 @@ from t2l.rl.settings import Search, Settings
 from t2l.rl.trials import open_study
 from t2l.rl.tune import work
 
-with job(snakemake.log[0]):
+with job(snakemake):
     params, folder = snakemake.params, Path(snakemake.params.folder)
     problem = Problem(
         Condition.from_entry(params.condition),

@@ -13,6 +13,7 @@ from t2l.config.tasks import read_task
 from t2l.config.training import configuration_model
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell, Grid
+from t2l.registry import load_extensions
 from t2l.rl.condition import Condition
 from t2l.tasks import make_task
 from t2l.typed import Invalid, check
@@ -60,12 +61,25 @@ def effective(config: Mapping[str, Any]) -> dict[str, Any]:
     return _sections(check(configuration_model(config), config))
 
 
+def _extend(extensions: Sequence[str] | None) -> None:
+    """Load what names may come from, before any is looked up."""
+    problems = files.extended(extensions)
+    if problems:
+        raise _error(f"config: {problem}" for problem in problems)
+    try:
+        load_extensions(extensions or [])
+    except ConfigurationError as error:
+        raise _error([f"config: extensions: {error}"]) from None
+
+
 def _sections(configuration: Configuration) -> dict[str, Any]:
     return configuration.model_dump(exclude_none=True)
 
 
 def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     """Check `config`, the tasks in `folder`/tasks that it names, and that its files are there.
+
+    Its extensions are loaded, for the rest of the process.
 
     Raises:
         ConfigurationError: with a line for every offending key: what was found, what is allowed.
@@ -74,6 +88,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         configuration = check(configuration_model(config), config)
     except Invalid as error:
         raise _error(f"config: {problem}" for problem in error.problems) from None
+    _extend(configuration.extensions)
     conditions = configuration.sim_to_real.conditions
     named = {f"tasks[{i}]": name for i, name in enumerate(configuration.tasks)}
     named |= {f"sim_to_real.conditions[{i}].task": c.task for i, c in enumerate(conditions)}

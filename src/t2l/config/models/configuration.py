@@ -25,7 +25,7 @@ from t2l.config.models.transfer import (
     SimToReal,
     Tuning,
 )
-from t2l.config.quantities import LARGEST_SEED, Given
+from t2l.config.quantities import LARGEST_SEED, Given, Paths
 from t2l.typed import Integer, Name, Typed, Unique
 
 
@@ -44,6 +44,11 @@ class Configuration(Typed):
         ge=0,
         le=LARGEST_SEED,
         description="base seed; every stage derives its own from it, the task and the cell",
+    )
+    extensions: Annotated[Paths | None, Given] = Field(
+        None,
+        description="Python files, or folders of them, with robots, tasks, action spaces, "
+        "policies, algorithms and back ends of your own",
     )
     tasks: Annotated[list[Name], Field(min_length=1, max_length=100), Unique] = Field(
         ["block_stack"],
