@@ -3,8 +3,9 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
+from t2l.diagnose import files
 
-ENTRIES = ("comparison.json", "traces.parquet", "figures/", "report.html")
+ENTRIES = (files.COMPARISON, files.TRACES, f"{files.FIGURES}/", files.REPORT)
 
 HELP = "simulate recordings and show where the model fails"
 
@@ -34,4 +35,4 @@ def run(arguments: argparse.Namespace) -> None:
     for contradiction in comparison.contradictions:
         print(f"Contradiction: {contradiction}")
     print(comparison.sentence)
-    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
+    print(f"Written to {arguments.out}; open {arguments.out / files.REPORT}")

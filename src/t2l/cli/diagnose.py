@@ -3,8 +3,9 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
+from t2l.diagnose import files
 
-ENTRIES = ("diagnosis.json", "models/", "figures/", "report.html")
+ENTRIES = (files.DIAGNOSIS, f"{files.MODELS}/", f"{files.FIGURES}/", files.REPORT)
 
 HELP = "fit every known effect and judge each on held-out recordings"
 
@@ -46,4 +47,4 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"  {sentence}")
     if content["separating_experiment"]:
         print(f"To tell them apart: {content['separating_experiment']['sentence']}")
-    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
+    print(f"Written to {arguments.out}; open {arguments.out / files.REPORT}")

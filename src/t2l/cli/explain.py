@@ -3,10 +3,10 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
+from t2l.diagnose import files
 
-ENTRIES = (
-    "explanation.json", "model.yaml", "steps/", "before/", "after/", "figures/", "report.html",
-)  # fmt: skip
+FOLDERS = (files.STEPS, files.BEFORE, files.AFTER, files.FIGURES)
+ENTRIES = (files.EXPLANATION, files.MODEL, *(f"{name}/" for name in FOLDERS), files.REPORT)
 
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
         explanation = explain(model, evidence, out, progress)
         write_explanation(explanation, out)
         progress("comparing before and after", 0.9)
-        for name, which in (("before", model), ("after", explanation.model)):
+        for name, which in ((files.BEFORE, model), (files.AFTER, explanation.model)):
             write(compare(which, [*recordings, *holdout]), out / name)
         draw_explanation(out)
         write_report(out)
@@ -49,4 +49,4 @@ def run(arguments: argparse.Namespace) -> None:
             f"{1e3 * step.train_rmse_rad:8.4g} mrad, held out {1e3 * step.heldout_rmse_rad:8.4g}"
         )
     print(explanation.sentence)
-    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
+    print(f"Written to {arguments.out}; open {arguments.out / files.REPORT}")

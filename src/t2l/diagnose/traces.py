@@ -7,9 +7,9 @@ import numpy as np
 import pyarrow as pa
 
 from t2l.artefacts import read_arrow
+from t2l.diagnose.files import TRACES
 from t2l.errors import ArtefactError
 
-TRACES = "traces.parquet"
 NAMED = ("recording", "joint")
 LABEL = pa.dictionary(pa.int32(), pa.string())
 COLUMNS = ("recording", "joint", "time", "q_des", "q", "q_sim", "missing_torque")
