@@ -3,8 +3,6 @@
 import logging
 from pathlib import Path
 
-import torch
-
 from t2l.artefacts import write_text
 from t2l.gains import Cell
 from t2l.identify.artefacts import read_parameters
@@ -16,7 +14,6 @@ from t2l.rl.trials import open_study
 from t2l.rl.tune import work
 
 with job(snakemake):
-    torch.set_num_threads(snakemake.threads)
     params, folder = snakemake.params, Path(snakemake.params.folder)
     problem = Problem(
         Condition.from_entry(params.condition),

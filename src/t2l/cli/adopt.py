@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> None:
         OutputError: the result would replace something.
     """
     from t2l.diagnose.artefacts import diagnosed_effects
-    from t2l.diagnose.files import DIAGNOSIS, MODELS
+    from t2l.diagnose.files import DIAGNOSIS
     from t2l.errors import ConfigurationError
     from t2l.identify.model import Model, read_model, write_model
     from t2l.names import path_of
@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> None:
     available = diagnosed_effects(folder)
     if not available:
         raise ConfigurationError(f"--diagnosis {folder}: no diagnosis in that folder")
-    merged, models = None, folder / MODELS
+    merged, models = None, folder / "models"
     for name in arguments.effects:
         if name not in available:
             raise ConfigurationError(

@@ -3,9 +3,9 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
-from t2l.diagnose import files
+from t2l.diagnose.files import COMPARISON, TRACES
 
-ENTRIES = (files.COMPARISON, files.TRACES, f"{files.FIGURES}/", files.REPORT)
+ENTRIES = (COMPARISON, TRACES, "figures/", "report.html")
 
 HELP = "simulate recordings and show where the model fails"
 
@@ -35,4 +35,4 @@ def run(arguments: argparse.Namespace) -> None:
     for contradiction in comparison.contradictions:
         print(f"Contradiction: {contradiction}")
     print(comparison.sentence)
-    print(f"Written to {arguments.out}; open {arguments.out / files.REPORT}")
+    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

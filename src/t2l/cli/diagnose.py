@@ -3,9 +3,9 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
-from t2l.diagnose import files
+from t2l.diagnose.files import DIAGNOSIS
 
-ENTRIES = (files.DIAGNOSIS, f"{files.MODELS}/", f"{files.FIGURES}/", files.REPORT)
+ENTRIES = (DIAGNOSIS, "models/", "figures/", "report.html")
 
 HELP = "fit every known effect and judge each on held-out recordings"
 
@@ -47,4 +47,4 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"  {sentence}")
     if content["separating_experiment"]:
         print(f"To tell them apart: {content['separating_experiment']['sentence']}")
-    print(f"Written to {arguments.out}; open {arguments.out / files.REPORT}")
+    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

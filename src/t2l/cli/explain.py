@@ -3,10 +3,11 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
-from t2l.diagnose import files
+from t2l.diagnose.files import EXPLANATION, MODEL
 
-FOLDERS = (files.STEPS, files.BEFORE, files.AFTER, files.FIGURES)
-ENTRIES = (files.EXPLANATION, files.MODEL, *(f"{name}/" for name in FOLDERS), files.REPORT)
+ENTRIES = (
+    EXPLANATION, MODEL, "steps/", "before/", "after/", "figures/", "report.html",
+)  # fmt: skip
 
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
@@ -38,7 +39,7 @@ def run(arguments: argparse.Namespace) -> None:
         explanation = explain(model, evidence, out, progress)
         write_explanation(explanation, out)
         progress("comparing before and after", 0.9)
-        for name, which in ((files.BEFORE, model), (files.AFTER, explanation.model)):
+        for name, which in (("before", model), ("after", explanation.model)):
             write(compare(which, [*recordings, *holdout]), out / name)
         draw_explanation(out)
         write_report(out)
@@ -49,4 +50,4 @@ def run(arguments: argparse.Namespace) -> None:
             f"{1e3 * step.train_rmse_rad:8.4g} mrad, held out {1e3 * step.heldout_rmse_rad:8.4g}"
         )
     print(explanation.sentence)
-    print(f"Written to {arguments.out}; open {arguments.out / files.REPORT}")
+    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

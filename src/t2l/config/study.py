@@ -10,6 +10,7 @@ from t2l.config.cells import fidelity_cells, grid_of, transfer_cells
 from t2l.config.models import Configuration
 from t2l.config.relations import SIMULATION_RATE_HZ
 from t2l.config.tasks import read_task
+from t2l.config.training import configuration_model
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell, Grid
 from t2l.registry import load_extensions
@@ -57,7 +58,7 @@ def effective(config: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         Invalid: with every key that is wrong by itself.
     """
-    return _sections(check(Configuration, config))
+    return _sections(check(configuration_model(config), config))
 
 
 def _extend(extensions: Sequence[str] | None) -> None:
@@ -84,7 +85,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         ConfigurationError: with a line for every offending key: what was found, what is allowed.
     """
     try:
-        configuration = check(Configuration, config)
+        configuration = check(configuration_model(config), config)
     except Invalid as error:
         raise _error(f"config: {problem}" for problem in error.problems) from None
     _extend(configuration.extensions)

@@ -9,7 +9,7 @@ from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose import conditions, wording
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.explained_variance import explained_variance
-from t2l.diagnose.files import DIAGNOSIS, MODELS
+from t2l.diagnose.files import DIAGNOSIS
 from t2l.diagnose.findings import findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.model_discrimination import separating_experiment
@@ -43,7 +43,7 @@ def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> d
         The content of ``diagnosis.json``.
     """
     remaining = _give_reasons(diagnosis, evidence)
-    path, models = folder / DIAGNOSIS, folder / MODELS
+    path, models = folder / DIAGNOSIS, folder / "models"
     before = _diagnosed_before(folder)
     with writing(path):
         path.unlink(missing_ok=True)

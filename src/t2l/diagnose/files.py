@@ -1,10 +1,10 @@
-"""Names of what `t2l compare`, `diagnose` and `explain` write into their folder."""
+"""Names of the files that a comparison, a diagnosis and an explanation leave in their folder."""
 
 COMPARISON = "comparison.json"
 TRACES = "traces.parquet"
 DIAGNOSIS = "diagnosis.json"
 EXPLANATION = "explanation.json"
 MODEL = "model.yaml"
-# folders
-MODELS, STEPS, BEFORE, AFTER, FIGURES = "models", "steps", "before", "after", "figures"
 REPORT = "report.html"
+# a folder
+FIGURES = "figures"

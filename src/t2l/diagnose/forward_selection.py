@@ -10,7 +10,7 @@ from t2l.artefacts import read_json, read_text, reading, write_text
 from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence
-from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL, MODELS, STEPS
+from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
 from t2l.effects.registry import python_files
 from t2l.errors import T2LError, writing
@@ -64,7 +64,7 @@ def explain(
     steps, key = [], fingerprint(model, evidence)
     added, dropped = None, []
     for number in range(MOST_EFFECTS + 1):
-        where = folder / STEPS / str(number)
+        where = folder / "steps" / str(number)
         content = _finished(where, key)
         if content is None:
 
@@ -121,7 +121,7 @@ def _adopted_before(where: Path, key: str) -> tuple[Model, list[str]] | None:
 
 
 def _model_with(where: Path, effect: str) -> Path:
-    return path_of(where / MODELS, effect, ".yaml")
+    return path_of(where / "models", effect, ".yaml")
 
 
 def _step(model, evidence, where, key, progress) -> dict:

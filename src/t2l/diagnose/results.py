@@ -10,16 +10,7 @@ import numpy as np
 from t2l.artefacts import read_text
 from t2l.diagnose import result_types
 from t2l.diagnose.conditions import CONDITIONS
-from t2l.diagnose.files import (
-    AFTER,
-    BEFORE,
-    COMPARISON,
-    DIAGNOSIS,
-    EXPLANATION,
-    MODEL,
-    STEPS,
-    TRACES,
-)
+from t2l.diagnose.files import COMPARISON, DIAGNOSIS, EXPLANATION, MODEL, TRACES
 from t2l.diagnose.result_types import read_content
 from t2l.diagnose.traces import Traces, read_traces
 from t2l.errors import ArtefactError
@@ -94,17 +85,17 @@ def _explained(folder: Path) -> Found:
     effects = [step["effect"] for step in explanation["steps"]]
     steps = []
     for number, adopted in enumerate([*effects[1:], None]):
-        where = folder / STEPS / str(number)
+        where = folder / "steps" / str(number)
         if os.path.lexists(where / DIAGNOSIS):
             steps.append(Step(_diagnosis(where), adopted))
     compared = [
         _compared(folder / name, label)
-        for name, label in ((BEFORE, "model as it came"), (AFTER, "final model"))
+        for name, label in (("before", "model as it came"), ("after", "final model"))
         if os.path.lexists(folder / name / COMPARISON)
     ]
     if len(compared) == 2 and not _alike(*compared):
         found = "other recordings than those of the model as it came"
-        raise ArtefactError(folder / AFTER / TRACES, found, "the same")
+        raise ArtefactError(folder / "after" / TRACES, found, "the same")
     model = folder / MODEL
     text = read_text(model, "a model") if os.path.lexists(model) else None
     return Found(compared, steps, explanation, text)

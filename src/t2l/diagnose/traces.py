@@ -108,6 +108,7 @@ def spectrum(traces: Traces, joint: int) -> tuple[np.ndarray, np.ndarray]:
     Periodograms of equal length with a Hann window, half overlapping, averaged over the
     recordings in power (Welch, 1967).
     """
+    # not scipy.signal.welch: it averages over one recording, and takes seconds to import
     series = []
     for recording in range(len(traces.recordings)):
         at = traces.at(recording, joint)

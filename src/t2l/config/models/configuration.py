@@ -67,9 +67,7 @@ class Configuration(Typed):
     fidelity: Fidelity = _section(
         Fidelity, "the validation of retargeting, in every combination of what follows"
     )
-    training: Training = _section(
-        Training, "training of the policy, a conditional variational autoencoder of action chunks"
-    )
+    training: Training = _section(Training, "training of the policy")
     rollouts: Rollouts = _section(Rollouts, "rollouts of cloned policies")
     recording_grid: RecordingGrid = _section(
         RecordingGrid,
@@ -87,7 +85,7 @@ class Configuration(Typed):
     )
     reinforcement_learning: ReinforcementLearning = _section(
         ReinforcementLearning,
-        "PPO with the hyper-parameters of the study, in the identified simulator",
+        "learning in the identified simulator",
     )
     tuning: Tuning = _section(
         Tuning, "Optuna's search for action scales, a study for each cell and condition"
