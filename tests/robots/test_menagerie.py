@@ -71,5 +71,5 @@ def test_a_model_that_is_nowhere_says_what_brings_it(nothing_installed):
 
 
 def test_a_file_that_the_extra_lacks_is_no_path():
-    with pytest.raises(ConfigurationError, match="franka_fr3/fr3.xml"):
+    with pytest.raises(ConfigurationError, match=r"franka_fr3/fr3\.xml"):
         menagerie.model("franka_fr3", "fr3.xml")
