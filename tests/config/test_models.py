@@ -95,12 +95,13 @@ def test_optional_keys_are_left_out_and_not_left_empty(config, refused, section)
 def test_what_is_absent_has_its_default():
     sections = read_study({"study": "x", "grid": {"kp": [32, 256]}}, ROOT / "config").sections
     assert "diagnosis" not in sections
-    assert sections["robot"] == {"backend": "virtual"}
+    assert sections["robot"] == {"name": "fr3", "backend": "virtual"}
     assert sections["grid"]["kp"] == [32, 256]
     assert sections["grid"]["kd"] == [2, 8, 32, 128]
     assert sections["sim_to_real"]["conditions"][0] == {
         "name": "joint_reach",
         "task": "joint_reach",
+        "actions": {"kind": "joint_delta"},
         "policy_rate_hz": 50.0,
         "randomisation": 0.0,
     }

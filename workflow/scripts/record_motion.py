@@ -7,7 +7,7 @@ from t2l.jobs import job
 from t2l.recordings.log import write_recording
 from t2l.robots import make_robot
 
-with job(snakemake.log[0]):
+with job(snakemake):
     cell = Cell.from_name(snakemake.wildcards.cell)
     motion = Motion(**snakemake.params.motion)
     recording = obtain_recording(

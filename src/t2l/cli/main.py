@@ -17,6 +17,7 @@ from t2l.cli import (
 )
 from t2l.cli.extras import extra_of
 from t2l.errors import T2LError
+from t2l.registry import load_extensions
 
 COMMANDS = {
     "compare": compare,
@@ -42,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
     parsed = parser.parse_args(arguments)
     try:
+        load_extensions(getattr(parsed, "extensions", []))
         COMMANDS[parsed.command].run(parsed)
         sys.stdout.flush()
     except BrokenPipeError:
