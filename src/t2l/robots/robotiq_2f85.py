@@ -5,7 +5,6 @@ parameters; colliders are the pads and the housing.
 """
 
 import mujoco
-import numpy as np
 
 from t2l.robots import menagerie
 from t2l.robots.robot import Gripper
