@@ -38,7 +38,7 @@ wildcard_constraints:
 
 rule record_motion:
     input:
-        lambda wildcards: recorded_path(ROBOT, wildcards.cell),
+        lambda wildcards: recorded_files(ROBOT, wildcards.cell),
     output:
         table=of_transfer("recording.parquet"),
         metadata=of_transfer("recording.yaml"),

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from t2l.config.cells import grid_of
 from t2l.config.models import Configuration
-from t2l.hardware.franka_arm import SIMULATION
+from t2l.hardware.franka_connection import SIMULATION
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Task
 from t2l.tasks.reach import TASKS

@@ -3,7 +3,7 @@
 Motor and link are two masses with a spring between them, friction is LuGre's, the controller runs
 at 1 kHz on what encoders show, and commands arrive late:
 
-    τ = Kp (q_des − q) − Kd q̇ + τ_ff,   |τ| and |dτ/dt| limited
+    τ = Kp (q_des − q) − Kd q̇,   |τ| and |dτ/dt| limited
 
 Every robot of a batch is independent: rollouts run side by side.
 """
@@ -13,7 +13,8 @@ import os
 import mujoco
 import numpy as np
 
-from t2l.hardware.backend import Backend, BackendError, State
+from t2l.hardware.backend import Backend, BackendError
+from t2l.hardware.features import Features, State
 from t2l.hardware.lugre import LuGre
 from t2l.hardware.virtual_physics import read
 from t2l.robots import Robot, plant
@@ -24,9 +25,22 @@ from t2l.sim.controllers.joint_pd import pd_torque
 class VirtualRobot(Backend):
     """`n` virtual robots, each with gains of its own."""
 
+    name = "virtual"
+
+    @classmethod
+    def features(cls, robot: Robot) -> Features:
+        """See `Backend.features`."""
+        return Features(read().control_rate_hz)
+
+    @classmethod
+    def open(cls, robot: Robot, settings: Backend.Settings, n: int = 1) -> "VirtualRobot":
+        """See `Backend.open`."""
+        return cls(robot, n, threads=1)
+
     def __init__(self, robot: Robot, n: int = 1, threads: int | None = None):
         self._physics = physics = read()
-        self.n, joints = n, robot.joints
+        self.n, self.robot, joints = n, robot, robot.joints
+        self.notes = f"the virtual {robot.name}"
         self._shape = (n, len(joints))
         self._substeps = round(physics.physics_rate_hz / physics.control_rate_hz)
         self.control_rate_hz = physics.control_rate_hz
@@ -66,27 +80,23 @@ class VirtualRobot(Backend):
         self._torque = np.zeros(self._shape)
         self._q, self._dq = self._encoders(), np.zeros(self._shape)
         self._pending = [self._q.copy() for _ in range(self._late)]
-        return self.state
+        return self.read()
 
-    @property
-    def state(self) -> State:
-        """What the robots measure now."""
+    def read(self) -> State:
+        """See `Backend.read`."""
         return State(self._q.copy(), self._dq.copy(), self._torque.copy())
 
-    def step(
-        self, q_des: np.ndarray, period_s: float, feedforward: np.ndarray | float = 0
-    ) -> State:
-        """See `Backend.step`."""
+    def send(self, q_des: np.ndarray, period_s: float) -> None:
+        """See `Backend.send`."""
         for _ in range(round(period_s * self.control_rate_hz)):
             self._pending.append(np.broadcast_to(q_des, self._shape).copy())
-            self._tick(self._pending.pop(0), feedforward)
+            self._tick(self._pending.pop(0))
         if diverged(self._batch).any():
             which = np.flatnonzero(diverged(self._batch)).tolist()
             raise BackendError(
                 f"virtual robot {which}: the simulation runs away under Kp up to "
                 f"{self._kp.max():g} and Kd up to {self._kd.max():g}"
             )
-        return self.state
 
     def hold(self) -> None:
         """Nothing to brake: nobody stands beside it."""
@@ -94,10 +104,10 @@ class VirtualRobot(Backend):
     def close(self) -> None:
         """Nothing to release."""
 
-    def _tick(self, q_des: np.ndarray, feedforward: np.ndarray | float) -> None:
+    def _tick(self, q_des: np.ndarray) -> None:
         batch, physics = self._batch, self._physics
         period = 1 / self.control_rate_hz
-        wanted = pd_torque(q_des, self._q, self._dq, self._kp, self._kd) + feedforward
+        wanted = pd_torque(q_des, self._q, self._dq, self._kp, self._kd)
         reach = physics.torque_rate_limit * period
         wanted = np.clip(wanted, self._torque - reach, self._torque + reach)
         self._torque = np.clip(wanted, -physics.torque_limit, physics.torque_limit)
