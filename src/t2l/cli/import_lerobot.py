@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = DESCRIPTION
     parser.add_argument("dataset", type=Path, metavar="DATASET", help="folder with meta and data")
     parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument("--robot", required=True, help="fr3, or the path of an MJCF file")
+    parser.add_argument("--robot", required=True, help="a name, or the path of an MJCF file")
     parser.add_argument(
         "--joints",
         type=_words,
@@ -60,9 +60,9 @@ def run(arguments: argparse.Namespace) -> None:
     """
     from t2l.cli.recordings import write_recordings
     from t2l.recordings.importers import read_lerobot
-    from t2l.recordings.recording import KNOWN_ROBOTS
+    from t2l.robots import ROBOTS
 
-    known = arguments.robot in KNOWN_ROBOTS
+    known = arguments.robot in ROBOTS.names()
     controller = {
         # paths of a command line are relative to where it is typed
         "robot": arguments.robot if known else str(Path(arguments.robot).resolve()),

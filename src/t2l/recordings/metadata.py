@@ -10,10 +10,10 @@ from pydantic import BeforeValidator, Field
 from t2l.errors import RecordingError
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
-from t2l.recordings.recording import KNOWN_ROBOTS, Recording
+from t2l.recordings.recording import Recording
+from t2l.robots import ROBOTS
 from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion
 
-ROBOT_ALLOWED = f"{', '.join(KNOWN_ROBOTS)}, or the path of an MJCF file, relative to this YAML"
 JOINTS_ALLOWED = "a list of different joint names, in the order of the columns"
 
 # the slowest loop that holds a joint, and faster than any that a computer runs
@@ -39,7 +39,7 @@ Rate = Annotated[Number, Field(gt=0, le=LARGEST_RATE_HZ, description="a number a
 class Metadata(Typed):
     """What a recording's YAML holds."""
 
-    robot: Annotated[str, Field(min_length=1, description=ROBOT_ALLOWED)]
+    robot: Annotated[str, Field(min_length=1, description="a name, or the path of an MJCF file")]
     joints: Annotated[
         tuple[Annotated[str, Field(min_length=1)], ...],
         BeforeValidator(_joint_names),
@@ -88,7 +88,7 @@ def check_metadata(values: Any, path: Path) -> dict[str, Any]:
 def as_written(recording: Recording, path: Path) -> dict[str, Any]:
     """What the YAML at `path` has to hold."""
     robot = recording.robot
-    if robot not in KNOWN_ROBOTS:
+    if robot not in ROBOTS.names():
         robot = os.path.relpath(robot, path.parent.resolve())
     metadata = {
         "robot": robot,
@@ -117,12 +117,14 @@ def _plain(number: float) -> float:
 
 
 def _robot(value: str, path: Path) -> str:
-    if value in KNOWN_ROBOTS:
+    names = ROBOTS.names()
+    if value in names:
         return value
     model = (path.parent / value).resolve()
     if model.is_file():
         return str(model)
-    found = f"{describe(value)}{suggestion(value, KNOWN_ROBOTS)}"
+    found = f"{describe(value)}{suggestion(value, names)}"
     if value.endswith((".xml", ".mjcf")):
         found = f"{describe(value)}, but there is no file {model}"
-    raise RecordingError(path, "key robot", found, ROBOT_ALLOWED)
+    allowed = f"{', '.join(names)}, or the path of an MJCF file, relative to this YAML"
+    raise RecordingError(path, "key robot", found, allowed)

@@ -7,9 +7,6 @@ import numpy as np
 
 from t2l.gains import Cell
 
-# robots that a recording may name instead of giving the path of an MJCF file
-KNOWN_ROBOTS = ("fr3",)
-
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -18,7 +15,7 @@ class Recording:
     Attributes:
         name: the file's name without its ending.
         path: the table it was read from; None while it exists in memory only.
-        robot: one of `KNOWN_ROBOTS`, or the absolute path of an MJCF file.
+        robot: a name of `t2l.robots.ROBOTS`, or the absolute path of an MJCF file.
         joints: names, in the order of every array's columns.
         kp: N·m/rad, (njoint,).
         kd: N·m·s/rad, (njoint,).
