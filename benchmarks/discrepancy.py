@@ -18,8 +18,8 @@ from mujoco.batch import Batch
 from benchmarks import mujoco_sysid, recordings
 from benchmarks.bare_step import replays
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.inputs import read_together
 from t2l.diagnose.ranking import diagnose
+from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import run as run_fits
@@ -153,7 +153,7 @@ def _paths(group: Sequence[Recording]) -> list[str]:
 
 def _physics_of_diagnose(folder: Path) -> tuple[float, float]:
     """Seconds in Batch.step and in all of a diagnosis, on one core."""
-    model, measured, _ = read_together([folder])
+    model, measured, _ = read_recordings_and_model([folder])
     inside, step = [], Batch.step
 
     def timed(*args, **kwargs) -> None:

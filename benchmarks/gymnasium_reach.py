@@ -12,7 +12,7 @@ from t2l.tasks.reach import JointReach, joint_ranges
 
 
 class GymnasiumReach(gym.Env):
-    """The same task, simulator, reward and constraints as `ReachEnvironments` of one arm."""
+    """The same task, simulator, reward and constraints as `Environments` of one arm."""
 
     def __init__(self, problem, choice, seed: int):
         self.task, self.cell = JointReach(), problem.cell

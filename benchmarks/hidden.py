@@ -95,12 +95,12 @@ def explained(folder: Path) -> dict:
     # here, so that listing cases does not import the simulator in the parent
     from t2l.diagnose.evidence import gather
     from t2l.diagnose.forward_selection import explain
-    from t2l.diagnose.inputs import read_together
+    from t2l.diagnose.recordings_and_model import read_recordings_and_model
     from t2l.identify.step_size import substeps_for
 
     began = perf_counter()
     truth = yaml.safe_load((folder / "truth.yaml").read_text())
-    model, recordings, holdout = read_together([folder / "train"], [folder / "holdout"])
+    model, recordings, holdout = read_recordings_and_model([folder / "train"], [folder / "holdout"])
     substeps = substeps_for(model, recordings)
     evidence = gather(model.robot, recordings, holdout, substeps, threads=1)
     work = FOLDER / "work" / folder.name

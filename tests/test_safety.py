@@ -18,7 +18,7 @@ import yaml
 from t2l.cli.main import main
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import fingerprint
-from t2l.diagnose.inputs import read_together
+from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.hardware.record import write_or_keep
 from t2l.outputs import MARK, output_folder
 from t2l.recordings import write_recording
@@ -149,7 +149,7 @@ def test_several_runs_into_one_folder_do_not_mix(home, command):
 
 def test_what_a_step_depends_on_is_part_of_its_key(home):
     def key():
-        model, recordings, _ = read_together(["logs"], (), None, [Path("rubber.py")])
+        model, recordings, _ = read_recordings_and_model(["logs"], (), None, [Path("rubber.py")])
         return fingerprint(model, gather(model.robot, recordings))
 
     keys = [key()]
@@ -172,7 +172,7 @@ def test_what_a_step_depends_on_is_part_of_its_key(home):
 
 
 def test_the_library_is_part_of_the_key(home, monkeypatch):
-    model, recordings, _ = read_together(["logs"])
+    model, recordings, _ = read_recordings_and_model(["logs"])
     evidence = gather(model.robot, recordings)
     before = fingerprint(model, evidence)
     monkeypatch.setattr("t2l.diagnose.forward_selection.library", lambda: "t2l 99")
@@ -190,7 +190,7 @@ def test_a_floating_base_is_told(home, caplog):
     )
     Path("robot.xml").write_text(ROBOT.format(float=text))
     with caplog.at_level(logging.WARNING):
-        read_together(["logs"])
+        read_recordings_and_model(["logs"])
     assert "the model floats by its free joint 'trunk'; it is held" in caplog.text
 
 

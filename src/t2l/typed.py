@@ -6,10 +6,9 @@ word: 1.0 is a whole number, "1" is none, true is none.
 
 import difflib
 import math
-import types
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
@@ -71,7 +70,7 @@ def check[M: Typed](model: type[M], values: Any, context: Any = None) -> M:
         errors = error.errors(include_url=False)
         # a mistyped key explains the one that is missing
         errors.sort(key=lambda e: e["type"] != "extra_forbidden")
-        raise Invalid([_problem(model, e) for e in errors]) from None
+        raise Invalid([_problem(model, values, e) for e in errors]) from None
 
 
 def refuse(allowed: str, found: str = "") -> PydanticCustomError:
@@ -152,10 +151,10 @@ Unique = AfterValidator(_unique)
 AsTuple = BeforeValidator(_tuple)
 
 
-def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
-    loc, kind, context = error["loc"], error["type"], error.get("ctx", {})
-    parent, steps = _walk(model, loc)
-    key = _key(steps)
+def _problem(model: type[BaseModel], values: Any, error: Mapping[str, Any]) -> Problem:
+    kind, context = error["type"], error.get("ctx", {})
+    steps = _steps(values, error)
+    key, parent = _key(steps), _owner(model, steps[:-1])
     found = describe(error["input"])
     match kind:
         case "extra_forbidden" | "invalid_key":
@@ -196,6 +195,7 @@ def _problem(model: type[BaseModel], error: Mapping[str, Any]) -> Problem:
     return Problem(key, found, allowed)
 
 
+_OF_KEYS = ("extra_forbidden", "invalid_key", "missing")
 _KINDS = {
     "bool_type": "true or false",
     "string_type": "text",
@@ -225,66 +225,43 @@ def _printable(key: str) -> str:
     return (key if key.isprintable() else repr(key)[1:-1])[:SHOWN_CHARACTERS]
 
 
-def _walk(model: type[BaseModel], loc: Sequence) -> tuple[type[BaseModel], list]:
-    """The model that the last key belongs to, and the keys without the branches of unions."""
-    parent, kind, steps = model, model, []
-    for step in loc:
-        options = [option for option in _options(kind) if option is not type(None)]
-        owner = next((o for o in options if _is_model(o)), None)
-        # a number is an index, unless only a model's keys can be meant
-        is_key = isinstance(step, str) or len(options) == 1
-        if owner is not None and is_key and not _is_branch(owner, step):
-            parent = owner
-            field = _fields(owner).get(str(step))
-            kind = field.annotation if field else Any
+def _steps(values: Any, error: Mapping[str, Any]) -> list[str | int]:
+    """Keys and indices that lead to an error.
+
+    pydantic names branches of unions, too; they are not in what was given.
+    """
+    *above, last = error["loc"] or ("",)
+    key_is_wrong = error["type"] in _OF_KEYS
+    steps = []
+    for step in above if key_is_wrong else (*above, last):
+        if (isinstance(values, Mapping) and step in values) or _is_index(values, step):
             steps.append(step)
-        elif isinstance(step, int):
-            kind = _inside(options)
-            steps.append(step)
-        elif any(get_origin(o) in (dict, Mapping) or _origin_is_mapping(o) for o in options):
-            if step == "[key]":
-                continue
-            kind = _inside(options)
-            steps.append(step)
-        elif kind is Any:
-            steps.append(step)
-    return parent, steps
+            values = values[step]
+    return [*steps, last] if key_is_wrong else steps
+
+
+def _is_index(values: Any, step: str | int) -> bool:
+    return isinstance(values, list | tuple) and isinstance(step, int)
+
+
+def _owner(model: type[BaseModel], steps: Sequence[str | int]) -> type[BaseModel]:
+    """The model that a path of keys and indices leads to, or the last one on the way."""
+    for step in steps:
+        field = _fields(model).get(str(step))
+        model = (field and _model_in(field.annotation)) or model
+    return model
+
+
+def _model_in(kind: Any) -> type[BaseModel] | None:
+    """The model that a type is, or is a list, a mapping or a union of."""
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return kind
+    return next(filter(None, map(_model_in, get_args(kind))), None)
 
 
 def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
     """By what they are called in a file."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
-
-
-def _is_branch(owner: type[BaseModel], step: str | int) -> bool:
-    return step == owner.__name__
-
-
-def _is_model(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, BaseModel)
-
-
-def _origin_is_mapping(kind: Any) -> bool:
-    origin = get_origin(kind)
-    return isinstance(origin, type) and issubclass(origin, Mapping)
-
-
-def _options(kind: Any) -> list[Any]:
-    """The types of a union, without annotations."""
-    if get_origin(kind) is Annotated:
-        return _options(get_args(kind)[0])
-    if get_origin(kind) in (Union, types.UnionType):
-        return [o for part in get_args(kind) for o in _options(part)]
-    return [kind]
-
-
-def _inside(options: Sequence[Any]) -> Any:
-    """What a list or mapping holds."""
-    for option in options:
-        arguments = get_args(option)
-        if arguments:
-            return arguments[1] if _origin_is_mapping(option) else arguments[0]
-    return Any
 
 
 def _allowed_of(model: type[BaseModel], key: Any) -> str:

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from t2l.actions import make_control
 from t2l.bc.rollout import COLUMNS, TRACE_COLUMNS, pick_traces, roll_out, traces
 from t2l.demos.retarget import hold, retarget
 from t2l.gains import Cell
@@ -8,6 +9,10 @@ from t2l.tasks import make_task
 
 CELL = Cell(128, 8)
 CHUNK = 10
+
+
+def control(task, kind="joint_target", **section):
+    return make_control({"kind": kind, **section}, CELL, task.robot, task.model)
 
 
 @pytest.fixture(scope="module")
@@ -19,11 +24,12 @@ class Recorded:
     """A policy that answers with the commands of retargeted demonstrations, chunk by chunk."""
 
     def __init__(self, task, demonstrations):
+        controller = control(task).controller
         self.commands = [
             np.concatenate(
                 [
-                    hold(retarget(d, task.arm_qpos, CELL), CHUNK, "mean"),
-                    d.gripper[:-1:CHUNK, None],
+                    hold(retarget(d, controller), CHUNK, "mean", controller),
+                    d.gripper[:-1:CHUNK],
                 ],
                 axis=1,
             )
@@ -40,7 +46,7 @@ class Recorded:
 def test_commands_that_solve_the_task_are_successes(task, demonstrations, starts):
     # an even number succeeds at different times, so freeze none before all have
     act = Recorded(task, demonstrations[:1])
-    rollouts = roll_out(task, act, 10, CHUNK, CELL, starts[:1], decimation=10)
+    rollouts = roll_out(task, act, 10, CHUNK, control(task), starts[:1], decimation=10)
     table = rollouts.table
     assert tuple(table.columns) == COLUMNS
     assert table.success.all()
@@ -52,7 +58,14 @@ def test_commands_that_solve_the_task_are_successes(task, demonstrations, starts
 def test_standing_still_is_a_failure_and_not_a_divergence(task, starts):
     still = np.append(starts[0][task.arm_qpos], 0.04)
     rollouts = roll_out(
-        task, lambda h: np.tile(still, (len(h), CHUNK, 1)), 10, CHUNK, CELL, starts, 10, threads=2
+        task,
+        lambda h: np.tile(still, (len(h), CHUNK, 1)),
+        10,
+        CHUNK,
+        control(task),
+        starts,
+        10,
+        threads=2,
     )
     assert set(rollouts.table.failure) == {"not_grasped"}
     assert rollouts.table.time_to_success_s.isna().all()
@@ -64,7 +77,7 @@ def test_a_policy_that_answers_nan_has_diverged(task, starts):
         chunk[0] = np.nan
         return chunk
 
-    short = roll_out(task, act, 10, CHUNK, CELL, starts, 10)
+    short = roll_out(task, act, 10, CHUNK, control(task), starts, 10)
     # the first of those still asked answers NaN, until none is left
     assert set(short.table.failure) == {"diverged"}
     assert not short.table.success.any()
@@ -78,18 +91,26 @@ def test_a_simulation_that_blows_up_is_recorded_and_the_others_go_on(task, start
             chunk[1, :, 0] = 1e300
         return chunk
 
-    table = roll_out(task, act, 10, CHUNK, CELL, starts, 10).table
+    table = roll_out(task, act, 10, CHUNK, control(task), starts, 10).table
     assert table.failure[1] == "diverged"
     assert set(table.failure.drop(1)) == {"not_grasped"}
 
 
 def test_traces_hold_a_success_and_a_failure(task, demonstrations, starts, block_stack):
     act = Recorded(task, demonstrations[:1])
-    good = traces(roll_out(task, act, 10, CHUNK, CELL, starts[:1], decimation=10), 10)
+    good = traces(roll_out(task, act, 10, CHUNK, control(task), starts[:1], decimation=10), 10)
     still = np.append(starts[0][task.arm_qpos], 0.04)
     short = make_task({**block_stack, "horizon_s": 0.4})
     bad = traces(
-        roll_out(short, lambda h: np.tile(still, (len(h), CHUNK, 1)), 10, CHUNK, CELL, starts, 10),
+        roll_out(
+            short,
+            lambda h: np.tile(still, (len(h), CHUNK, 1)),
+            10,
+            CHUNK,
+            control(short),
+            starts,
+            10,
+        ),
         10,
     )
     assert tuple(good.columns) == TRACE_COLUMNS

@@ -39,7 +39,7 @@ def test_a_true_model_is_left_with_the_noise(robot, recordings):
 
 def test_a_lack_is_found_and_said(comparison):
     assert comparison.rmse_q_rad > 20 * comparison.noise_floor_rad
-    assert comparison.followed[0].condition == "direction"
+    assert comparison.explained[0].condition == "direction"
     assert comparison.findings[0].where == "at Kp 5"
     assert "of the squared error is hinge at Kp 5" in comparison.sentence
 

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor, Request
@@ -128,6 +129,36 @@ def test_beside_any_other_effect_both_are_felt(pendulums, guesses, name):
         assert np.isfinite(q).all(), other
         assert np.abs(q - alone[name]).max() > 1e-6, other
         assert np.abs(q - alone[other]).max() > 1e-6, other
+
+
+class Bias(Effect):
+    """q_des → q_des + b, as a user might write it: of no order of its own."""
+
+    name = title = "bias"
+    parameters = (Parameter("bias", "rad", -1.0, 1.0, "b", per_joint=False),)
+    summary = signature = source = "a bias"
+
+    def install(self, loop, rows, joints, values):
+        def change(tick, target):
+            target[rows, joints] += values["bias"]
+
+        loop.command_filters.append(change)
+
+    def starts(self, scales):
+        return [{"bias": np.array([0.1])}]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_effect_loses_what_one_before_it_did_to_the_commands(pendulums, guesses, name):
+    """After a bias it does what it does to commands that were recorded with the bias."""
+    term, values = guesses[name].layout.terms[0], guesses[name].layout.decode(guesses[name].u[-1:])
+    both = Layout([Term(Bias(), (0, 1)), term])
+    first = {p: value[0] for p, value in values[name].items()}
+    u = both.encode({"bias": {"bias": np.array([0.05])}, name: first})
+    biased = [dataclasses.replace(r, q_des=r.q_des + 0.05) for r in pendulums.recordings]
+    expected = pendulums.of(biased).predict([Request(guesses[name].layout, guesses[name].u[-1:])])
+    found = pendulums.predict([Request(both, u[None])])
+    np.testing.assert_allclose(found[0], expected[0], atol=1e-6)
 
 
 def test_variants_in_one_batch_do_not_feel_each_other(pendulums, guesses):

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from t2l.figures import diagnosis as discrepancy
-from t2l.report.artefacts import read_found
+from t2l.diagnose.results import read_found
+from t2l.figures import diagnosis as figures
 from tests.report.findings import compared, diagnosed, diagnosis, explained
 
 OF_COMPARISON = {"overlays", "error_by_cell", "residual_by_condition", "spectrum"}
@@ -17,11 +17,11 @@ def one(tmp_path_factory):
 @pytest.mark.parametrize(
     ("make", "draw", "names"),
     [
-        (compared, discrepancy.draw_comparison, OF_COMPARISON),
-        (diagnosed, discrepancy.draw_diagnosis, {"ranking"}),
+        (compared, figures.draw_comparison, OF_COMPARISON),
+        (diagnosed, figures.draw_diagnosis, {"ranking"}),
         (
             explained,
-            discrepancy.draw_explanation,
+            figures.draw_explanation,
             OF_COMPARISON | {"error_falling", "ranking_1", "ranking_2"},
         ),
     ],
@@ -37,7 +37,7 @@ def test_every_figure_is_written_with_something_in_it(tmp_path, make, draw, name
 
 
 def test_overlays_show_the_worst_first(one):
-    figure = discrepancy.overlays(one)
+    figure = figures.overlays(one)
     titles = [panel.get_title() for panel in figure.axes]
     assert titles == ["worst: kp5", "median: kp20", "best: kp80"]
     measured = {line.get_label(): line for line in figure.axes[0].lines}["measured"]
@@ -46,7 +46,7 @@ def test_overlays_show_the_worst_first(one):
 
 
 def test_cells_have_kd_upward_and_kp_to_the_right(one):
-    panel = discrepancy.error_by_cell(one).axes[0]
+    panel = figures.error_by_cell(one).axes[0]
     values = panel.images[0].get_array()
     assert panel.images[0].origin == "lower"
     logs = one[0].numbers["logs"]
@@ -57,7 +57,7 @@ def test_cells_have_kd_upward_and_kp_to_the_right(one):
 
 
 def test_friction_shows_as_a_step_in_the_velocity(one):
-    line = discrepancy.residual_by_condition(one).axes[0].lines[0]
+    line = figures.residual_by_condition(one).axes[0].lines[0]
     velocity, torque = line.get_data()
     assert np.median(torque[velocity < -0.3]) == pytest.approx(0.06, abs=0.015)
     assert np.median(torque[velocity > 0.3]) == pytest.approx(-0.06, abs=0.015)
@@ -68,14 +68,14 @@ def test_the_error_falls_to_the_floor():
         {"effect": None, "train_rmse_q_rad": 0.02, "heldout_rmse_q_rad": 0.01},
         {"effect": "armature", "train_rmse_q_rad": 2e-4, "heldout_rmse_q_rad": 1e-4},
     ]
-    axes = discrepancy.error_falling(steps, 5e-5).axes[0]
+    axes = figures.error_falling(steps, 5e-5).axes[0]
     np.testing.assert_allclose(axes.lines[0].get_ydata(), [10, 0.1])
     np.testing.assert_allclose(axes.lines[2].get_ydata(), 0.05)
     assert axes.get_yscale() == "log"
 
 
 def test_the_ranking_has_the_best_above_and_keeps_the_hopeless_at_the_edge():
-    axes = discrepancy.ranking(diagnosis()).axes[0]
+    axes = figures.ranking(diagnosis()).axes[0]
     assert axes.get_yticklabels()[0].get_text() == "Coulomb friction"
     assert axes.yaxis_inverted()
     interval, point = axes.lines[0], axes.lines[1]

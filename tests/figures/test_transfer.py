@@ -8,6 +8,7 @@ from t2l.figures import learning, transfer
 from t2l.figures.style import write
 from t2l.gains import Cell, Grid
 
+JOINTS = ("base", "shoulder", "elbow", "arm_roll", "arm_pitch")
 GRID = Grid(kp=(16, 512), kd=(1, 24), compliant_up_to_kp=128, overdamped_from_kd=8)
 
 
@@ -24,7 +25,7 @@ def trace():
     time = np.arange(50) / 100
     parts = [
         pd.DataFrame({"rollout": 0, "where": where, "time": time})
-        .assign(**{f"dq.{joint}": np.sin(9 * time + shift) for joint in transfer.WRIST})
+        .assign(**{f"dq.{joint}": np.sin(9 * time + shift) for joint in JOINTS})
         for shift, where in enumerate(("real", "sim"))
     ]  # fmt: skip
     return pd.concat(parts)
@@ -32,7 +33,8 @@ def trace():
 
 def seen():
     draw = np.random.default_rng(0)
-    table = pd.DataFrame({name: draw.normal(size=80) for name in transfer.OBSERVATIONS[2:]})
+    names = [f"{signal}.{joint}" for signal in ("q", "dq", "error", "action") for joint in JOINTS]
+    table = pd.DataFrame({name: draw.normal(size=80) for name in names})
     return table.assign(rollout=0, where=["real", "sim"] * 40)
 
 
@@ -79,3 +81,18 @@ def test_a_figure_is_written(figure, tmp_path):
     path = tmp_path / "figure.png"
     write(figure(), [path])
     assert path.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("joints", [("one",), ("one", "two"), JOINTS], ids=len)
+def test_an_arm_has_as_many_joints_as_its_tables_say(joints):
+    trace_of = trace()[["rollout", "where", "time", *(f"dq.{j}" for j in JOINTS[: len(joints)])]]
+    seen_of = seen()[
+        [c for c in seen().columns if c.partition(".")[2] in ("", *JOINTS[: len(joints)])]
+    ]
+    figure = transfer.wrist_trajectories({CELL: trace_of}, ["least error"])
+    drawn = [panel.get_ylabel().partition("\n")[0] for panel in figure.axes]
+    assert drawn == [name.rpartition("_")[2] for name in JOINTS[: len(joints)][-3:]]
+    figure = transfer.observation_distributions({CELL: seen_of})
+    drawn = {panel.get_xlabel().partition(" ")[0] for panel in figure.axes}
+    ends = {JOINTS[: len(joints)][:2][-1], JOINTS[: len(joints)][-2:][0]}
+    assert drawn >= {f"{signal}.{joint}" for signal in ("q", "dq") for joint in ends}

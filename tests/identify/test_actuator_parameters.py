@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.identify.actuator_parameters import BOX, TABLE, decode, encode, on_bound
+from t2l.identify.actuator_parameters import BOX, PARAMETERS, decode, encode, on_bound
 
 points = st.lists(st.floats(0, BOX), min_size=6, max_size=6).map(lambda x: np.array([x]))
 
@@ -10,10 +10,10 @@ points = st.lists(st.floats(0, BOX), min_size=6, max_size=6).map(lambda x: np.ar
 @given(points)
 def test_a_point_leads_to_parameters_within_bounds_and_back(x):
     parameters = decode(x)
-    for name, bounds in TABLE.items():
-        slack = 1e-12 * bounds.upper
-        assert np.all(parameters[name] >= bounds.lower - slack)
-        assert np.all(parameters[name] <= bounds.upper + slack)
+    for p in PARAMETERS:
+        slack = 1e-12 * p.upper
+        assert np.all(parameters[p.name] >= p.lower - slack)
+        assert np.all(parameters[p.name] <= p.upper + slack)
     np.testing.assert_allclose(encode(parameters), x, atol=1e-9)
 
 

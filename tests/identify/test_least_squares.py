@@ -5,8 +5,8 @@ from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.first_guesses import first_guesses
 from t2l.diagnose.racing import fit_all, fit_fully
+from t2l.diagnose.starting_points import starting_points
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import run
@@ -23,7 +23,7 @@ def fitted(recordings, names, robot=None, adopted=None, iterations=15, diagonal=
     predictor = Predictor(robot, recordings)
     mask = np.ones(len(predictor.samples), bool)
     layout, u = Model(robot, adopted or {}).vector(predictor.joints)
-    guesses = first_guesses(predictor, mask, layout, u, [builtin()[n] for n in names])
+    guesses = starting_points(predictor, mask, layout, u, [builtin()[n] for n in names])
     fits = {name: LeastSquares(*guess, diagonal) for name, guess in guesses.items()}
     run(list(fits.values()), predictor, mask, iterations)
     return fits

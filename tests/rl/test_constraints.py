@@ -4,7 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from t2l.rl.constraints import NAMES, TOLERATED, Evaluation, violations
-from t2l.tasks.reach import CENTRE, joint_ranges
+from t2l.robots import make_robot
+
+ROBOT = make_robot("fr3")
 
 share = st.floats(0, 1)
 
@@ -39,11 +41,9 @@ def test_a_torque_rate_within_its_allowance_costs_nothing():
 )
 def test_each_limit_is_noticed_alone(name, change):
     values = {key: np.zeros((2, 7)) for key in ("q", "dq", "torque", "before")}
-    values["q"][:] = CENTRE
+    values["q"][:] = ROBOT.home
     for key, (joint, value) in change.items():
         values[key][1, joint] = value
-    found = violations(
-        values["q"], values["dq"], values["torque"], values["before"], 0.01, joint_ranges()
-    )
+    found = violations(values["q"], values["dq"], values["torque"], values["before"], 0.01, ROBOT)
     assert not found[0].any()
     assert [NAMES[i] for i in np.flatnonzero(found[1])] == [name]

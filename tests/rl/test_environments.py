@@ -1,14 +1,20 @@
 import numpy as np
 import pytest
 
+from t2l.actions import ACTIONS
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.identify.training_simulator import Simulator
 from t2l.rl.constraints import NAMES
-from t2l.rl.environments import ReachEnvironments
-from t2l.tasks.reach import CENTRE, EndEffectorReach, JointReach
+from t2l.rl.environments import Environments
+from t2l.rl.interface import scale_per_joint
+from t2l.robots import make_robot
+from t2l.robots.plant import position_controlled
+from tests.defaults import shipped
 
 CELL = Cell(128, 16)
+ROBOT = make_robot("fr3")
+CENTRE = ROBOT.home
 PARAMETERS = {
     name: np.full(7, value)
     for name, value in {
@@ -18,20 +24,26 @@ PARAMETERS = {
 }  # fmt: skip
 
 
+def joint_delta(scale):
+    names = [f"q_des.{joint}" for joint in ROBOT.joints]
+    return ACTIONS.find("joint_delta")(names, scale, ROBOT.position_limit)
+
+
 def make(task=None, n=4, **changes):
+    scale = scale_per_joint(changes.pop("action_scale", (0.3, 0.2)), ROBOT)
     arguments = {
-        "task": task or JointReach(), "cell": CELL, "parameters": PARAMETERS,
-        "action_scale": (0.3, 0.2), "n": n, "seed": 0, "horizon_s": 4.0,
+        "task": task or shipped("joint_reach"), "cell": CELL, "parameters": PARAMETERS,
+        "actions": joint_delta(scale), "n": n, "seed": 0, "horizon_s": 4.0,
         "policy_rate_hz": 50.0, "rate_hz": 100, "staggered": False,
     } | changes  # fmt: skip
-    return ReachEnvironments(**arguments)
+    return Environments(**arguments)
 
 
 def test_an_action_moves_the_simulator_as_its_command_does():
     environments = make(n=1)
     start = np.array([CENTRE])
     environments.place(start, start + 0.2)
-    simulator = Simulator(1, 100)
+    simulator = Simulator(ROBOT, position_controlled(ROBOT), 1, 100)
     simulator.set_parameters(PARAMETERS)
     simulator.qpos[:] = start
     action = np.linspace(-1, 1, 7)[None]
@@ -43,9 +55,9 @@ def test_an_action_moves_the_simulator_as_its_command_does():
     np.testing.assert_allclose(observation[0, 14:21], start[0] + 0.2 - simulator.qpos[0], rtol=1e-5)
 
 
-@pytest.mark.parametrize("task", [JointReach(), EndEffectorReach()])
+@pytest.mark.parametrize("task", ["joint_reach", "end_effector_reach"])
 def test_an_episode_ends_by_its_length_and_tells_how_it_went(task):
-    environments = make(task, horizon_s=0.2)
+    environments = make(shipped(task), horizon_s=0.2)
     environments.reset()
     for step in range(10):
         observation, reward, done, infos = environments.step(np.zeros((4, 7)))
@@ -98,7 +110,6 @@ def test_randomised_parameters_stay_within_their_fraction():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"action_scale": (0.0, 0.2)}, "action scale: found .* allowed: two numbers above 0"),
         ({"policy_rate_hz": 30.0}, "policy rate: found 30 Hz; allowed: a divisor"),
     ],
 )

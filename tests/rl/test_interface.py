@@ -1,34 +1,28 @@
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from t2l.errors import ConfigurationError
-from t2l.rl.interface import command, per_joint, steps_held
-from t2l.tasks.reach import CENTRE, joint_ranges
-
-ACTIONS = arrays(float, (3, 7), elements=st.floats(-1, 1))
-
-
-@given(ACTIONS, st.floats(0.001, 5), st.floats(0.001, 5))
-def test_commands_never_leave_the_joints_ranges(action, proximal, distal):
-    low, high = joint_ranges().T
-    scale = per_joint((proximal, distal))
-    q_des = command(np.tile(CENTRE, (3, 1)), action, scale, joint_ranges())
-    assert ((q_des >= low) & (q_des <= high)).all()
-    within = (CENTRE + scale * action >= low) & (CENTRE + scale * action <= high)
-    np.testing.assert_array_equal(q_des[within], (CENTRE + scale * action)[within])
-
-
-def test_what_is_no_number_stays_so():
-    action = np.zeros((1, 7))
-    action[0, 2] = np.nan
-    q_des = command(np.array([CENTRE]), action, per_joint((1.0, 1.0)), joint_ranges())
-    assert np.isnan(q_des).tolist() == [[False, False, True, False, False, False, False]]
+from t2l.rl.interface import observation_names, scale_per_joint, steps_held
+from t2l.robots import make_robot
+from tests.defaults import shipped
 
 
 def test_an_action_is_held_for_whole_steps():
     assert steps_held(100.0, 50.0, "the simulator's") == 2
     with pytest.raises(ConfigurationError, match="policy rate: found 30 Hz"):
         steps_held(100.0, 30.0, "the simulator's")
+
+
+@pytest.mark.parametrize(("robot", "proximal"), [("fr3", 4), ("ur5e", 3)])
+def test_joints_near_the_base_share_a_scale_and_the_others_another(robot, proximal):
+    scale = scale_per_joint((0.3, 0.1), make_robot(robot))
+    assert scale.tolist() == [0.3] * proximal + [0.1] * (len(scale) - proximal)
+
+
+@pytest.mark.parametrize("name", ["joint_reach", "end_effector_reach"])
+def test_every_number_of_an_observation_has_a_name(name):
+    task = shipped(name)
+    names = observation_names(task)
+    njoint = len(task.robot.joints)
+    assert len(set(names)) == len(names)
+    assert names[2 * njoint].startswith("error.")
+    assert names[-njoint:] == [f"action.{joint}" for joint in task.robot.joints]

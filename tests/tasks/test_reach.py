@@ -5,45 +5,68 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from t2l.identify.training_simulator import model
-from t2l.robots.kinematics import SITE
-from t2l.tasks.reach import EndEffectorReach, JointReach, joint_ranges, rotation_vector
+from t2l.errors import ConfigurationError
+from t2l.sim import make_batch
+from tests.defaults import shipped
+
+NAMES = ["joint_reach", "end_effector_reach"]
 
 
-def test_goals_lie_within_the_ranges():
-    goals = JointReach().sample_goals(np.random.default_rng(0), 500)
-    low, high = joint_ranges().T
+def size(task):
+    return len(task.remaining_names)
+
+
+def placed(task, q):
+    """A batch with the robot at q (n, njoint)."""
+    batch = make_batch(task.model, len(q))
+    batch.qpos[:] = q
+    return batch
+
+
+@pytest.mark.parametrize("robot", ["fr3", "ur5e"])
+def test_goals_lie_within_the_ranges(robot):
+    task = shipped("joint_reach", robot=robot)
+    goals = task.sample_goals(np.random.default_rng(0), 500)
+    low, high = task.robot.position_limit.T
+    assert goals.shape == (500, len(task.robot.joints))
     assert np.all(goals > low + 0.09)
     assert np.all(goals < high - 0.09)
+    assert np.abs(goals - task.robot.home).max() <= task.goal_spread_rad
 
 
-def test_an_end_effector_goal_is_met_at_the_pose_it_was_drawn_from():
-    task = EndEffectorReach()
+@pytest.mark.parametrize("robot", ["fr3", "ur5e"])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_goal_is_met_at_the_pose_it_was_drawn_from(name, robot):
+    task = shipped(name, robot=robot)
     goal = task.sample_goals(np.random.default_rng(3), 1)
     q = task.sample_joint_goals(np.random.default_rng(3), 1)
-    arm = model()
-    data = mujoco.MjData(arm)
-    data.qpos[:] = q[0]
-    mujoco.mj_forward(arm, data)
-    site = arm.site(SITE).id
-    pose = np.concatenate([data.site_xpos[site], data.site_xmat[site]])[None]
-    errors = task.errors(q, pose, goal)
-    np.testing.assert_allclose(errors, 0, atol=1e-9)
-    assert task.success(errors)
+    remaining = task.remaining(placed(task, q), goal)
+    assert remaining.shape == (1, size(task))
+    np.testing.assert_allclose(remaining, 0, atol=1e-9)
+    assert task.success(remaining)
 
 
-def test_orientation_errors_are_rotations_from_here_to_there():
-    turn = np.array([[0.3, -0.2, 0.5]])
-    np.testing.assert_allclose(rotation_vector(Rotation.from_rotvec(turn).as_matrix()), turn)
+def test_what_remains_of_a_pose_is_the_way_and_the_turn_from_here_to_there():
+    task = shipped("end_effector_reach")
+    data = mujoco.MjData(task.model)
+    data.qpos[:] = task.robot.home
+    mujoco.mj_forward(task.model, data)
+    site = task.model.site(task.robot.groups[0].tool_site).id
+    way, turn = np.array([0.1, -0.05, 0.02]), np.array([0.3, -0.2, 0.5])
+    rotation = Rotation.from_rotvec(turn).as_matrix() @ data.site_xmat[site].reshape(3, 3)
+    goal = np.concatenate([data.site_xpos[site] + way, rotation.ravel()])[None]
+    remaining = task.remaining(placed(task, task.robot.home[None]), goal)
+    np.testing.assert_allclose(remaining[0], [*way, *turn])
 
 
-@pytest.mark.parametrize("task", [JointReach(), EndEffectorReach()])
-def test_nearer_slower_and_steadier_pays_more(task):
-    far, near = np.full((1, task.errors_size), 0.2), np.full((1, task.errors_size), 0.01)
+@pytest.mark.parametrize("name", NAMES)
+def test_nearer_slower_and_steadier_pays_more(name):
+    task = shipped(name)
+    far, near = np.full((1, size(task)), 0.2), np.full((1, size(task)), 0.01)
     still, moving = np.zeros((1, 7)), np.full((1, 7), 0.5)
 
-    def reward(before, errors, dq=still, change=still):
-        return task.reward(before, errors, 0.02, dq, change)
+    def reward(before, remaining, dq=still, change=still):
+        return task.reward(before, remaining, 0.02, dq, change)
 
     best = reward(near, near)
     assert best > reward(far, far)
@@ -52,18 +75,24 @@ def test_nearer_slower_and_steadier_pays_more(task):
     assert reward(far, near) > best > reward(near, far)
 
 
-@pytest.mark.parametrize("task", [JointReach(), EndEffectorReach()])
-def test_going_away_and_coming_back_earns_no_progress(task):
+@pytest.mark.parametrize("name", NAMES)
+def test_going_away_and_coming_back_earns_no_progress(name):
+    task = shipped(name)
     still, period = np.zeros((1, 7)), 0.02
     path = 0.2 + 0.1 * np.sin(np.linspace(0, 2 * np.pi, 400))
-    errors = [np.full((1, task.errors_size), value) for value in path]
-    without = type(task)(weights={**task.weights, "progress": 0.0})
+    remaining = [np.full((1, size(task)), value) for value in path]
+    without = task.reweighted({"progress": 0.0})
     earned = sum(
         float(
             task.reward(before, after, period, still, still)[0]
             - without.reward(before, after, period, still, still)[0]
         )
-        for before, after in pairwise(errors)
+        for before, after in pairwise(remaining)
     )
-    there = task.reward(errors[0], errors[100], period, still, still)[0]
+    there = task.reward(remaining[0], remaining[100], period, still, still)[0]
     assert abs(earned) < 0.02 * abs(float(there))
+
+
+def test_a_weight_that_the_reward_does_not_have_is_refused():
+    with pytest.raises(ConfigurationError, match="reward weights of joint_reach: found speed"):
+        shipped("joint_reach").reweighted({"speed": 1.0})

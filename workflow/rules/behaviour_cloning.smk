@@ -26,6 +26,7 @@ rule train:
     params:
         version=VERSION,
         task=task_parameters,
+        actions=STUDY.sections["actions"],
         seed=SEED,
         settings=STUDY.sections["training"],
     log:
@@ -49,6 +50,7 @@ rule roll_out:
     params:
         version=VERSION,
         task=task_parameters,
+        actions=STUDY.sections["actions"],
         seed=SEED,
         decimation=STUDY.decimation,
         settings=STUDY.sections["rollouts"],

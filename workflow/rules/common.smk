@@ -1,6 +1,7 @@
 """The checked configuration, where results live, and which wildcards there are."""
 
 import os
+from dataclasses import asdict
 import sys
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
@@ -85,9 +86,8 @@ def task_parameters(wildcards) -> dict:
 
 
 def condition_entry(wildcards) -> dict:
-    """A condition as the configuration writes it."""
-    entries = STUDY.sections["sim_to_real"]["conditions"]
-    return next(dict(entry) for entry in entries if entry["name"] == wildcards.condition)
+    """A condition with the content of its task's file."""
+    return next(entry for entry in CONDITIONS if entry["name"] == wildcards.condition)
 
 
 def wanted_diagnosis(wildcards) -> list[str]:
@@ -102,7 +102,8 @@ def wanted_diagnosis(wildcards) -> list[str]:
 
 # a parameter of every job: what another version computed is made anew
 VERSION = version("t2l")
-TASKS = list(STUDY.tasks)
+TASKS = STUDY.sections["tasks"]
+CONDITIONS = [asdict(condition) for condition in STUDY.conditions]
 CELLS = [cell.name for cell in STUDY.grid.cells]
 SEED = STUDY.sections["seed"]
 

@@ -33,6 +33,7 @@ rule retarget:
     params:
         version=VERSION,
         task=task_parameters,
+        actions=STUDY.sections["actions"],
         decimation=STUDY.decimation,
         rate_hz=STUDY.sections["retargeting"]["policy_rate_hz"],
         hold=STUDY.sections["retargeting"]["hold"],
@@ -56,6 +57,7 @@ rule fidelity:
     params:
         version=VERSION,
         task=task_parameters,
+        actions=STUDY.sections["actions"],
         decimations=STUDY.sections["fidelity"]["decimations"],
         replays=STUDY.sections["fidelity"]["replays"],
     log:

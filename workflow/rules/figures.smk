@@ -62,6 +62,7 @@ rule tracking_figure:
     params:
         version=VERSION,
         task=task_parameters,
+        actions=STUDY.sections["actions"],
         cells=CORNERS,
         rate_hz=STUDY.sections["retargeting"]["policy_rate_hz"],
     log:

@@ -10,7 +10,7 @@ TRAINING_SETTINGS = {
     for key, value in STUDY.sections["reinforcement_learning"].items()
     if key != "horizon_s"
 }
-CONDITIONS = [condition.name for condition in STUDY.conditions]
+CONDITION_NAMES = [entry["name"] for entry in CONDITIONS]
 TRAINING_SEEDS = range(1, 1 + STUDY.sections["sample_efficiency"]["seeds"])
 TRANSFER_CELLS = [cell.name for cell in STUDY.transfer_cells]
 SHOWN_CELLS = [
@@ -24,14 +24,14 @@ EVERY_TRANSFER_CELL = expand(
     artefact=["recording.parquet", "parameters.yaml", "identification_trace.parquet"],
 ) + expand(
     of_condition("{artefact}"),
-    condition=CONDITIONS,
+    condition=CONDITION_NAMES,
     cell=TRANSFER_CELLS,
     artefact=["policy.npz", "trials.parquet", "rollouts.parquet", "traces.parquet"],
 )
 
 
 wildcard_constraints:
-    condition="|".join(CONDITIONS) or "none",
+    condition="|".join(CONDITION_NAMES) or "none",
     worker=r"\d+",
     seed=r"\d+",
 
@@ -263,16 +263,16 @@ rule summarise_transfer:
 rule transfer_statistics:
     input:
         rollouts=expand(
-            result("sim_to_real", "{condition}", "rollouts.parquet"), condition=CONDITIONS
+            result("sim_to_real", "{condition}", "rollouts.parquet"), condition=CONDITION_NAMES
         ),
-        cells=expand(result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITIONS),
+        cells=expand(result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITION_NAMES),
     output:
         transfer=captioned_table("transfer"),
         jitter=captioned_table("jitter"),
         existence=captioned_table("solution_existence"),
     params:
         version=VERSION,
-        conditions=STUDY.sections["sim_to_real"]["conditions"],
+        conditions=CONDITIONS,
         grid=STUDY.sections["recording_grid"],
     log:
         result("logs", "transfer_statistics.log"),
@@ -288,15 +288,15 @@ rule transfer_statistics:
 
 rule transfer_figures:
     input:
-        cells=expand(result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITIONS),
+        cells=expand(result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITION_NAMES),
         traces=expand(
-            of_condition("traces.parquet"), condition=CONDITIONS[:1], cell=TRANSFER_CELLS
+            of_condition("traces.parquet"), condition=CONDITION_NAMES[:1], cell=TRANSFER_CELLS
         ),
         observations=expand(
-            of_condition("observations.parquet"), condition=CONDITIONS[:1], cell=TRANSFER_CELLS
+            of_condition("observations.parquet"), condition=CONDITION_NAMES[:1], cell=TRANSFER_CELLS
         ),
         rollouts=expand(
-            result("sim_to_real", "{condition}", "rollouts.parquet"), condition=CONDITIONS[:1]
+            result("sim_to_real", "{condition}", "rollouts.parquet"), condition=CONDITION_NAMES[:1]
         ),
         jitter=result("tables", "jitter.csv"),
     output:
@@ -306,7 +306,7 @@ rule transfer_figures:
         observations=transfer_figure("observations", "observations"),
     params:
         version=VERSION,
-        conditions=CONDITIONS,
+        conditions=CONDITION_NAMES,
         cells=TRANSFER_CELLS,
         grid=STUDY.sections["recording_grid"],
     log:
@@ -324,11 +324,11 @@ rule transfer_figures:
 rule learning_figures:
     input:
         trials=expand(
-            of_condition("trials.parquet"), condition=CONDITIONS[:1], cell=SHOWN_CELLS
+            of_condition("trials.parquet"), condition=CONDITION_NAMES[:1], cell=SHOWN_CELLS
         ),
         seeds=expand(
             result("sim_to_real", "{condition}", "{cell}", "seed_{seed}.parquet"),
-            condition=CONDITIONS,
+            condition=CONDITION_NAMES,
             cell=SHOWN_CELLS,
             seed=TRAINING_SEEDS,
         ),
@@ -337,7 +337,7 @@ rule learning_figures:
         training=transfer_figure("training", "training"),
     params:
         version=VERSION,
-        conditions=CONDITIONS,
+        conditions=CONDITION_NAMES,
         cells=SHOWN_CELLS,
         grid=STUDY.sections["recording_grid"],
     log:
@@ -357,7 +357,7 @@ TRANSFER_FIGURES = [
     *rules.identification_figure.output.overlays,
 ]
 TRANSFER_TABLES = []
-if CONDITIONS:
+if CONDITION_NAMES:
     TRANSFER_FIGURES += [
         *rules.transfer_figures.output,
         *rules.learning_figures.output,

@@ -7,6 +7,7 @@ from t2l.gains import Cell
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.rl.condition import Condition
+from t2l.rl.interface import observation_names
 from t2l.rl.policy import load
 from t2l.transfer.errors import observation_table, rollout_table, trace_table
 from t2l.transfer.matched import Deployment, matched_rollouts
@@ -14,16 +15,19 @@ from t2l.transfer.matched import Deployment, matched_rollouts
 with job(snakemake.log[0]):
     params, cell = snakemake.params, Cell.from_name(snakemake.wildcards.cell)
     policy = load(snakemake.input.policy)
+    condition = Condition.from_entry(params.condition)
+    task = condition.make_task()
     real, sim = matched_rollouts(
         params.robot,
         policy,
-        Condition.from_entry(params.condition),
+        condition,
         cell,
         read_parameters(snakemake.input.parameters),
         Deployment.from_section(params.deployment, params.horizon_s, params.rate_hz),
         params.seed,
         Path(snakemake.output.rollouts).parent / "deployed",
     )
-    write_table(trace_table(real, sim), snakemake.output.traces)
-    write_table(observation_table(real, sim), snakemake.output.observations)
+    write_table(trace_table(real, sim, task.robot.joints), snakemake.output.traces)
+    seen = observation_table(real, sim, observation_names(task))
+    write_table(seen, snakemake.output.observations)
     write_table(rollout_table(policy, cell, real, sim), snakemake.output.rollouts)

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import explain, write_explanation
-from t2l.diagnose.inputs import read_together
+from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
 
 with job(snakemake.log[0]):
     section = snakemake.params.diagnosis
-    model, recordings, holdout = read_together(
+    model, recordings, holdout = read_recordings_and_model(
         [Path(path) for path in section["recordings"]],
         [Path(path) for path in section.get("holdout", [])],
         section.get("model") and Path(section["model"]),

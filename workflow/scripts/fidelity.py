@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from t2l.actions import make_control
 from t2l.artefacts import write_table
 from t2l.demos.dataset import read_demonstrations
 from t2l.demos.replay import replay, replay_table
@@ -15,9 +16,10 @@ with job(snakemake.log[0]):
     cell = Cell.from_name(snakemake.wildcards.cell)
     demonstrations = read_demonstrations(snakemake.input.demonstrations, task)
     demonstrations = demonstrations[: snakemake.params.replays]
+    control = make_control(snakemake.params.actions, cell, task.robot, task.model)
     tables = [
         replay_table(
-            replay(task, demonstrations, cell, decimation, hold, snakemake.threads), cell
+            replay(task, demonstrations, control, decimation, hold, snakemake.threads), cell
         ).assign(hold=hold, decimation=decimation)
         for hold in HOLDS
         for decimation in snakemake.params.decimations

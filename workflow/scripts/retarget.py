@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from t2l.actions import make_control
 from t2l.artefacts import write_table
 from t2l.demos.dataset import read_demonstrations, write_replays
 from t2l.demos.replay import replay, replay_table, successful
@@ -13,11 +14,12 @@ with job(snakemake.log[0]):
     task = make_task(snakemake.params.task)
     cell = Cell.from_name(snakemake.wildcards.cell)
     demonstrations = read_demonstrations(snakemake.input.demonstrations, task)
+    control = make_control(snakemake.params.actions, cell, task.robot, task.model)
     decimation = snakemake.params.decimation
     replays = replay(
-        task, demonstrations, cell, decimation, snakemake.params.hold, snakemake.threads
+        task, demonstrations, control, decimation, snakemake.params.hold, snakemake.threads
     )
     kept = successful(replays, cell)
     path = Path(snakemake.output.demonstrations)
-    write_replays(kept, task, snakemake.params.rate_hz, path)
+    write_replays(kept, task, control.actions.names, snakemake.params.rate_hz, path)
     write_table(replay_table(replays, cell), snakemake.output.replays)

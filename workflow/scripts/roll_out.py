@@ -1,5 +1,6 @@
 """Roll out one cell's policy from starts that no demonstration had."""
 
+from t2l.actions import make_control
 from t2l.artefacts import write_table
 from t2l.bc.rollout import roll_out, traces
 from t2l.gains import Cell
@@ -12,7 +13,7 @@ from t2l.tasks import make_task
 with job(snakemake.log[0]):
     task = make_task(snakemake.params.task)
     policy = checkpoint.load(snakemake.input.policy)
-    settings = snakemake.params.settings
+    settings, cell = snakemake.params.settings, Cell.from_name(snakemake.wildcards.cell)
     # the same starts in every cell, so that cells differ by their gains alone
     rng = generator(snakemake.params.seed, "rollouts", snakemake.wildcards.task)
     rollouts = roll_out(
@@ -20,7 +21,7 @@ with job(snakemake.log[0]):
         acting(policy, snakemake.threads),
         history=policy.architecture.history,
         executed=settings["executed_actions"],
-        cell=Cell.from_name(snakemake.wildcards.cell),
+        control=make_control(snakemake.params.actions, cell, task.robot, task.model),
         starts=task.sample_starts(rng, settings["count"]),
         decimation=snakemake.params.decimation,
         threads=snakemake.threads,

@@ -1,6 +1,8 @@
 """Draw commanded and achieved positions of the first replay in every corner cell."""
 
+from t2l.actions import make_control
 from t2l.demos.dataset import read_replays
+from t2l.demos.tracked import tracked
 from t2l.figures.style import title, write
 from t2l.figures.tracking import tracking
 from t2l.gains import Cell
@@ -9,17 +11,19 @@ from t2l.tasks import make_task
 
 with job(snakemake.log[0]):
     task = make_task(snakemake.params.task)
-    dof = len(task.robot.joints)
     heading = title(snakemake.wildcards.task)
     episodes = {}
     for name, path in zip(snakemake.params.cells, snakemake.input, strict=True):
-        observation, action = read_replays(path, task)[0]
-        # an observation begins with q, an action with q_des
-        episodes[Cell.from_name(name)] = (action[:, :dof], observation[:, :dof])
+        control = make_control(
+            snakemake.params.actions, Cell.from_name(name), task.robot, task.model
+        )
+        episodes[control.cell] = tracked(task, control, *read_replays(path, task)[0])
+    names = control.controller.command_names
     write(
         tracking(
             episodes,
-            joints={f"joint {i + 1}": i for i in range(1, dof, 2)},
+            # every second of up to seven, three of more
+            shown={names[i]: i for i in range(1, len(names), max(2, len(names) // 3))},
             rate_hz=snakemake.params.rate_hz,
             title=f"{heading}: a retargeted demonstration at the corners of the grid",
         ),

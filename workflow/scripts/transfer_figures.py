@@ -26,7 +26,7 @@ with job(snakemake.log[0]):
         at = names.index(cell.name)
         trace = read_table(given.traces[at], transfer.TRACE_COLUMNS)
         traces[cell] = trace[trace.rollout == rollout]
-        observations[cell] = read_table(given.observations[at], transfer.OBSERVATIONS)
+        observations[cell] = read_table(given.observations[at], transfer.OBSERVATION_COLUMNS)
         captions.append(f"{word} of the cells, E = {error:.2g}")
     write(transfer.wrist_trajectories(traces, captions), output.wrist)
     write(transfer.observation_distributions(observations), output.observations)

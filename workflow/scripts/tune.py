@@ -26,7 +26,7 @@ with job(snakemake.log[0]):
         horizon_s=params.horizon_s,
     )
     settings = Settings(**params.settings)
-    search = Search.from_section(params.tuning, problem.condition.task)
+    search = Search.from_section(params.tuning, problem.task)
     name = problem.study_name(search, settings, params.seed)
     study = open_study(params.tuning["storage"], folder / "trials.journal", name)
     log = logging.getLogger("t2l.tune")

@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> None:
         ConfigurationError: no diagnosis there, or an effect that it does not hold.
         OutputError: the result would replace something.
     """
-    from t2l.diagnose.story import DIAGNOSIS, diagnosed_effects
+    from t2l.diagnose.artefacts import DIAGNOSIS, diagnosed_effects
     from t2l.errors import ConfigurationError
     from t2l.identify.model import Model, read_model, write_model
     from t2l.names import path_of

@@ -23,12 +23,11 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.inputs import log_output, read_inputs
     from t2l.diagnose.compare import compare, write
     from t2l.figures.diagnosis import draw_comparison
-    from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
 
     model, recordings, _ = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, recordings) as out:
-        comparison = compare(model, recordings, substeps_for(model, recordings))
+        comparison = compare(model, recordings)
         write(comparison, out)
         draw_comparison(out)
         write_report(out)

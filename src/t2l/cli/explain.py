@@ -33,14 +33,13 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
-        substeps = substeps_for(model, recordings)
-        evidence = gather(model.robot, recordings, holdout, substeps)
+        evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
         progress = progress_line()
         explanation = explain(model, evidence, out, progress)
         write_explanation(explanation, out)
         progress("comparing before and after", 0.9)
         for name, which in (("before", model), ("after", explanation.model)):
-            write(compare(which, [*recordings, *holdout], substeps), out / name)
+            write(compare(which, [*recordings, *holdout]), out / name)
         draw_explanation(out)
         write_report(out)
         progress("done", 1.0)

@@ -74,10 +74,10 @@ def read_inputs(
     Raises:
         T2LError: a file is wrong, the recordings do not belong together or do not fit the robot.
     """
-    from t2l.diagnose.inputs import read_together
+    from t2l.diagnose.recordings_and_model import read_recordings_and_model
 
     held = [path for group in getattr(arguments, "holdout", []) for path in group]
-    return read_together(arguments.logs, held, arguments.model, arguments.effects)
+    return read_recordings_and_model(arguments.logs, held, arguments.model, arguments.effects)
 
 
 def progress_line() -> Callable[[str, float], None]:

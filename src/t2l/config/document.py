@@ -121,8 +121,7 @@ def _allowed(field: Mapping[str, Any]) -> str:
             count = f"{most}" if least == most else f"{least} to {most}"
             return f"list of {count}: {_allowed(field['items'])}"
         case "object":
-            names = ", ".join(f"`{name}`" for name in field["propertyNames"]["enum"])
-            return f"any of {names}, each a {_allowed(field['additionalProperties'])}"
+            return f"names, each with a {_allowed(field['additionalProperties'])}"
         case "integer":
             return f"whole number{_bounds(field)}"
         case "number":

@@ -2,12 +2,15 @@
 
 from collections.abc import Iterator, Mapping
 
+from t2l.actions import ACTIONS
 from t2l.config.cells import grid_of
 from t2l.config.models import Configuration
+from t2l.config.models.actions import Actions
+from t2l.errors import ConfigurationError
 from t2l.hardware.franka_connection import SIMULATION
 from t2l.sim.batch import TIMESTEP_S
-from t2l.tasks import Task
-from t2l.tasks.reach import TASKS
+from t2l.tasks import Demonstrated, Rewarded, Task
+from t2l.tasks.reach import EndEffectorReach
 from t2l.transfer.deploy import LOG_RATE_HZ
 from t2l.typed import Problem, describe, suggestion
 
@@ -25,7 +28,9 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_regions(configuration),
         *_counts(configuration),
         *_rates(configuration, tasks),
-        *_conditions(configuration),
+        *_cloned(configuration, tasks),
+        *_conditions(configuration, tasks),
+        *_weights(configuration, tasks),
         *_robot(configuration),
         *_workspace(configuration),
     ]
@@ -76,7 +81,7 @@ def _rates(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[
             f"a divisor of the simulation's {SIMULATION_RATE_HZ} Hz",
         )
     for name, task in tasks.items():
-        if task.horizon_s * rate < 1:
+        if isinstance(task, Demonstrated) and task.horizon_s * rate < 1:
             yield Problem(
                 "retargeting.policy_rate_hz",
                 describe(rate),
@@ -91,9 +96,46 @@ def _rates(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[
         )
 
 
-def _conditions(configuration: Configuration) -> Iterator[Problem]:
+def _cloned(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
+    for i, name in enumerate(configuration.tasks):
+        if name in tasks and not isinstance(tasks[name], Demonstrated):
+            yield Problem(f"tasks[{i}]", describe(name), "a task that an expert can demonstrate")
+    yield from _actions("actions", configuration.actions)
+
+
+def _actions(key: str, section: Actions, controller: str = "") -> Iterator[Problem]:
+    """What is wrong with an action space, which `controller` is to understand if one is named."""
+    try:
+        space = ACTIONS.find(section.kind)
+    except ConfigurationError:
+        names = ACTIONS.names()
+        near = suggestion(section.kind, names)
+        yield Problem(f"{key}.kind", f"{describe(section.kind)}{near}", ", ".join(names))
+        return
+    if controller and space.controller != controller:
+        yield Problem(f"{key}.kind", describe(section.kind), f"an action space for {controller}")
+    if section.reference and "reference" not in space.parameters.model_fields:
+        yield Problem(
+            f"{key}.reference", describe(section.reference), f"no such key with {section.kind}"
+        )
+
+
+def _weights(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
+    """Weights of rewards that no task has which tuning may change."""
+    known = set(EndEffectorReach.tuned)
+    known.update(name for t in tasks.values() if isinstance(t, Rewarded) for name in t.tuned)
+    for name in configuration.tuning.reward_weights:
+        if name not in known:
+            near = suggestion(name, sorted(known))
+            yield Problem(
+                f"tuning.reward_weights.{name}", f"a weight of no reward{near}", ", ".join(known)
+            )
+
+
+def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
     conditions = configuration.sim_to_real.conditions
     names = [condition.name for condition in conditions]
+    robot = configuration.robot.name
     physics = configuration.identification.rate_hz
     for i, condition in enumerate(conditions):
         key = f"sim_to_real.conditions[{i}]"
@@ -101,9 +143,16 @@ def _conditions(configuration: Configuration) -> Iterator[Problem]:
             yield Problem(
                 f"{key}.name", f"{condition.name!r} a second time", "names without repetitions"
             )
-        if condition.task not in TASKS:
-            near = suggestion(condition.task, list(TASKS))
-            yield Problem(f"{key}.task", f"{describe(condition.task)}{near}", ", ".join(TASKS))
+        task = tasks.get(condition.task)
+        if task is not None and not isinstance(task, Rewarded):
+            yield Problem(f"{key}.task", describe(condition.task), "a task with a reward")
+        elif task is not None and task.robot.name != robot:
+            yield Problem(
+                f"{key}.task",
+                f"{describe(condition.task)}, a task of {task.robot.name}",
+                f"a task of robot.name = {robot}",
+            )
+        yield from _actions(f"{key}.actions", condition.actions, "joint_pd")
         rate = condition.policy_rate_hz
         if physics % rate or LOG_RATE_HZ % rate:
             yield Problem(

@@ -5,7 +5,7 @@ from math import prod
 
 from t2l.config.cells import transfer_cells
 from t2l.config.models import Configuration
-from t2l.tasks import Task
+from t2l.tasks import Demonstrated, Task
 from t2l.typed import Problem
 
 
@@ -34,7 +34,9 @@ def _products(
     conditions = max(1, len(c.sim_to_real.conditions))
     yield keys, (len(transfer_cells(c)), conditions, c.tuning.workers), 20_000
     # seconds that are kept: at most 250 kB each at 500 Hz, 100 kB each below
-    horizon_s = max((task.horizon_s for task in tasks.values()), default=0)
+    horizon_s = max(
+        (task.horizon_s for task in tasks.values() if isinstance(task, Demonstrated)), default=0
+    )
     yield "demonstrations.count, horizon_s of a task", (c.demonstrations.count, horizon_s), 50_000
     yield "rollouts.count, horizon_s of a task", (c.rollouts.count, horizon_s), 100_000
     keys = "identification.population, recordings.duration_s"

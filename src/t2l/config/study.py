@@ -26,7 +26,7 @@ class Study:
 
     Attributes:
         sections: the whole configuration, by section, as `effective` has it.
-        tasks: the content of config/tasks/NAME.yaml for every task of the study.
+        tasks: the content of config/tasks/NAME.yaml for every task of the study, of either chain.
         grid: the gains that behaviour cloning runs over.
         fidelity_cells: the gains that retargeting is validated at.
         recording_grid: the gains that sim-to-real transfer runs over.
@@ -73,7 +73,10 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         configuration = check(Configuration, config)
     except Invalid as error:
         raise _error(f"config: {problem}" for problem in error.problems) from None
-    tasks, lines = _read_tasks(configuration.tasks, folder / "tasks")
+    conditions = configuration.sim_to_real.conditions
+    named = {f"tasks[{i}]": name for i, name in enumerate(configuration.tasks)}
+    named |= {f"sim_to_real.conditions[{i}].task": c.task for i, c in enumerate(conditions)}
+    tasks, lines = _read_tasks(named, folder / "tasks")
     made = {name: make_task(task) for name, task in tasks.items()}
     cells = transfer_cells(configuration)
     problems = [
@@ -86,7 +89,10 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     if lines or problems:
         raise _error([*lines, *(f"config: {problem}" for problem in problems)])
     sections = _sections(configuration)
-    conditions = tuple(map(Condition.from_entry, sections["sim_to_real"]["conditions"]))
+    conditions = tuple(
+        Condition(**entry, parameters=tasks[entry["task"]])
+        for entry in sections["sim_to_real"]["conditions"]
+    )
     return Study(
         sections=sections,
         tasks=tasks,
@@ -99,12 +105,14 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     )
 
 
-def _read_tasks(names: Sequence[str], folder: Path) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """What could be read, by name, and lines about the rest."""
+def _read_tasks(
+    named: Mapping[str, str], folder: Path
+) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """What could be read of the names that keys hold, by name, and lines about the rest."""
     tasks, lines = {}, []
-    for name in names:
+    for key, name in named.items():
         try:
-            tasks[name] = read_task(name, folder)
+            tasks[name] = read_task(key, name, folder)
         except ConfigurationError as error:
             lines += str(error).splitlines()
     return tasks, lines

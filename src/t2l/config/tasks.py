@@ -10,8 +10,8 @@ from t2l.tasks import TASKS, make_task
 from t2l.typed import Invalid, Problem, check, describe, suggestion
 
 
-def read_task(name: str, folder: Path) -> dict[str, Any]:
-    """The checked content of the file `name`.yaml in `folder`.
+def read_task(key: str, name: str, folder: Path) -> dict[str, Any]:
+    """The checked content of the file `name`.yaml in `folder`, which `key` names.
 
     Raises:
         ConfigurationError: there is no such file, or with a line for each key that is wrong.
@@ -19,7 +19,7 @@ def read_task(name: str, folder: Path) -> dict[str, Any]:
     known = sorted(path.stem for path in folder.glob("*.yaml"))
     if name not in known:
         raise ConfigurationError(
-            f"config: tasks: found {describe(name)}{suggestion(name, known)}; allowed: "
+            f"config: {key}: found {describe(name)}{suggestion(name, known)}; allowed: "
             f"{', '.join(known)}, the files in {folder}"
         )
     path = folder / f"{name}.yaml"
@@ -29,6 +29,8 @@ def read_task(name: str, folder: Path) -> dict[str, Any]:
         make_task(task)
     except InputError as error:
         raise ConfigurationError(str(error)) from None
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
     except Invalid as error:
         raise ConfigurationError("\n".join(f"{path}: {p}" for p in error.problems)) from None
     except ValueError as error:
@@ -41,7 +43,8 @@ def _checked(content: Any) -> dict[str, Any]:
         raise Invalid([Problem("", describe(content), "the key kind, and what it asks for")])
     content = dict(content)
     kind = content.pop("kind", None)
-    if not isinstance(kind, str) or kind not in TASKS:
-        found = describe(kind) + suggestion(kind, list(TASKS))
-        raise Invalid([Problem("kind", found, ", ".join(TASKS))])
-    return {"kind": kind, **check(TASKS[kind].parameters, content).model_dump()}
+    names = TASKS.names()
+    if not isinstance(kind, str) or kind not in names:
+        found = describe(kind) + suggestion(kind, names)
+        raise Invalid([Problem("kind", found, ", ".join(names))])
+    return {"kind": kind, **check(TASKS.find(kind).parameters, content).model_dump()}

@@ -8,7 +8,7 @@ from t2l.documents import read_yaml
 from t2l.effects.registry import python_files
 from t2l.errors import T2LError
 from t2l.recordings import log
-from t2l.robots import plant
+from t2l.robots import ROBOTS, plant
 
 
 def watched(section: Mapping[str, Any]) -> list[str]:
@@ -51,7 +51,7 @@ def _content(path: Path) -> dict[str, Any]:
 def _robot(path: Path, content: Mapping[str, Any]) -> str:
     """The known name or the MJCF that a YAML names; empty if it is neither."""
     robot = content.get("robot")
-    if not isinstance(robot, str) or robot in plant.KNOWN:
+    if not isinstance(robot, str) or robot in ROBOTS.names():
         return robot if isinstance(robot, str) else ""
     return str((path.parent / robot).resolve())
 

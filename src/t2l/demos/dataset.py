@@ -109,11 +109,8 @@ def write_replays(
     _write(path, task, fps, features, episodes)
 
 
-def read_replays(path: Path | str, task: Task, actions: int) -> list[tuple[np.ndarray, np.ndarray]]:
+def read_replays(path: Path | str, task: Task) -> list[tuple[np.ndarray, np.ndarray]]:
     """Observation (n, nobs) and action (n, nact) of every episode that `write_replays` wrote.
-
-    Args:
-        actions: how many elements an action has, without grippers.
 
     Raises:
         ArtefactError: the folder is missing, cut short, or of another task.
@@ -122,7 +119,7 @@ def read_replays(path: Path | str, task: Task, actions: int) -> list[tuple[np.nd
     sizes = {
         STATE: own,
         ENVIRONMENT: len(task.observation_names) - own,
-        ACTION: actions + len(task.robot.grippers),
+        ACTION: None,
     }
     return [
         (np.concatenate([episode[STATE], episode[ENVIRONMENT]], axis=1), episode[ACTION])
@@ -187,8 +184,9 @@ def _no_images() -> Iterator[None]:
         dataset_writer.embed_images = embed
 
 
-def _read(path: Path, sizes: Mapping[str, int]) -> list[dict[str, np.ndarray]]:
-    expected = f"a LeRobot data set with {', '.join(f'{k} ({n},)' for k, n in sizes.items())}"
+def _read(path: Path, sizes: Mapping[str, int | None]) -> list[dict[str, np.ndarray]]:
+    shapes = ", ".join(f"{k} ({'…' if n is None else n},)" for k, n in sizes.items())
+    expected = f"a LeRobot data set with {shapes}"
     try:
         return _episodes(path, sizes, expected)
     except ArtefactError as error:
@@ -199,14 +197,17 @@ def _read(path: Path, sizes: Mapping[str, int]) -> list[dict[str, np.ndarray]]:
         raise ArtefactError(path, found, error.expected) from None
 
 
-def _episodes(path: Path, sizes: Mapping[str, int], expected: str) -> list[dict[str, np.ndarray]]:
+def _episodes(
+    path: Path, sizes: Mapping[str, int | None], expected: str
+) -> list[dict[str, np.ndarray]]:
     if not path.is_dir():
         found = "a file" if path.exists() else "no such folder"
         raise ArtefactError(path, found, expected)
-    info_path = path / "meta" / "info.json"
+    info_path, sizes = path / "meta" / "info.json", dict(sizes)
     info = read_json(info_path, "what a data set holds", ("features", "total_frames"))
     with reading(info_path, "what a data set holds"):
         shapes = {key: info["features"][key]["shape"] for key in sizes}
+        (sizes[ACTION],) = shapes[ACTION] if sizes[ACTION] is None else (sizes[ACTION],)
     for key, size in sizes.items():
         if shapes[key] != [size]:
             raise ArtefactError(path, f"{key} has shape {shapes[key]}", expected)

@@ -5,10 +5,10 @@ from functools import partial
 import numpy as np
 
 from t2l.diagnose.candidate import TIED
-from t2l.diagnose.coarse import coarser
 from t2l.diagnose.evidence import Evidence
-from t2l.diagnose.first_guesses import first_guesses
+from t2l.diagnose.multi_fidelity import with_coarser_ticks
 from t2l.diagnose.racing import fit_fully, moves_together
+from t2l.diagnose.starting_points import starting_points
 from t2l.effects.term import Layout
 from t2l.identify.fitting import drop_hopeless, run
 from t2l.identify.least_squares import LeastSquares
@@ -28,7 +28,7 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         The model and the names of effects that were dropped or replaced.
     """
     joints = evidence.train.joints
-    evidence = coarser(evidence, *model.vector(joints))
+    evidence = with_coarser_ticks(evidence, *model.vector(joints))
     gone: list[str] = []
     while True:
         layout, u = model.vector(joints)
@@ -90,7 +90,7 @@ def _with_simpler(
         simpler = [known[n] for n in term.effect.contains if n in known and n not in present]
         rest = Layout([t for t in layout.terms if t is not term])
         values = _values(layout, u)
-        guesses = first_guesses(
+        guesses = starting_points(
             evidence.screen, evidence.screen_mask, rest, rest.encode(values), simpler
         )
         for with_simpler, start, _ in guesses.values():

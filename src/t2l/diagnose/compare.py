@@ -12,14 +12,15 @@ import pyarrow.parquet as pa_parquet
 
 from t2l.artefacts import whole, write_text
 from t2l.diagnose import conditions
+from t2l.diagnose.explained_variance import ExplainedVariance, explained_variance
 from t2l.diagnose.findings import Finding, findings
-from t2l.diagnose.followed import Followed, followed
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.traces import TRACES
 from t2l.errors import T2LError
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
+from t2l.identify.step_size import substeps_for
 from t2l.recordings.contradictions import Contradiction, contradictions
 from t2l.recordings.recording import Recording
 
@@ -64,7 +65,7 @@ class Comparison:
         rmse_dq_rad_s: over all measured velocities; None where none was.
         noise_floor_rad: RMS error of a perfect model; None where it was not asked for.
         findings: joints and conditions that hold most of the squared error.
-        followed: conditions by how much of the error they explain.
+        explained: conditions by how much of the error they explain.
         contradictions: recordings that cannot both be true.
         errors: at every sample.
         traces: a table, one row a sample: recording, joint, time, q_des, q, q_sim, dq (where
@@ -78,7 +79,7 @@ class Comparison:
     rmse_dq_rad_s: float | None
     noise_floor_rad: float | None
     findings: list[Finding]
-    followed: list[Followed]
+    explained: list[ExplainedVariance]
     contradictions: list[Contradiction]
     errors: Errors = field(repr=False)
     traces: pa.Table = field(repr=False)
@@ -98,13 +99,13 @@ class Comparison:
         return f"{error}{where}."
 
 
-def compare(
-    model: Model, recordings: Sequence[Recording], substeps: int = 1, noise: bool = True
-) -> Comparison:
+def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -> Comparison:
     """Simulate every recording with its commands, gains and rates.
 
+    Steps are as fine as this model needs for these recordings (`t2l.identify.step_size`), whoever
+    asks.
+
     Args:
-        substeps: physics steps a control tick are multiplied by this.
         noise: whether to estimate the noise floor and to look for contradictions beyond it.
 
     Raises:
@@ -112,7 +113,7 @@ def compare(
         T2LError: recordings of different joints.
     """
     _check_joints(recordings)
-    predictor = Predictor(model.robot, recordings, substeps)
+    predictor = Predictor(model.robot, recordings, substeps_for(model, recordings))
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
     (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
@@ -137,7 +138,7 @@ def compare(
         rmse_dq_rad_s=_rms(measured_dq - dq),
         noise_floor_rad=floor,
         findings=findings(predictor, residual, under),
-        followed=followed(predictor, residual, under, missing),
+        explained=explained_variance(predictor, residual, under, missing),
         contradictions=contradicting,
         errors=Errors(
             samples.recording,
@@ -224,7 +225,7 @@ def report(comparison: Comparison) -> dict[str, Any]:
         },
         "cells": _cells(errors, joints),
         "findings": [asdict(f) | {"sentence": f.sentence} for f in comparison.findings],
-        "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.followed],
+        "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.explained],
         "contradictions": [asdict(c) | {"message": c.message} for c in comparison.contradictions],
     }
 

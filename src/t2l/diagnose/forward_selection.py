@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from t2l.artefacts import read_json, read_text, reading, write_text
+from t2l.diagnose.artefacts import DIAGNOSIS, write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
-from t2l.diagnose.story import DIAGNOSIS, write_diagnosis
 from t2l.effects.registry import python_files
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model

@@ -31,22 +31,26 @@ def best_pair(
     """
     finite = {name: fit for name, fit in fits.items() if np.isfinite(fit.loss)}
     wanted = FAR_BETTER * least_loss(fits)
-    pairs = _fitted(_tried(finite, before), finite, evidence, diagonal, wanted)
+    pairs = fit_pairs(pairs_to_try(finite, before), finite, evidence, diagonal, wanted)
     if not pairs or least_loss(pairs) > wanted:
         return None
     found = _simplest(pairs)
     tried = {frozenset(names) for names in pairs}
     others = [names for names in _with_one_replaced(found, finite) if frozenset(names) not in tried]
-    pairs |= _fitted(others, finite, evidence, diagonal, least_loss(pairs))
+    pairs |= fit_pairs(others, finite, evidence, diagonal, least_loss(pairs))
     names = _simplest(pairs)
     return Pair(*names, pairs[names])
 
 
-def _tried(fits: dict[str, LeastSquares], before: float) -> list[tuple[str, str]]:
+def pairs_to_try(fits: dict[str, LeastSquares], before: float) -> list[tuple[str, str]]:
     """Pairs of the best effects; none where one leaves little and far less than any other.
 
     It comes first with a partner or without. Of effects that leave alike little, each may be the
     mimic of another with a third.
+
+    Args:
+        fits: of single effects, by name.
+        before: mean squared residual without any of them.
     """
     best = sorted(fits, key=lambda name: fits[name].loss)[:PAIRED]
     if len(best) < 2:
@@ -55,14 +59,21 @@ def _tried(fits: dict[str, LeastSquares], before: float) -> list[tuple[str, str]
     return [] if fits[best[0]].loss <= limit else list(combinations(best, 2))
 
 
-def _fitted(
+def fit_pairs(
     names: list[tuple[str, str]],
     singles: dict[str, LeastSquares],
     evidence: Evidence,
     diagonal: bool,
     wanted: float,
 ) -> dict[tuple[str, str], LeastSquares]:
-    """Pairs fitted from what each effect alone was fitted to; those that contain another not."""
+    """Pairs fitted from what each effect alone was fitted to; those that contain another not.
+
+    Args:
+        names: the pairs.
+        singles: fits of the effects alone, by name.
+        diagonal: as in `LeastSquares`.
+        wanted: mean squared residual that a pair must come near to be fitted to the end.
+    """
     pairs = {}
     for first, second in names:
         one, two = _term(singles[first], first).effect, _term(singles[second], second).effect

@@ -7,9 +7,9 @@ import numpy as np
 
 from t2l.diagnose.candidate import Pair
 from t2l.diagnose.evidence import Evidence, some
-from t2l.diagnose.first_guesses import first_guesses
 from t2l.diagnose.idle_joints import without_idle_joints
 from t2l.diagnose.pairs import best_pair
+from t2l.diagnose.starting_points import starting_points
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_best
@@ -71,7 +71,7 @@ def fit_all(
     screen, mask = evidence.screen, evidence.screen_mask
     diagonal = moves_together(evidence.train.joints)
     progress("first guesses", 0.0)
-    guesses = first_guesses(screen, mask, adopted, u, effects)
+    guesses = starting_points(screen, mask, adopted, u, effects)
     progress("fitting every effect", 0.2)
     least = [max(slot.parameter.size, LEAST_SIZE) for slot in adopted.slots]
     so_far = LeastSquares(adopted, u, np.maximum(np.abs(u), least), diagonal)

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose.candidate import Candidate, alike, mark_ties, promote, rank
-from t2l.diagnose.coarse import coarser
 from t2l.diagnose.evidence import Evidence, pooled
+from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import Progress, fit_all, fit_fully
-from t2l.diagnose.shorter import shorter
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify import block_bootstrap as judge
@@ -81,7 +80,7 @@ def diagnose(
     floor, heldout = _floor(evidence, held_q), _rms(before)
     ranking = []
     if effects and not (quick and heldout <= AT_THE_FLOOR * floor):
-        cheaper = coarser(shorter(evidence, adopted, u), adopted, u)
+        cheaper = with_coarser_ticks(with_beginnings(evidence, adopted, u), adopted, u)
         ranking = _ranking(cheaper, adopted, u, effects, floor, train, before, progress)
     verdict = _verdict(heldout, floor, ranking)
     return Diagnosis(model, joints, verdict, floor, train, heldout, ranking)

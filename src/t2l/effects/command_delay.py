@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.delay import DelayLine
 
 
 class CommandDelay(Effect):
@@ -19,19 +20,10 @@ class CommandDelay(Effect):
     follows = "command velocity"
 
     def install(self, loop, rows, joints, values):
-        ticks = values["delay"] / loop.period_s
-        whole = np.floor(ticks + 1e-9).astype(int)
-        rest = ticks - whole
-        recording = np.arange(loop.batch.nsim)[rows, None] % loop.nrec
-        commands = loop.schedule.commands
-
-        at = rows, loop.columns(joints)
+        delayed, at = DelayLine(values["delay"] / loop.period_s), (rows, loop.columns(joints))
 
         def change(tick, target):
-            late = np.maximum(tick - whole, 0)
-            later = np.maximum(tick - whole - 1, 0)
-            newer, older = commands[late, recording, joints], commands[later, recording, joints]
-            target[at] = newer + rest * (older - newer)
+            target[at] = delayed(target[at])
 
         loop.command_filters.append(change)
 

@@ -41,7 +41,10 @@ def _opengl(model: mujoco.MjModel) -> mujoco.Renderer | None:
     try:
         return mujoco.Renderer(model, HEIGHT, WIDTH)
     except (mujoco.FatalError, RuntimeError, ImportError) as error:
-        log.warning("no OpenGL here (%s): frames are drawn without it", error)
+        # MuJoCo chooses the platform when it is imported: no other one can be tried from here
+        log.warning(
+            "no OpenGL here (%s): frames are drawn without it; MUJOCO_GL=egl may bring it", error
+        )
         return None
 
 

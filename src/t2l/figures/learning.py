@@ -14,16 +14,20 @@ from t2l.gains import Cell, Grid
 if TYPE_CHECKING:
     import pandas as pd
 
-TRIAL_COLUMNS = ("state", "success", "action_scale_proximal", "action_scale_distal", "kp", "kd")
+TRIAL_COLUMNS = ("state", "success", "kp", "kd")
+SCALE = "action_scale_"  # and the group of joints that it belongs to
 CURVE_COLUMNS = ("steps", "reward", "success", "kp", "kd", "seed")
 
 
 def landscape(trials: Mapping[Cell, "pd.DataFrame"], grid: Grid) -> Figure:
-    """A panel a corner: success of every trial over its two action scales.
+    """A panel a corner: success of every trial over the action scales of two groups of joints.
 
     Args:
-        trials: of each corner, columns `TRIAL_COLUMNS`.
+        trials: of each corner, columns `TRIAL_COLUMNS` and a scale per group of joints, of which
+            the first and the last are drawn.
     """
+    scales = [name for name in next(iter(trials.values())).columns if name.startswith(SCALE)]
+    across, upward = scales[0], scales[-1]
     with styled():
         figure, axes = plt.subplots(
             1, len(trials), figsize=(2.6 * len(trials) + 1.2, 3.2),
@@ -31,12 +35,12 @@ def landscape(trials: Mapping[Cell, "pd.DataFrame"], grid: Grid) -> Figure:
         )  # fmt: skip
         shown, states = None, {}
         for panel, (cell, table) in zip(axes[0], trials.items(), strict=True):
-            known = table.dropna(subset=["success", *TRIAL_COLUMNS[2:4]])
+            known = table.dropna(subset=["success", *scales])
             for state, marker in (("complete", "o"), ("pruned", "X")):
                 part = known[known.state == state]
                 if len(part):
                     shown = panel.scatter(
-                        part.action_scale_proximal, part.action_scale_distal,
+                        part[across], part[upward],
                         c=100 * part.success, vmin=0, vmax=100, cmap="viridis",
                         marker=marker, s=28, ec="0.3", lw=0.5,
                     )  # fmt: skip
@@ -44,13 +48,17 @@ def landscape(trials: Mapping[Cell, "pd.DataFrame"], grid: Grid) -> Figure:
             panel.set_xscale("log")
             panel.set_yscale("log")
             panel.set_title(f"{grid.region(cell)}: {cell}", fontsize=9)
-            panel.set_xlabel("α of joints 1-4 [rad]")
-        axes[0, 0].set_ylabel("α of joints 5-7 [rad]")
+            panel.set_xlabel(_scale(across))
+        axes[0, 0].set_ylabel(_scale(upward))
         if shown is not None:
             figure.colorbar(shown, ax=axes[0].tolist(), label="success in simulation [%]")
             figure.legend(handles=states.values(), loc="outside lower center", ncols=2, fontsize=8)
         figure.suptitle("Trials of tuning", fontsize=11)
     return figure
+
+
+def _scale(name: str) -> str:
+    return f"α of {name.removeprefix(SCALE).replace('_', ' ')} joints [rad]"
 
 
 def training_curves(curves: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:

@@ -59,12 +59,17 @@ def write(figure: Figure, paths: Sequence[Path | str]) -> None:
     plt.close(figure)
 
 
+def raised(number: str) -> str:
+    """An exponent in the characters for it, where text is no formula."""
+    return number.translate(_RAISED)
+
+
 class _Powers(LogFormatterSciNotation):
     """Powers of ten in plain text, where text is no formula."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         text = super().__call__(x, pos)
-        text = re.sub(r"\^\{(.*?)\}", lambda power: power[1].translate(_RAISED), text)
+        text = re.sub(r"\^\{(.*?)\}", lambda power: raised(power[1]), text)
         return re.sub(r"\$\\mathdefault\{(.*)\}\$", r"\1", text).replace(r"\times", "×")
 
 

@@ -12,39 +12,39 @@ from t2l.gains import Cell
 
 def tracking(
     episodes: Mapping[Cell, tuple[np.ndarray, np.ndarray]],
-    joints: Mapping[str, int],
+    shown: Mapping[str, int],
     rate_hz: float,
     title: str,
 ) -> Figure:
-    """One column per cell, one row per joint: q_des held as sent, and q.
+    """One column per cell, one row per element of a command: as it was held, and as achieved.
 
     Args:
-        episodes: per cell, commanded and achieved positions of one replay, (n, dof) rad each.
-        joints: label and index of the joints to show.
+        episodes: per cell, commands of one replay, and what they are about, (n, ncommand) each.
+        shown: label and index of the elements to show, rad or m.
         rate_hz: rate of the rows.
     """
     with styled():
         figure, axes = plt.subplots(
-            *(len(joints), len(episodes)),
-            figsize=(2.4 * len(episodes) + 0.8, 1.7 * len(joints) + 0.9),
+            *(len(shown), len(episodes)),
+            figsize=(2.4 * len(episodes) + 0.8, 1.7 * len(shown) + 0.9),
             sharex=True,
             sharey="row",
             squeeze=False,
         )
         for column, (cell, (command, achieved)) in enumerate(episodes.items()):
             time = np.arange(len(command)) / rate_hz
-            for row, (label, joint) in enumerate(joints.items()):
+            for row, (label, joint) in enumerate(shown.items()):
                 panel = axes[row, column]
                 panel.step(
                     *(time, command[:, joint]),
                     where="post",
                     color=COLOURS[1],
                     lw=0.9,
-                    label="commanded q_des",
+                    label="commanded",
                 )
-                panel.plot(time, achieved[:, joint], color=COLOURS[0], lw=1.3, label="achieved q")
+                panel.plot(time, achieved[:, joint], color=COLOURS[0], lw=1.3, label="achieved")
                 if column == 0:
-                    panel.set_ylabel(f"{label} [rad]")
+                    panel.set_ylabel(label)
             axes[0, column].set_title(str(cell))
             axes[-1, column].set_xlabel("time [s]")
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)

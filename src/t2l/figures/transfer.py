@@ -18,16 +18,8 @@ if TYPE_CHECKING:
 JITTER_COLUMNS = ("period_s", "jitter_rate", "jitter_rate_sim", "lower", "upper", "rollouts")
 CELL_COLUMNS = ("kp", "kd", "trajectory_error", "nn_error", "jitter_rate", "stopped_rate")
 TRACE_COLUMNS = ("rollout", "where", "time")
-OBSERVATIONS = (
-    "rollout",
-    "where",
-    "q.joint2",
-    "q.joint6",
-    "dq.joint2",
-    "dq.joint6",
-    "action.joint6",
-)
-WRIST = ("fr3_joint5", "fr3_joint6", "fr3_joint7")
+OBSERVATION_COLUMNS = ("rollout", "where")
+WRIST = 3  # joints, the last of the arm
 
 
 def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
@@ -95,13 +87,14 @@ def wrist_trajectories(traces: Mapping[Cell, "pd.DataFrame"], captions: Sequence
     """A column a cell, a row a wrist joint: velocity on the robot and in its simulator.
 
     Args:
-        traces: of one rollout each, columns `TRACE_COLUMNS` and `dq.JOINT`.
+        traces: of one rollout each, columns `TRACE_COLUMNS` and `dq.JOINT` of every joint in order.
         captions: of the columns.
     """
+    wrist = _joints(next(iter(traces.values())), "dq")[-WRIST:]
     with styled():
         figure, axes = plt.subplots(
-            *(len(WRIST), len(traces)),
-            figsize=(3.4 * len(traces) + 0.6, 4.8),
+            *(len(wrist), len(traces)),
+            figsize=(3.4 * len(traces) + 0.6, 1.6 * len(wrist)),
             sharex=True,
             sharey="row",
             squeeze=False,
@@ -109,7 +102,7 @@ def wrist_trajectories(traces: Mapping[Cell, "pd.DataFrame"], captions: Sequence
         for column, ((cell, trace), caption) in enumerate(
             zip(traces.items(), captions, strict=True)
         ):
-            for row, joint in enumerate(WRIST):
+            for row, joint in enumerate(wrist):
                 panel = axes[row, column]
                 for where, colour, label in (
                     ("real", COLOURS[0], "robot"),
@@ -130,10 +123,17 @@ def wrist_trajectories(traces: Mapping[Cell, "pd.DataFrame"], captions: Sequence
 def observation_distributions(observations: Mapping[Cell, "pd.DataFrame"]) -> Figure:
     """A row a cell, a column an observation: densities on the robot and in its simulator.
 
+    Of a joint near the base and one near the flange.
+
     Args:
-        observations: columns `OBSERVATIONS`.
+        observations: columns `OBSERVATION_COLUMNS`, and `q.JOINT`, `dq.JOINT`, `action.JOINT` of
+            every joint in order.
     """
-    columns = OBSERVATIONS[2:]
+    joints = _joints(next(iter(observations.values())), "q")
+    near_base, near_flange = joints[:2][-1], joints[-2:][0]
+    both = dict.fromkeys((near_base, near_flange))
+    columns = [*(f"{signal}.{joint}" for signal in ("q", "dq") for joint in both),
+               f"action.{near_flange}"]  # fmt: skip
     with styled():
         figure, axes = plt.subplots(
             *(len(observations), len(columns)),
@@ -162,5 +162,9 @@ def observation_distributions(observations: Mapping[Cell, "pd.DataFrame"]) -> Fi
     return figure
 
 
+def _joints(table: "pd.DataFrame", signal: str) -> list[str]:
+    return [name.partition(".")[2] for name in table.columns if name.startswith(f"{signal}.")]
+
+
 def _unit(name: str) -> str:
-    return {"q": "rad", "dq": "rad/s", "error": "rad", "action": "1"}[name.partition(".")[0]]
+    return {"q": "rad", "dq": "rad/s", "action": "1"}[name.partition(".")[0]]

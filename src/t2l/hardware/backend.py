@@ -88,12 +88,14 @@ class Backend(PositionControlled):
         default_robot: name of the robot that it drives where none is named; "" for none.
         Settings: its own keys in a configuration.
         robot: that it drives.
+        can: what it can do with it.
         notes: kept with every recording.
     """
 
     name: ClassVar[str]
     default_robot: ClassVar[str] = ""
     robot: Robot
+    can: Features
     notes: str = ""
 
     class Settings(Typed):
@@ -101,8 +103,11 @@ class Backend(PositionControlled):
 
     @classmethod
     @abstractmethod
-    def features(cls, robot: Robot) -> Features:
+    def features(cls, robot: Robot, settings: Any) -> Features:
         """What it can do with a robot.
+
+        Args:
+            settings: of the class's own `Settings`.
 
         Raises:
             ConfigurationError: it does not drive such a robot.
@@ -152,11 +157,10 @@ class Backend(PositionControlled):
             BackendError: the robot does not go on; the message says when.
         """
         self.start(motion.q_des[0], motion.kp, motion.kd)
-        features = self.features(self.robot)
-        if not features.logs_cycles:
+        if not self.can.logs_cycles:
             return self._recording(motion, Cycles(motion.time, motion.q_des, self._follow(motion)))
         log = self.log_cycles(lambda: self._follow(motion), motion.duration_s)
-        rows = rows_of_commands(log.q_des, round(features.control_rate_hz / motion.rate_hz))
+        rows = rows_of_commands(log.q_des, round(self.can.control_rate_hz / motion.rate_hz))
         return self._recording(motion, log.at(rows))
 
     def _follow(self, motion: Motion) -> dict[str, np.ndarray]:
@@ -170,11 +174,10 @@ class Backend(PositionControlled):
                 raise BackendError(f"{motion.name}, {time:.2f} s: {error}") from error
         return {
             signal.name: np.array([getattr(state, signal.name)[0] for state in states])
-            for signal in self.features(self.robot).signals
+            for signal in self.can.signals
         }
 
     def _recording(self, motion: Motion, rows: Cycles) -> Recording:
-        features = self.features(self.robot)
         return Recording(
             name=motion.name,
             path=None,
@@ -183,8 +186,8 @@ class Backend(PositionControlled):
             kp=motion.kp,
             kd=motion.kd,
             command_rate_hz=motion.rate_hz,
-            control_rate_hz=float(features.control_rate_hz),
-            gravity_compensation=features.gravity_compensation,
+            control_rate_hz=float(self.can.control_rate_hz),
+            gravity_compensation=self.can.gravity_compensation,
             time=rows.time,
             q_des=rows.q_des,
             notes="; ".join(filter(None, (motion.notes, self.notes))),

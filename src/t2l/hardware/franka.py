@@ -31,6 +31,8 @@ DRIVEN = "fr3"
 # aiofranka's torque loop runs at the rate of the robot, and at no other
 CONTROL_RATE_HZ = 1000
 
+CAN = Features(CONTROL_RATE_HZ, real_time=True, side_by_side=1, logs_cycles=True)
+
 # to move about and to brake: aiofranka's stiffness, and damping near critical at every joint
 APPROACH_KP, APPROACH_KD = 80.0, 16.0
 APPROACH_VELOCITY = 0.4  # rad/s
@@ -87,7 +89,7 @@ class AiofrankaRobot(Backend):
         address: Annotated[str, AfterValidator(_address), Field(description=ADDRESS)]
 
     @classmethod
-    def features(cls, robot: Robot) -> Features:
+    def features(cls, robot: Robot, settings: Settings) -> Features:
         """See `Backend.features`."""
         arm = make_robot(DRIVEN)
         if robot.joints != arm.joints:
@@ -95,7 +97,7 @@ class AiofrankaRobot(Backend):
                 f"backend {cls.name}: found the robot {robot.name}; allowed: one of the joints of "
                 f"{arm.name}, the only arm that aiofranka drives"
             )
-        return Features(CONTROL_RATE_HZ, real_time=True, side_by_side=1, logs_cycles=True)
+        return CAN
 
     @classmethod
     def open(cls, robot: Robot, settings: Settings, n: int = 1) -> "AiofrankaRobot":
@@ -113,7 +115,7 @@ class AiofrankaRobot(Backend):
         Raises:
             BackendError: the robot cannot be reached.
         """
-        self.robot = robot
+        self.robot, self.can = robot, CAN
         self._arm = connect(address)
         # slow to import, and only needed here
         from aiofranka import Controller

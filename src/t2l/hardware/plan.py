@@ -9,10 +9,11 @@ import numpy as np
 from pydantic import AfterValidator, Field, create_model
 
 from t2l.documents import read_yaml
-from t2l.errors import ConfigurationError, RecordingError
+from t2l.errors import ConfigurationError, InputError, RecordingError
 from t2l.gains import Cell
 from t2l.hardware import excitation_kinds
 from t2l.hardware.backend import Backend
+from t2l.hardware.features import Features
 from t2l.hardware.limits import check_motion, motion_torque
 from t2l.hardware.motion import Motion
 from t2l.hardware.registry import BACKENDS
@@ -92,17 +93,17 @@ def read_plan(path: Path | str) -> Plan:
     path = Path(path)
     content = read_yaml(path, "a configuration of recordings")
     robot, backend = _driven(content, path)
-    try:
-        features = backend.features(robot)
-    except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: {error}") from None
-    if not features.takes_commands:
-        found = f"{backend.name}, which follows no commands"
-        raise RecordingError(path, "key backend", found, "one that drives a robot")
     njoint = len(robot.joints)
     found = checked(plan_model(backend), content, path, context=njoint)
+    own = {key: getattr(found, key) for key in backend.Settings.model_fields}
+    settings = backend.Settings.model_construct(**own)
+    try:
+        _check_rates(found, backend.features(robot, settings), path)
+    except InputError:
+        raise
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
     rate = float(found.command_rate_hz)
-    _check_rates(found, features, path)
     start = robot.home if found.start_rad is None else found.start_rad
     offsets, described = excitation_kinds.offsets(found.excitation, path, njoint, rate)
     q_des = start + offsets
@@ -112,8 +113,7 @@ def read_plan(path: Path | str) -> Plan:
     torque = motion_torque(robot, q_des, rate)
     for motion in motions:
         check_motion(robot, motion, torque, path)
-    own = {key: getattr(found, key) for key in backend.Settings.model_fields}
-    return Plan(path, robot, backend, backend.Settings.model_construct(**own), tuple(motions))
+    return Plan(path, robot, backend, settings, tuple(motions))
 
 
 def plan_model(backend: type[Backend]) -> type[PlanFile]:
@@ -126,7 +126,7 @@ def _driven(content: Any, path: Path) -> tuple[Robot, type[Backend]]:
     written = content if isinstance(content, Mapping) else {}
     keys = {key: written[key] for key in Driven.model_fields if key in written}
     named = checked(Driven, keys, path)
-    load_extensions(path.parent / file for file in named.extensions)
+    load_extensions(named.extensions)
     backend = _find(BACKENDS, named.backend, path)
     robot = named.robot or backend.default_robot
     if not robot:
@@ -142,7 +142,10 @@ def _find[T](registry: Registry[T], name: str, path: Path) -> type[T]:
         raise ConfigurationError(f"{path}: key {error}") from None
 
 
-def _check_rates(found: PlanFile, features, path: Path) -> None:
+def _check_rates(found: PlanFile, features: Features, path: Path) -> None:
+    if not features.takes_commands:
+        described = f"{found.backend}, which follows no commands"
+        raise RecordingError(path, "key backend", described, "one that drives a robot")
     rate, control = found.command_rate_hz, features.control_rate_hz
     if found.control_rate_hz not in (None, control):
         allowed = f"{control:g}, the rate of backend {found.backend}"

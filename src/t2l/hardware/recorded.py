@@ -20,6 +20,8 @@ from t2l.typed import Problem, Typed, describe
 
 FOLDER = "a folder with one recording a cell, such as kp16_kd1.csv with kp16_kd1.yaml"
 
+CAN = Features(control_rate_hz=None, side_by_side=1, takes_commands=False)
+
 
 class RecordedRobot(Backend):
     """A folder of logs, one file a cell."""
@@ -32,13 +34,13 @@ class RecordedRobot(Backend):
         recordings: Annotated[str, Field(min_length=1, description=FOLDER)]
 
     def __init__(self, robot: Robot, folder: Path | str):
-        self.robot, self.n, self._folder = robot, 1, Path(folder)
+        self.robot, self.can, self.n, self._folder = robot, CAN, 1, Path(folder)
         self._log: Recording | None = None
 
     @classmethod
-    def features(cls, robot: Robot) -> Features:
+    def features(cls, robot: Robot, settings: Settings) -> Features:
         """See `Backend.features`."""
-        return Features(control_rate_hz=None, side_by_side=1, takes_commands=False)
+        return CAN
 
     @classmethod
     def open(cls, robot: Robot, settings: Settings, n: int = 1) -> "RecordedRobot":

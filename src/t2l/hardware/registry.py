@@ -54,7 +54,7 @@ def open_backend(section: Mapping[str, Any], robot: Robot, n: int = 1) -> Backen
     """
     try:
         backend, settings = find_backend(section)
-        most = backend.features(robot).side_by_side
+        most = backend.features(robot, settings).side_by_side
         return backend.open(robot, settings, n if most is None else min(n, most))
     except Invalid as error:
         lines = (f"config: robot.{problem}" for problem in error.problems)

@@ -1,7 +1,7 @@
-"""A virtual FR3 for those without hardware: finer physics than any simulator that is trained in.
+"""A virtual robot for those without hardware: finer physics than any simulator that is trained in.
 
 Motor and link are two masses with a spring between them, friction is LuGre's, the controller runs
-at 1 kHz on what encoders show, and commands arrive late:
+at its own rate on what encoders show, and commands arrive late:
 
     τ = Kp (q_des − q) − Kd q̇,   |τ| and |dτ/dt| limited
 
@@ -9,41 +9,69 @@ Every robot of a batch is independent: rollouts run side by side.
 """
 
 import os
+from pathlib import Path
 
 import mujoco
 import numpy as np
+from pydantic import Field
 
 from t2l.hardware.backend import Backend, BackendError
 from t2l.hardware.features import Features, State
 from t2l.hardware.lugre import LuGre
-from t2l.hardware.virtual_physics import read
+from t2l.hardware.virtual_physics import VirtualPhysics, read
 from t2l.robots import Robot, plant
 from t2l.sim.batch import diverged, make_batch
 from t2l.sim.controllers.joint_pd import pd_torque
+from t2l.typed import Typed
 
 
 class VirtualRobot(Backend):
-    """`n` virtual robots, each with gains of its own."""
+    """`n` virtual robots of a kind, each with gains of its own.
+
+    Args:
+        robot: what they are.
+        threads: that simulate them, which change no result; by default one a core.
+        physics: file of what the MJCF does not say; by default the library's for this robot.
+
+    Raises:
+        ConfigurationError: there is no such file, or it lacks something.
+    """
 
     name = "virtual"
 
+    class Settings(Typed):
+        """Whose physics."""
+
+        physics: str | None = Field(
+            None,
+            min_length=1,
+            description="YAML of what the MJCF does not say, for a robot of your own; one of the "
+            "library's robots has its own",
+        )
+
     @classmethod
-    def features(cls, robot: Robot) -> Features:
+    def features(cls, robot: Robot, settings: Settings) -> Features:
         """See `Backend.features`."""
-        return Features(read().control_rate_hz)
+        return Features(read(robot, settings.physics).control_rate_hz)
 
     @classmethod
-    def open(cls, robot: Robot, settings: Backend.Settings, n: int = 1) -> "VirtualRobot":
+    def open(cls, robot: Robot, settings: Settings, n: int = 1) -> "VirtualRobot":
         """See `Backend.open`."""
-        return cls(robot, n, threads=1)
+        return cls(robot, n, threads=1, physics=settings.physics)
 
-    def __init__(self, robot: Robot, n: int = 1, threads: int | None = None):
-        self._physics = physics = read()
+    def __init__(
+        self,
+        robot: Robot,
+        n: int = 1,
+        threads: int | None = None,
+        physics: Path | str | None = None,
+    ):
+        self._physics = physics = read(robot, physics)
         self.n, self.robot, joints = n, robot, robot.joints
+        self.can = Features(physics.control_rate_hz)
         self.notes = f"the virtual {robot.name}"
         self._shape = (n, len(joints))
         self._substeps = round(physics.physics_rate_hz / physics.control_rate_hz)
-        self.control_rate_hz = physics.control_rate_hz
         model = _model(physics, robot)
         self._batch = make_batch(model, n, threads or len(os.sched_getaffinity(0)))
         self._motor_q, self._motor_v = _addresses(model, joints)
@@ -88,7 +116,7 @@ class VirtualRobot(Backend):
 
     def send(self, q_des: np.ndarray, period_s: float) -> None:
         """See `Backend.send`."""
-        for _ in range(round(period_s * self.control_rate_hz)):
+        for _ in range(round(period_s * self.can.control_rate_hz)):
             self._pending.append(np.broadcast_to(q_des, self._shape).copy())
             self._tick(self._pending.pop(0))
         if diverged(self._batch).any():
@@ -106,7 +134,7 @@ class VirtualRobot(Backend):
 
     def _tick(self, q_des: np.ndarray) -> None:
         batch, physics = self._batch, self._physics
-        period = 1 / self.control_rate_hz
+        period = 1 / self.can.control_rate_hz
         wanted = pd_torque(q_des, self._q, self._dq, self._kp, self._kd)
         reach = physics.torque_rate_limit * period
         wanted = np.clip(wanted, self._torque - reach, self._torque + reach)
@@ -131,7 +159,7 @@ class VirtualRobot(Backend):
         return np.round(q / resolution) * resolution
 
 
-def _model(physics, robot: Robot) -> mujoco.MjModel:
+def _model(physics: VirtualPhysics, robot: Robot) -> mujoco.MjModel:
     spec = plant.load(robot.name, robot.joints)
     spec.option.timestep = 1 / physics.physics_rate_hz
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON

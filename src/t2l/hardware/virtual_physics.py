@@ -1,22 +1,24 @@
-"""The physics of the virtual FR3, read from the one file that holds it."""
+"""The physics of the virtual robots, each read from the one file that holds it."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
-import yaml
+from pydantic import Field, create_model
 
-PATH = Path(__file__).with_name("virtual_fr3.yaml")
-_PER_JOINT = (
-    "gear_stiffness", "gear_damping_ratio", "bristle_stiffness", "bristle_damping_ratio", "coulomb",
-    "breakaway_ratio", "stribeck_velocity", "viscous", "torque_offset", "torque_limit",
-    "torque_rate_limit",
-)  # fmt: skip
+from t2l.documents import read_yaml
+from t2l.errors import ConfigurationError
+from t2l.robots import Robot
+from t2l.typed import Invalid, Typed, check
+
+_FOLDER = Path(__file__).parent
+_PREFIX = "virtual_"
 
 
 @dataclass(frozen=True)
 class VirtualPhysics:
-    """What ``virtual_fr3.yaml`` says, each with its unit and source there; arrays are (7,)."""
+    """What a file says, each with its unit and source there; arrays are (njoint,)."""
 
     physics_rate_hz: float
     control_rate_hz: float
@@ -36,10 +38,61 @@ class VirtualPhysics:
     velocity_cutoff_hz: float
 
 
-def read() -> VirtualPhysics:
-    """The file's values."""
-    entries = yaml.safe_load(PATH.read_text())
-    values = {field.name: entries[field.name]["value"] for field in fields(VirtualPhysics)}
-    for name in _PER_JOINT:
-        values[name] = np.broadcast_to(np.asarray(values[name], float), 7)
+class Entry(Typed):
+    """A key of a file."""
+
+    value: float | list[float] = Field(description="a number, or a list of one a joint")
+    source: Annotated[str, Field(min_length=1)] = Field(description="where the value is from")
+
+
+PhysicsFile = create_model(
+    "PhysicsFile",
+    __base__=Typed,
+    __doc__="A file as it is written.",
+    **{
+        field.name: (Entry, Field(description="`value` and `source`"))
+        for field in fields(VirtualPhysics)
+    },
+)
+
+
+def known() -> dict[str, Path]:
+    """The files of the robots that the library has, by the robots' names."""
+    return {
+        path.stem.removeprefix(_PREFIX): path for path in sorted(_FOLDER.glob(f"{_PREFIX}*.yaml"))
+    }
+
+
+def read(robot: Robot, path: Path | str | None = None) -> VirtualPhysics:
+    """The physics of a robot.
+
+    Args:
+        path: of a file of the user's; by default the library's for this robot.
+
+    Raises:
+        ConfigurationError: there is none, it lacks a key, or a list has not one number a joint.
+    """
+    if path is None:
+        files = known()
+        if robot.name not in files:
+            raise ConfigurationError(
+                f"robot {robot.name}: has no physics for the virtual robot; allowed: "
+                f"{', '.join(files)}, or a file of your own under the key `physics`"
+            )
+        path = files[robot.name]
+    try:
+        entries = check(PhysicsFile, read_yaml(path, "a file of a virtual robot's physics"))
+    except Invalid as error:
+        raise ConfigurationError(f"{path}: {error}") from None
+    njoint = len(robot.joints)
+    values = {}
+    for field in fields(VirtualPhysics):
+        value = np.asarray(getattr(entries, field.name).value, float)
+        per_joint = field.type is np.ndarray
+        if value.shape not in ((), (njoint,) if per_joint else ()):
+            allowed = f"one number, or a list of {njoint}" if per_joint else "one number"
+            raise ConfigurationError(
+                f"{path}: {field.name}: found a list of {value.size}; allowed: {allowed}"
+            )
+        values[field.name] = np.broadcast_to(value, njoint) if per_joint else float(value)
     return VirtualPhysics(**values)

@@ -1,59 +1,50 @@
 """What identification adjusts at every actuator, and the space it is searched in.
 
 Bounds are those of the study's table. The search runs in a box [0, 10] for every parameter, so
-that one step size suits all: stiffness and damping are 2^x (1 to 1024), the others linear.
+that one step size suits all: of stiffness and damping the logarithm (1 to 1024 by powers of two),
+of the others the parameter itself.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from t2l.effects.effect import Parameter
+
 BOX = 10.0
 
-
-@dataclass(frozen=True)
-class Bounds:
-    """Of one parameter: unit, least and greatest value, and whether its logarithm is searched."""
-
-    unit: str
-    lower: float
-    upper: float
-    log: bool = False
-
-
-TABLE: Mapping[str, Bounds] = {
-    "stiffness": Bounds("N·m/rad", 1.0, 1024.0, log=True),
-    "damping": Bounds("N·m·s/rad", 1.0, 1024.0, log=True),
-    "armature": Bounds("kg·m²", 0.0, 0.5),
-    "static_friction": Bounds("N·m", 0.01, 1.0),
-    "dynamic_friction_ratio": Bounds("1", 0.0, 1.0),
-    "viscous_friction": Bounds("N·m·s/rad", 0.0, 1.0),
-}
+PARAMETERS = (
+    Parameter("stiffness", "N·m/rad", 1.0, 1024.0, "torque by position error", log=True),
+    Parameter("damping", "N·m·s/rad", 1.0, 1024.0, "torque by velocity, in the motor", log=True),
+    Parameter("armature", "kg·m²", 0.0, 0.5, "rotor inertia seen at the joint"),
+    Parameter("static_friction", "N·m", 0.01, 1.0, "largest torque that holds a joint at rest"),
+    Parameter("dynamic_friction_ratio", "1", 0.0, 1.0, "friction in motion over that at rest"),
+    Parameter("viscous_friction", "N·m·s/rad", 0.0, 1.0, "torque by velocity, in the joint"),
+)
 
 Parameters = dict[str, np.ndarray]  # by name, (n, njoint) each
 
 
 def decode(x: np.ndarray) -> Parameters:
     """Parameters of points x (n, 6 · njoint) in the box, by parameter and then by joint."""
-    parts = np.split(np.asarray(x, float) / BOX, len(TABLE), axis=-1)
+    parts = np.split(np.asarray(x, float) / BOX, len(PARAMETERS), axis=-1)
     return {
-        name: bounds.lower * (bounds.upper / bounds.lower) ** part
-        if bounds.log
-        else bounds.lower + (bounds.upper - bounds.lower) * part
-        for (name, bounds), part in zip(TABLE.items(), parts, strict=True)
+        p.name: p.lower * (p.upper / p.lower) ** part
+        if p.log
+        else p.lower + (p.upper - p.lower) * part
+        for p, part in zip(PARAMETERS, parts, strict=True)
     }
 
 
 def encode(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
     """Points (n, 6 · njoint) in the box; what lies outside is moved to its edge."""
     parts = []
-    for name, bounds in TABLE.items():
-        value = np.clip(parameters[name], bounds.lower, bounds.upper)
-        if bounds.log:
-            parts.append(np.log(value / bounds.lower) / np.log(bounds.upper / bounds.lower))
+    for p in PARAMETERS:
+        value = np.clip(parameters[p.name], p.lower, p.upper)
+        if p.log:
+            parts.append(np.log(value / p.lower) / np.log(p.upper / p.lower))
         else:
-            parts.append((value - bounds.lower) / (bounds.upper - bounds.lower))
+            parts.append((value - p.lower) / (p.upper - p.lower))
     return BOX * np.concatenate(parts, axis=-1)
 
 
@@ -61,6 +52,5 @@ def on_bound(parameters: Mapping[str, np.ndarray], margin: float = 0.01) -> list
     """Names and joints of parameters (njoint,) within `margin` of the box's width of a bound."""
     x = encode({name: np.asarray(value)[None] for name, value in parameters.items()})[0] / BOX
     near = (x < margin) | (x > 1 - margin)
-    njoint = len(x) // len(TABLE)
-    names = list(TABLE)
-    return [(names[i // njoint], i % njoint) for i in np.flatnonzero(near)]
+    njoint = len(x) // len(PARAMETERS)
+    return [(PARAMETERS[i // njoint].name, i % njoint) for i in np.flatnonzero(near)]

@@ -1,12 +1,15 @@
 """CMA-ES on the spectral error of one recording: a population a generation, one batch."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from t2l.errors import T2LError
-from t2l.identify.actuator_parameters import BOX, TABLE, Parameters, decode, encode, on_bound
+from t2l.identify.actuator_parameters import BOX, PARAMETERS, Parameters, decode, encode, on_bound
+from t2l.identify.cma_es import CMAES
+from t2l.identify.initial_state import start_state
+from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.spectral import mean_squared_error, spectral_error
 from t2l.identify.training_simulator import Simulator
 from t2l.recordings.recording import Recording
@@ -64,34 +67,30 @@ def identify(
     """Actuator parameters with which the simulator moves as the recording does.
 
     The search starts at the recording's own gains and the middle of the other ranges. Velocities
-    count where they were measured. Hansen, The CMA Evolution Strategy: A Tutorial, 2016.
+    count where they were measured.
 
     Raises:
         IdentificationError: the recording's commands do not fit the simulator's timestep, or
             positions are missing.
     """
-    from cmaes import CMA  # with SciPy's statistics behind it, slow to import
-
     target = _target(recording, settings.rate_hz)
     robot = make_robot(recording.robot)
     plant = position_controlled(robot)
     simulator = Simulator(robot, plant, settings.population, settings.rate_hz, threads)
-    bounds = np.tile([0.0, BOX], (len(TABLE) * len(recording.joints), 1))
-    strategy = CMA(
-        _first_guess(recording), settings.sigma, bounds, seed=seed,
-        population_size=settings.population,
+    objective = SpectralError(target, simulator)
+    start = _first_guess(recording)
+    search = CMAES(
+        start, np.tile([0.0, BOX], (len(start), 1)), settings.sigma, settings.population, seed,
+        loss=objective.loss, from_start=False,
     )  # fmt: skip
-    best, least, losses = strategy.mean, np.inf, []
-    for iteration in range(settings.iterations):
-        points = np.array([strategy.ask() for _ in range(settings.population)])
-        errors = target.errors(simulator, decode(points))
-        # an infinite error would poison the ranks' sum, a huge one only ranks last
-        strategy.tell(list(zip(points, np.minimum(errors, 1e9), strict=True)))
-        if errors.min() < least:
-            best, least = points[np.argmin(errors)], float(errors.min())
-        losses.append(least)
-        progress(iteration, least)
-    parameters = {name: values[0] for name, values in decode(best[None]).items()}
+    losses: list[float] = []
+
+    def after_round(searches: Sequence[Optimiser]) -> None:
+        losses.append(search.loss)
+        progress(len(losses) - 1, search.loss)
+
+    minimise([search], objective, settings.iterations, after_round)
+    parameters = {name: values[0] for name, values in decode(search.u[None]).items()}
     q, dq = target.simulate(Simulator(robot, plant, 1, settings.rate_hz), parameters)
     mse = float(mean_squared_error(q[:, target.measured], target.q[target.measured])[0])
     return Identified(parameters, np.array(losses), mse, q[0], dq[0], on_bound(parameters))
@@ -104,20 +103,44 @@ class _Target:
     q_des: np.ndarray
     q: np.ndarray
     dq: np.ndarray | None
+    start: tuple[np.ndarray, np.ndarray]
     measured: np.ndarray
     nstep: int
 
     def simulate(self, simulator: Simulator, parameters) -> tuple[np.ndarray, np.ndarray]:
         simulator.set_parameters(parameters)
-        start_dq = 0.0 if self.dq is None else np.nan_to_num(self.dq[0])
-        return simulator.simulate(self.q_des, self.q[0], start_dq, self.nstep)
+        return simulator.simulate(self.q_des, *self.start, self.nstep)
 
-    def errors(self, simulator: Simulator, parameters) -> np.ndarray:
-        q, dq = self.simulate(simulator, parameters)
-        error = spectral_error(q[:, self.measured], self.q[self.measured])
-        if self.dq is not None:
-            error = error + spectral_error(dq[:, self.measured], self.dq[self.measured])
-        return error
+
+class SpectralError(Objective):
+    """What the training simulator makes of points in the box, against a recording.
+
+    Residuals are positions at every measured row, in rad, and after them velocities where they
+    were measured, in rad/s.
+    """
+
+    def __init__(self, target: _Target, simulator: Simulator):
+        self.target, self.simulator = target, simulator
+        njoint = target.q.shape[1]
+        self.signals = 1 if target.dq is None else 2
+        self.rows = int(target.measured.sum())
+        self.joints = np.tile(np.arange(njoint), self.signals * self.rows)
+
+    def residuals(self, asked):
+        return [self._of(points) for _, points in asked]
+
+    def _of(self, points: np.ndarray) -> np.ndarray:
+        target, at = self.target, self.target.measured
+        q, dq = target.simulate(self.simulator, decode(points))
+        errors = [q[:, at] - target.q[at]]
+        if target.dq is not None:
+            errors.append(dq[:, at] - target.dq[at])
+        return np.concatenate([error.reshape(len(points), -1) for error in errors], axis=1)
+
+    def loss(self, residuals: np.ndarray) -> np.ndarray:
+        """Sum of the spectral errors (m,) of positions and velocities."""
+        signals = residuals.reshape(len(residuals), self.signals, self.rows, -1)
+        return np.sum([spectral_error(signals[:, i]) for i in range(self.signals)], axis=0)
 
 
 def _target(recording: Recording, rate_hz: float) -> _Target:
@@ -146,9 +169,9 @@ def _target(recording: Recording, rate_hz: float) -> _Target:
             f"{recording.path or recording.name}: q: found {measured.sum()} rows in which all "
             "joints are measured; allowed: at least 10, the first row among them"
         )
-    return _Target(q_des, q, dq, measured, round(nstep))
+    return _Target(q_des, q, dq, start_state(recording), measured, round(nstep))
 
 
 def _first_guess(recording: Recording) -> np.ndarray:
-    middle = decode(np.full((1, len(TABLE) * len(recording.joints)), BOX / 2))
+    middle = decode(np.full((1, len(PARAMETERS) * len(recording.joints)), BOX / 2))
     return encode(middle | {"stiffness": recording.kp[None], "damping": recording.kd[None]})[0]

@@ -7,13 +7,14 @@ import numpy as np
 
 from t2l.artefacts import read_yaml, reading, write_table, write_text
 from t2l.gains import Cell
-from t2l.identify.actuator_parameters import TABLE, Parameters
+from t2l.identify.actuator_parameters import PARAMETERS, Parameters
 from t2l.identify.actuators import Identified
 from t2l.recordings.recording import Recording
 
 if TYPE_CHECKING:
     import pandas as pd
 
+NAMES = tuple(parameter.name for parameter in PARAMETERS)
 WHAT = "identified parameters of a cell"
 LOSS_COLUMNS = ("kp", "kd", "iteration", "loss")
 TRACE_COLUMNS = ("kp", "kd", "joint", "time", "q_des", "q", "q_sim", "dq", "dq_sim")
@@ -24,7 +25,7 @@ def write_parameters(
 ) -> None:
     """Write YAML: by joint, with units, what ended on a bound, and the error that is left."""
     lines = [
-        f"# the training simulator of an FR3 under {cell}, identified from one recording",
+        f"# the training simulator under {cell}, identified from one recording",
         f"kp: {cell.kp:g}  # N·m/rad, commanded",
         f"kd: {cell.kd:g}  # N·m·s/rad, commanded",
         f"mse_rad2: {found.mse:.6g}  # S*, of positions over time",
@@ -32,26 +33,23 @@ def write_parameters(
         f"joints: [{', '.join(joints)}]",
         "parameters:",
     ]
-    for name, values in found.parameters.items():
-        numbers = ", ".join(f"{value:.6g}" for value in values)
-        bounds = TABLE[name]
-        lines.append(
-            f"  {name}: [{numbers}]  # {bounds.unit}, {bounds.lower:g} to {bounds.upper:g}"
-        )
+    for p in PARAMETERS:
+        numbers = ", ".join(f"{value:.6g}" for value in found.parameters[p.name])
+        lines.append(f"  {p.name}: [{numbers}]  # {p.unit}, {p.lower:g} to {p.upper:g}")
     on_bound = ", ".join(f"{name} of {joints[joint]}" for name, joint in found.bounds)
     lines.append(f"on_bound: [{on_bound}]")
     write_text("\n".join(lines) + "\n", path)
 
 
 def read_parameters(path: Path | str) -> Parameters:
-    """The parameters (7,) of a file that `write_parameters` made.
+    """The parameters (njoint,) of a file that `write_parameters` made.
 
     Raises:
         ArtefactError: it is not one.
     """
     content = read_yaml(path, WHAT, ("joints", "parameters"))
     with reading(path, WHAT):
-        parameters = {name: np.array(content["parameters"][name], float) for name in TABLE}
+        parameters = {name: np.array(content["parameters"][name], float) for name in NAMES}
         for name, values in parameters.items():
             if values.shape != (len(content["joints"]),) or not np.isfinite(values).all():
                 raise ValueError(f"{name} is not one finite number a joint")

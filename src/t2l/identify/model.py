@@ -27,7 +27,8 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
-from t2l.robots.plant import KNOWN, mjcf_path
+from t2l.robots import ROBOTS
+from t2l.robots.plant import mjcf_path
 from t2l.typed import AsTuple, Invalid, Number, Typed, check, describe
 
 Values = Mapping[str, Mapping[str, Mapping[str, float] | float]]
@@ -135,7 +136,7 @@ class ModelFile(Typed):
 
 
 def _read_robot(robot: str, folder: Path) -> str:
-    if robot in KNOWN:
+    if robot in ROBOTS.names():
         return robot
     resolved = str((folder / robot).resolve())
     mjcf_path(resolved)
@@ -204,7 +205,7 @@ def write_model(model: Model, path: Path | str, comment: str = "") -> None:
     """Write a model file, whole, with paths relative to it and units as comments."""
     path = Path(path)
     known, here = model.known_effects(), path.resolve().parent
-    robot = model.robot if model.robot in KNOWN else os.path.relpath(model.robot, here)
+    robot = model.robot if model.robot in ROBOTS.names() else os.path.relpath(model.robot, here)
     lines = [f"# {line}" for line in comment.splitlines()]
     lines += [f"robot: {_name(robot)}"]
     lines += ["effects:" if model.effects else "effects: {}"]

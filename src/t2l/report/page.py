@@ -1,41 +1,21 @@
 """The page itself: one HTML file that needs nothing but a browser."""
 
-import json
-from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from t2l.artefacts import write_text
+from t2l.diagnose.results import Found, read_found, titles_of
 from t2l.figures.style import COLOURS
-from t2l.report import sections
-from t2l.report.artefacts import Found, read_found
-from t2l.report.payload import payload
+from t2l.report import words
+from t2l.report.menus import menus
+from t2l.report.payload import COARSEST, payload
 
 NAME = "report.html"
-
-_PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
-script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:">
-<title>{title}</title>
-<link rel="icon" href="data:,">
-<style>{style}</style>
-</head>
-<body data-plots-drawn="0" data-errors="0">
-<main>
-{body}
-</main>
-<script type="application/json" id="data">{data}</script>
-<script>{plotly}</script>
-<script>{script}</script>
-</body>
-</html>
-"""
 
 
 def write_report(folder: Path | str) -> Path:
@@ -51,18 +31,56 @@ def write_report(folder: Path | str) -> Path:
 
 def render(found: Found) -> str:
     """The page as HTML."""
-    title, parts = sections.tell(found)
-    data = payload(found) | {"colours": COLOURS}
-    return _PAGE.format(
-        title=escape(title),
+    template = _environment().get_template(f"{_story(found)}.html")
+    return template.render(
+        found=found,
+        titles=titles_of(found),
+        data=payload(found) | {"colours": COLOURS},
         style=_asset("page.css"),
-        body="\n".join(parts),
-        # "<" could end the script element
-        data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        plotly=get_plotlyjs(),
         script=_asset("page.js"),
+        plotly=Markup(get_plotlyjs()),
+        **(_of_comparison(found) if found.compared else {"robot": "the robot"}),
     )
 
 
-def _asset(name: str) -> str:
-    return files("t2l.report").joinpath(name).read_text()
+def _story(found: Found) -> str:
+    if found.explanation is not None:
+        return "explain"
+    return "diagnose" if found.steps else "compare"
+
+
+def _of_comparison(found: Found) -> dict[str, Any]:
+    first = found.compared[0]
+    return {
+        "numbers": first.numbers,
+        # a known name, or an MJCF file
+        "robot": Path(first.numbers["robot"]).stem,
+        "joints": first.traces.joints,
+        "both": len(found.compared) == 2,
+        "menus": menus(found),
+        "coarsest": COARSEST,
+    }
+
+
+def _environment() -> Environment:
+    """Templates in which every value is escaped, since recordings and effects name themselves."""
+    environment = Environment(
+        loader=PackageLoader("t2l.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
+    environment.filters |= {
+        filter.__name__: filter
+        for filter in (
+            words.estimate, words.gains, words.listed, words.mrad, words.number, words.percent,
+            words.readable, words.sentence, words.span, words.title_in,
+        )
+    }  # fmt: skip
+    return environment
+
+
+def _asset(name: str) -> Markup:
+    return Markup((files("t2l.report") / "templates" / name).read_text())

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from t2l.diagnose.conditions import CONDITIONS, UNITS
+from t2l.diagnose.results import Compared, Found, noise_density, titles_of
 from t2l.diagnose.traces import Traces, binned, spectrum
-from t2l.report.artefacts import Compared, Found
 
 OVERLAY_SAMPLES = 60_000  # in all overlays together
 COARSEST = 4  # every n-th sample; rather than coarser, fewer recordings are shown
@@ -56,15 +56,6 @@ def falling(found: Found) -> dict[str, Any]:
         "train": [1e3 * step["train_rmse_q_rad"] for step in steps],
         "heldout": [1e3 * step["heldout_rmse_q_rad"] for step in steps],
         "floor": 1e3 * found.explanation["noise_floor_rad"],
-    }
-
-
-def titles_of(found: Found) -> dict[str, str]:
-    """Titles of effects by name, from the rankings."""
-    return {
-        entry["effect"]: entry["title"]
-        for step in found.steps
-        for entry in step.diagnosis["ranking"]
     }
 
 
@@ -134,13 +125,6 @@ def _cell(cell: dict[str, Any], joints: tuple[str, ...]) -> list[float]:
     return [joint, cell["kp"], cell["kd"], 1e3 * cell["rmse_q_rad"]]
 
 
-def same_gains(compared: Compared) -> bool:
-    """Whether every recording has one Kp and one Kd for all joints."""
-    return all(
-        len(set(log["kp"])) == 1 and len(set(log["kd"])) == 1 for log in compared.numbers["logs"]
-    )
-
-
 def _clouds(compared: Compared) -> list[dict[str, Any]]:
     """Per joint a sample of points and the mean per bin, of error and missing torque."""
     traces, rng = compared.traces, np.random.default_rng(0)
@@ -165,15 +149,6 @@ def _clouds(compared: Compared) -> list[dict[str, Any]]:
 def _spectrum(traces: Traces, joint: int) -> list[str]:
     frequency, amplitude = spectrum(traces, joint)
     return [packed(frequency), packed(1e3 * amplitude)]
-
-
-def noise_density(compared: Compared) -> float | None:
-    """Amplitude density mrad/√Hz of white noise with the noise floor's RMS."""
-    floor, time = compared.numbers["noise_floor_rad"], compared.traces.columns["time"]
-    at = compared.traces.at(0, int(compared.traces.joint[0]))
-    if not floor or len(at) < 2:
-        return None
-    return 1e3 * floor * float(np.sqrt(2 * np.median(np.diff(time[at]))))
 
 
 def packed(values: np.ndarray) -> str:

@@ -1,8 +1,9 @@
-"""Numbers and lists as the page says them."""
+"""Numbers and lists as the page says them, in plain text; the templates escape it."""
 
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections.abc import Iterable, Mapping, Sequence
 from math import ceil, log10
+
+from t2l.figures.style import raised
 
 
 def mrad(value: float | None) -> str:
@@ -20,7 +21,7 @@ def number(value: float, digits: int = 3) -> str:
         text = f"{value:.{digits}g}"
         return text if "e" not in text else f"{float(text):.0f}"
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa} · 10<sup>{int(exponent)}</sup>".replace("-", "−")
+    return f"{mantissa.replace('-', '−')} · 10{raised(str(int(exponent)))}"
 
 
 def estimate(value: float, ci95: Sequence[float] | None) -> tuple[str, str]:
@@ -60,9 +61,19 @@ def readable(name: str) -> str:
     return name.replace("_", " ")
 
 
+def title_in(name: str | None, titles: Mapping[str, str]) -> str:
+    """An effect's title, or its name where no title is known."""
+    return titles.get(name) or readable(name)
+
+
+def gains(values: Sequence[float]) -> str:
+    """One gain, or one for each joint where they differ."""
+    return "/".join(f"{v:g}" for v in (values if len(set(values)) > 1 else values[:1]))
+
+
 def sentence(text: str) -> str:
-    """With a capital and a full stop, safe in HTML."""
+    """With a capital and a full stop."""
     text = text.strip()
     if not text:
         return ""
-    return escape(text[0].upper() + text[1:] + ("" if text[-1] in ".!?:" else "."))
+    return text[0].upper() + text[1:] + ("" if text[-1] in ".!?:" else ".")

@@ -7,11 +7,17 @@ from t2l.errors import ConfigurationError
 from t2l.rl.condition import Condition
 from t2l.robots import Robot
 from t2l.sim.controllers.joint_pd import COMMAND_PREFIX
+from t2l.tasks import Rewarded
 
 
 def observe(q: np.ndarray, dq: np.ndarray, remaining: np.ndarray, action: np.ndarray) -> np.ndarray:
     """What a policy sees, (n, nobs) float32: state, what is left to do, and its last action."""
     return np.concatenate([q, dq, remaining, action], axis=1).astype(np.float32)
+
+
+def observation_names(task: Rewarded) -> list[str]:
+    """Names of an observation's columns."""
+    return [*task.observation_names, *(f"action.{joint}" for joint in task.robot.joints)]
 
 
 def steps_held(rate_hz: float, policy_rate_hz: float, of_what: str) -> int:

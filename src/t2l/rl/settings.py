@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from t2l.tasks import Rewarded
+
 # the storage that is a file beside the results
 JOURNAL = "journal"
 
@@ -44,12 +46,9 @@ class Search:
     startup: int
 
     @classmethod
-    def from_section(cls, section: Mapping[str, Any], task: str) -> "Search":
-        """What the `tuning` section of a checked configuration asks of a task.
-
-        Joint reaching has the reward it comes with; for end-effector reaching weights are tuned.
-        """
-        weights = section["reward_weights"] if task == "end_effector_reach" else {}
+    def from_section(cls, section: Mapping[str, Any], task: Rewarded) -> "Search":
+        """What the `tuning` section of a checked configuration asks of a task."""
+        weights = {k: v for k, v in section["reward_weights"].items() if k in task.tuned}
         return cls(
             trials=section["trials"],
             action_scale=tuple(section["action_scale"]),

@@ -15,7 +15,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from t2l.errors import T2LError
 from t2l.rl.adaptive_rate import AdaptiveRate, RememberingBuffer, WatchedPolicy
 from t2l.rl.constraints import Evaluation
-from t2l.rl.environments import ReachEnvironments
+from t2l.rl.environments import Environments
 from t2l.rl.evaluate import evaluate
 from t2l.rl.policy import CLIPPED_AT, ReachPolicy
 from t2l.rl.settings import Settings
@@ -50,8 +50,8 @@ class Trained:
 
 
 def train(
-    environments: ReachEnvironments,
-    judges: ReachEnvironments,
+    environments: Environments,
+    judges: Environments,
     settings: Settings,
     report: Callable[[int, Evaluation], None] = lambda update, evaluation: None,
 ) -> Trained:
@@ -123,7 +123,7 @@ def _ppo(environments: VecNormalize, seed: int) -> PPO:
 class _Listener(BaseCallback):
     """Evaluates after some updates, and keeps the best policy."""
 
-    def __init__(self, rate: AdaptiveRate, judges: ReachEnvironments, settings: Settings, report):
+    def __init__(self, rate: AdaptiveRate, judges: Environments, settings: Settings, report):
         super().__init__()
         self.rate = rate
         self.judges, self.settings, self.report = judges, settings, report

@@ -13,7 +13,7 @@ ahead by the s = (n − 1) h/2 that it is later than the real one, to first orde
 
     Kp (q_des − q − s q̇) − Kd (q̇ + s q̈),
 
-which is a damping of Kd + s Kp and an armature of s Kd more. On the real FR3's motions a tick of
+which is a damping of Kd + s Kp and an armature of s Kd more. On the motions of a real arm a tick of
 4 ms instead of 1 ms is then off by 0.06 mrad, and by 0.8 mrad without.
 """
 
@@ -70,7 +70,8 @@ class ServoLoop:
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
         ahead: (nsim, 1) s, how far the loop looks ahead to be no later than the real one.
-        command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place.
+        command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
+            what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
         controller_filters: called with (tick, torque), change the controller's own torque, without
             gravity compensation, in place.
         motor_filters: called with (tick, torque), change the motor torque, gravity compensation
@@ -136,10 +137,6 @@ class ServoLoop:
     def per_row(self, values: np.ndarray) -> np.ndarray:
         """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
         return np.repeat(values, self.nrec, axis=0)
-
-    def commanded(self, tick: int) -> np.ndarray:
-        """q_des (nrec, njoint) in force at a tick, which may lie before the start."""
-        return self.schedule.commands[max(tick, 0)]
 
     def run(self) -> tuple[np.ndarray, np.ndarray]:
         """Measured position and velocity, (nvariant, nrec, nsample, njoint) each.

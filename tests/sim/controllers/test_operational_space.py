@@ -4,7 +4,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from t2l.sim.controllers.operational_space import (
-    OperationalSpaceGains,
     operational_space_torque,
     rotation_error,
 )
@@ -18,10 +17,9 @@ def test_the_grip_accelerates_as_asked_and_the_posture_does_not_disturb_it(seed)
     jacobian = rng.normal(size=(1, 6, 7))
     q, dq, bias = rng.normal(size=(3, 1, 7))
     error, twist_des, acceleration_des = rng.normal(size=(3, 1, 6))
-    gains = OperationalSpaceGains(position=100.0, rotation=100.0)
     torque = operational_space_torque(
-        *(q, dq, mass, jacobian, bias, error[:, :3], error[:, 3:]),
-        *(twist_des, acceleration_des, rng.normal(size=7), gains),
+        *(q, dq, mass, jacobian, bias, error),
+        *(twist_des, acceleration_des, rng.normal(size=7), 100.0, 20.0),
     )
     acceleration = jacobian[0] @ np.linalg.solve(mass[0], (torque - bias)[0])
     asked = acceleration_des + 100 * error + 20 * (twist_des - (jacobian @ dq[0])[..., :])

@@ -4,6 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from t2l.config.models.actions import Actions
 from t2l.config.models.cloning import (
     CloningGrid,
     Demonstrations,
@@ -54,6 +55,7 @@ class Configuration(Typed):
         "compliant, overdamped region G^CO",
     )
     demonstrations: Demonstrations = _section(Demonstrations, "demonstrations of the expert")
+    actions: Actions = _section(Actions, "what the output of cloned policies means")
     retargeting: Retargeting = _section(
         Retargeting, "how demonstrations become position commands for the gains of a cell"
     )

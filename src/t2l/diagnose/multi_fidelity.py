@@ -1,0 +1,74 @@
+"""Cheaper evidence to choose and fit effects by, where recordings are many or long.
+
+Every effect is tried on what is cheap, and what looks likeliest on what is dear: on the beginnings
+of long recordings, and with coarser ticks of the control loop.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from t2l.diagnose.evidence import MANY, Evidence
+from t2l.effects.term import Layout
+from t2l.identify.noise_floor import noise_floor
+from t2l.identify.prediction import Request
+
+COARSENESS = (5, 4, 2)  # control periods a tick that are tried
+LONG = 8000  # ticks of one recording, which are simulated one after the other
+NEGLIGIBLE = 0.3  # of the noise: adds 4 % to an error that is noise alone
+SMALL = 0.01  # of the model's error: adds nothing to what an effect takes off it
+SCREENED_S = 5.0  # of a recording half as long again or longer
+ALIKE = 0.5  # of a joint's mean squared error: what is cut off is no other
+
+
+def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evidence:
+    """`evidence` with all but `train` and `holdout` simulated at fewer ticks.
+
+    At the fewest that change the prediction of model `layout`, `u` negligibly beside the noise of
+    what was measured or beside what the model misses. Where there are few recordings and none is
+    long every tick is simulated.
+    """
+    recordings = evidence.train.recordings
+    ticks = max(recording.duration_s * recording.control_rate_hz for recording in recordings)
+    if len(recordings) < MANY and ticks < LONG:
+        return evidence
+    screen, request = evidence.screen, Request(layout, u[None])
+    exact = screen.predict([request])[0][0]
+    missed = np.sqrt(np.mean((exact - screen.samples.q)[evidence.screen_mask] ** 2))
+    limit = max(NEGLIGIBLE * noise_floor(list(screen.recordings)), SMALL * missed)
+    for coarseness in COARSENESS:
+        coarse = screen.of(screen.recordings, coarseness)
+        change = np.sqrt(np.mean((coarse.predict([request])[0][0] - exact) ** 2))
+        if change < limit:
+            shortlist, train, holdout = (
+                coarse if predictor is screen else predictor.of(predictor.recordings, coarseness)
+                for predictor in (evidence.shortlist, evidence.train, evidence.holdout)
+            )
+            return replace(
+                evidence, screen=coarse, shortlist=shortlist, draft=train, holdout_draft=holdout
+            )
+    return evidence
+
+
+def with_beginnings(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evidence:
+    """`evidence` with `SCREENED_S` of long recordings screened.
+
+    If model `layout`, `u` misses as much there as later, in each joint; else as it is. What
+    is shortlisted is cut likewise where it is what is screened.
+    """
+    screen, mask, samples = evidence.screen, evidence.screen_mask, evidence.screen.samples
+    if max(recording.duration_s for recording in screen.recordings) < 1.5 * SCREENED_S:
+        return evidence
+    square = (screen.predict([Request(layout, u[None])])[0][0] - samples.q) ** 2
+    early = samples.time < SCREENED_S
+    for joint in range(len(screen.joints)):
+        of_joint = mask & (samples.joint == joint)
+        if not of_joint.any():
+            continue
+        first = square[of_joint & early]
+        if not len(first) or first.mean() < ALIKE * square[of_joint].mean():
+            return evidence
+    short = screen.of([recording.beginning(SCREENED_S) for recording in screen.recordings])
+    if evidence.shortlist is screen:
+        evidence = replace(evidence, shortlist=short, shortlist_mask=mask[early])
+    return replace(evidence, screen=short, screen_mask=mask[early])

@@ -1,0 +1,163 @@
+"""What `t2l compare`, `diagnose` and `explain` left in a folder."""
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from t2l.artefacts import read_text
+from t2l.diagnose import result_types
+from t2l.diagnose.conditions import CONDITIONS
+from t2l.diagnose.result_types import read_content
+from t2l.diagnose.traces import TRACES, Traces, read_traces
+from t2l.errors import ArtefactError
+
+COMPARISON, DIAGNOSIS, EXPLANATION = "comparison.json", "diagnosis.json", "explanation.json"
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A model's comparison: its numbers, its samples, and what to call the model."""
+
+    label: str
+    numbers: dict[str, Any]
+    traces: Traces
+
+
+@dataclass(frozen=True)
+class Step:
+    """A diagnosis on the way, and the effect adopted after it (None after the last)."""
+
+    diagnosis: dict[str, Any]
+    adopted: str | None
+
+
+@dataclass(frozen=True)
+class Found:
+    """Everything that a figure or a page may tell.
+
+    Attributes:
+        compared: one model, or the one that came and the final one; may be empty.
+        steps: diagnoses in order; may be empty.
+        explanation: content of explanation.json.
+        model_yaml: the final model as text.
+    """
+
+    compared: list[Compared] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+    explanation: dict[str, Any] | None = None
+    model_yaml: str | None = None
+
+    @property
+    def heldout(self) -> set[str]:
+        """Names of the recordings that were held out as a whole."""
+        if not self.steps:
+            return set()
+        first = self.steps[0].diagnosis
+        held = set(first.get("heldout_recordings", []))
+        return held - set(first.get("training_recordings", []))
+
+
+def read_found(folder: Path | str) -> Found:
+    """Read a folder.
+
+    Raises:
+        ArtefactError: it holds nothing to tell, or a file is malformed.
+    """
+    folder = Path(folder)
+    if os.path.lexists(folder / EXPLANATION):
+        return _explained(folder)
+    if os.path.lexists(folder / DIAGNOSIS):
+        return Found(steps=[Step(_diagnosis(folder), None)])
+    if os.path.lexists(folder / COMPARISON):
+        return Found(compared=[_compared(folder, "model")])
+    raise ArtefactError(
+        folder / EXPLANATION, "nothing to report", f"it, {DIAGNOSIS} or {COMPARISON} there"
+    )
+
+
+def _explained(folder: Path) -> Found:
+    path = folder / EXPLANATION
+    explanation = read_content(path, result_types.Explanation, "an explanation")
+    if not explanation["steps"]:
+        raise ArtefactError(path, "no steps", "the model as it came as the first")
+    effects = [step["effect"] for step in explanation["steps"]]
+    steps = []
+    for number, adopted in enumerate([*effects[1:], None]):
+        where = folder / "steps" / str(number)
+        if os.path.lexists(where / DIAGNOSIS):
+            steps.append(Step(_diagnosis(where), adopted))
+    compared = [
+        _compared(folder / name, label)
+        for name, label in (("before", "model as it came"), ("after", "final model"))
+        if os.path.lexists(folder / name / COMPARISON)
+    ]
+    if len(compared) == 2 and not _alike(*compared):
+        found = "other recordings than those of the model as it came"
+        raise ArtefactError(folder / "after" / TRACES, found, "the same")
+    model = folder / "model.yaml"
+    text = read_text(model, "a model") if os.path.lexists(model) else None
+    return Found(compared, steps, explanation, text)
+
+
+def _alike(first: Compared, second: Compared) -> bool:
+    return (
+        len(first.traces.joint) == len(second.traces.joint)
+        and first.traces.joints == second.traces.joints
+        and first.traces.recordings == second.traces.recordings
+    )
+
+
+def _diagnosis(folder: Path) -> dict[str, Any]:
+    path = folder / DIAGNOSIS
+    content = read_content(path, result_types.Diagnosis, "a diagnosis")
+    if content["verdict"] == "missing_effect" and not content["ranking"]:
+        raise ArtefactError(path, "ranking: nothing", "the effect that is missing")
+    return content
+
+
+def _compared(folder: Path, label: str) -> Compared:
+    path = folder / COMPARISON
+    numbers = read_content(path, result_types.Comparison, "a comparison")
+    traces = read_traces(folder)
+    # whether all is the same is no column
+    missing = set(CONDITIONS) - set(traces.columns) - {"constant"}
+    if missing:
+        raise ArtefactError(folder / TRACES, f"lacks column {', '.join(sorted(missing))}", "all")
+    known = set(traces.joints)
+    named = {cell["joint"] for cell in numbers["cells"]} - {None}
+    if known != set(numbers["joints"]) or not named <= known:
+        raise ArtefactError(path, f"joints {', '.join(numbers['joints'])}", f"those of {TRACES}")
+    if len(numbers["logs"]) != len(traces.recordings):
+        expected = f"the {len(traces.recordings)} of {TRACES}"
+        raise ArtefactError(path, f"{len(numbers['logs'])} recordings", expected)
+    if any(len(log["kp"]) == 0 or len(log["kd"]) == 0 for log in numbers["logs"]):
+        raise ArtefactError(path, "a recording without gains", "kp and kd of each")
+    return Compared(label, numbers, traces)
+
+
+def titles_of(found: Found) -> dict[str, str]:
+    """Titles of effects by name, from the rankings."""
+    return {
+        entry["effect"]: entry["title"]
+        for step in found.steps
+        for entry in step.diagnosis["ranking"]
+    }
+
+
+def same_gains(compared: Compared) -> bool:
+    """Whether every recording has one Kp and one Kd for all joints."""
+    return all(
+        len(set(log["kp"])) == 1 and len(set(log["kd"])) == 1 for log in compared.numbers["logs"]
+    )
+
+
+def noise_density(compared: Compared) -> float | None:
+    """Amplitude density mrad/√Hz of white noise with the noise floor's RMS."""
+    floor, time = compared.numbers["noise_floor_rad"], compared.traces.columns["time"]
+    at = compared.traces.at(0, int(compared.traces.joint[0]))
+    if not floor or len(at) < 2:
+        return None
+    return 1e3 * floor * float(np.sqrt(2 * np.median(np.diff(time[at]))))

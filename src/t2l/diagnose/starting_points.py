@@ -1,0 +1,197 @@
+"""First guesses: every effect at a few magnitudes, on all joints at once, in one batch."""
+
+import logging
+from collections.abc import Sequence
+
+import numpy as np
+
+from t2l.diagnose.inverse_dynamics_residual import missing_torque
+from t2l.effects.blame import blaming, described, shipped
+from t2l.effects.effect import Effect, Scales
+from t2l.effects.term import Layout, Term
+from t2l.errors import EffectError
+from t2l.identify.prediction import Predictor, Request
+from t2l.identify.scales import scales
+
+logger = logging.getLogger(__name__)
+
+
+def candidate_layout(adopted: Layout, effect: Effect, joints: int) -> Layout:
+    """The adopted terms and `effect` on all joints."""
+    others = [term for term in adopted.terms if term.effect.name != effect.name]
+    return Layout([*others, Term(effect, tuple(range(joints)))])
+
+
+def starting_points(
+    predictor: Predictor,
+    mask: np.ndarray,
+    adopted: Layout,
+    u_adopted: np.ndarray,
+    effects: Sequence[Effect],
+) -> dict[str, tuple[Layout, np.ndarray, np.ndarray]]:
+    """For each effect its layout with the adopted ones, a start u and the size of its elements.
+
+    Each joint takes the guess that lowers its own error most, a parameter of the robot the one
+    that lowers the whole error; where none helps, the mildest.
+    """
+    adopted_values = {
+        name: {parameter: value[0] for parameter, value in parameters.items()}
+        for name, parameters in adopted.decode(u_adopted[None]).items()
+    }
+    njoint, samples = len(predictor.joints), predictor.samples
+    layouts = [candidate_layout(adopted, effect, njoint) for effect in effects]
+    so_far = predictor.predict([Request(adopted, u_adopted[None])])[0][0]
+    read_off = _read_off(predictor, mask, effects, samples.q - so_far)
+    sizes = scales(predictor)
+    guesses = [_starts(effect, sizes, njoint) + read_off[effect.name] for effect in effects]
+    requests = [
+        Request(
+            layout,
+            np.array([layout.encode({**adopted_values, effect.name: s}) for s in starts]),
+        )
+        for effect, layout, starts in zip(effects, layouts, guesses, strict=True)
+    ]
+    predicted = predictor.predict(requests)
+    residual = (so_far - samples.q)[mask]
+    joint = samples.joint[mask]
+    found = {}
+    for effect, layout, starts, q in zip(effects, layouts, guesses, predicted, strict=True):
+        changed = (q - samples.q)[:, mask]
+        _check_some_runs(effect, changed)
+        values = choose(effect, starts, residual, changed, joint, njoint)
+        size = _sizes(layout, effect, starts, adopted_values)
+        found[effect.name] = (layout, layout.encode({**adopted_values, effect.name: values}), size)
+    return found
+
+
+def _starts(effect: Effect, sizes: Scales, njoint: int) -> list[dict[str, np.ndarray]]:
+    """An effect's first guesses, each parameter finite and of the shape it must have."""
+    with blaming([effect], "to make first guesses (starts)"):
+        starts = list(effect.starts(sizes))
+        if not starts:
+            raise ValueError("it returned none; allowed: at least one")
+        for start in starts:
+            _check_guess(effect, start, njoint)
+    return starts
+
+
+def _check_guess(effect: Effect, guess: dict[str, np.ndarray], njoint: int) -> None:
+    names = [parameter.name for parameter in effect.parameters]
+    if not isinstance(guess, dict) or set(guess) != set(names):
+        raise ValueError(f"found {guess!r}; allowed: a number or an array for {', '.join(names)}")
+    for parameter in effect.parameters:
+        value = np.asarray(guess[parameter.name], float)
+        np.broadcast_to(value, (njoint if parameter.per_joint else 1,))
+        if not np.isfinite(value).all():
+            raise ValueError(f"found {value} for {parameter.name}; allowed: finite numbers")
+
+
+def _check_some_runs(effect: Effect, error: np.ndarray) -> None:
+    """Whether the model with an effect can be simulated at all; error (m, nsample) of m guesses."""
+    if np.isfinite(error).all(axis=1).any():
+        return
+    if shipped(effect):
+        logger.warning("%s: left out, the model runs away with every first guess", effect.name)
+        return
+    raise EffectError(
+        f"effect {described(effect)}: found no finite motion with any of its {len(error)} first "
+        "guesses; allowed: torques and parameters that a simulation can run with"
+    )
+
+
+def _read_off(
+    predictor: Predictor, mask: np.ndarray, effects: Sequence[Effect], residual: np.ndarray
+) -> dict[str, list[dict[str, np.ndarray]]]:
+    """Guesses of each effect, at most one, from the torque that the model so far lacks."""
+    readers = [e for e in effects if type(e).read_off is not Effect.read_off]
+    guesses: dict[str, list] = {effect.name: [] for effect in effects}
+    if not readers:
+        return guesses
+    torque, samples = missing_torque(predictor, residual), predictor.samples
+    where = [mask & (samples.joint == j) for j in range(len(predictor.joints))]
+    for effect in readers:
+        with blaming([effect], "to read a first guess off (read_off)"):
+            of_joints = [effect.read_off(samples.q[at], torque[at]) for at in where]
+            if any(found is None for found in of_joints):
+                continue
+            names = [parameter.name for parameter in effect.parameters]
+            guess = {name: np.array([found[name] for found in of_joints]) for name in names}
+            _check_guess(effect, guess, len(of_joints))
+        guesses[effect.name].append(guess)
+    return guesses
+
+
+def choose(
+    effect: Effect,
+    starts: Sequence[dict[str, np.ndarray]],
+    residual: np.ndarray,
+    changed: np.ndarray,
+    joint: np.ndarray,
+    njoint: int,
+) -> dict[str, np.ndarray]:
+    """For each joint the guess that helps it most, for what all share the one that helps most.
+
+    Args:
+        starts: m guesses.
+        residual: (nsample,) rad, without the effect.
+        changed: (m, nsample) rad, with each guess.
+        joint: (nsample,) index of each sample's joint.
+
+    Returns:
+        Each parameter, (njoint,) or (1,).
+    """
+    squares = np.nan_to_num(changed**2, nan=np.inf)
+    per_joint = np.stack([squares[:, joint == j].sum(axis=1) for j in range(njoint)], axis=1)
+    before = np.array([(residual[joint == j] ** 2).sum() for j in range(njoint)])
+    # joints that no guess helps do not vote on what all share
+    shared = [p for p in effect.parameters if not p.per_joint]
+    vote = per_joint if len(shared) == len(effect.parameters) else np.minimum(per_joint, before)
+    alike: dict[tuple, list[int]] = {}
+    for i, start in enumerate(starts):
+        alike.setdefault(tuple(np.ravel(start[p.name])[0] for p in shared), []).append(i)
+    # where none is helped, the least harm decides
+    members = min(
+        alike.values(),
+        key=lambda rows: (vote[rows].min(axis=0).sum(), per_joint[rows].min(axis=0).sum()),
+    )
+    choice = np.array(members)[np.argmin(per_joint[members], axis=0)]
+    values = {
+        p.name: np.array(
+            [np.broadcast_to(starts[choice[j]][p.name], njoint)[j] for j in range(njoint)]
+        )
+        if p.per_joint
+        else starts[members[0]][p.name]
+        for p in effect.parameters
+    }
+    for j in range(njoint):
+        at = joint == j
+        if per_joint[choice[j], j] >= before[j]:
+            share = _share(residual[at], changed[choice[j]][at] - residual[at])
+            for p in effect.parameters:
+                if p.per_joint and not p.log and np.isfinite(p.neutral):
+                    values[p.name][j] = p.neutral + share * (values[p.name][j] - p.neutral)
+    return values
+
+
+def _share(residual: np.ndarray, change: np.ndarray) -> float:
+    """How much of a guess that overshoots to take, were the response linear in it."""
+    size = float(change @ change)
+    if not np.isfinite(size) or size == 0:
+        return 0.05
+    return float(np.clip(-(residual @ change) / size, 0.01, 1.0))
+
+
+def _sizes(layout: Layout, effect: Effect, starts, adopted_values) -> np.ndarray:
+    """Magnitude of each element of u: of an adopted value, or of the first guesses."""
+    sizes = []
+    for slot in layout.slots:
+        name = slot.parameter.name
+        if slot.term.effect.name == effect.name:
+            guesses = [np.broadcast_to(s[name], slot.term.width(slot.parameter)) for s in starts]
+            at = slot.term.joints.index(slot.joint) if slot.joint is not None else 0
+            sizes.append(max(np.median([abs(g[at]) for g in guesses]), slot.parameter.size))
+        else:
+            adopted = np.abs(adopted_values[slot.term.effect.name][name]).mean()
+            sizes.append(max(adopted, slot.parameter.size))
+    least = np.array([1e-4 * (s.parameter.upper - s.parameter.lower) for s in layout.slots])
+    return np.maximum(np.array(sizes), np.minimum(least, 1e-2))

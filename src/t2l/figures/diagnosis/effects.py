@@ -1,0 +1,78 @@
+"""The effects that were tried and added, and by how much each lowers the error."""
+
+from collections.abc import Mapping, Sequence
+from textwrap import fill
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, SKY, plain_ticks
+from t2l.figures.style import COLOURS, shown, styled
+
+LEAST_SHOWN = -0.4  # improvements below are drawn at the edge
+
+
+def error_falling(
+    steps: Sequence[Mapping[str, Any]], floor: float, titles: Mapping[str, str] | None = None
+) -> Figure:
+    """Training and held-out RMS error after every added effect, and the noise floor.
+
+    Args:
+        steps: of explanation.json: `effect` (None at first), `train_rmse_q_rad`,
+            `heldout_rmse_q_rad`.
+        floor: rad, the error of a perfect model.
+        titles: what to print for an effect.
+    """
+    names = [(titles or {}).get(step["effect"], step["effect"]) for step in steps]
+    labels = ["model as\nit came", *(fill(f"+ {shown(name)}", 16) for name in names[1:])]
+    at = np.arange(len(steps))
+    with styled():
+        figure, axes = plt.subplots(figsize=(max(4.2, 1.4 * len(steps) + 1.2), 3.4))
+        for key, style, colour, label in (
+            ("heldout_rmse_q_rad", "o-", BLUE, "held out"),
+            ("train_rmse_q_rad", "o:", SKY, "training"),
+        ):
+            axes.plot(at, [1e3 * s[key] for s in steps], style, color=colour, lw=2, label=label)
+        text = f"noise floor, {1e3 * floor:.2g} mrad"
+        axes.axhline(1e3 * floor, color=BLACK, ls="--", lw=1, label=text)
+        axes.set_yscale("log")
+        plain_ticks(axes.yaxis)
+        axes.set_xticks(at, labels)
+        axes.set_xlim(-0.4, len(steps) - 0.6)
+        axes.set_ylabel("RMS position error [mrad]")
+        axes.legend()
+    return figure
+
+
+def ranking(diagnosis: Mapping[str, Any]) -> Figure:
+    """Fall of the held-out error with each effect, with 95 % intervals, best above.
+
+    Args:
+        diagnosis: content of diagnosis.json.
+    """
+    entries = list(diagnosis["ranking"])
+    first = entries[0] if entries and diagnosis["verdict"] == "missing_effect" else None
+    with styled():
+        figure, axes = plt.subplots(figsize=(6.2, 1.0 + 0.21 * max(len(entries), 3)))
+        for row, entry in enumerate(entries):
+            improvement = np.array(
+                [*entry["improvement"]["ci95"], entry["improvement"]["fraction"]]
+            )
+            low, high, value = 100 * np.maximum(improvement, LEAST_SHOWN)
+            colour = GREY
+            if first is not None and entry is first:
+                colour = BLUE
+            elif first is not None and entry["effect"] in first["tied_with"]:
+                colour = COLOURS[4]
+            axes.plot([low, high], [row, row], color=colour, lw=1.6)
+            axes.plot(value, row, "<" if improvement[2] < LEAST_SHOWN else "o", color=colour, ms=5)
+        axes.axvline(0, color=GREY, lw=0.6, zorder=0)
+        axes.set_yticks(
+            range(len(entries)), [shown(entry["title"]) for entry in entries], fontsize=8
+        )
+        axes.invert_yaxis()
+        axes.set_xlim(right=102)
+        axes.set_xlabel("fall of the held-out error [%], with 95 % interval")
+    return figure

@@ -1,0 +1,203 @@
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from t2l.diagnose.traces import read_traces
+from t2l.errors import ArtefactError
+from t2l.report import write_report
+from t2l.report.payload import recordings_to_show
+from t2l.report.words import mrad, sentence
+from tests.report.findings import compared, diagnosed, explained
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--enable-logging=stderr",
+    "--virtual-time-budget=60000",
+)
+# chooses every option of every menu in turn, and counts
+TRY_ALL = """<script>
+for (const menu of document.querySelectorAll("select"))
+  for (const option of menu.options) {
+    menu.value = option.value;
+    menu.dispatchEvent(new Event("change"));
+    document.body.dataset.tried = Number(document.body.dataset.tried || 0) + 1;
+  }
+</script></body>"""
+LARGEST = 8e6  # bytes
+
+
+@pytest.fixture(scope="module", params=[compared, diagnosed, explained], ids=lambda f: f.__name__)
+def page(request, tmp_path_factory):
+    folder = request.param(tmp_path_factory.mktemp(request.param.__name__))
+    return write_report(folder)
+
+
+def _told(page):
+    """The page without its scripts."""
+    return re.sub(r"<script.*?</script>", "", page.read_text(), flags=re.DOTALL)
+
+
+def test_a_browser_draws_every_plot_without_an_error(page, tmp_path):
+    browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if browser is None:
+        pytest.skip(f"needs a browser: none of {', '.join(BROWSERS)} is on PATH")
+    tried = tmp_path / "tried.html"
+    tried.write_text(page.read_text().replace("</body>", TRY_ALL))
+    profile = f"--user-data-dir={tmp_path / 'profile'}"
+    command = [browser, *FLAGS, profile, "--dump-dom", tried.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    body = re.search(r"<body[^>]*>", done.stdout)[0]
+    state = dict(re.findall(r'data-([a-z-]+)="(\d+)"', body))
+    expected = len(re.findall(r'data-plot="', _told(page)))
+    assert expected >= 1
+    options = _told(page).count("<option")
+    assert int(state.pop("tried", 0)) == options
+    assert state == {"plots": str(expected), "plots-drawn": str(expected), "errors": "0"}
+    assert done.stdout.count('class="main-svg"') >= expected
+    assert not [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+def test_the_page_is_small_and_needs_no_network(page):
+    text = page.read_text()
+    assert len(text.encode()) < LARGEST
+    assert "default-src 'none'" in text
+    assert not re.search(r'(?:src|href)="(?!data:)', _told(page))
+    assert "NaN" not in re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1]
+
+
+def test_a_comparison_tells_what_where_and_how_much(tmp_path):
+    folder = compared(tmp_path)
+    numbers = json.loads((folder / "comparison.json").read_text())
+    told = _told(write_report(folder))
+    assert mrad(numbers["rmse_q_rad"]) in told
+    assert mrad(numbers["noise_floor_rad"]) in told
+    assert sentence(numbers["findings"][0]["sentence"]) in told
+    assert "follows the direction of motion" in told
+    assert "Kp 5 to 80 N·m/rad" in told
+    assert "kp80" in told
+
+
+def test_an_explanation_tells_the_story(tmp_path):
+    told = _told(write_report(explained(tmp_path)))
+    order = [
+        "With Coulomb friction added, the held-out error falls from 10 mrad to 0.07 mrad",
+        "What was compared",
+        "The error falls",
+        "Step 1: Coulomb friction",
+        "hinge.torque",
+        "0.0595 to 0.0607",
+        "The recordings cannot tell it from Stribeck friction",
+        "Command a slow sine at Kp 5",
+        "Measured and simulated motion",
+        "What remains",
+        "41 % of the missing torque follows the position",
+        "coulomb_friction:",
+    ]
+    places = [told.find(text) for text in order]
+    assert -1 not in places
+    assert places == sorted(places)
+    assert "kp80 · " in told
+    assert "held out" in told
+
+
+EVIL = """</script><img src=x onerror=alert(1)>&"'"""
+
+
+def _strings(content):
+    """Places of all texts in JSON content."""
+    items = content.items() if isinstance(content, dict) else enumerate(content)
+    for key, value in items:
+        if isinstance(value, str):
+            yield content, key
+        elif isinstance(value, (dict, list)):
+            yield from _strings(value)
+
+
+@pytest.mark.parametrize("make", [compared, diagnosed, explained], ids=lambda f: f.__name__)
+def test_no_text_of_a_result_can_break_the_page(tmp_path, make):
+    folder = make(tmp_path)
+    for path in folder.rglob("*.json"):
+        content = json.loads(path.read_text())
+        for inner, key in list(_strings(content)):
+            # the page tells effects, verdicts, conditions and joints apart by their names
+            if key not in ("effect", "verdict", "condition", "joint"):
+                inner[key] = EVIL
+        path.write_text(json.dumps(content))
+    page = write_report(folder)
+    assert "<img" not in page.read_text()
+    assert "&lt;/script&gt;&lt;img" in _told(page)
+
+
+def test_an_empty_folder_and_a_broken_file_are_named(tmp_path):
+    with pytest.raises(ArtefactError, match=r"comparison\.json"):
+        write_report(tmp_path)
+    (tmp_path / "diagnosis.json").write_text("{")
+    with pytest.raises(ArtefactError, match="what is not JSON"):
+        write_report(tmp_path)
+
+
+def _changed(content, keys, value):
+    """JSON content with another value under a key within; without the key if it is `None`."""
+    *above, last = keys
+    inner = content
+    for key in above:
+        inner = inner[key]
+    if value is None:
+        del inner[last]
+    else:
+        inner[last] = value
+    return content
+
+
+@pytest.mark.parametrize(
+    ("name", "keys", "value"),
+    [
+        ("explanation.json", ["steps"], None),
+        ("explanation.json", ["steps"], []),
+        ("explanation.json", ["steps", 0, "heldout_rmse_q_rad"], "small"),
+        ("explanation.json", ["noise_floor_rad"], [1]),
+        ("steps/0/diagnosis.json", ["ranking"], {}),
+        ("steps/0/diagnosis.json", ["ranking"], []),
+        ("steps/0/diagnosis.json", ["ranking", 0, "improvement", "ci95"], [1]),
+        ("steps/0/diagnosis.json", ["ranking", 0, "tied_with"], None),
+        ("steps/0/diagnosis.json", ["baseline"], 3),
+        ("before/comparison.json", ["logs"], []),
+        ("before/comparison.json", ["logs", 0, "kp"], []),
+        ("before/comparison.json", ["joints"], {}),
+        ("before/comparison.json", ["cells", 0, "joint"], "elbow"),
+        ("after/comparison.json", ["findings"], 1),
+        ("after/comparison.json", ["rmse_q_rad"], float("nan")),
+    ],
+    ids=str,
+)
+def test_foreign_results_are_named(tmp_path, name, keys, value):
+    path = explained(tmp_path) / name
+    path.write_text(json.dumps(_changed(json.loads(path.read_text()), keys, value)))
+    with pytest.raises(ArtefactError, match=name) as caught:
+        write_report(tmp_path)
+    assert caught.value.path == path
+
+
+def test_of_many_long_recordings_the_best_to_the_worst_are_shown(tmp_path):
+    traces = read_traces(compared(tmp_path))
+    many = 40
+    joint = np.zeros(many * 20_000, int)
+    recording = np.repeat(np.arange(many), 20_000)
+    columns = {"q": recording * 1e-3, "q_sim": np.zeros(len(joint))}
+    long = type(traces)(tuple(map(str, range(many))), ("hinge",), recording, joint, columns)
+    shown = recordings_to_show(long)
+    assert 3 <= len(shown) < many
+    assert {0, many - 1} <= set(shown)
+    assert recordings_to_show(traces) == [0, 1, 2]
