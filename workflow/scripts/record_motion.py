@@ -1,8 +1,8 @@
 """Record one cell's identification motion."""
 
 from t2l.gains import Cell
+from t2l.hardware import open_backend
 from t2l.hardware.motion import identification_motion
-from t2l.hardware.registry import open_backend
 from t2l.jobs import job
 from t2l.recordings.log import write_recording
 from t2l.robots import make_robot

