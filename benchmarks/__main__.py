@@ -4,7 +4,7 @@ import sys
 
 from benchmarks import (
     cell,
-    discrepancy,
+    diagnosis,
     hidden,
     overhead,
     published,
@@ -14,7 +14,7 @@ from benchmarks import (
 
 BENCHMARKS = {
     module.__name__.split(".")[-1]: module
-    for module in (throughput, cell, overhead, reinforcement, discrepancy, hidden, published)
+    for module in (throughput, cell, overhead, reinforcement, diagnosis, hidden, published)
 }
 
 

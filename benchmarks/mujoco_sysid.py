@@ -1,4 +1,4 @@
-"""The fit of `benchmarks.discrepancy` as a user of mujoco.sysid would write it."""
+"""The fit of `benchmarks.diagnosis` as a user of mujoco.sysid would write it."""
 
 import io
 import logging

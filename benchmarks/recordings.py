@@ -29,7 +29,7 @@ from t2l.gains import Cell
 from t2l.identify.prediction import Predictor, Request
 from t2l.recordings.log import read_recordings, write_recording
 from t2l.recordings.recording import Recording
-from t2l.robots import fr3
+from t2l.robots import make_robot
 
 FOLDER = ROOT / "results/bench"
 
@@ -119,15 +119,16 @@ def _make_grid(folder: Path) -> None:
     """Predicted by t2l itself with more friction, at rest first, rounded as the log rounds."""
     row = np.arange(int(GRID_S * COMMAND_HZ))
     wave = 0.15 * np.sin(np.pi * row / 50)
-    q_des = np.array(fr3.HOME) + wave[:, None]
-    q = np.where((row % (COMMAND_HZ // SAMPLE_HZ) == 0)[:, None], fr3.HOME, np.nan)
-    n = len(fr3.JOINTS)
+    robot = make_robot("fr3")
+    q_des = robot.home + wave[:, None]
+    q = np.where((row % (COMMAND_HZ // SAMPLE_HZ) == 0)[:, None], robot.home, np.nan)
+    n = len(robot.joints)
     blank = [
         Recording(
             name=cell.name,
             path=None,
-            robot="fr3",
-            joints=fr3.JOINTS,
+            robot=robot.name,
+            joints=robot.joints,
             kp=np.full(n, cell.kp),
             kd=np.full(n, cell.kd),
             command_rate_hz=COMMAND_HZ,

@@ -26,7 +26,8 @@ from t2l.artefacts import (
     write_table,
     write_text,
 )
-from t2l.diagnose.traces import TRACES, read_traces
+from t2l.diagnose.files import TRACES
+from t2l.diagnose.traces import read_traces
 from t2l.errors import ArtefactError, OutputError
 from t2l.figures import style
 from t2l.gains import Cell

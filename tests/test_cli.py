@@ -13,6 +13,7 @@ from t2l.identify.model import read_model
 from t2l.recordings import write_recording
 from tests.diagnose.made import pendulum, recording, swing, swings
 from tests.effects.test_registry import RUBBER
+from tests.made_extension import write_robot
 
 COULOMB = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
 
@@ -179,6 +180,40 @@ def test_a_mistake_is_told_with_file_and_key_and_nothing_is_written(
     for word in named:
         assert word in said
     assert {p for p in at_home.rglob("*")} == before
+
+
+def test_a_robot_of_ones_own_is_known_by_its_name(at_home, capsys):
+    write_robot(at_home / "mine.py", "pendulum_at_home")
+    for path in (at_home / "logs").iterdir():
+        text = path.read_text().replace("../pendulum.xml", "pendulum_at_home")
+        (at_home / "named").mkdir(exist_ok=True)
+        (at_home / "named" / path.name).write_text(text)
+    said = fails(capsys, "compare", "named", "--out", "never")
+    assert "key robot: found 'pendulum_at_home'" in said
+    main(["compare", "named", "--extensions", "mine.py", "--out", "own"])
+    main(["compare", "logs", "--out", "theirs"])
+    own, theirs = (
+        json.loads((at_home / out / "comparison.json").read_text())["rmse_q_rad"]
+        for out in ("own", "theirs")
+    )
+    assert own == theirs
+
+
+@pytest.mark.parametrize(
+    "command", ["compare", "diagnose", "explain", "adopt", "record", "import-csv", "import-lerobot"]
+)
+def test_extensions_that_are_not_there_are_told(at_home, capsys, command):
+    rest = {
+        "adopt": ["armature", "--diagnosis", "found"],
+        "record": ["plan.yaml"],
+        "import-csv": ["mapping.yaml", "table.csv"],
+        "import-lerobot": [
+            *("set", "--robot", "fr3", "--joints", "a", "--kp", "1", "--kd", "1"),
+            *("--control-rate-hz", "1", "--gravity-compensation", "yes"),
+        ],
+    }.get(command, ["logs"])
+    said = fails(capsys, command, *rest, "--extensions", "nowhere.py", "--out", "never.yaml")
+    assert f"t2l {command}: extension file {at_home / 'nowhere.py'}: no such file" in said
 
 
 def test_an_out_that_is_a_file_is_told_before_any_work(at_home, capsys):

@@ -3,17 +3,25 @@
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
 from t2l.artefacts import read_json, write_text
 from t2l.errors import ArtefactError, OutputError
 from t2l.jobs import job
+from t2l.robots import ROBOTS
 from tests.conftest import ROOT
+from tests.made_extension import write_robot
+
+
+def _script(log, **config):
+    """What Snakemake gives a script."""
+    return SimpleNamespace(log=[log], config=config)
 
 
 def _ended(log, body, **arguments):
-    with pytest.raises(SystemExit) as caught, job(log, **arguments):
+    with pytest.raises(SystemExit) as caught, job(_script(log), **arguments):
         body()
     return str(caught.value)
 
@@ -70,9 +78,25 @@ def test_other_errors_set_nothing_aside(tmp_path):
         raise OutputError("results are full")
 
     assert _ended(tmp_path / "log", fail) == "error: results are full"
-    with pytest.raises(ZeroDivisionError), job(tmp_path / "log"):
+    with pytest.raises(ZeroDivisionError), job(_script(tmp_path / "log")):
         _ = 1 / 0
     assert "ZeroDivisionError" in (tmp_path / "log").read_text()
+
+
+def test_a_job_knows_what_extensions_define(tmp_path):
+    path = write_robot(tmp_path / "mine.py", "pendulum_of_a_job")
+    with job(_script(tmp_path / "log", extensions=[str(path)])):
+        assert "pendulum_of_a_job" in ROBOTS.names()
+    path = tmp_path / "gone.py"
+    with pytest.raises(SystemExit) as caught, job(_script(tmp_path / "log", extensions=[path])):
+        pytest.fail("it ran")
+    assert str(caught.value) == f"error: extension file {path}: no such file"
+
+
+def test_every_script_is_a_job():
+    for path in sorted((ROOT / "workflow/scripts").glob("*.py")):
+        assert "\nwith job(snakemake" in path.read_text(), path
+        assert "job(snakemake." not in path.read_text(), path
 
 
 FULL = "/dev/full"  # whose every write fails as on a full disk
@@ -84,7 +108,7 @@ def test_a_full_disk_is_a_message(tmp_path, capsys):
             file.write("x\n")
 
     assert "No space left on device (the file system at" in _ended(tmp_path / "log", fill)
-    with job(FULL):
+    with job(_script(FULL)):
         pass
     told = capsys.readouterr().err
     assert told.count("warning: /dev/full: cannot be written: No space left on device") == 1
@@ -116,7 +140,7 @@ rule take:
 MAKE = """
 from t2l.artefacts import whole, write_text
 from t2l.jobs import job
-with job(snakemake.log[0]):
+with job(snakemake):
     with whole(snakemake.output[0]) as draft:
         draft.mkdir()
         (draft / "part").write_text("part")
@@ -125,7 +149,7 @@ with job(snakemake.log[0]):
 TAKE = """
 from t2l.artefacts import read_json, write_text
 from t2l.jobs import job
-with job(snakemake.log[0]):
+with job(snakemake):
     content = read_json(snakemake.input[1], "an explanation", ("steps",))
     write_text(str(content["steps"]), snakemake.output[0])
 """

@@ -18,7 +18,18 @@ LAYERS = [
     {"hardware", "recordings"},
     {"robots"},
     {"gains", "sim"},
-    {"artefacts", "registry", "documents", "errors", "jobs", "names", "outputs", "seeds", "typed", "version"},
+    {
+        "artefacts",
+        "registry",
+        "documents",
+        "errors",
+        "jobs",
+        "names",
+        "outputs",
+        "seeds",
+        "typed",
+        "version",
+    },
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 SOURCES = sorted((ROOT / "src/t2l").rglob("*.py"))

@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from t2l.artefacts import set_aside
 from t2l.errors import (
@@ -20,6 +20,7 @@ from t2l.errors import (
     refused,
     writing,
 )
+from t2l.registry import load_extensions
 
 
 class _Log(logging.FileHandler):
@@ -42,16 +43,18 @@ class _Log(logging.FileHandler):
 
 
 @contextmanager
-def job(log_path: Path | str, markers: Sequence[Path | str] = ()) -> Iterator[None]:
-    """Log to `log_path`; an error that a person can mend ends the process with its message alone.
+def job(snakemake: Any, markers: Sequence[Path | str] = ()) -> Iterator[None]:
+    """Log, load extensions; an error that a person can mend ends the process with its message.
 
     A file that turns out to be broken is set aside: Snakemake misses it at the next run, and makes
     it anew.
 
     Args:
+        snakemake: what Snakemake gives its scripts: the job's log and the configuration.
         markers: files that say that what Snakemake does not know of is complete; they are set
             aside with a broken file.
     """
+    log_path = snakemake.log[0]
     try:
         with writing(log_path):
             Path(log_path).parent.mkdir(parents=True, exist_ok=True)
@@ -64,6 +67,7 @@ def job(log_path: Path | str, markers: Sequence[Path | str] = ()) -> Iterator[No
     logger.setLevel(logging.INFO)
     start = time.monotonic()
     try:
+        load_extensions(snakemake.config.get("extensions", []))
         yield
     except ArtefactError as error:
         _end(logger, _mended(error, markers))

@@ -1,9 +1,12 @@
-"""Which library a result was made by."""
+"""Which library, and which extensions of it, a result was made by."""
 
 import hashlib
+from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+
+from t2l.registry import python_files
 
 
 @cache
@@ -18,3 +21,17 @@ def library() -> str:
         digest.update(str(path.relative_to(home)).encode())
         digest.update(path.read_bytes())
     return f"t2l {version('t2l')} {digest.hexdigest()[:16]}, mujoco {version('mujoco')}"
+
+
+def with_extensions(extensions: Sequence[Path | str]) -> str:
+    """t2l's version and, where there are extensions, a digest of their files.
+
+    Args:
+        extensions: Python files, or folders of them.
+    """
+    if not extensions:
+        return version("t2l")
+    digest = hashlib.sha256()
+    for path in python_files(extensions):
+        digest.update(path.read_bytes())
+    return f"{version('t2l')} {digest.hexdigest()[:16]}"

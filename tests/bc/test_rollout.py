@@ -43,6 +43,10 @@ class Recorded:
         return np.stack([c[np.minimum(at, len(c) - 1)] for c in self.commands])
 
 
+def constantly(action):
+    return lambda history: np.tile(action, (len(history), CHUNK, 1))
+
+
 def test_commands_that_solve_the_task_are_successes(task, demonstrations, starts):
     # an even number succeeds at different times, so freeze none before all have
     act = Recorded(task, demonstrations[:1])
@@ -59,7 +63,7 @@ def test_standing_still_is_a_failure_and_not_a_divergence(task, starts):
     still = np.append(starts[0][task.arm_qpos], 0.04)
     rollouts = roll_out(
         task,
-        lambda h: np.tile(still, (len(h), CHUNK, 1)),
+        constantly(still),
         10,
         CHUNK,
         control(task),
@@ -104,7 +108,7 @@ def test_traces_hold_a_success_and_a_failure(task, demonstrations, starts, block
     bad = traces(
         roll_out(
             short,
-            lambda h: np.tile(still, (len(h), CHUNK, 1)),
+            constantly(still),
             10,
             CHUNK,
             control(short),

@@ -37,7 +37,7 @@ def test_editors_find_the_schema_and_accept_what_ships(path):
         ("training", {"epochs": 1.5}),
         ("training", {"learning_rate": 11}),
         ("retargeting", {"hold": "median"}),
-        ("tuning", {"reward_weights": {"positon": [1, 2]}}),
+        ("tuning", {"reward_weights": {"position": [1]}}),
         ("sim_to_real", {"conditions": [{"name": "a"}]}),
         ("robot", {"address": None}),
     ],

@@ -99,6 +99,7 @@ def test_what_is_absent_has_its_default():
     assert sections["sim_to_real"]["conditions"][0] == {
         "name": "joint_reach",
         "task": "joint_reach",
+        "actions": {"kind": "joint_delta"},
         "policy_rate_hz": 50.0,
         "randomisation": 0.0,
     }

@@ -110,7 +110,7 @@ def _cut(path):
 
 def _foreign(path):
     info = json.loads((path / "meta/info.json").read_text())
-    info["features"]["action"]["shape"] = [3]
+    info["features"]["observation.state"]["shape"] = [3]
     (path / "meta/info.json").write_text(json.dumps(info))
 
 
@@ -141,7 +141,7 @@ def _shorter(table):
     ("damage", "message"),
     [
         (_cut, "file-000.parquet: cannot be read"),
-        (_foreign, r"action has shape \[3\]"),
+        (_foreign, "observation.state has shape"),
         (lambda path: (path / "meta/info.json").unlink(), "meta/info.json: no such file"),
         (
             lambda path: (path / "meta/info.json").write_text("{"),

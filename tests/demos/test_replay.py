@@ -83,3 +83,33 @@ def test_a_cell_without_successful_replays_says_so(task, demonstrations):
     assert (table.failure != "").all()
     with pytest.raises(ReplayError, match=r"Kp 16, Kd 2: 0 of 2"):
         successful(replays, cell)
+
+
+@pytest.mark.parametrize(
+    ("kind", "section"),
+    [("joint_delta", {"reference": "measured"}), ("joint_delta", {"reference": "commanded"})],
+)
+def test_what_an_action_means_does_not_change_what_is_commanded(
+    task, demonstrations, kind, section
+):
+    cell = Cell(128, 8)
+    target = replay(task, demonstrations[:2], control(task, cell), 10)
+    delta = replay(task, demonstrations[:2], control(task, cell, kind, **section), 10)
+    for a, b in zip(target, delta, strict=True):
+        np.testing.assert_array_equal(a.observation, b.observation)
+        np.testing.assert_array_equal(a.action, a.command)
+        measured = b.observation[:, : b.command.shape[1]]
+        before = np.concatenate([measured[:1], b.command[:-1]])
+        base = measured if section["reference"] == "measured" else before
+        np.testing.assert_allclose(b.action, b.command - base, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["task_pose", "task_delta"])
+def test_under_operational_space_control_a_replay_reproduces_its_demonstration(
+    task, demonstrations, kind
+):
+    """The demonstrations' expert has the same null space, and the law is solved for the pose."""
+    for cell in (Cell(100, 10), Cell(1600, 80)):
+        replays = replay(task, demonstrations[:2], control(task, cell, kind), decimation=1)
+        assert all(r.success for r in replays)
+        assert max(r.mse_q_rad2 for r in replays) < 1e-7

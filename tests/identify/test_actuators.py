@@ -6,13 +6,15 @@ import pytest
 from t2l.identify.actuators import IdentificationError, identify
 from t2l.identify.training_simulator import Simulator
 from t2l.recordings.recording import Recording
-from t2l.robots.fr3 import HOME, JOINTS
+from t2l.robots import make_robot
+from t2l.robots.plant import position_controlled
 from tests.defaults import identification
 
 
 def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
     """Two seconds of the simulator itself."""
-    simulator = Simulator(1, 100)
+    robot = make_robot("fr3")
+    simulator = Simulator(robot, position_controlled(robot), 1, 100)
     simulator.set_parameters(
         {
             "stiffness": stiffness, "damping": damping, "armature": 0.15,
@@ -20,10 +22,10 @@ def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
         }
     )  # fmt: skip
     time = np.arange(100) / 50
-    q_des = np.array(HOME) + 0.1 * np.sin(np.pi * time)[:, None]
-    q, dq = simulator.simulate(q_des, np.array(HOME), 0.0, nstep=2)
+    q_des = robot.home + 0.1 * np.sin(np.pi * time)[:, None]
+    q, dq = simulator.simulate(q_des, robot.home, 0.0, nstep=2)
     recording = Recording(
-        name="made", path=None, robot="fr3", joints=JOINTS, kp=np.full(7, 64.0),
+        name="made", path=None, robot="fr3", joints=robot.joints, kp=np.full(7, 64.0),
         kd=np.full(7, 8.0), command_rate_hz=50.0, control_rate_hz=1000.0,
         gravity_compensation=True, time=time, q_des=q_des, q=q[0], dq=dq[0],
     )  # fmt: skip

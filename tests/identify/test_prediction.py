@@ -6,20 +6,12 @@ import pytest
 from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
-from t2l.effects.registry import builtin
-from t2l.effects.term import Layout, Term
-from t2l.identify import batches
-from t2l.identify.batches import MAX_SIMULATIONS
+from t2l.effects.term import Layout
 from t2l.identify.initial_state import start_state
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
-from t2l.identify.scales import gravity_torque, scales
 from t2l.recordings import Recording
 from tests.diagnose.made import (
-    ARMATURE,
-    DAMPING,
-    INERTIA,
-    WEIGHT,
     hold,
     measured,
     pendulum,
@@ -98,102 +90,10 @@ def test_between_the_ticks_of_a_slow_loop_a_joint_does_not_move_in_straight_line
     assert np.abs(error).max() < 1e-4
 
 
-def test_more_variants_than_one_batch_holds(tmp_path):
-    made = recording(pendulum(tmp_path), swing(), duration_s=0.21, control_rate_hz=100.0)
-    predictor = Predictor(made.robot, [made], threads=1)
-    layout = Layout([Term(builtin()["torque_offset"], (0,))])
-    u = np.linspace(-0.1, 0.1, MAX_SIMULATIONS + 7)[:, None]
-    many, few = predictor.predict([Request(layout, u), Request(layout, u[-9:])])
-    assert np.isfinite(many).all()
-    np.testing.assert_array_equal(many[-9:], few)
-    assert (np.diff(many[:, -1]) > 0).all()
-
-
-@pytest.mark.parametrize("least_dofs_per_batch", [1, 1_000_000], ids=["batches", "threads"])
-def test_threads_change_no_number(tmp_path, monkeypatch, least_dofs_per_batch):
-    """Of loops whose physics steps differ, of models with more joints, side by side or shared."""
-    monkeypatch.setattr(batches, "LEAST_DOFS_PER_BATCH", least_dofs_per_batch)
-    monkeypatch.setattr(batches, "LEAST_STEPS_PER_THREAD", 1)
-    robot, rates = pendulum(tmp_path), (1000.0, 300.0, 170.0)
-    made = [
-        recording(robot, swing(), f"{rate:g} Hz", duration_s=1.0, control_rate_hz=rate)
-        for rate in rates
-    ]
-    requests = []
-    one, two = Predictor(robot, made, threads=1), Predictor(robot, made, threads=2)
-    for name in ("torque_offset", "joint_flexibility"):
-        effect = builtin()[name]
-        layout = Layout([Term(effect, (0,))])
-        u = np.array([layout.encode({name: values}) for values in effect.starts(scales(one))])
-        requests.append(Request(layout, np.concatenate([u, 1.1 * u, 0.9 * u])))
-    expected = one.predict(requests, velocity=True)
-    for _ in range(3):
-        found = two.predict(requests, velocity=True)
-        for one_thread, two_threads in zip(expected, found, strict=True):
-            for values, other in zip(one_thread, two_threads, strict=True):
-                np.testing.assert_array_equal(values, other)
-
-
 def test_velocity_is_the_slope_of_position(tmp_path):
     made = recording(pendulum(tmp_path), swing(), row_rate_hz=1000.0, duration_s=0.5)
     (q,), (dq,) = Predictor(made.robot, [made]).predict([PLAIN], velocity=True)
     np.testing.assert_allclose(dq[0][1:-1], (q[0][2:] - q[0][:-2]) / 0.002, atol=2e-2)
-
-
-def test_samples_tell_where_each_was_measured(tmp_path):
-    robot = pendulum(tmp_path)
-    first = recording(robot, swing(), "first", duration_s=0.5)
-    gaps = np.where(np.arange(len(first.time))[:, None] % 4 == 1, np.nan, first.q)
-    gaps[0] = first.q[0]
-    second = dataclasses.replace(first, q=gaps, time=first.time + 17.0)
-    predictor = Predictor(robot, [first, second])
-    samples = predictor.samples
-    assert len(samples) == len(first.time) + np.isfinite(gaps).sum()
-    in_second = samples.recording == 1
-    np.testing.assert_allclose(samples.time[in_second], first.time[samples.row[in_second]])
-    np.testing.assert_array_equal(samples.q[in_second], gaps[np.isfinite(gaps)])
-    np.testing.assert_array_equal(
-        samples.of([first.q_des, 2 * second.q_des])[in_second],
-        2 * second.q_des[samples.row[in_second], 0],
-    )
-
-
-def test_scales_are_sizes_of_the_motion_and_the_plant(tmp_path):
-    speed, kp = 2.0, 20.0
-    robot = pendulum(tmp_path, f'armature="{ARMATURE}" damping="{DAMPING}" frictionloss="0.03"')
-    made = recording(
-        robot, lambda t: 0.3 * np.sin(speed * t), kp=kp, kd=0.1, duration_s=2 * np.pi / speed
-    )
-    sizes = scales(Predictor(robot, [measured(made)]))
-    assert sizes.inertia == pytest.approx([INERTIA])
-    assert sizes.velocity == pytest.approx([0.3 * speed / np.sqrt(2)], rel=0.2)
-    assert sizes.range == pytest.approx([0.6], rel=0.2)
-    assert sizes.peak_torque > sizes.torque
-    assert sizes.armature == pytest.approx([ARMATURE])
-    assert sizes.friction == pytest.approx([0.03])
-    assert sizes.damping == pytest.approx([DAMPING])
-
-
-def test_the_motor_torque_of_a_resting_arm_counts_its_weight_once(tmp_path):
-    """Springs carry the weight, or compensation does, but never both."""
-    at = 0.9
-    made = recording(pendulum(tmp_path), hold(at), kp=30.0, kd=2.0, duration_s=2.0)
-    weight = WEIGHT * np.sin(at)
-    compensated = dataclasses.replace(made, gravity_compensation=True)
-    held = scales(Predictor(made.robot, [measured(compensated)]))
-    assert held.torque == pytest.approx([weight], rel=0.02)
-    raised = dataclasses.replace(made, q_des=made.q_des + weight / 30.0)
-    assert scales(Predictor(made.robot, [measured(raised)])).torque == pytest.approx(
-        [weight], rel=0.02
-    )
-
-
-def test_gravity_is_that_of_the_measured_pose(tmp_path):
-    made = recording(pendulum(tmp_path), swing(1.0), duration_s=1.0)
-    made = dataclasses.replace(made, q=swing(1.0)(made.time)[:, None])
-    np.testing.assert_allclose(
-        gravity_torque(Predictor(made.robot, [made])), WEIGHT * np.sin(made.q[:, 0]), atol=1e-9
-    )
 
 
 def in_motion(tmp_path, noise_rad=0.0):

@@ -4,8 +4,7 @@ import pytest
 from benchmarks.hidden_effects.cases import ROBOTS
 
 from t2l.errors import ConfigurationError
-from t2l.robots import plant
-from t2l.robots.fr3 import JOINTS, TORQUE_LIMIT
+from t2l.robots import make_robot, plant
 from t2l.sim.servo import torque_limits
 
 # an arm with what a manufacturer's MJCF may have: a gripper, sensors, keys, looks
@@ -108,10 +107,11 @@ def test_limits_of_actuators_become_limits_of_joints(robot):
     )
 
 
-def test_the_fr3_is_known_by_name():
-    model = plant.load("fr3", JOINTS).compile()
-    assert [model.joint(i).name for i in range(model.njnt)] == list(JOINTS)
-    np.testing.assert_allclose(torque_limits(model, JOINTS)[:, 1], TORQUE_LIMIT)
+def test_a_robot_is_known_by_name():
+    robot = make_robot("fr3")
+    model = plant.load("fr3", robot.joints).compile()
+    assert [model.joint(i).name for i in range(model.njnt)] == list(robot.joints)
+    np.testing.assert_allclose(torque_limits(model, robot.joints)[:, 1], robot.torque_limit)
     assert model.nmesh == 0
 
 

@@ -3,7 +3,6 @@
 import os
 from dataclasses import asdict
 import sys
-from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 from snakemake.exceptions import WorkflowError
@@ -15,6 +14,7 @@ from t2l.gains import Cell
 from t2l.gains.cell import NAME_PATTERN
 from t2l.outputs import claim
 from t2l.hardware import recorded_files
+from t2l.version import with_extensions
 
 try:
     STUDY = read_study(config, Path(workflow.basedir) / "config")
@@ -100,8 +100,8 @@ def wanted_diagnosis(wildcards) -> list[str]:
     return DIAGNOSIS_RESULTS
 
 
-# a parameter of every job: what another version computed is made anew
-VERSION = version("t2l")
+# a parameter of every job: what another version, or other extensions, computed is made anew
+VERSION = with_extensions(STUDY.sections.get("extensions", []))
 TASKS = STUDY.sections["tasks"]
 CONDITIONS = [asdict(condition) for condition in STUDY.conditions]
 CELLS = [cell.name for cell in STUDY.grid.cells]

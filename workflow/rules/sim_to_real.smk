@@ -26,7 +26,7 @@ EVERY_TRANSFER_CELL = expand(
     of_condition("{artefact}"),
     condition=CONDITION_NAMES,
     cell=TRANSFER_CELLS,
-    artefact=["policy.npz", "trials.parquet", "rollouts.parquet", "traces.parquet"],
+    artefact=["policy.safetensors", "trials.parquet", "rollouts.parquet", "traces.parquet"],
 )
 
 
@@ -162,7 +162,7 @@ rule choose_policy:
             allow_missing=True,
         ),
     output:
-        policy=of_condition("policy.npz"),
+        policy=of_condition("policy.safetensors"),
         chosen=of_condition("chosen.yaml"),
         trials=of_condition("trials.parquet"),
         training=of_condition("training.parquet"),
@@ -185,7 +185,7 @@ rule choose_policy:
 
 rule deploy:
     input:
-        policy=of_condition("policy.npz"),
+        policy=of_condition("policy.safetensors"),
         parameters=of_transfer("parameters.yaml"),
     output:
         rollouts=of_condition("rollouts.parquet"),

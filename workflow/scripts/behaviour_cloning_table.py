@@ -5,7 +5,7 @@ from t2l.gains import Grid
 from t2l.jobs import job
 from t2l.stats.table import COLUMNS, behaviour_cloning_table, printable, to_latex
 
-with job(snakemake.log[0]):
+with job(snakemake):
     rollouts = {
         task: read_table(path, COLUMNS)
         for task, path in zip(snakemake.params.tasks, snakemake.input.rollouts, strict=True)

@@ -6,13 +6,14 @@ from t2l.artefacts import read_text, write_table
 from t2l.errors import ArtefactError
 from t2l.gains import Cell
 from t2l.jobs import job
+from t2l.policies import checkpoint
 from t2l.rl.chosen import write_chosen
 from t2l.rl.outcome import UnfinishedError, best
 from t2l.rl.trials import open_study, table
 
 workers = snakemake.input.workers
 
-with job(snakemake.log[0], markers=workers):
+with job(snakemake, markers=workers):
     params, folder = snakemake.params, Path(snakemake.params.folder)
     cell = Cell.from_name(snakemake.wildcards.cell)
     name = read_text(workers[0], "the name of a study").strip()
@@ -24,5 +25,5 @@ with job(snakemake.log[0], markers=workers):
         raise ArtefactError(workers[0], found, "a study that is done") from None
     write_table(table(study).assign(kp=cell.kp, kd=cell.kd), snakemake.output.trials)
     write_table(found.history.assign(kp=cell.kp, kd=cell.kd), snakemake.output.training)
-    found.policy.save(snakemake.output.policy)
+    checkpoint.save(found.policy, snakemake.output.policy)
     write_chosen(snakemake.output.chosen, cell, found.number, found.choice, found.evaluation)

@@ -6,7 +6,7 @@ from t2l.diagnose.compare import compare, write
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.jobs import job
 
-with job(snakemake.log[0]):
+with job(snakemake):
     section = snakemake.params.diagnosis
     model_path = snakemake.input.get("model") or section.get("model")
     model, recordings, holdout = read_recordings_and_model(

@@ -8,7 +8,7 @@ from t2l.jobs import job
 from t2l.seeds import generator
 from t2l.tasks import make_task
 
-with job(snakemake.log[0]):
+with job(snakemake):
     task = make_task(snakemake.params.task)
     demonstrations = demonstrate(
         task,

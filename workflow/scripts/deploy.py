@@ -6,15 +6,15 @@ from t2l.artefacts import write_table
 from t2l.gains import Cell
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
+from t2l.policies import checkpoint
 from t2l.rl.condition import Condition
 from t2l.rl.interface import observation_names
-from t2l.rl.policy import load
 from t2l.transfer.errors import observation_table, rollout_table, trace_table
 from t2l.transfer.matched import Deployment, matched_rollouts
 
-with job(snakemake.log[0]):
+with job(snakemake):
     params, cell = snakemake.params, Cell.from_name(snakemake.wildcards.cell)
-    policy = load(snakemake.input.policy)
+    policy = checkpoint.load(snakemake.input.policy)
     condition = Condition.from_entry(params.condition)
     task = condition.make_task()
     real, sim = matched_rollouts(

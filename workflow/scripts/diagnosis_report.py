@@ -6,7 +6,7 @@ from t2l.figures.diagnosis import draw_explanation
 from t2l.jobs import job
 from t2l.report import write_report
 
-with job(snakemake.log[0]):
+with job(snakemake):
     folder = Path(snakemake.output.page).parent
     draw_explanation(folder)
     write_report(folder)

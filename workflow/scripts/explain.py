@@ -8,7 +8,7 @@ from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
 
-with job(snakemake.log[0]):
+with job(snakemake):
     section = snakemake.params.diagnosis
     model, recordings, holdout = read_recordings_and_model(
         [Path(path) for path in section["recordings"]],

@@ -11,7 +11,7 @@ from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.tasks import make_task
 
-with job(snakemake.log[0]):
+with job(snakemake):
     task = make_task(snakemake.params.task)
     cell = Cell.from_name(snakemake.wildcards.cell)
     demonstrations = read_demonstrations(snakemake.input.demonstrations, task)

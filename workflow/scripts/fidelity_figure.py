@@ -7,7 +7,7 @@ from t2l.figures.fidelity import COLUMNS, fidelity
 from t2l.figures.style import title, write
 from t2l.jobs import job
 
-with job(snakemake.log[0]):
+with job(snakemake):
     table = pd.concat([read_table(path, COLUMNS) for path in snakemake.input])
     heading = f"{title(snakemake.wildcards.task)}: fidelity of torque-to-position retargeting"
     write(fidelity(table, snakemake.params.simulation_rate_hz, heading), snakemake.output)

@@ -9,7 +9,7 @@ from t2l.jobs import job
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import make_task
 
-with job(snakemake.log[0]):
+with job(snakemake):
     task = make_task(snakemake.params.task)
     demonstration = read_demonstrations(snakemake.input.demonstrations, task)[0]
     traces = [read_table(path, TRACE_COLUMNS) for path in snakemake.input.traces]

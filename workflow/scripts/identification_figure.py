@@ -7,7 +7,7 @@ from t2l.gains import Grid
 from t2l.identify.artefacts import LOSS_COLUMNS, TRACE_COLUMNS
 from t2l.jobs import job
 
-with job(snakemake.log[0]):
+with job(snakemake):
     grid = Grid.from_section(snakemake.params.grid)
     cells = read_table(snakemake.input.cells, CELL_COLUMNS)
     losses = [read_table(path, LOSS_COLUMNS) for path in snakemake.input.losses]

@@ -9,7 +9,7 @@ from t2l.jobs import job
 from t2l.recordings.log import read_recording
 from t2l.seeds import seed_sequence
 
-with job(snakemake.log[0]):
+with job(snakemake):
     log = logging.getLogger("t2l.identify")
     cell = Cell.from_name(snakemake.wildcards.cell)
     recording = read_recording(snakemake.input.table)

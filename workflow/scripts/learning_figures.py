@@ -8,7 +8,7 @@ from t2l.figures.style import write
 from t2l.gains import Cell, Grid
 from t2l.jobs import job
 
-with job(snakemake.log[0]):
+with job(snakemake):
     given, params = snakemake.input, snakemake.params
     grid = Grid.from_section(params.grid)
     trials = {

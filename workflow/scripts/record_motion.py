@@ -7,7 +7,7 @@ from t2l.jobs import job
 from t2l.recordings.log import write_recording
 from t2l.robots import make_robot
 
-with job(snakemake.log[0]):
+with job(snakemake):
     params, cell = snakemake.params, Cell.from_name(snakemake.wildcards.cell)
     robot = make_robot(params.robot["name"])
     with open_backend(params.robot, robot) as arm:

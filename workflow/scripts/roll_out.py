@@ -6,11 +6,10 @@ from t2l.bc.rollout import roll_out, traces
 from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.policies import checkpoint
-from t2l.policies.acting import acting
 from t2l.seeds import generator
 from t2l.tasks import make_task
 
-with job(snakemake.log[0]):
+with job(snakemake):
     task = make_task(snakemake.params.task)
     policy = checkpoint.load(snakemake.input.policy)
     settings, cell = snakemake.params.settings, Cell.from_name(snakemake.wildcards.cell)
@@ -18,8 +17,8 @@ with job(snakemake.log[0]):
     rng = generator(snakemake.params.seed, "rollouts", snakemake.wildcards.task)
     rollouts = roll_out(
         task,
-        acting(policy, snakemake.threads),
-        history=policy.architecture.history,
+        policy.act,
+        history=policy.history,
         executed=settings["executed_actions"],
         control=make_control(snakemake.params.actions, cell, task.robot, task.model),
         starts=task.sample_starts(rng, settings["count"]),

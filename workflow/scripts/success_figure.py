@@ -6,7 +6,7 @@ from t2l.figures.style import title, write
 from t2l.gains import Grid
 from t2l.jobs import job
 
-with job(snakemake.log[0]):
+with job(snakemake):
     grid = Grid.from_section(snakemake.params.grid)
     cells = read_table(snakemake.input.cells, COLUMNS)
     heading = title(snakemake.wildcards.task)

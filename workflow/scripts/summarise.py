@@ -4,7 +4,7 @@ from t2l.artefacts import write_table
 from t2l.bc.summary import summarise
 from t2l.jobs import job
 
-with job(snakemake.log[0]):
+with job(snakemake):
     rollouts, cells = summarise(
         snakemake.input.replays, snakemake.input.losses, snakemake.input.rollouts
     )

@@ -8,7 +8,7 @@ from t2l.rl.chosen import read_chosen
 from t2l.transfer.errors import ROLLOUT_COLUMNS
 from t2l.transfer.summary import cell_table
 
-with job(snakemake.log[0]):
+with job(snakemake):
     rollouts = [read_table(path, ROLLOUT_COLUMNS) for path in snakemake.input.rollouts]
     chosen = [read_chosen(path) for path in snakemake.input.chosen]
     write_table(pd.concat(rollouts, ignore_index=True), snakemake.output.rollouts)

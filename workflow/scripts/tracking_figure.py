@@ -9,7 +9,7 @@ from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.tasks import make_task
 
-with job(snakemake.log[0]):
+with job(snakemake):
     task = make_task(snakemake.params.task)
     heading = title(snakemake.wildcards.task)
     episodes = {}

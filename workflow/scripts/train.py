@@ -1,22 +1,22 @@
 """Train one cell's policy."""
 
 from t2l.artefacts import write_table
-from t2l.bc.train import TrainingSettings, train
-from t2l.bc.windows import Episode
 from t2l.demos.dataset import read_replays
 from t2l.gains import Cell
 from t2l.jobs import job
-from t2l.policies import checkpoint
+from t2l.policies import POLICIES, Episode, checkpoint
 from t2l.seeds import torch_seed
 from t2l.tasks import make_task
 
-with job(snakemake.log[0]):
+with job(snakemake):
     task = make_task(snakemake.params.task)
     cell = Cell.from_name(snakemake.wildcards.cell)
     replays = read_replays(snakemake.input.demonstrations, task)
-    policy, losses = train(
+    settings = dict(snakemake.params.settings)
+    kind = POLICIES.find(settings.pop("policy"))
+    policy, losses = kind.fit(
         [Episode(*replay) for replay in replays],
-        TrainingSettings(**snakemake.params.settings),
+        kind.settings(**settings),
         seed=torch_seed(snakemake.params.seed, "train", snakemake.wildcards.task, cell.name),
         threads=snakemake.threads,
     )

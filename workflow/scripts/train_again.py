@@ -9,7 +9,7 @@ from t2l.rl.problem import Problem
 from t2l.rl.settings import Settings
 from t2l.rl.training_curves import curve, no_curve
 
-with job(snakemake.log[0]):
+with job(snakemake):
     params = snakemake.params
     cell, choice, evaluation = read_chosen(snakemake.input.chosen)
     seed = int(snakemake.wildcards.seed)

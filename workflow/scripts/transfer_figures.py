@@ -7,7 +7,7 @@ from t2l.gains import Grid
 from t2l.jobs import job
 from t2l.transfer.summary import best_and_worst
 
-with job(snakemake.log[0]):
+with job(snakemake):
     given, output = snakemake.input, snakemake.output
     grid = Grid.from_section(snakemake.params.grid)
     names = snakemake.params.cells

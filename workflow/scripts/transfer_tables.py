@@ -7,7 +7,7 @@ from t2l.rl.condition import Condition
 from t2l.stats import transfer
 from t2l.stats.text import latex
 
-with job(snakemake.log[0]):
+with job(snakemake):
     grid = Grid.from_section(snakemake.params.grid)
     conditions = [Condition.from_entry(entry) for entry in snakemake.params.conditions]
     names = [condition.name for condition in conditions]

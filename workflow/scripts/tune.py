@@ -3,8 +3,6 @@
 import logging
 from pathlib import Path
 
-import torch
-
 from t2l.artefacts import write_text
 from t2l.gains import Cell
 from t2l.identify.artefacts import read_parameters
@@ -15,8 +13,7 @@ from t2l.rl.settings import Search, Settings
 from t2l.rl.trials import open_study
 from t2l.rl.tune import work
 
-with job(snakemake.log[0]):
-    torch.set_num_threads(snakemake.threads)
+with job(snakemake):
     params, folder = snakemake.params, Path(snakemake.params.folder)
     problem = Problem(
         Condition.from_entry(params.condition),

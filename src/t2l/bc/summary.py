@@ -6,8 +6,8 @@ from pathlib import Path
 import pandas as pd
 
 from t2l.artefacts import read_table
+from t2l.bc.rollout import COLUMNS
 
-_ROLLOUT_COLUMNS = ("kp", "kd", "rollout", "success", "time_to_success_s", "failure")
 CELL_COLUMNS = (
     "kp",
     "kd",
@@ -35,7 +35,7 @@ def summarise(
     for replay_path, loss_path, rollout_path in zip(replays, losses, rollouts, strict=True):
         replayed = read_table(replay_path, ("success",))
         loss = read_table(loss_path, ("epoch", "validation_loss"))
-        table = read_table(rollout_path, _ROLLOUT_COLUMNS)
+        table = read_table(rollout_path, COLUMNS)
         tables.append(table)
         rows.append(
             (

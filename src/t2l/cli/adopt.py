@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from t2l.cli.inputs import add_force
+from t2l.cli.inputs import add_extensions, add_force
 
 HELP = "add effects that a diagnosis found to the model"
 
@@ -18,6 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("effects", nargs="+", metavar="EFFECT")
     parser.add_argument("--diagnosis", type=Path, required=True, help="folder of t2l diagnose")
     parser.add_argument("--out", type=Path, required=True, metavar="MODEL.yaml")
+    add_extensions(parser)
     add_force(parser)
 
 
@@ -28,11 +29,13 @@ def run(arguments: argparse.Namespace) -> None:
         ConfigurationError: no diagnosis there, or an effect that it does not hold.
         OutputError: the result would replace something.
     """
-    from t2l.diagnose.artefacts import DIAGNOSIS, diagnosed_effects
+    from t2l.diagnose.artefacts import diagnosed_effects
+    from t2l.diagnose.files import DIAGNOSIS
     from t2l.errors import ConfigurationError
     from t2l.identify.model import Model, read_model, write_model
     from t2l.names import path_of
     from t2l.outputs import output_file
+    from t2l.registry import python_files
 
     if arguments.out.suffix not in (".yaml", ".yml"):
         raise ConfigurationError(f"--out {arguments.out}: found no .yaml; allowed: MODEL.yaml")
@@ -57,7 +60,7 @@ def run(arguments: argparse.Namespace) -> None:
         effects = {**(merged.effects if merged else model.effects), name: model.effects[name]}
         merged = Model(model.robot, effects, model.effect_files)
     # the whole diagnosis, not only what is adopted now
-    inputs = [folder / DIAGNOSIS, *models.glob("*.yaml")]
+    inputs = [folder / DIAGNOSIS, *models.glob("*.yaml"), *python_files(arguments.extensions)]
     with output_file(arguments.out, "t2l adopt", inputs, arguments.force) as out:
         write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.effects)}")
     print(f"Written to {arguments.out}")

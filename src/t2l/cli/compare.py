@@ -3,8 +3,9 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
+from t2l.diagnose.files import COMPARISON, TRACES
 
-ENTRIES = ("comparison.json", "traces.parquet", "figures/", "report.html")
+ENTRIES = (COMPARISON, TRACES, "figures/", "report.html")
 
 HELP = "simulate recordings and show where the model fails"
 

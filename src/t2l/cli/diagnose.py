@@ -3,8 +3,9 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
+from t2l.diagnose.files import DIAGNOSIS
 
-ENTRIES = ("diagnosis.json", "models/", "figures/", "report.html")
+ENTRIES = (DIAGNOSIS, "models/", "figures/", "report.html")
 
 HELP = "fit every known effect and judge each on held-out recordings"
 

@@ -3,9 +3,10 @@
 import argparse
 
 from t2l.cli.inputs import add_log_arguments
+from t2l.diagnose.files import EXPLANATION, MODEL
 
 ENTRIES = (
-    "explanation.json", "model.yaml", "steps/", "before/", "after/", "figures/", "report.html",
+    EXPLANATION, MODEL, "steps/", "before/", "after/", "figures/", "report.html",
 )  # fmt: skip
 
 HELP = "diagnose and adopt in turn, and watch the error fall"

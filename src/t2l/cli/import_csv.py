@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from t2l.cli.inputs import add_force
+from t2l.cli.inputs import add_extensions, add_force
 
 HELP = "make recordings of CSV files whose columns and units a mapping explains"
 
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--kp", type=float, help="stiffness instead of the mapping's, N·m/rad")
     parser.add_argument("--kd", type=float, help="damping instead of the mapping's, N·m·s/rad")
     parser.add_argument("--format", choices=("csv", "parquet"), default="csv")
+    add_extensions(parser)
     add_force(parser)
 
 

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from t2l.cli.inputs import add_force
+from t2l.cli.inputs import add_extensions, add_force
 
 HELP = "make a recording of each episode of a LeRobot data set"
 
@@ -19,7 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = DESCRIPTION
     parser.add_argument("dataset", type=Path, metavar="DATASET", help="folder with meta and data")
     parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument("--robot", required=True, help="a name, or the path of an MJCF file")
+    parser.add_argument(
+        "--robot", required=True, help="name of a known robot, or the path of an MJCF file"
+    )
     parser.add_argument(
         "--joints",
         type=_words,
@@ -49,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--episodes", type=_integers, metavar="I,J,...", help="all unless given")
     parser.add_argument("--notes", default="", help="kept with every recording")
     parser.add_argument("--format", choices=("csv", "parquet"), default="csv")
+    add_extensions(parser)
     add_force(parser)
 
 

@@ -12,7 +12,7 @@ from t2l.recordings.recording import Recording
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
-    """LOG…, --model, --effects, --out, and --holdout where it makes sense."""
+    """LOG…, --model, --effects, --extensions, --out, and --holdout where it makes sense."""
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="recording or folder")
     if holdout:
         parser.add_argument(
@@ -24,8 +24,17 @@ def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
         "--effects", action="append", type=Path, default=[], metavar="FILE",
         help="Python file, or folder of them, with effects of your own; may be repeated",
     )  # fmt: skip
+    add_extensions(parser)
     parser.add_argument("--out", type=Path, required=True, help="folder for what is found")
     add_force(parser)
+
+
+def add_extensions(parser: argparse.ArgumentParser) -> None:
+    """--extensions, alike in every command that reads the name of a robot."""
+    parser.add_argument(
+        "--extensions", action="append", type=Path, default=[], metavar="FILE",
+        help="Python file, or folder of them, with robots of your own; may be repeated",
+    )  # fmt: skip
 
 
 def add_force(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +56,7 @@ def log_output(
     Raises:
         OutputError: the folder is not this command's, or something that is read is in the way.
     """
-    from t2l.effects.registry import python_files
+    from t2l.registry import python_files
     from t2l.robots.plant import files
 
     tables = [recording.path for recording in recordings if recording.path is not None]
@@ -57,7 +66,7 @@ def log_output(
         *tables,
         *(path.with_name(f"{path.name.removesuffix(path.suffix)}.yaml") for path in tables),
         *([arguments.model] if arguments.model else []),
-        *(path for file in model.effect_files for path in python_files(file)),
+        *python_files((*model.effect_files, *arguments.extensions)),
         *files(model.robot),
     ]
     with output_folder(

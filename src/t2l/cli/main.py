@@ -15,7 +15,9 @@ from t2l.cli import (
     import_lerobot,
     record,
 )
+from t2l.cli.extras import extra_of
 from t2l.errors import T2LError
+from t2l.registry import load_extensions
 
 COMMANDS = {
     "compare": compare,
@@ -41,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
     parsed = parser.parse_args(arguments)
     try:
+        load_extensions(getattr(parsed, "extensions", []))
         COMMANDS[parsed.command].run(parsed)
         sys.stdout.flush()
     except BrokenPipeError:
@@ -48,6 +51,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except T2LError as error:
         sys.exit(f"t2l {parsed.command}: {error}")
+    except ModuleNotFoundError as error:
+        extra = extra_of(error.name or "")
+        if extra is None:
+            raise
+        sys.exit(
+            f"t2l {parsed.command}: {error.name}: not installed; allowed: "
+            f"pip install 't2l[{extra}]'"
+        )
     # what the system refuses, such as a path that is too long
     except OSError as error:
         named = f"{error.filename}: " if error.filename else ""

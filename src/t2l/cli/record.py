@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from t2l.cli.inputs import add_extensions
 from t2l.errors import ConfigurationError
 
 HELP = "record motions of a robot, real or virtual"
@@ -25,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("config", type=Path, metavar="CONFIG.yaml")
     parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
     parser.add_argument("--check", action="store_true", help="check everything, move nothing")
+    add_extensions(parser)
     parser.add_argument("--yes", action="store_true", help="do not ask before a real robot moves")
 
 
@@ -39,14 +41,14 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.hardware.recorder import needed_bytes, record_plan
     from t2l.outputs import check_space, output_folder
     from t2l.recordings.log import TABLES
+    from t2l.registry import python_files
 
     plan = read_plan(arguments.config)
     names = [motion.name for motion in plan.motions]
     moving = plan.backend.moves(plan.settings)
     entries = [f"{name}{suffix}" for name in names for suffix in (*TABLES, ".yaml")]
-    with output_folder(
-        arguments.out, "t2l record", entries, [arguments.config], force=None, once=True
-    ) as out:
+    inputs = [arguments.config, *python_files(arguments.extensions)]
+    with output_folder(arguments.out, "t2l record", entries, inputs, force=None, once=True) as out:
         check_space(out, needed_bytes(plan))
         print(
             f"{len(names)} recording{'s' if len(names) > 1 else ''} of "

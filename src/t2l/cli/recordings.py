@@ -8,6 +8,7 @@ from t2l.errors import RecordingError
 from t2l.outputs import output_folder
 from t2l.recordings.log import TABLES, write_recording
 from t2l.recordings.recording import Recording
+from t2l.registry import python_files
 
 
 def write_recordings(
@@ -30,8 +31,9 @@ def write_recordings(
             if suffix != f".{format}" and other.exists():
                 raise RecordingError(other, "the folder", "this table", "one table of that name")
     entries = [f"{name}{suffix}" for name in names for suffix in (f".{format}", ".yaml")]
+    read = [*inputs, *python_files(arguments.extensions)]
     with output_folder(
-        folder, f"t2l {arguments.command}", entries, inputs, arguments.force, once=True
+        folder, f"t2l {arguments.command}", entries, read, arguments.force, once=True
     ):
         for recording in recordings:
             print(write_recording(recording, folder / recording.name, format))

@@ -1,14 +1,25 @@
 """Files that a configuration names: whether they are there."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from t2l.config.models.diagnosis import Diagnosis
-from t2l.effects.registry import python_files
 from t2l.recordings import log
+from t2l.registry import python_files
 from t2l.typed import Problem, describe
 
 RECORDING = "a recording, or a folder with at least one"
+PYTHON = "a Python file, or a folder with at least one"
+
+
+def extended(extensions: Sequence[str] | None) -> list[Problem]:
+    """What is to be loaded and is not there."""
+    return [
+        Problem(f"extensions[{i}]", f"{describe(path)}, which is not there", PYTHON)
+        for i, path in enumerate(extensions or [])
+        if not _has_python(path)
+    ]
 
 
 def diagnosed(section: Diagnosis) -> list[Problem]:
@@ -18,7 +29,7 @@ def diagnosed(section: Diagnosis) -> list[Problem]:
         for key, allowed, exists in (
             ("recordings", RECORDING, _has_recording),
             ("holdout", RECORDING, _has_recording),
-            ("effects", "a Python file, or a folder with at least one", _has_effects),
+            ("effects", PYTHON, _has_python),
         )
         for i, path in enumerate(getattr(section, key) or [])
     ]
@@ -35,8 +46,8 @@ def _has_recording(path: str) -> bool:
     return _fits_the_system(path) and bool(log.files(path))
 
 
-def _has_effects(path: str) -> bool:
-    return _fits_the_system(path) and any(file.is_file() for file in python_files(Path(path)))
+def _has_python(path: str) -> bool:
+    return _fits_the_system(path) and any(file.is_file() for file in python_files([path]))
 
 
 def _fits_the_system(path: str) -> bool:

@@ -7,6 +7,8 @@ from t2l.config.cells import grid_of
 from t2l.config.models import Configuration
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
+from t2l.policies.training_settings import TrainingSettings
+from t2l.rl.registry import ALGORITHMS
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated, Rewarded, Task
 from t2l.tasks.reach import EndEffectorReach
@@ -30,6 +32,7 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_cloned(configuration, tasks),
         *_conditions(configuration, tasks),
         *_weights(configuration, tasks),
+        *_algorithm(configuration),
         *_workspace(configuration),
     ]
 
@@ -57,6 +60,8 @@ def _counts(configuration: Configuration) -> Iterator[Problem]:
     replays = configuration.fidelity.replays
     if replays > count:
         yield Problem("fidelity.replays", str(replays), f"at most demonstrations.count = {count}")
+    if not isinstance(training, TrainingSettings):
+        return
     executed = configuration.rollouts.executed_actions
     if executed > training.chunk:
         yield Problem(
@@ -158,6 +163,13 @@ def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
                 describe(rate),
                 f"a divisor of {physics} (identification.rate_hz) and of {LOG_RATE_HZ:g}",
             )
+
+
+def _algorithm(configuration: Configuration) -> Iterator[Problem]:
+    name, known = configuration.reinforcement_learning.algorithm, ALGORITHMS.names()
+    if name not in known:
+        found = describe(name) + suggestion(name, known)
+        yield Problem("reinforcement_learning.algorithm", found, ", ".join(known))
 
 
 def _workspace(configuration: Configuration) -> Iterator[Problem]:

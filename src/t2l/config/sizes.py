@@ -5,6 +5,8 @@ from math import prod
 
 from t2l.config.cells import transfer_cells
 from t2l.config.models import Configuration
+from t2l.config.models.cloning import Training
+from t2l.policies.training_settings import TrainingSettings
 from t2l.tasks import Demonstrated, Task
 from t2l.typed import Problem
 
@@ -48,8 +50,12 @@ def _products(
     keys = "reinforcement_learning.environments, reinforcement_learning.horizon_s"
     yield keys, (learning.environments, learning.horizon_s), 200_000
     # policy steps of some 60 numbers each: 2.4 GB of a batch, 240 MB of a layer's weights
-    steps = c.training.history + c.training.chunk
+    training = c.training
+    if not isinstance(training, TrainingSettings):
+        return
+    steps = training.history + training.chunk
     keys = "training.batch_size, training.history + training.chunk"
-    yield keys, (c.training.batch_size, steps), 10_000_000
-    keys = "training.hidden, training.history + training.chunk"
-    yield keys, (max(c.training.hidden), steps), 1_000_000
+    yield keys, (training.batch_size, steps), 10_000_000
+    if isinstance(training, Training):
+        keys = "training.hidden, training.history + training.chunk"
+        yield keys, (max(training.hidden), steps), 1_000_000

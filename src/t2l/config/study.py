@@ -10,9 +10,11 @@ from t2l.config.cells import fidelity_cells, grid_of, transfer_cells
 from t2l.config.models import Configuration
 from t2l.config.relations import SIMULATION_RATE_HZ
 from t2l.config.tasks import read_task
+from t2l.config.training import configuration_model
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell, Grid
 from t2l.hardware import Features
+from t2l.registry import load_extensions
 from t2l.rl.condition import Condition
 from t2l.tasks import make_task
 from t2l.typed import Invalid, check
@@ -59,7 +61,18 @@ def effective(config: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         Invalid: with every key that is wrong by itself.
     """
-    return _sections(check(Configuration, config))
+    return _sections(check(configuration_model(config), config))
+
+
+def _extend(extensions: Sequence[str] | None) -> None:
+    """Load what names may come from, before any is looked up."""
+    problems = files.extended(extensions)
+    if problems:
+        raise _error(f"config: {problem}" for problem in problems)
+    try:
+        load_extensions(extensions or [])
+    except ConfigurationError as error:
+        raise _error([f"config: extensions: {error}"]) from None
 
 
 def _sections(configuration: Configuration) -> dict[str, Any]:
@@ -69,13 +82,16 @@ def _sections(configuration: Configuration) -> dict[str, Any]:
 def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     """Check `config`, the tasks in `folder`/tasks that it names, and that its files are there.
 
+    Its extensions are loaded, for the rest of the process.
+
     Raises:
         ConfigurationError: with a line for every offending key: what was found, what is allowed.
     """
     try:
-        configuration = check(Configuration, config)
+        configuration = check(configuration_model(config), config)
     except Invalid as error:
         raise _error(f"config: {problem}" for problem in error.problems) from None
+    _extend(configuration.extensions)
     conditions = configuration.sim_to_real.conditions
     named = {f"tasks[{i}]": name for i, name in enumerate(configuration.tasks)}
     named |= {f"sim_to_real.conditions[{i}].task": c.task for i, c in enumerate(conditions)}

@@ -9,6 +9,7 @@ from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose import conditions, wording
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.explained_variance import explained_variance
+from t2l.diagnose.files import DIAGNOSIS
 from t2l.diagnose.findings import findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.model_discrimination import separating_experiment
@@ -17,8 +18,6 @@ from t2l.errors import ArtefactError, writing
 from t2l.identify.model import write_model
 from t2l.identify.prediction import Request
 from t2l.names import is_plain, path_of
-
-DIAGNOSIS = "diagnosis.json"
 
 
 def diagnosed_effects(folder: Path) -> list[str]:

@@ -13,9 +13,9 @@ import pyarrow.parquet as pa_parquet
 from t2l.artefacts import whole, write_text
 from t2l.diagnose import conditions
 from t2l.diagnose.explained_variance import ExplainedVariance, explained_variance
+from t2l.diagnose.files import COMPARISON, TRACES
 from t2l.diagnose.findings import Finding, findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
-from t2l.diagnose.traces import TRACES
 from t2l.errors import T2LError
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
@@ -23,8 +23,6 @@ from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.step_size import substeps_for
 from t2l.recordings.contradictions import Contradiction, contradictions
 from t2l.recordings.recording import Recording
-
-REPORT = "comparison.json"
 
 
 @dataclass(frozen=True)
@@ -266,7 +264,9 @@ def write(comparison: Comparison, folder: Path | str) -> None:
     folder = Path(folder)
     with whole(folder / TRACES) as draft:
         pa_parquet.write_table(comparison.traces, draft, write_page_checksum=True)
-    write_text(json.dumps(report(comparison), indent=1, ensure_ascii=False) + "\n", folder / REPORT)
+    write_text(
+        json.dumps(report(comparison), indent=1, ensure_ascii=False) + "\n", folder / COMPARISON
+    )
 
 
 def _rms(values: np.ndarray) -> float | None:

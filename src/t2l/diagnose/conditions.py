@@ -90,6 +90,7 @@ class Series:
 
     def rate(self, values: np.ndarray) -> np.ndarray:
         """Time derivative (nsample,) of values (nsample,), central inside a series."""
+        # all series at once, which numpy.gradient cannot
         ordered = values[self.order]
         step = np.where(self.same, np.diff(self.time), 0.0)
         change = np.where(self.same, np.diff(ordered), 0.0)

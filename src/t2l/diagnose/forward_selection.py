@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from t2l.artefacts import read_json, read_text, reading, write_text
-from t2l.diagnose.artefacts import DIAGNOSIS, write_diagnosis
+from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
 from t2l.effects.registry import python_files
 from t2l.errors import T2LError, writing
@@ -93,7 +94,7 @@ def _adopted(
     model: Model, effect: str, evidence: Evidence, where: Path, key: str
 ) -> tuple[Model, list[str]]:
     """The model with `effect`, less what that made superfluous; kept with the step."""
-    kept, record = where / "model.yaml", where / "adopted.json"
+    kept, record = where / MODEL, where / "adopted.json"
     found = _adopted_before(where, key)
     if found is not None:
         return found
@@ -114,7 +115,7 @@ def _adopted_before(where: Path, key: str) -> tuple[Model, list[str]] | None:
             return None
         if not all(isinstance(name, str) for name in dropped):
             return None
-        return read_model(where / "model.yaml"), dropped
+        return read_model(where / MODEL), dropped
     except T2LError:
         return None
 
@@ -195,5 +196,5 @@ def write_explanation(explanation: Explanation, folder: Path) -> None:
     """Write `explanation.json` and `model.yaml`."""
     names = [step.effect for step in explanation.steps if step.effect]
     comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
-    write_model(explanation.model, folder / "model.yaml", comment)
-    write_text(json.dumps(as_json(explanation), indent=2) + "\n", folder / "explanation.json")
+    write_model(explanation.model, folder / MODEL, comment)
+    write_text(json.dumps(as_json(explanation), indent=2) + "\n", folder / EXPLANATION)

@@ -47,6 +47,7 @@ def _centred(values: np.ndarray, recording: np.ndarray) -> np.ndarray:
 
 def _told(frequency, signals, time, recording) -> list[float]:
     """Sum of squares that a sine and a cosine in each recording take off each signal."""
+    # not scipy.signal.lombscargle: it knows one series, and takes seconds to import
     phase = 2 * np.pi * frequency * time
     sine, cosine = (_centred(wave, recording) for wave in (np.sin(phase), np.cos(phase)))
     ss, cc, sc = (

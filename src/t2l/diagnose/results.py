@@ -10,11 +10,10 @@ import numpy as np
 from t2l.artefacts import read_text
 from t2l.diagnose import result_types
 from t2l.diagnose.conditions import CONDITIONS
+from t2l.diagnose.files import COMPARISON, DIAGNOSIS, EXPLANATION, MODEL, TRACES
 from t2l.diagnose.result_types import read_content
-from t2l.diagnose.traces import TRACES, Traces, read_traces
+from t2l.diagnose.traces import Traces, read_traces
 from t2l.errors import ArtefactError
-
-COMPARISON, DIAGNOSIS, EXPLANATION = "comparison.json", "diagnosis.json", "explanation.json"
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ def _explained(folder: Path) -> Found:
     if len(compared) == 2 and not _alike(*compared):
         found = "other recordings than those of the model as it came"
         raise ArtefactError(folder / "after" / TRACES, found, "the same")
-    model = folder / "model.yaml"
+    model = folder / MODEL
     text = read_text(model, "a model") if os.path.lexists(model) else None
     return Found(compared, steps, explanation, text)
 

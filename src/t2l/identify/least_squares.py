@@ -1,8 +1,8 @@
 """Nonlinear least squares by Levenberg and Marquardt's method, with finite differences.
 
 A round simulates some trial steps and the Jacobian's columns around the likeliest of them, so that
-one round is usually one iteration. SciPy's `least_squares` asks for one point after the other,
-which no batch could hold.
+one round is usually one iteration. SciPy's `least_squares` runs one fit to its end; here many fits
+and trial steps share each batch.
 """
 
 from collections.abc import Sequence

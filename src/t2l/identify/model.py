@@ -1,9 +1,9 @@
 """The model so far: a robot and the effects adopted with their values, as YAML a person edits.
 
-robot: fr3                 # a known name, or an MJCF path relative to this file
+robot: arm.xml             # an MJCF path relative to this file, or a known name
 effects:
   coulomb_friction:
-    torque: {fr3_joint1: 0.52, fr3_joint2: 0.61}     # N·m
+    torque: {shoulder: 0.52, elbow: 0.61}            # N·m
   command_delay:
     delay: 0.012                                     # s
 effect_files: [my_effects/rubber.py]                 # optional, relative to this file

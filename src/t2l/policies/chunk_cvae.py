@@ -1,112 +1,142 @@
-"""A conditional variational autoencoder (CVAE) of action chunks, all multilayer perceptrons.
+"""The policy `chunk_cvae`: a conditional variational autoencoder of action chunks.
 
-Sohn, Lee and Yan (2015), eq. 5, with the observation history as condition: the encoder infers a
-latent from a demonstrated chunk, the decoder reproduces the chunk from history and latent, and the
-latent's prior is a standard normal whose mean, zero, is decoded when acting (as in ACT, Zhao et
-al. 2023).
+Its network is `t2l.policies.chunk_cvae_network`; only what needs it loads torch.
 """
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-import torch
-from torch import nn
+import numpy as np
+from pydantic import Field
 
+from t2l.policies.policy import ClonedPolicy, Episode
+from t2l.policies.training_settings import TrainingSettings
+from t2l.typed import Integer, Number, Typed, check
 
-@dataclass(frozen=True)
-class Architecture:
-    """Sizes of a `ChunkCVAE`; `history` and `chunk` count policy steps."""
+if TYPE_CHECKING:
+    import pandas as pd
 
-    observation_size: int
-    action_size: int
-    history: int
-    chunk: int
-    latent: int
-    hidden: tuple[int, ...]
+    from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
 
-    def as_dict(self) -> dict:
-        return asdict(self)
+# a file may say any size; none of these is as large
+Size = Annotated[Integer, Field(ge=1, lt=2**31)]
 
 
-class ChunkCVAE(nn.Module):
-    """Observation history in, action chunk out; both in physical units outside.
+class Sizes(Typed):
+    """Of the network; `history` and `chunk` count policy steps."""
 
-    Buffers hold the mean and scale of observations and actions, so that a policy carries its own
-    normalisation.
-    """
+    observation_size: Size
+    action_size: Size
+    history: Size
+    chunk: Size
+    latent: Size
+    hidden: list[Size]
 
-    def __init__(self, architecture: Architecture):
-        super().__init__()
-        self.architecture = a = architecture
-        history_size, chunk_size = a.history * a.observation_size, a.chunk * a.action_size
-        self.encoder = _mlp(history_size + chunk_size, a.hidden, 2 * a.latent)
-        self.decoder = _mlp(history_size + a.latent, a.hidden, chunk_size)
-        for name, size in (("observation", a.observation_size), ("action", a.action_size)):
-            self.register_buffer(f"{name}_mean", torch.zeros(size))
-            self.register_buffer(f"{name}_scale", torch.ones(size))
 
-    def normalise_by(self, observations: torch.Tensor, actions: torch.Tensor) -> None:
-        """Take mean and scale from data (n, size); an element that never changes keeps scale 1."""
-        for name, values in (("observation", observations), ("action", actions)):
-            scale = values.std(dim=0)
-            getattr(self, f"{name}_mean").copy_(values.mean(dim=0))
-            getattr(self, f"{name}_scale").copy_(torch.where(scale > 1e-4, scale, 1.0))
+class Settings(TrainingSettings):
+    """Of training."""
 
-    def loss(
-        self,
-        history: torch.Tensor,
-        chunk: torch.Tensor,
-        kl_weight: float,
-        observation_noise: float = 0.0,
-    ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Negative evidence bound up to constants, and its reconstruction part.
+    latent: Integer = Field(8, ge=1, le=1_000, description="size of the latent")
+    # two layers of the widest side by side take 64 MB
+    hidden: Annotated[
+        list[Annotated[Integer, Field(ge=1, le=4_096)]], Field(min_length=1, max_length=20)
+    ] = Field([256, 256, 256], description="widths of the hidden layers of encoder and decoder")
+    kl_weight: Number = Field(
+        0.01, ge=0, description="weight of the latent's divergence from its prior"
+    )
+    observation_noise: Number = Field(
+        0.2,
+        ge=0,
+        le=100,
+        description="standard deviation of noise on normalised observations while training; "
+        "without it a policy copies the recent past",
+    )
 
-        Args:
-            history: (n, history, observation_size).
-            chunk: (n, chunk, action_size).
-            kl_weight: weight of the divergence from the prior, per latent element.
-            observation_noise: standard deviation of noise added to normalised observations.
 
-        Returns:
-            Two scalars: the training loss and the mean squared error of normalised actions.
+class ChunkCVAE(ClonedPolicy):
+    """Acts by the mean of the latent's prior."""
+
+    name = "chunk_cvae"
+    settings = Settings
+
+    def __init__(self, network: "ChunkCVAENetwork"):
+        """See the class; `network` is trained."""
+        self.network = network.eval()
+        sizes = network.sizes
+        self.observation_size, self.action_size = sizes.observation_size, sizes.action_size
+        self.history, self.chunk = sizes.history, sizes.chunk
+
+    @classmethod
+    def fit(
+        cls, episodes: Sequence[Episode], settings: Settings, seed: int, threads: int = 1
+    ) -> "tuple[Self, pd.DataFrame]":
+        """See `ClonedPolicy.fit`.
+
+        The table's losses are mean squared errors of normalised actions; `reconstruction` is the
+        part of the training loss that is one.
         """
-        condition = self._condition(history)
-        condition = condition + observation_noise * torch.randn_like(condition)
-        target = self._normalised_chunk(chunk)
-        mean, log_variance = self.encoder(torch.cat([condition, target], dim=1)).chunk(2, dim=1)
-        latent = mean + torch.randn_like(mean) * (0.5 * log_variance).exp()
-        reconstruction = (self._decode(condition, latent) - target).square().mean()
-        kl = 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance).mean()
-        return reconstruction + kl_weight * kl, reconstruction
+        from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
+        from t2l.policies.training import reproducible, split, train
 
-    def prediction_error(self, history: torch.Tensor, chunk: torch.Tensor) -> torch.Tensor:
-        """Mean squared error of normalised actions when acting, i.e. with a zero latent."""
-        condition = self._condition(history)
-        latent = condition.new_zeros(len(condition), self.architecture.latent)
-        return (self._decode(condition, latent) - self._normalised_chunk(chunk)).square().mean()
+        with reproducible(seed, threads) as device:
+            training, validation = split(episodes, settings, seed, device)
+            sizes = Sizes(
+                observation_size=training.observation.shape[1],
+                action_size=training.action.shape[1],
+                history=settings.history,
+                chunk=settings.chunk,
+                latent=settings.latent,
+                hidden=settings.hidden,
+            )
+            network = ChunkCVAENetwork(sizes).to(device)
+            network.normalise_by(training.observation, training.action)
+            losses = train(
+                network,
+                lambda *windows: network.loss(
+                    *windows, settings.kl_weight, settings.observation_noise
+                ),
+                training,
+                validation,
+                settings,
+            )
+        return cls(network), losses
 
-    def forward(self, history: torch.Tensor) -> torch.Tensor:
-        """The action chunk (n, chunk, action_size) for a history (n, history, observation_size)."""
-        condition = self._condition(history)
-        latent = condition.new_zeros(len(condition), self.architecture.latent)
-        chunk = self._decode(condition, latent).unflatten(1, (self.architecture.chunk, -1))
-        return chunk * self.action_scale + self.action_mean
+    def act(self, history: np.ndarray) -> np.ndarray:
+        """See `Policy.act`."""
+        import torch
 
-    def _condition(self, history: torch.Tensor) -> torch.Tensor:
-        # a state far outside the demonstrations must not blow the network up
-        return (
-            ((history - self.observation_mean) / self.observation_scale).clamp(-10, 10).flatten(1)
-        )
+        device = self.network.action_mean.device
+        with torch.inference_mode():
+            observed = torch.as_tensor(history, dtype=torch.float32, device=device)
+            return self.network(observed).cpu().numpy()
 
-    def _normalised_chunk(self, chunk: torch.Tensor) -> torch.Tensor:
-        return ((chunk - self.action_mean) / self.action_scale).flatten(1)
+    def tensors(self) -> dict[str, np.ndarray]:
+        """See `Policy.tensors`."""
+        return {name: value.cpu().numpy() for name, value in self.network.state_dict().items()}
 
-    def _decode(self, condition: torch.Tensor, latent: torch.Tensor) -> torch.Tensor:
-        return self.decoder(torch.cat([condition, latent], dim=1))
+    def metadata(self) -> dict[str, Any]:
+        """See `Policy.metadata`."""
+        return self.network.sizes.model_dump()
 
+    @classmethod
+    def restored(cls, tensors: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+        """See `Policy.restored`."""
+        import torch
 
-def _mlp(inputs: int, hidden: tuple[int, ...], outputs: int) -> nn.Sequential:
-    layers: list[nn.Module] = []
-    for width in hidden:
-        layers += [nn.Linear(inputs, width), nn.ReLU()]
-        inputs = width
-    return nn.Sequential(*layers, nn.Linear(inputs, outputs))
+        from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
+
+        sizes = check(Sizes, metadata)
+        # without memory, however large it says it is
+        with torch.device("meta"):
+            network = ChunkCVAENetwork(sizes)
+        wanted = network.state_dict()
+        given = {name: torch.from_numpy(array) for name, array in tensors.items()}
+        for name, tensor in wanted.items():
+            found = given[name]
+            if (found.shape, found.dtype) != (tensor.shape, tensor.dtype):
+                raise ValueError(f"{name} is {found.dtype} of {tuple(found.shape)}, "
+                                 f"not {tensor.dtype} of {tuple(tensor.shape)}")  # fmt: skip
+        if set(given) != set(wanted):
+            raise ValueError("tensors that a network of its sizes does not have")
+        network.load_state_dict(given, assign=True)
+        return cls(network)

@@ -14,6 +14,7 @@ from t2l.recordings.recording import Recording
 from t2l.robots import ROBOTS
 from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion
 
+MJCF_ALLOWED = "or the path of an MJCF file, relative to this YAML"
 JOINTS_ALLOWED = "a list of different joint names, in the order of the columns"
 
 # the slowest loop that holds a joint, and faster than any that a computer runs
@@ -39,7 +40,7 @@ Rate = Annotated[Number, Field(gt=0, le=LARGEST_RATE_HZ, description="a number a
 class Metadata(Typed):
     """What a recording's YAML holds."""
 
-    robot: Annotated[str, Field(min_length=1, description="a name, or the path of an MJCF file")]
+    robot: Annotated[str, Field(min_length=1, description=f"a known name, {MJCF_ALLOWED}")]
     joints: Annotated[
         tuple[Annotated[str, Field(min_length=1)], ...],
         BeforeValidator(_joint_names),
@@ -117,14 +118,13 @@ def _plain(number: float) -> float:
 
 
 def _robot(value: str, path: Path) -> str:
-    names = ROBOTS.names()
-    if value in names:
+    known = ROBOTS.names()
+    if value in known:
         return value
     model = (path.parent / value).resolve()
     if model.is_file():
         return str(model)
-    found = f"{describe(value)}{suggestion(value, names)}"
+    found = f"{describe(value)}{suggestion(value, known)}"
     if value.endswith((".xml", ".mjcf")):
         found = f"{describe(value)}, but there is no file {model}"
-    allowed = f"{', '.join(names)}, or the path of an MJCF file, relative to this YAML"
-    raise RecordingError(path, "key robot", found, allowed)
+    raise RecordingError(path, "key robot", found, ", ".join([*known, MJCF_ALLOWED]))

@@ -9,7 +9,7 @@ class Choice:
     """What a trial chooses.
 
     Attributes:
-        action_scale: α of joints 1 to 4 and 5 to 7, rad.
+        action_scale: α of proximal joints and of the others, rad.
         reward_weights: of the task's reward, those that differ from its own.
     """
 

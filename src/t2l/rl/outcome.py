@@ -11,10 +11,9 @@ from optuna.trial import FrozenTrial, TrialState
 from t2l.artefacts import read_table, reading
 from t2l.errors import ArtefactError, T2LError
 from t2l.names import is_plain
-from t2l.rl import policy as policies
+from t2l.policies import Policy, checkpoint
 from t2l.rl.choice import Choice
 from t2l.rl.constraints import NAMES, Evaluation
-from t2l.rl.policy import ReachPolicy
 from t2l.rl.trials import FINISHED, POLICY, TRAINING, count
 
 if TYPE_CHECKING:
@@ -40,7 +39,7 @@ class Best:
     number: int
     choice: Choice
     evaluation: Evaluation
-    policy: ReachPolicy
+    policy: Policy
     history: "pd.DataFrame"
 
 
@@ -83,7 +82,7 @@ def sort_by_files(
 def _of_trial(trial: FrozenTrial, store: Path) -> Best:
     attributes = trial.user_attrs
     with reading(store, f"what trial {trial.number} came to"):
-        policy = policies.load(store / _plain(attributes[POLICY]))
+        policy = checkpoint.load(store / _plain(attributes[POLICY]))
         history = read_table(store / _plain(attributes[TRAINING]), ("update", "steps", "reward"))
         weights = {name: value for name, value in trial.params.items() if name not in SCALES}
         scales = tuple(float(trial.params[name]) for name in SCALES)

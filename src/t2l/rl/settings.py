@@ -15,13 +15,15 @@ class Settings:
     """Of training.
 
     Attributes:
+        algorithm: a name in `t2l.rl.registry.ALGORITHMS`.
         environments: that run side by side.
-        updates: of the policy, each after 24 steps of every environment.
+        updates: of the policy, each after some steps of every environment.
         evaluate_every: updates between evaluations, of which the best policy is kept.
         enough: success rate, with every constraint kept, at which training ends.
         seed: the study's is 42.
     """
 
+    algorithm: str
     environments: int
     updates: int
     evaluate_every: int

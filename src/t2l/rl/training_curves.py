@@ -1,9 +1,13 @@
 """How reward and success grow over training."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from t2l.rl.choice import Choice
 from t2l.rl.problem import Problem
+from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Settings
 
 if TYPE_CHECKING:
@@ -15,17 +19,13 @@ EPISODES = 50
 
 def curve(problem: Problem, choice: Choice, settings: Settings, threads: int = 1) -> "pd.DataFrame":
     """One row an evaluation, over the whole length of training, columns `COLUMNS`."""
-    # it loads torch, which a cell that did not pass needs not
-    import torch
-
-    from t2l.rl.train import train
-
-    torch.set_num_threads(threads)
-    whole_length = Settings(**{**vars(settings), "enough": 1.1})
-    trained = train(
+    # no success rate ends it
+    whole_length = replace(settings, enough=np.inf)
+    trained = ALGORITHMS.find(settings.algorithm)().train(
         problem.environments(choice, settings.environments, settings.seed, True, threads),
         problem.environments(choice, EPISODES, settings.seed + 1, threads=threads),
         whole_length,
+        threads=threads,
     )
     return trained.history[list(COLUMNS)]
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SILENCE_S = 900.0
 
 # what a trial leaves in the artifact store
-POLICY, TRAINING = "policy.npz", "training.parquet"
+POLICY, TRAINING = "policy.safetensors", "training.parquet"
 # of a trial's attributes, what says nothing about it to a reader of the table
 _INTERNAL = ("worker", "seen", POLICY, TRAINING)
 

@@ -17,15 +17,16 @@ from optuna.trial import TrialState
 
 from t2l.artefacts import write_table
 from t2l.errors import writing
+from t2l.policies import Policy, checkpoint
+from t2l.rl.algorithm import TrainingError
 from t2l.rl.choice import Choice
 from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate
 from t2l.rl.outcome import SCALES, sort_by_files
-from t2l.rl.policy import ReachPolicy
 from t2l.rl.problem import Problem
 from t2l.rl.pruning import HopelessPruner
+from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Search, Settings
-from t2l.rl.train import TrainingError, train
 from t2l.rl.trials import FINISHED, POLICY, TRAINING, alive, count, requeue_abandoned, sign
 from t2l.seeds import seed_sequence
 
@@ -128,11 +129,12 @@ def _run(
 
     seed = settings.seed
     try:
-        trained = train(
+        trained = ALGORITHMS.find(settings.algorithm)().train(
             problem.environments(choice, settings.environments, seed, True, threads),
             problem.environments(choice, SELECTING_EPISODES, seed + 1, threads=threads),
             settings,
             follow,
+            threads,
         )
     except optuna.TrialPruned:
         study.tell(trial, state=TrialState.PRUNED)
@@ -148,7 +150,7 @@ def _run(
     _note(trial, found)
     trial.set_user_attr("steps", int(trained.history.steps.iloc[-1]))
     trial.set_user_attr("seconds", float(trained.history.seconds.iloc[-1]))
-    _keep(trial, study, store, trained.policy, trained.history)
+    _keep(trial, store, trained.policy, trained.history)
     study.tell(trial, found.objective)
     return _line(study, trial, choice)
 
@@ -170,19 +172,17 @@ def _note(trial: optuna.Trial, found: Evaluation) -> None:
 
 def _keep(
     trial: optuna.Trial,
-    study: optuna.Study,
     store: Path,
-    policy: ReachPolicy,
+    policy: Policy,
     history: "pd.DataFrame",
 ) -> None:
     files = FileSystemArtifactStore(base_path=str(store))
     with tempfile.TemporaryDirectory() as folder:
-        policy.save(Path(folder, POLICY))
+        checkpoint.save(policy, Path(folder, POLICY))
         write_table(history, Path(folder, TRAINING))
         for name in (POLICY, TRAINING):
             key = upload_artifact(
-                artifact_store=files, file_path=str(Path(folder, name)),
-                study_or_trial=trial, storage=study._storage,
+                artifact_store=files, file_path=str(Path(folder, name)), study_or_trial=trial
             )  # fmt: skip
             trial.set_user_attr(name, key)
 

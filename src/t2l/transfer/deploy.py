@@ -13,9 +13,9 @@ from t2l.gains import Cell
 from t2l.hardware.backend import PositionControlled
 from t2l.hardware.features import State
 from t2l.hardware.guard import Guard, Workspace
+from t2l.policies import Policy
 from t2l.rl.constraints import NAMES, violations
 from t2l.rl.interface import observe, steps_held
-from t2l.rl.policy import ReachPolicy
 from t2l.sim.batch import make_batch
 from t2l.sim.controllers.joint_pd import pd_torque
 from t2l.tasks import Rewarded
@@ -51,7 +51,7 @@ class Rollouts:
 
 def deploy(
     robot: PositionControlled,
-    policy: ReachPolicy,
+    policy: Policy,
     task: Rewarded,
     actions: ActionSpace,
     cell: Cell,
@@ -124,7 +124,7 @@ class _Run:
             deciding = sample % hold == 0
             if deciding:
                 observation = observe(state.q, state.dq, self.remaining(state), previous)
-                action = self.policy.act(observation)
+                action = self.policy.action(observation)
                 wanted = self.actions.command(action, state.q, wanted)
                 previous = action
             running = self.running

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from t2l.gains import Cell
+from t2l.policies import Policy
 from t2l.rl.constraints import NAMES
-from t2l.rl.policy import ReachPolicy
 from t2l.transfer.deploy import LOG_RATE_HZ, Rollouts
 
 if TYPE_CHECKING:
@@ -33,11 +33,11 @@ def trajectory_error(real: Rollouts, sim: Rollouts) -> np.ndarray:
     return _mean(squares)
 
 
-def nn_error(policy: ReachPolicy, real: Rollouts, sim: Rollouts) -> np.ndarray:
+def nn_error(policy: Policy, real: Rollouts, sim: Rollouts) -> np.ndarray:
     """RMS over time and joints of π(s_sim) − π(s_real) on the two sequences of states, (n,)."""
     ndecision, n, nobs = real.observation.shape
     here, there = (
-        policy.act(run.observation.reshape(-1, nobs)).reshape(ndecision, n, -1)
+        policy.action(run.observation.reshape(-1, nobs)).reshape(ndecision, n, -1)
         for run in (real, sim)
     )
     return np.sqrt(_mean(((there - here) ** 2).mean(axis=2)))
@@ -56,7 +56,7 @@ def jitter(rollouts: Rollouts) -> np.ndarray:
     return np.array(found)
 
 
-def rollout_table(policy: ReachPolicy, cell: Cell, real: Rollouts, sim: Rollouts) -> "pd.DataFrame":
+def rollout_table(policy: Policy, cell: Cell, real: Rollouts, sim: Rollouts) -> "pd.DataFrame":
     """One row a rollout: `ROLLOUT_COLUMNS`, and by constraint how often either violated it."""
     import pandas as pd
 

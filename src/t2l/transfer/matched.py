@@ -12,9 +12,9 @@ from t2l.gains import Cell
 from t2l.hardware.guard import Workspace
 from t2l.hardware.registry import open_backend
 from t2l.identify.actuator_parameters import Parameters
+from t2l.policies import Policy
 from t2l.rl.condition import Condition
-from t2l.rl.interface import action_space, scale_per_joint
-from t2l.rl.policy import ReachPolicy
+from t2l.rl.interface import action_space
 from t2l.seeds import generator
 from t2l.transfer.deploy import Rollouts, deploy
 from t2l.transfer.identified import IdentifiedRobot
@@ -46,7 +46,7 @@ class Deployment:
 
 def matched_rollouts(
     robot: Mapping[str, Any],
-    policy: ReachPolicy,
+    policy: Policy,
     condition: Condition,
     cell: Cell,
     parameters: Parameters,
@@ -67,7 +67,7 @@ def matched_rollouts(
         BackendError: the robot cannot be reached, or does not go on.
     """
     task = condition.make_task()
-    actions = action_space(condition, task.robot, scale_per_joint(policy.action_scale, task.robot))
+    actions = action_space(condition, task.robot, policy.action_scale)
     draw = generator(seed, "deployment", task.name)
     starts = task.sample_starts(draw, deployment.rollouts)
     goals = task.sample_goals(draw, deployment.rollouts)
@@ -80,8 +80,8 @@ def matched_rollouts(
     return real, deploy(simulator, policy, task, actions, cell, begun, goals, *rest)
 
 
-def _digest(policy: ReachPolicy, starts: np.ndarray, goals: np.ndarray, *more: object) -> str:
-    digest = hashlib.sha256(repr(more).encode())
-    for array in (policy.mean, *policy.weights, *policy.biases, starts, goals):
+def _digest(policy: Policy, starts: np.ndarray, goals: np.ndarray, *more: object) -> str:
+    digest = hashlib.sha256(repr((policy.metadata(), *more)).encode())
+    for array in (*policy.tensors().values(), starts, goals):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:12]

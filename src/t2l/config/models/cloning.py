@@ -6,7 +6,8 @@ from pydantic import Field
 
 from t2l.config.models.grid import CompliantUpTo, Dampings, Grid, OverdampedFrom, Stiffnesses
 from t2l.config.quantities import Gains
-from t2l.typed import Integer, Number, Typed, Unique
+from t2l.policies import chunk_cvae
+from t2l.typed import Integer, Name, Number, Typed, Unique
 
 
 class CloningGrid(Grid):
@@ -68,39 +69,18 @@ class Fidelity(Typed):
     )
 
 
-class Training(Typed):
-    """Of behaviour cloning."""
+class PolicyName(Typed):
+    """What decides which other keys `training` has."""
 
-    # a minute of 50 Hz is 3000 steps
-    history: Integer = Field(
-        10, ge=1, le=1_000, description="observations that the policy sees, in policy steps"
+    policy: Name = Field(
+        "chunk_cvae",
+        description="`chunk_cvae`, a conditional variational autoencoder of action chunks, which "
+        "the keys below are for; or a policy of yours, with the keys of its own settings",
     )
-    chunk: Integer = Field(10, ge=1, le=1_000, description="actions that it predicts at once")
-    latent: Integer = Field(8, ge=1, le=1_000, description="size of the latent")
-    # two layers of the widest side by side take 64 MB
-    hidden: Annotated[
-        list[Annotated[Integer, Field(ge=1, le=4_096)]], Field(min_length=1, max_length=20)
-    ] = Field([256, 256, 256], description="widths of the hidden layers of encoder and decoder")
-    kl_weight: Number = Field(
-        0.01, ge=0, description="weight of the latent's divergence from its prior"
-    )
-    epochs: Integer = Field(50, ge=1, le=10_000, description="passes over the training episodes")
-    # all windows of a thousand demonstrations of 8 s
-    batch_size: Integer = Field(256, ge=1, le=400_000, description="windows per gradient step")
-    learning_rate: Number = Field(
-        1.0e-3, gt=0, le=10, description="peak of a one-cycle schedule of the learning rate"
-    )
-    weight_decay: Number = Field(1.0e-4, ge=0, le=10, description="weight decay of AdamW")
-    observation_noise: Number = Field(
-        0.2,
-        ge=0,
-        le=100,
-        description="standard deviation of noise on normalised observations while training; "
-        "without it a policy copies the recent past",
-    )
-    validation_fraction: Number = Field(
-        0.1, gt=0, lt=1, description="share of whole demonstrations that are held out"
-    )
+
+
+class Training(chunk_cvae.Settings, PolicyName):
+    """Of the policy, where none of the user's is named."""
 
 
 class Rollouts(Typed):

@@ -25,7 +25,7 @@ from t2l.config.models.transfer import (
     SimToReal,
     Tuning,
 )
-from t2l.config.quantities import LARGEST_SEED, Given
+from t2l.config.quantities import LARGEST_SEED, Given, Paths
 from t2l.typed import Integer, Name, Typed, Unique
 
 
@@ -45,6 +45,11 @@ class Configuration(Typed):
         le=LARGEST_SEED,
         description="base seed; every stage derives its own from it, the task and the cell",
     )
+    extensions: Annotated[Paths | None, Given] = Field(
+        None,
+        description="Python files, or folders of them, with robots, tasks, action spaces, "
+        "policies, algorithms and back ends of your own",
+    )
     tasks: Annotated[list[Name], Field(min_length=1, max_length=100), Unique] = Field(
         ["block_stack"],
         description="names of files in `config/tasks/`; p values are corrected for their number",
@@ -62,9 +67,7 @@ class Configuration(Typed):
     fidelity: Fidelity = _section(
         Fidelity, "the validation of retargeting, in every combination of what follows"
     )
-    training: Training = _section(
-        Training, "training of the policy, a conditional variational autoencoder of action chunks"
-    )
+    training: Training = _section(Training, "training of the policy")
     rollouts: Rollouts = _section(Rollouts, "rollouts of cloned policies")
     recording_grid: RecordingGrid = _section(
         RecordingGrid,
@@ -82,7 +85,7 @@ class Configuration(Typed):
     )
     reinforcement_learning: ReinforcementLearning = _section(
         ReinforcementLearning,
-        "PPO with the hyper-parameters of the study, in the identified simulator",
+        "learning in the identified simulator",
     )
     tuning: Tuning = _section(
         Tuning, "Optuna's search for action scales, a study for each cell and condition"

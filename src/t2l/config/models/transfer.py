@@ -124,6 +124,9 @@ class Identification(Typed):
 class ReinforcementLearning(Typed):
     """In the identified simulator."""
 
+    algorithm: Name = Field(
+        "ppo", description="`ppo`, with the hyper-parameters of the study; or one of yours"
+    )
     # simulations side by side, 100 kB each
     environments: Integer = Field(
         512, ge=4, le=16_384, description="arms that are simulated side by side"

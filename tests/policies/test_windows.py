@@ -1,7 +1,8 @@
 import numpy as np
 import torch
 
-from t2l.bc.windows import Episode, Windows
+from t2l.policies import Episode
+from t2l.policies.windows import Windows
 
 
 def test_windows_stay_in_their_episode():

@@ -1,18 +1,11 @@
 """Training windows: the observation history before a step and the action chunk from it on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import torch
 
-
-@dataclass(frozen=True)
-class Episode:
-    """One demonstration at the policy's rate: observation (n, nobs) and action (n, nact)."""
-
-    observation: np.ndarray
-    action: np.ndarray
+from t2l.policies.policy import Episode
 
 
 class Windows:

@@ -1,0 +1,34 @@
+"""The section `training`, whose keys are those of the policy that it names."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import Field, create_model
+
+from t2l.config.models import Configuration
+from t2l.config.models.cloning import PolicyName, Training
+from t2l.policies import POLICIES, ClonedPolicy
+from t2l.typed import Invalid, Problem, describe, suggestion
+
+
+def configuration_model(config: Any) -> type[Configuration]:
+    """The model of a configuration, with the settings of its own policy.
+
+    Raises:
+        Invalid: no policy that learns from demonstrations has the name.
+    """
+    section = config.get("training") if isinstance(config, Mapping) else None
+    name = section.get("policy") if isinstance(section, Mapping) else None
+    # what is no name the model tells
+    if not isinstance(name, str) or name == Training.model_fields["policy"].default:
+        return Configuration
+    cloned = [known for known in POLICIES.names() if issubclass(POLICIES.find(known), ClonedPolicy)]
+    if name not in cloned:
+        found = describe(name) + suggestion(name, cloned)
+        raise Invalid([Problem("training.policy", found, ", ".join(cloned))])
+    training = create_model("Training", __base__=(POLICIES.find(name).settings, PolicyName))
+    return create_model(
+        "Configuration",
+        __base__=Configuration,
+        training=(training, Field(default_factory=training)),
+    )

@@ -1,0 +1,7 @@
+"""Names of the files that a comparison, a diagnosis and an explanation leave in their folder."""
+
+COMPARISON = "comparison.json"
+TRACES = "traces.parquet"
+DIAGNOSIS = "diagnosis.json"
+EXPLANATION = "explanation.json"
+MODEL = "model.yaml"

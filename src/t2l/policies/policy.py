@@ -1,0 +1,103 @@
+"""What a policy is. Nothing here loads torch, and a policy need not either."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from t2l.typed import Typed
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """A demonstration at the policy's rate: observation (n, nobs) and action (n, nact), float32."""
+
+    observation: np.ndarray
+    action: np.ndarray
+
+
+class Policy(ABC):
+    """From the latest observations to the next actions, of n episodes at once.
+
+        a[k … k + chunk − 1] = π(o[k − history + 1 … k])
+
+    What an action means is said elsewhere (`t2l.actions`); its scale there, α, the policy carries
+    with it. A policy has no other memory than its
+    history, so that many episodes may share one; whoever acts by it decides how much of a chunk is
+    carried out before it is asked again.
+
+    Attributes:
+        name: what checkpoints call the class.
+        observation_size, action_size: nobs and nact.
+        history: observations that it sees.
+        chunk: actions that it answers with.
+        action_scale: α, one number or (nact,).
+    """
+
+    name: str
+    observation_size: int
+    action_size: int
+    history: int
+    chunk: int
+    action_scale: np.ndarray | float = 1.0
+
+    @abstractmethod
+    def act(self, history: np.ndarray) -> np.ndarray:
+        """Action chunks (n, chunk, nact) for histories (n, history, nobs), the latest last."""
+
+    def action(self, observation: np.ndarray) -> np.ndarray:
+        """Actions (n, nact) for observations (n, nobs), of a policy that sees no earlier ones."""
+        return self.act(observation[:, None])[:, 0]
+
+    @abstractmethod
+    def tensors(self) -> dict[str, np.ndarray]:
+        """All that it has learned, by name."""
+
+    @abstractmethod
+    def metadata(self) -> dict[str, Any]:
+        """What else it takes to make it again, such as its sizes, as JSON has it."""
+
+    @classmethod
+    @abstractmethod
+    def restored(cls, tensors: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+        """The policy of which these are `tensors` and `metadata`.
+
+        Raises:
+            ValueError: they are of none, or do not fit each other.
+        """
+
+
+class ClonedPolicy(Policy):
+    """A policy that trains itself on demonstrated episodes.
+
+    Attributes:
+        name: what configurations write as `training.policy` too.
+        settings: what else they may write under `training`: the only place of its defaults.
+    """
+
+    settings: type[Typed]
+
+    @classmethod
+    @abstractmethod
+    def fit(
+        cls, episodes: Sequence[Episode], settings: Typed, seed: int, threads: int = 1
+    ) -> "tuple[Self, pd.DataFrame]":
+        """Train from scratch; the same seed on the same machine gives the same policy.
+
+        Args:
+            settings: an instance of `settings`.
+            threads: of the processor that training may use.
+
+        Returns:
+            The policy, and one row an epoch: `epoch`, `training_loss`, `validation_loss`, and what
+            else there is to say. The validation loss is that of acting on whole episodes that were
+            held out.
+
+        Raises:
+            ValueError: there are too few episodes to hold one out.
+        """

@@ -1,0 +1,13 @@
+"""Where the name of a policy becomes a class; a class of the user's may stand beside these."""
+
+from t2l.policies.policy import Policy
+from t2l.registry import Registry
+
+POLICIES: Registry[Policy] = Registry(
+    "policy",
+    Policy,
+    {
+        "chunk_cvae": "t2l.policies.chunk_cvae:ChunkCVAE",
+        "gaussian_mlp": "t2l.policies.gaussian_mlp:GaussianMLP",
+    },
+)

@@ -1,0 +1,72 @@
+"""What an algorithm of reinforcement learning is; nothing here loads torch."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from t2l.errors import T2LError
+from t2l.policies import Policy
+from t2l.rl.constraints import Evaluation
+from t2l.rl.settings import Settings
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from t2l.rl.environments import Environments
+
+# the number of an update, and how the policy does after it
+Report = Callable[[int, Evaluation], None]
+
+
+class TrainingError(T2LError):
+    """Training left no policy that can act."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """The best policy that was evaluated.
+
+    Attributes:
+        policy: with history 1 and the action scale of its environments.
+        history: one row an evaluation: update, steps, seconds, reward a step, success, the
+            constraints' shares, objective, and what the algorithm adds.
+    """
+
+    policy: Policy
+    evaluation: Evaluation
+    history: "pd.DataFrame"
+
+
+class Algorithm(ABC):
+    """Learns a policy by trying.
+
+    Attributes:
+        name: what configurations write as `reinforcement_learning.algorithm`.
+    """
+
+    name: str
+
+    @abstractmethod
+    def train(
+        self,
+        environments: "Environments",
+        judges: "Environments",
+        settings: Settings,
+        report: Report = lambda update, evaluation: None,
+        threads: int = 1,
+    ) -> Trained:
+        """Train in `environments`, judge in `judges`, which are not staggered.
+
+        `t2l.rl.progress.Progress` judges, reports and keeps the best.
+
+        Args:
+            environments: a VecEnv of stable-baselines3; observations (n, nobs), actions (n, nact)
+                in [-1, 1].
+            settings: how long, and from which seed; the same seed gives the same policy.
+            report: called after each evaluation; what it raises ends training.
+            threads: of the processor that learning may use.
+
+        Raises:
+            TrainingError: an update left numbers that are not finite.
+        """

@@ -1,0 +1,161 @@
+"""PPO (Schulman et al. 2017) of stable-baselines3 with the study's hyper-parameters."""
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.vec_env import VecNormalize
+from torch.distributions import Normal
+
+from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
+from t2l.rl.adaptive_rate import AdaptiveRate, RememberingBuffer, WatchedPolicy
+from t2l.rl.algorithm import Algorithm, Report, Trained, TrainingError
+from t2l.rl.environments import Environments
+from t2l.rl.progress import Progress
+from t2l.rl.settings import Settings
+
+ROLLOUT_STEPS = 24
+MINIBATCHES = 4
+EPOCHS = 5
+GAMMA = 0.99
+MIN_LOG_STD = -3.0
+FIRST_RATE = 1e-3
+
+
+class ProximalPolicyOptimisation(Algorithm):
+    """Two layers of 64 ELU units for the policy, and as many for the value."""
+
+    name = "ppo"
+
+    def train(
+        self,
+        environments: Environments,
+        judges: Environments,
+        settings: Settings,
+        report: Report = lambda update, evaluation: None,
+        threads: int = 1,
+    ) -> Trained:
+        """See `Algorithm.train`."""
+        model = make_model(environments, settings.seed)
+        listener = _Listener(
+            AdaptiveRate(model, FIRST_RATE),
+            Progress(judges, settings, report),
+            settings.evaluate_every,
+            threads,
+        )
+        steps = settings.updates * ROLLOUT_STEPS * environments.num_envs
+        before = torch.get_num_threads()
+        try:
+            model.learn(steps, listener, log_interval=None)
+        finally:
+            torch.set_num_threads(before)
+        listener.finish()
+        return listener.progress.trained()
+
+
+def make_model(environments: Environments, seed: int) -> PPO:
+    """A model that has not learned yet, with normalised observations and rewards."""
+    model = PPO(
+        _BoundedPolicy,
+        VecNormalize(environments, clip_obs=CLIPPED_AT, gamma=GAMMA),
+        learning_rate=FIRST_RATE,
+        n_steps=ROLLOUT_STEPS,
+        batch_size=ROLLOUT_STEPS * environments.num_envs // MINIBATCHES,
+        n_epochs=EPOCHS,
+        gamma=GAMMA,
+        gae_lambda=0.95,
+        clip_range=0.2,
+        clip_range_vf=0.2,
+        ent_coef=0.01,
+        max_grad_norm=1.0,
+        policy_kwargs={
+            "net_arch": [64, 64],
+            "activation_fn": torch.nn.ELU,
+            "optimizer_kwargs": {"fused": True},
+        },
+        rollout_buffer_class=RememberingBuffer,
+        seed=seed,
+        device="cpu",
+    )
+    # its own choice is a folder in /tmp for every training
+    model.set_logger(Logger(None, []))
+    return model
+
+
+def export(model: PPO) -> GaussianMLP:
+    """The policy of a model of `make_model` as it is, which acts by its mean."""
+    statistics = model.get_vec_normalize_env()
+    layers = [
+        layer for layer in model.policy.mlp_extractor.policy_net if hasattr(layer, "weight")
+    ] + [model.policy.action_net]
+    return GaussianMLP(
+        mean=statistics.obs_rms.mean.copy(),
+        deviation=np.sqrt(statistics.obs_rms.var + statistics.epsilon),
+        weights=tuple(layer.weight.detach().double().numpy().copy() for layer in layers),
+        biases=tuple(layer.bias.detach().double().numpy().copy() for layer in layers),
+        action_scale=np.broadcast_to(statistics.venv.actions.scale, model.action_space.shape),
+    )
+
+
+class _BoundedPolicy(WatchedPolicy):
+    """Gaussian, with a spread that never falls below `MIN_LOG_STD`."""
+
+    def _get_action_dist_from_latent(self, latent_pi: torch.Tensor):
+        mean = self.action_net(latent_pi)
+        deviation = torch.ones_like(mean) * self.log_std.clamp(min=MIN_LOG_STD).exp()
+        # whether numbers are finite is checked once an update, not at every distribution
+        self.action_dist.distribution = Normal(mean, deviation, validate_args=False)
+        return self.action_dist
+
+
+class _Listener(BaseCallback):
+    """Evaluates after some updates."""
+
+    def __init__(self, rate: AdaptiveRate, progress: Progress, evaluate_every: int, threads: int):
+        super().__init__()
+        self.rate, self.progress = rate, progress
+        self.evaluate_every, self.threads = evaluate_every, threads
+        self.updates = -1
+        self._rewards: list[float] = []
+
+    def _on_step(self) -> bool:
+        self._rewards.append(float(self.training_env.get_original_reward().mean()))
+        return not self.progress.enough
+
+    def _on_rollout_end(self) -> None:
+        torch.set_num_threads(self.threads)
+
+    def _on_rollout_start(self) -> None:
+        # small forward passes gain nothing from threads, which would get in the simulator's way
+        torch.set_num_threads(1)
+        self.updates += 1
+        if self.updates:
+            self._check()
+        if self.updates and self.updates % self.evaluate_every == 0:
+            self.judge()
+
+    def finish(self) -> None:
+        """Evaluate the last policy too, unless training ended by an evaluation."""
+        if not self.progress.enough:
+            self.updates += 1
+            self._check()
+            self.judge()
+
+    def judge(self) -> None:
+        """Evaluate the policy as it is."""
+        self.progress.judge(
+            export(self.model),
+            update=self.updates,
+            steps=self.num_timesteps,
+            reward=float(np.mean(self._rewards)),
+            learning_rate=self.rate.rate,
+        )
+        self._rewards.clear()
+
+    def _check(self) -> None:
+        if not all(torch.isfinite(values).all() for values in self.model.policy.parameters()):
+            raise TrainingError(
+                f"training: update {self.updates} left a policy that is not finite; allowed: "
+                "finite rewards; try smaller action scales or reward weights"
+            )

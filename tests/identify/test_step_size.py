@@ -1,0 +1,44 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from t2l.identify.model import Model
+from t2l.identify.noise_floor import noise_floor
+from t2l.identify.step_size import NEGLIGIBLE, substeps_for
+from tests.diagnose.made import pendulum, predict, swings
+
+FRICTION = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
+
+
+@pytest.fixture
+def recordings(tmp_path):
+    return swings(pendulum(tmp_path), FRICTION, 1e-4, 0.5, control_rate_hz=125.0)
+
+
+@pytest.mark.parametrize("effects", [{}, FRICTION], ids=["smooth", "dry friction"])
+def test_steps_are_as_fine_as_the_noise_asks_for(recordings, effects):
+    """Halving them changes little beside it, and doubling them would change more."""
+    model = Model(recordings[0].robot, effects)
+    chosen = substeps_for(model, recordings)
+    floor = noise_floor(recordings)
+
+    def change(substeps):
+        coarse, fine = (predict(recordings, effects, n) for n in (substeps, 2 * substeps))
+        return np.sqrt(np.mean((coarse - fine) ** 2))
+
+    assert change(chosen) < NEGLIGIBLE * floor
+    assert chosen == 1 or change(chosen // 2) >= NEGLIGIBLE * floor
+
+
+def test_dry_friction_takes_finer_steps(recordings):
+    plain, sticky = (Model(recordings[0].robot, effects) for effects in ({}, FRICTION))
+    assert substeps_for(plain, recordings) < substeps_for(sticky, recordings)
+
+
+def test_much_noise_allows_coarse_steps(recordings):
+    noise = np.random.default_rng(0)
+    noisy = [
+        dataclasses.replace(r, q=r.q + 1e-2 * noise.normal(size=r.q.shape)) for r in recordings
+    ]
+    assert substeps_for(Model(recordings[0].robot, FRICTION), noisy) == 1

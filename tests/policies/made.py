@@ -1,0 +1,44 @@
+"""Small policies, trained on next to nothing."""
+
+import numpy as np
+
+from t2l.policies import POLICIES, Episode
+from t2l.policies.gaussian_mlp import GaussianMLP
+
+
+def episodes(count: int = 10, length: int = 60) -> list[Episode]:
+    """A law that a policy can learn: the action is a fixed function of the observation."""
+    rng = np.random.default_rng(0)
+    made = []
+    for _ in range(count):
+        observation = np.cumsum(0.1 * rng.normal(size=(length, 4)), axis=0)
+        action = np.stack([np.sin(observation[:, 0]), 5 + observation[:, 1]], axis=1)
+        made.append(Episode(observation.astype(np.float32), action.astype(np.float32)))
+    return made
+
+
+def settings(**changes):
+    """Of a training of seconds."""
+    small = {
+        "history": 2, "chunk": 3, "latent": 2, "hidden": [32, 32], "epochs": 30, "batch_size": 64,
+        "learning_rate": 3e-3, "weight_decay": 0.0, "observation_noise": 0.0,
+        "validation_fraction": 0.2,
+    }  # fmt: skip
+    return POLICIES.find("chunk_cvae").settings(**small | changes)
+
+
+def chunk_cvae(**changes):
+    """A policy after one epoch."""
+    return POLICIES.find("chunk_cvae").fit(episodes(), settings(epochs=1, **changes), seed=1)[0]
+
+
+def gaussian_mlp() -> GaussianMLP:
+    """Of two layers, for observations (n, 5) and actions (n, 3)."""
+    draw = np.random.default_rng(0).normal
+    return GaussianMLP(
+        mean=draw(size=5),
+        deviation=1 + draw(size=5) ** 2,
+        weights=(draw(size=(9, 5)), draw(size=(3, 9))),
+        biases=(draw(size=9), draw(size=3)),
+        action_scale=np.array([0.3, 0.3, 0.1]),
+    )
