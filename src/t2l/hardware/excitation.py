@@ -25,6 +25,17 @@ def sine(time: np.ndarray, amplitude: np.ndarray, frequency_hz: np.ndarray) -> n
     return amplitude * np.sin(2 * np.pi * np.outer(time, frequency_hz))
 
 
+def study_sine(ncommand: int, amplitude: float) -> np.ndarray:
+    """The study's identification motion: A sin(π k / 50) at command k of 50 Hz, on every joint.
+
+    As the study writes it, without an envelope; `sine` differs from it in the last digit.
+
+    Returns:
+        rad, (ncommand, 1).
+    """
+    return amplitude * np.sin(np.pi * np.arange(ncommand) / 50)[:, None]
+
+
 def chirp(
     time: np.ndarray, amplitude: np.ndarray, from_hz: float, to_hz: float, duration_s: float
 ) -> np.ndarray:
