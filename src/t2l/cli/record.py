@@ -1,4 +1,4 @@
-"""``t2l record``: recordings from an FR3 that aiofranka drives, or from its simulation."""
+"""``t2l record``: recordings from a robot, or from a simulation of one."""
 
 import argparse
 import contextlib
@@ -10,13 +10,13 @@ from pathlib import Path
 from t2l.cli.inputs import add_extensions
 from t2l.errors import ConfigurationError
 
-HELP = "record motions of a Franka Research 3, or of aiofranka's simulation of it"
+HELP = "record motions of a robot, real or virtual"
 
 DESCRIPTION = """\
-Move a Franka Research 3 by aiofranka at one or more settings of gains and write a recording of
-each. CONFIG.yaml says how; examples/record_fr3.yaml is one to start from. All commands are checked
-against the limits of positions, velocities and torques before anything moves. Nothing checks for
-obstacles: the arm must be able to move freely around its start, and to get there.
+Move a robot at one or more settings of gains and write a recording of each. CONFIG.yaml says which
+robot and how; examples/record_fr3.yaml is one to start from. All commands are checked against the
+limits of positions, velocities and torques before anything moves. Nothing checks for obstacles: the
+robot must be able to move freely around its start, and to get there.
 """
 
 
@@ -27,47 +27,49 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
     parser.add_argument("--check", action="store_true", help="check everything, move nothing")
     add_extensions(parser)
-    parser.add_argument("--yes", action="store_true", help="do not ask before a real arm moves")
+    parser.add_argument("--yes", action="store_true", help="do not ask before a real robot moves")
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Check the configuration, then record.
 
     Raises:
-        RecordingError: the configuration is wrong or the robot stopped; what was recorded before
-            is kept.
+        ConfigurationError: the configuration is wrong.
+        BackendError: the robot stopped; what was recorded before is kept.
     """
-    from t2l.hardware.plan import SIMULATION, read_plan
-    from t2l.hardware.record import needed_bytes, record
+    from t2l.hardware.plan import read_plan
+    from t2l.hardware.recorder import needed_bytes, record_plan
     from t2l.outputs import check_space, output_folder
     from t2l.recordings.log import TABLES
     from t2l.registry import python_files
 
     plan = read_plan(arguments.config)
-    names = [setting.name for setting in plan.settings]
+    names = [motion.name for motion in plan.motions]
+    moving = plan.backend.moves(plan.settings)
     entries = [f"{name}{suffix}" for name in names for suffix in (*TABLES, ".yaml")]
     inputs = [arguments.config, *python_files(arguments.extensions)]
     with output_folder(arguments.out, "t2l record", entries, inputs, force=None, once=True) as out:
         check_space(out, needed_bytes(plan))
         print(
-            f"{len(names)} recording{'s' if len(names) > 1 else ''} of {plan.duration_s:.1f} s on "
-            f"{plan.address}, within all limits",
+            f"{len(names)} recording{'s' if len(names) > 1 else ''} of "
+            f"{plan.motions[0].duration_s:.1f} s of {plan.robot.name} through "
+            f"{plan.backend.name}, within all limits",
             flush=True,
         )
         if arguments.check:
             return
-        if plan.address != SIMULATION and not arguments.yes:
-            _ask(plan.address)
+        if moving and not arguments.yes:
+            _ask(moving)
         with _termination_as_interrupt():
-            record(plan, out)
+            record_plan(plan, out)
 
 
-def _ask(address: str) -> None:
+def _ask(moving: str) -> None:
     try:
-        answer = input(f"The arm at {address} will move. Is it free to? [y/N] ")
+        answer = input(f"{moving} will move. Is it free to? [y/N] ")
     except EOFError:
         raise ConfigurationError(
-            "nobody is there to say that the arm may move; allowed: a terminal, or --yes"
+            f"nobody is there to say that {moving} may move; allowed: a terminal, or --yes"
         ) from None
     if answer.strip().lower() not in ("y", "yes"):
         sys.exit("nothing was moved")
@@ -75,7 +77,7 @@ def _ask(address: str) -> None:
 
 @contextlib.contextmanager
 def _termination_as_interrupt() -> Iterator[None]:
-    """Let a request to terminate stop the arm as Ctrl-C does."""
+    """Let a request to terminate stop the robot as Ctrl-C does."""
 
     def interrupt(*_) -> None:
         raise KeyboardInterrupt

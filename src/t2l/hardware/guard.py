@@ -1,10 +1,17 @@
-"""Commands are checked before they are sent."""
+"""Commands of policies are checked before they are sent."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from t2l.gains import Cell
+from t2l.hardware.limits import (
+    Bounds,
+    first_of,
+    position_bounds,
+    state_objections,
+    torque_bounds,
+)
 from t2l.robots import Robot
 from t2l.robots.kinematics import ToolKinematics
 from t2l.sim.controllers.joint_pd import pd_torque
@@ -22,7 +29,10 @@ class Guard:
     """Says what is wrong with commands that are held for `period_s`, for `n` robots."""
 
     def __init__(self, robot: Robot, n: int, cell: Cell, period_s: float, workspace: Workspace):
-        self._robot, self._cell, self._workspace = robot, cell, workspace
+        self._robot, self._cell = robot, cell
+        self._commands, self._torques = position_bounds(robot), torque_bounds(robot)
+        axes = [f"{axis} of the flange" for axis in "xyz"]
+        self._box = Bounds(axes, np.array(workspace.lower), np.array(workspace.upper), "m")
         self._farthest = robot.velocity_limit * period_s
         self._tool = ToolKinematics(robot, n)
 
@@ -35,36 +45,11 @@ class Guard:
         gains take commands to where the arm never comes.)
         """
         torque = pd_torque(q_des, q, dq, self._cell.kp, self._cell.kd)
-        joints = self._robot.joints
-        low, high = self._robot.position_limit.T
-        speed, most = self._robot.velocity_limit, self._robot.torque_limit
-        checks = [
-            _beyond("position command of", q_des, low, high, "rad", joints),
-            _beyond("position of", q, low, high, "rad", joints),
-            _beyond("velocity of", dq, -speed, speed, "rad/s", joints),
-            _beyond("torque of", torque, -most, most, "N·m", joints),
-        ]
         ahead = q + np.clip(q_des - q, -self._farthest, self._farthest)
-        for where, at in (("measured", q), ("commanded", ahead)):
-            position = self._tool.pose(at)[:, :3]
-            box = (np.array(self._workspace.lower), np.array(self._workspace.upper))
-            axes = [f"{axis} of the flange" for axis in "xyz"]
-            checks.append(_beyond(where, position, *box, "m", axes))
-        return [next((text for text in texts if text), "") for texts in zip(*checks, strict=True)]
-
-
-def _beyond(
-    what: str, values: np.ndarray, low: np.ndarray, high: np.ndarray, unit: str, names
-) -> list[str]:
-    # what is not a number is not within anything
-    outside = ~((values >= low) & (values <= high))
-    texts = []
-    for row, out in zip(values, outside, strict=True):
-        if not out.any():
-            texts.append("")
-            continue
-        i = int(np.argmax(out))
-        texts.append(
-            f"{what} {names[i]} {row[i]:.4g} {unit}; allowed: {low[i]:.4g} to {high[i]:.4g}"
+        return first_of(
+            self._commands.objections("position command of", q_des),
+            state_objections(self._robot, q, dq),
+            self._torques.objections("torque of", torque),
+            self._box.objections("measured", self._tool.pose(q)[:, :3]),
+            self._box.objections("commanded", self._tool.pose(ahead)[:, :3]),
         )
-    return texts

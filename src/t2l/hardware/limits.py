@@ -1,6 +1,6 @@
-"""What a robot must not be asked for: positions, velocities and torques, checked beforehand."""
+"""What must not be asked of a robot, or found of it: the one place that compares with limits."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,43 +8,104 @@ import mujoco
 import numpy as np
 
 from t2l.errors import RecordingError
+from t2l.hardware.motion import Motion
 from t2l.robots import Robot
 
 # a command this close to the end of a range leaves no room to overshoot
 POSITION_MARGIN_RAD = 0.05
 
 
-@dataclass(frozen=True)
-class Limits:
-    """Limits of a robot's joints, and the model that torques are predicted with.
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Between what a quantity of each joint, or along each axis, must lie.
 
     Attributes:
-        joints: names, in the order of the arrays.
-        position: rad, (njoint, 2), lower and upper end of the ranges.
-        velocity: rad/s, (njoint,).
-        torque: N·m, (njoint,), on top of gravity compensation.
-        model: with these joints; gravity is compensated in it if it is on the robot.
+        names: of joints or axes.
+        low, high: (len(names),) in `unit`, infinite where there is no limit.
     """
 
-    joints: tuple[str, ...]
-    position: np.ndarray
-    velocity: np.ndarray
-    torque: np.ndarray
-    model: mujoco.MjModel
+    names: Sequence[str]
+    low: np.ndarray
+    high: np.ndarray
+    unit: str
+
+    def outside(self, values: np.ndarray) -> np.ndarray:
+        """Which of `values` (…, len(names)) lie outside; what is not a number lies nowhere."""
+        return ~((values >= self.low) & (values <= self.high))
+
+    def allowed(self, index: int) -> str:
+        """The range of a joint, in words."""
+        return f"{self.low[index]:.4g} to {self.high[index]:.4g} {self.unit}"
+
+    def objections(self, what: str, values: np.ndarray) -> list[str]:
+        """For each row of `values` (n, len(names)) the first that lies outside, or ""."""
+        texts = []
+        for row, out in zip(values, self.outside(values), strict=True):
+            i = int(np.argmax(out))
+            found = f"{what} {self.names[i]}: found {row[i]:.4g} {self.unit}; "
+            texts.append(f"{found}allowed: {self.allowed(i)}" if out[i] else "")
+        return texts
 
 
-def limits_of(robot: Robot) -> Limits:
-    """Limits of a robot, and its model with the tools on it."""
-    return Limits(
-        joints=robot.joints,
-        position=robot.position_limit,
-        velocity=robot.velocity_limit,
-        torque=robot.torque_limit,
-        model=robot.spec(gravity_compensation=True).compile(),
+def position_bounds(robot: Robot, margin_rad: float = 0.0) -> Bounds:
+    """The joints' ranges, narrowed at either end."""
+    low, high = robot.position_limit.T
+    return Bounds(robot.joints, low + margin_rad, high - margin_rad, "rad")
+
+
+def velocity_bounds(robot: Robot) -> Bounds:
+    """As fast as the joints may be, either way."""
+    return Bounds(robot.joints, -robot.velocity_limit, robot.velocity_limit, "rad/s")
+
+
+def torque_bounds(robot: Robot) -> Bounds:
+    """As much as the joints may be driven by, either way."""
+    return Bounds(robot.joints, -robot.torque_limit, robot.torque_limit, "N·m")
+
+
+def state_objections(robot: Robot, q: np.ndarray, dq: np.ndarray) -> list[str]:
+    """For each of n robots the first joint that is out of its range or too fast, or "".
+
+    Args:
+        q, dq: (n, njoint) measured, rad and rad/s.
+    """
+    return first_of(
+        position_bounds(robot).objections("position of", q),
+        velocity_bounds(robot).objections("velocity of", dq),
     )
 
 
-def motion_torque(q_des: np.ndarray, rate_hz: float, limits: Limits) -> np.ndarray:
+def first_of(*checks: list[str]) -> list[str]:
+    """For each robot the first objection of several checks, or ""."""
+    return [next(filter(None, texts), "") for texts in zip(*checks, strict=True)]
+
+
+def check_motion(robot: Robot, motion: Motion, torque: np.ndarray, path: Path) -> None:
+    """Whether a robot can be asked for a motion, before anything moves.
+
+    Args:
+        torque: N·m, (ncommand, njoint), what the motion itself takes, from `motion_torque`.
+        path: of the configuration, for messages.
+
+    Raises:
+        RecordingError: a position, velocity or torque beyond its limit, with joint, time, value
+            and limit.
+    """
+    q_des = motion.q_des
+    within = f", {POSITION_MARGIN_RAD} rad within its range"
+    for bounds, values, how, more in (
+        (position_bounds(robot, POSITION_MARGIN_RAD), q_des, "", within),
+        (velocity_bounds(robot), _steps(q_des) * motion.rate_hz, "", ""),
+        (torque_bounds(robot), predicted_torque(motion, torque), ", as the model predicts", ""),
+    ):
+        if (outside := bounds.outside(values)).any():
+            row, joint = np.argwhere(outside)[0]
+            where = f"{motion.name}: {robot.joints[joint]} at {motion.time[row]:.2f} s"
+            found = f"{values[row, joint]:.4g} {bounds.unit}{how}"
+            raise RecordingError(path, where, found, f"{bounds.allowed(joint)}{more}")
+
+
+def motion_torque(robot: Robot, q_des: np.ndarray, rate_hz: float) -> np.ndarray:
     """What moving along commands takes, by the model's inverse dynamics with its friction.
 
     Args:
@@ -53,116 +114,35 @@ def motion_torque(q_des: np.ndarray, rate_hz: float, limits: Limits) -> np.ndarr
     Returns:
         N·m, (n, njoint), without signs.
     """
+    # central differences: commands have no noise that a filter would have to take away
     dq = np.gradient(q_des, 1 / rate_hz, axis=0)
     ddq = np.gradient(dq, 1 / rate_hz, axis=0)
-    model, data = limits.model, mujoco.MjData(limits.model)
-    joints = [model.joint(name) for name in limits.joints]
+    model = robot.spec(gravity_compensation=True).compile()
+    data = mujoco.MjData(model)
+    joints = [model.joint(name) for name in robot.joints]
     qpos, dofs = (np.array([getattr(j, a)[0] for j in joints]) for a in ("qposadr", "dofadr"))
-    motion = np.empty_like(q_des)
+    torque = np.empty_like(q_des)
     for row in range(len(q_des)):
         data.qpos[qpos], data.qvel[dofs], data.qacc[dofs] = q_des[row], dq[row], ddq[row]
         mujoco.mj_inverse(model, data)
-        motion[row] = data.qfrc_inverse[dofs]
-    return np.abs(motion)
+        torque[row] = data.qfrc_inverse[dofs]
+    return np.abs(torque)
 
 
-def predicted_torque(q_des: np.ndarray, kp: np.ndarray, motion: np.ndarray) -> np.ndarray:
+def predicted_torque(motion: Motion, torque: np.ndarray) -> np.ndarray:
     """What following commands closely takes.
 
     The sum of what the motion itself takes and of what a held command adds the moment it is
     replaced: Kp times the step to the next. An arm that lags behind and swings may need more.
 
     Args:
-        q_des: rad, (n, njoint).
-        kp: N·m/rad, (njoint,).
-        motion: N·m, (n, njoint), from `motion_torque`.
+        torque: N·m, (ncommand, njoint), from `motion_torque`.
 
     Returns:
-        N·m, (n, njoint), without signs.
+        N·m, (ncommand, njoint), without signs.
     """
-    step = np.abs(np.diff(q_des, axis=0, prepend=q_des[:1]))
-    return motion + kp * step
+    return torque + motion.kp * np.abs(_steps(motion.q_des))
 
 
-def check_commands(
-    q_des: np.ndarray,
-    rate_hz: float,
-    kp: np.ndarray,
-    motion: np.ndarray,
-    limits: Limits,
-    path: Path,
-    what: str,
-) -> None:
-    """Whether a robot can be given these commands, before anything moves.
-
-    Args:
-        q_des: rad, (n, njoint), one row every 1/`rate_hz` s.
-        kp: N·m/rad, (njoint,), the stiffness that turns steps into torque.
-        motion: N·m, (n, njoint), from `motion_torque`.
-        path: of the configuration, for messages.
-        what: which of its motions this is, for messages.
-
-    Raises:
-        RecordingError: a position, velocity or torque beyond its limit, with joint, time, value
-            and limit.
-    """
-
-    def refuse(
-        outside: np.ndarray, values: np.ndarray, unit: str, allowed: Callable[[int], str]
-    ) -> None:
-        if outside.any():
-            row, joint = np.argwhere(outside)[0]
-            where = f"{what}: {limits.joints[joint]} at {row / rate_hz:.2f} s"
-            raise RecordingError(path, where, f"{values[row, joint]:.4g} {unit}", allowed(joint))
-
-    low, high = (limits.position + np.array([1, -1]) * POSITION_MARGIN_RAD).T
-    refuse(
-        (q_des < low) | (q_des > high),
-        q_des,
-        "rad",
-        lambda j: f"{low[j]:.4g} to {high[j]:.4g} rad, {POSITION_MARGIN_RAD} rad within its range",
-    )
-    velocity = np.diff(q_des, axis=0, prepend=q_des[:1]) * rate_hz
-    refuse(
-        np.abs(velocity) > limits.velocity,
-        velocity,
-        "rad/s",
-        lambda j: f"up to {limits.velocity[j]:g} rad/s",
-    )
-    torque = predicted_torque(q_des, kp, motion)
-    refuse(
-        torque > limits.torque,
-        torque,
-        "N·m, as the model predicts",
-        lambda j: f"up to {limits.torque[j]:g} N·m",
-    )
-
-
-def check_state(q: np.ndarray, dq: np.ndarray, limits: Limits, path: Path, where: str) -> None:
-    """Whether a moving robot is still within its limits.
-
-    Args:
-        q: rad, (njoint,), measured.
-        dq: rad/s, (njoint,), measured.
-
-    Raises:
-        RecordingError: it is not, so that the motion must end.
-    """
-    low, high = limits.position.T
-    for outside, values, unit in (
-        ((q < low) | (q > high), q, "rad"),
-        (np.abs(dq) > limits.velocity, dq, "rad/s"),
-    ):
-        if outside.any():
-            joint = int(np.argmax(outside))
-            allowed = (
-                f"{low[joint]:.4g} to {high[joint]:.4g} rad"
-                if unit == "rad"
-                else f"up to {limits.velocity[joint]:g} rad/s"
-            )
-            raise RecordingError(
-                path,
-                f"{where}, {limits.joints[joint]} measured",
-                f"{values[joint]:.4g} {unit}, so the arm was stopped",
-                allowed,
-            )
+def _steps(q_des: np.ndarray) -> np.ndarray:
+    return np.diff(q_des, axis=0, prepend=q_des[:1])

@@ -1,37 +1,31 @@
 """What `t2l record` is to do: a YAML, checked as a whole, with every command computed."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, Field, create_model
 
 from t2l.documents import read_yaml
-from t2l.errors import RecordingError
+from t2l.errors import ConfigurationError, InputError, RecordingError
 from t2l.gains import Cell
-from t2l.hardware import excitation
-from t2l.hardware.franka_arm import CONTROL_RATE_HZ, SIMULATION
-from t2l.hardware.limits import Limits, check_commands, limits_of, motion_torque
+from t2l.hardware import excitation_kinds
+from t2l.hardware.backend import Backend
+from t2l.hardware.features import Features
+from t2l.hardware.limits import check_motion, motion_torque
+from t2l.hardware.motion import Motion
+from t2l.hardware.registry import BACKENDS
 from t2l.names import is_plain
-from t2l.recordings.checks import LEAST_DURATION_S, LEAST_SAMPLES
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
-from t2l.robots import make_robot
-from t2l.typed import AsTuple, Integer, Number, Typed, describe, refuse, suggestion
+from t2l.registry import Registry
+from t2l.robots import ROBOTS, Robot, make_robot
+from t2l.typed import Integer, Number, Typed, refuse
 
-ADDRESS_ALLOWED = f"{SIMULATION}, or the address of an FR3"
-# aiofranka keeps every cycle of a recording in memory, 0.2 kB each
-LONGEST_S = 600
 # twice the study's grid; checking so many of the longest recordings takes seconds
 MOST_GAINS = 100
-MOST_FREQUENCIES = 100
-
-
-def _address(value: str) -> str:
-    if not value.strip() or value != value.strip():
-        raise refuse(ADDRESS_ALLOWED)
-    return value
 
 
 def _prefix(value: str) -> str:
@@ -41,22 +35,22 @@ def _prefix(value: str) -> str:
     return value
 
 
-def _control_rate(value: Any) -> Any:
-    if value != CONTROL_RATE_HZ:
-        raise refuse(f"{CONTROL_RATE_HZ}, the rate of aiofranka")
-    return value
+class Driven(Typed):
+    """Which robot moves, and through what."""
+
+    backend: str = "aiofranka"
+    robot: str = ""
 
 
-class PlanFile(Typed):
-    """A configuration of recordings as it is written."""
+class PlanFile(Driven):
+    """A configuration of recordings as it is written; the keys of its back end come on top."""
 
-    address: Annotated[str, AfterValidator(_address), Field(description=ADDRESS_ALLOWED)]
     name: Annotated[str, AfterValidator(_prefix)] = ""
     start_rad: per_joint(one_for_all=False) = Field(None)
     gains: Annotated[Any, Field(description="kp and kd, or a list of such pairs")]
     excitation: Annotated[dict[str, Any], Field(description="the keys of an excitation")]
     command_rate_hz: Annotated[Number, Field(gt=0)] = 50.0
-    control_rate_hz: Annotated[Any, BeforeValidator(_control_rate)] = CONTROL_RATE_HZ
+    control_rate_hz: Integer | None = None
     notes: str = ""
 
 
@@ -67,90 +61,22 @@ class Gains(Typed):
     kd: Annotated[per_joint(above=0, unit="N·m·s/rad"), Field(description="numbers, in N·m·s/rad")]
 
 
-class Excitation(Typed):
-    """What every kind of motion has."""
-
-    kind: str
-    amplitude_rad: Annotated[
-        per_joint(at_least=0, unit="rad"), Field(description="numbers, in rad")
-    ]
-    duration_s: Annotated[
-        Number, Field(ge=LEAST_DURATION_S, le=LONGEST_S, description="a number, in s")
-    ]
-    ramp_s: Annotated[Number, Field(gt=0)] | None = None
-
-
-Frequency = Annotated[Number, Field(gt=0, description="a number above 0, in Hz")]
-
-
-class Sine(Excitation):
-    """One frequency for each joint."""
-
-    frequency_hz: Annotated[
-        per_joint(above=0, unit="Hz"), Field(description="numbers above 0, in Hz")
-    ]
-
-
-class Chirp(Excitation):
-    """A frequency that changes."""
-
-    from_hz: Frequency
-    to_hz: Frequency
-
-
-class Multisine(Excitation):
-    """Several frequencies at once."""
-
-    frequencies_hz: Annotated[
-        tuple[Frequency, ...],
-        AsTuple,
-        Field(
-            min_length=1,
-            max_length=MOST_FREQUENCIES,
-            description="a list of numbers above 0, in Hz",
-        ),
-    ]
-    seed: Annotated[Integer, Field(ge=0, description="an integer from 0 up")]
-
-
-KINDS: dict[str, type[Excitation]] = {"sine": Sine, "chirp": Chirp, "multisine": Multisine}
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Gains of one recording: its name, kp N·m/rad (njoint,), kd N·m·s/rad (njoint,)."""
-
-    name: str
-    kp: np.ndarray
-    kd: np.ndarray
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """A checked configuration of recordings.
 
     Attributes:
         path: the configuration.
-        address: of the robot, or `SIMULATION`.
-        settings: one for each recording.
-        q_des: rad, (n, njoint), the commands of every recording, one every 1/`command_rate_hz` s.
-        command_rate_hz: of the commands.
-        limits: that the commands were checked against, and the motion will be.
-        notes: kept with every recording.
+        robot: that moves.
+        backend: through which it does, with its `settings`.
+        motions: one for each recording; they differ in their gains alone.
     """
 
     path: Path
-    address: str
-    settings: tuple[Setting, ...]
-    q_des: np.ndarray
-    command_rate_hz: float
-    limits: Limits
-    notes: str
-
-    @property
-    def duration_s(self) -> float:
-        """Of one recording."""
-        return len(self.q_des) / self.command_rate_hz
+    robot: Robot
+    backend: type[Backend]
+    settings: Typed
+    motions: tuple[Motion, ...]
 
 
 def read_plan(path: Path | str) -> Plan:
@@ -158,37 +84,77 @@ def read_plan(path: Path | str) -> Plan:
 
     Raises:
         RecordingError: a key is missing, unknown or wrong, or a motion is beyond a limit.
+        ConfigurationError: the back end does not drive the robot.
     """
     path = Path(path)
-    robot = make_robot("fr3_hand")
-    limits = limits_of(robot)
-    njoint = len(limits.joints)
     content = read_yaml(path, "a configuration of recordings")
-    found = checked(PlanFile, content, path, context=njoint)
+    robot, backend = _driven(content, path)
+    njoint = len(robot.joints)
+    found = checked(plan_model(backend), content, path, context=njoint)
+    own = {key: getattr(found, key) for key in backend.Settings.model_fields}
+    settings = backend.Settings.model_construct(**own)
+    try:
+        _check_rates(found, backend.features(robot, settings), path)
+    except InputError:
+        raise
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
     rate = float(found.command_rate_hz)
-    if rate > CONTROL_RATE_HZ / 2:
-        raise RecordingError(
-            path, "key command_rate_hz", f"{rate:g}", f"up to {CONTROL_RATE_HZ // 2}"
-        )
     start = robot.home if found.start_rad is None else found.start_rad
-    settings = _settings(found, path, njoint)
-    offsets, description = _excite(found, path, njoint, rate)
+    offsets, described = excitation_kinds.offsets(found.excitation, path, njoint, rate)
     q_des = start + offsets
-    motion = motion_torque(q_des, rate, limits)
-    for setting in settings:
-        check_commands(q_des, rate, setting.kp, motion, limits, path, setting.name)
-    return Plan(
-        path=path,
-        address=found.address,
-        settings=settings,
-        q_des=q_des,
-        command_rate_hz=rate,
-        limits=limits,
-        notes="; ".join(filter(None, (found.notes, description))),
-    )
+    notes = "; ".join(filter(None, (found.notes, described)))
+    gains = _gains(found, path, njoint)
+    motions = [Motion(name, q_des, rate, kp, kd, notes) for name, (kp, kd) in gains.items()]
+    torque = motion_torque(robot, q_des, rate)
+    for motion in motions:
+        check_motion(robot, motion, torque, path)
+    return Plan(path, robot, backend, settings, tuple(motions))
 
 
-def _settings(found: PlanFile, path: Path, njoint: int) -> tuple[Setting, ...]:
+def plan_model(backend: type[Backend]) -> type[PlanFile]:
+    """The keys of a plan, and those of its back end."""
+    return create_model("PlanFile", __base__=(backend.Settings, PlanFile))
+
+
+def _driven(content: Any, path: Path) -> tuple[Robot, type[Backend]]:
+    # what is no mapping is told with all keys that there may be
+    written = content if isinstance(content, Mapping) else {}
+    keys = {key: written[key] for key in Driven.model_fields if key in written}
+    named = checked(Driven, keys, path)
+    backend = _find(BACKENDS, named.backend, path)
+    robot = named.robot or backend.default_robot
+    if not robot:
+        raise RecordingError(path, "key robot", "nothing", ", ".join(ROBOTS.names()))
+    _find(ROBOTS, robot, path)
+    return make_robot(robot), backend
+
+
+def _find[T](registry: Registry[T], name: str, path: Path) -> type[T]:
+    try:
+        return registry.find(name)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: key {error}") from None
+
+
+def _check_rates(found: PlanFile, features: Features, path: Path) -> None:
+    if not features.takes_commands:
+        described = f"{found.backend}, which follows no commands"
+        raise RecordingError(path, "key backend", described, "one that drives a robot")
+    rate, control = found.command_rate_hz, features.control_rate_hz
+    if found.control_rate_hz not in (None, control):
+        allowed = f"{control:g}, the rate of backend {found.backend}"
+        raise RecordingError(path, "key control_rate_hz", f"{found.control_rate_hz}", allowed)
+    if rate > control / 2:
+        raise RecordingError(path, "key command_rate_hz", f"{rate:g}", f"up to {control / 2:g}")
+    # what keeps time by its own cycles changes commands at one of them
+    if not features.real_time and abs(control / rate - round(control / rate)) > 1e-6:
+        allowed = f"a divisor of {control:g} Hz, the rate of backend {found.backend}"
+        raise RecordingError(path, "key command_rate_hz", f"{rate:g}", allowed)
+
+
+def _gains(found: PlanFile, path: Path, njoint: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """kp N·m/rad and kd N·m·s/rad, (njoint,), by the name of the recording."""
     value = found.gains
     listed = value if isinstance(value, list) else [value]
     allowed = f"kp and kd, or a list of such pairs, at most {MOST_GAINS}"
@@ -196,7 +162,7 @@ def _settings(found: PlanFile, path: Path, njoint: int) -> tuple[Setting, ...]:
         raise RecordingError(path, "key gains", "an empty list", allowed)
     if len(listed) > MOST_GAINS:
         raise RecordingError(path, "key gains", f"{len(listed)} pairs", allowed)
-    settings: dict[str, Setting] = {}
+    settings: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for number, pair in enumerate(listed):
         where = f"gains[{number}]." if isinstance(value, list) else "gains."
         gains = checked(Gains, pair, path, where, context=njoint)
@@ -206,51 +172,5 @@ def _settings(found: PlanFile, path: Path, njoint: int) -> tuple[Setting, ...]:
         name = f"{found.name}_{name}" if found.name else name
         if name in settings:
             raise RecordingError(path, "key gains", f"{name} twice", "different pairs")
-        settings[name] = Setting(name, kp, kd)
-    return tuple(settings.values())
-
-
-def _excite(found: PlanFile, path: Path, njoint: int, rate: float) -> tuple[np.ndarray, str]:
-    """Offsets from the start, (n, njoint), and the excitation in words."""
-    kind = found.excitation.get("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
-        shown = f"{describe(kind)}{suggestion(kind, list(KINDS)) if kind else ''}"
-        raise RecordingError(path, "key excitation.kind", shown, ", ".join(KINDS))
-    part: Any = checked(KINDS[kind], found.excitation, path, "excitation.", context=njoint)
-
-    def refused(key: str, shown: str, allowed: str) -> RecordingError:
-        return RecordingError(path, f"key excitation.{key}", shown, allowed)
-
-    def check_frequencies(key: str, frequencies: Any) -> None:
-        if np.max(frequencies) > rate / 2:
-            raise refused(
-                key, f"{np.max(frequencies):g}", f"up to {rate / 2:g}, half of command_rate_hz"
-            )
-
-    if not part.amplitude_rad.any():
-        raise refused("amplitude_rad", "0 for every joint", "above 0 for at least one")
-    duration = float(part.duration_s)
-    # what could not be read back is not recorded
-    if duration < LEAST_SAMPLES / rate:
-        raise refused("duration_s", f"{duration:g}", f"a number from {LEAST_SAMPLES / rate:g} up")
-    ramp = min(1.0, duration / 4) if part.ramp_s is None else float(part.ramp_s)
-    if 2 * ramp > duration:
-        raise refused("ramp_s", f"{ramp:g}", f"up to {duration / 2:g}, half of duration_s")
-    time = np.arange(round(duration * rate) + 1) / rate
-    if kind == "sine":
-        check_frequencies("frequency_hz", part.frequency_hz)
-        offsets = excitation.sine(time, part.amplitude_rad, part.frequency_hz)
-    elif kind == "chirp":
-        for key in ("from_hz", "to_hz"):
-            check_frequencies(key, getattr(part, key))
-        offsets = excitation.chirp(
-            time, part.amplitude_rad, float(part.from_hz), float(part.to_hz), duration
-        )
-    else:
-        check_frequencies("frequencies_hz", part.frequencies_hz)
-        offsets = excitation.multisine(
-            time, part.amplitude_rad, [float(f) for f in part.frequencies_hz], part.seed
-        )
-    offsets = offsets * excitation.envelope(time, time[-1], ramp)[:, None]
-    said = {key: value for key, value in found.excitation.items() if value is not None}
-    return offsets, "excitation: " + ", ".join(f"{key} {value}" for key, value in said.items())
+        settings[name] = kp, kd
+    return settings

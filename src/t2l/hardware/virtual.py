@@ -3,7 +3,7 @@
 Motor and link are two masses with a spring between them, friction is LuGre's, the controller runs
 at its own rate on what encoders show, and commands arrive late:
 
-    τ = Kp (q_des − q) − Kd q̇ + τ_ff,   |τ| and |dτ/dt| limited
+    τ = Kp (q_des − q) − Kd q̇,   |τ| and |dτ/dt| limited
 
 Every robot of a batch is independent: rollouts run side by side.
 """
@@ -13,13 +13,16 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from pydantic import Field
 
-from t2l.hardware.backend import Backend, BackendError, State
+from t2l.hardware.backend import Backend, BackendError
+from t2l.hardware.features import Features, State
 from t2l.hardware.lugre import LuGre
 from t2l.hardware.virtual_physics import VirtualPhysics, read
 from t2l.robots import Robot, plant
 from t2l.sim.batch import diverged, make_batch
 from t2l.sim.controllers.joint_pd import pd_torque
+from t2l.typed import Typed
 
 
 class VirtualRobot(Backend):
@@ -34,6 +37,28 @@ class VirtualRobot(Backend):
         ConfigurationError: there is no such file, or it lacks something.
     """
 
+    name = "virtual"
+
+    class Settings(Typed):
+        """Whose physics."""
+
+        physics: str | None = Field(
+            None,
+            min_length=1,
+            description="YAML of what the MJCF does not say, for a robot of your own; one of the "
+            "library's robots has its own",
+        )
+
+    @classmethod
+    def features(cls, robot: Robot, settings: Settings) -> Features:
+        """See `Backend.features`."""
+        return Features(read(robot, settings.physics).control_rate_hz)
+
+    @classmethod
+    def open(cls, robot: Robot, settings: Settings, n: int = 1) -> "VirtualRobot":
+        """See `Backend.open`."""
+        return cls(robot, n, threads=1, physics=settings.physics)
+
     def __init__(
         self,
         robot: Robot,
@@ -42,10 +67,11 @@ class VirtualRobot(Backend):
         physics: Path | str | None = None,
     ):
         self._physics = physics = read(robot, physics)
-        self.n, joints = n, robot.joints
+        self.n, self.robot, joints = n, robot, robot.joints
+        self.can = Features(physics.control_rate_hz)
+        self.notes = f"the virtual {robot.name}"
         self._shape = (n, len(joints))
         self._substeps = round(physics.physics_rate_hz / physics.control_rate_hz)
-        self.control_rate_hz = physics.control_rate_hz
         model = _model(physics, robot)
         self._batch = make_batch(model, n, threads or len(os.sched_getaffinity(0)))
         self._motor_q, self._motor_v = _addresses(model, joints)
@@ -82,27 +108,23 @@ class VirtualRobot(Backend):
         self._torque = np.zeros(self._shape)
         self._q, self._dq = self._encoders(), np.zeros(self._shape)
         self._pending = [self._q.copy() for _ in range(self._late)]
-        return self.state
+        return self.read()
 
-    @property
-    def state(self) -> State:
-        """What the robots measure now."""
+    def read(self) -> State:
+        """See `Backend.read`."""
         return State(self._q.copy(), self._dq.copy(), self._torque.copy())
 
-    def step(
-        self, q_des: np.ndarray, period_s: float, feedforward: np.ndarray | float = 0
-    ) -> State:
-        """See `Backend.step`."""
-        for _ in range(round(period_s * self.control_rate_hz)):
+    def send(self, q_des: np.ndarray, period_s: float) -> None:
+        """See `Backend.send`."""
+        for _ in range(round(period_s * self.can.control_rate_hz)):
             self._pending.append(np.broadcast_to(q_des, self._shape).copy())
-            self._tick(self._pending.pop(0), feedforward)
+            self._tick(self._pending.pop(0))
         if diverged(self._batch).any():
             which = np.flatnonzero(diverged(self._batch)).tolist()
             raise BackendError(
                 f"virtual robot {which}: the simulation runs away under Kp up to "
                 f"{self._kp.max():g} and Kd up to {self._kd.max():g}"
             )
-        return self.state
 
     def hold(self) -> None:
         """Nothing to brake: nobody stands beside it."""
@@ -110,10 +132,10 @@ class VirtualRobot(Backend):
     def close(self) -> None:
         """Nothing to release."""
 
-    def _tick(self, q_des: np.ndarray, feedforward: np.ndarray | float) -> None:
+    def _tick(self, q_des: np.ndarray) -> None:
         batch, physics = self._batch, self._physics
-        period = 1 / self.control_rate_hz
-        wanted = pd_torque(q_des, self._q, self._dq, self._kp, self._kd) + feedforward
+        period = 1 / self.can.control_rate_hz
+        wanted = pd_torque(q_des, self._q, self._dq, self._kp, self._kd)
         reach = physics.torque_rate_limit * period
         wanted = np.clip(wanted, self._torque - reach, self._torque + reach)
         self._torque = np.clip(wanted, -physics.torque_limit, physics.torque_limit)

@@ -77,7 +77,7 @@ def read(robot: Robot, path: Path | str | None = None) -> VirtualPhysics:
         if robot.name not in files:
             raise ConfigurationError(
                 f"robot {robot.name}: has no physics for the virtual robot; allowed: "
-                f"{', '.join(files)}, or a file under `robot.physics` of the configuration"
+                f"{', '.join(files)}, or a file of your own under the key `physics`"
             )
         path = files[robot.name]
     try:

@@ -10,7 +10,8 @@ from t2l.actions import ActionSpace
 from t2l.artefacts import read_npz, set_aside, whole
 from t2l.errors import ArtefactError
 from t2l.gains import Cell
-from t2l.hardware.backend import Backend, State
+from t2l.hardware.backend import PositionControlled
+from t2l.hardware.features import State
 from t2l.hardware.guard import Guard, Workspace
 from t2l.policies import Policy
 from t2l.rl.constraints import NAMES, violations
@@ -49,7 +50,7 @@ class Rollouts:
 
 
 def deploy(
-    robot: Backend,
+    robot: PositionControlled,
     policy: Policy,
     task: Rewarded,
     actions: ActionSpace,
@@ -141,7 +142,8 @@ class _Run:
             for name, value in (("q", state.q), ("dq", state.dq), ("q_des", q_des)):
                 logged[name].append(_without(value, ~self.running))
             logged["violated"].append(found & self.running[:, None])
-            state = self.robot.step(q_des, 1 / LOG_RATE_HZ)
+            self.robot.send(q_des, 1 / LOG_RATE_HZ)
+            state = self.robot.read()
         if not self.running.all():
             self.robot.hold()
         success = self.task.success(self.remaining(state)) & self.running

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from t2l.gains import Cell
-from t2l.hardware.backends import open_robot
 from t2l.hardware.guard import Workspace
+from t2l.hardware.registry import open_backend
 from t2l.identify.actuator_parameters import Parameters
 from t2l.policies import Policy
 from t2l.rl.condition import Condition
@@ -72,12 +72,9 @@ def matched_rollouts(
     starts = task.sample_starts(draw, deployment.rollouts)
     goals = task.sample_goals(draw, deployment.rollouts)
     rest = (condition.policy_rate_hz, deployment.duration_s, deployment.workspace)
-    arm = open_robot(robot, task.robot, deployment.rollouts)
-    try:
+    with open_backend(robot, task.robot, deployment.rollouts) as arm:
         kept = folder / _digest(policy, starts, goals, robot, rest)
         real = deploy(arm, policy, task, actions, cell, starts, goals, *rest, folder=kept)
-    finally:
-        arm.close()
     begun = np.where(np.isfinite(real.q[0]), real.q[0], starts)
     simulator = IdentifiedRobot(task.robot, deployment.rollouts, parameters, deployment.rate_hz)
     return real, deploy(simulator, policy, task, actions, cell, begun, goals, *rest)

