@@ -1,5 +1,8 @@
 """Small policies, trained on next to nothing."""
 
+import json
+from typing import Any
+
 import numpy as np
 
 from t2l.policies import POLICIES, Episode
@@ -42,3 +45,8 @@ def gaussian_mlp() -> GaussianMLP:
         biases=(draw(size=9), draw(size=3)),
         action_scale=np.array([0.3, 0.3, 0.1]),
     )
+
+
+def header(name: Any, metadata: Any) -> dict[str, str]:
+    """Of a checkpoint."""
+    return {"t2l_policy": json.dumps({"name": name, "metadata": metadata})}

@@ -1,12 +1,10 @@
-import json
-
 import numpy as np
 import pytest
 from safetensors.numpy import save_file
 
 from t2l.errors import ArtefactError
 from t2l.policies import POLICIES, checkpoint
-from tests.policies.made import chunk_cvae, gaussian_mlp
+from tests.policies.made import chunk_cvae, gaussian_mlp, header
 
 
 @pytest.mark.parametrize("make", [chunk_cvae, gaussian_mlp])
@@ -41,17 +39,27 @@ def test_damaged_files_are_named(tmp_path):
 @pytest.mark.parametrize("name", ["chunk_cvea", "x" * 1000, "\n"])
 def test_a_policy_of_an_unknown_class_is_named_with_those_that_are_known(name, tmp_path):
     path = tmp_path / "policy.safetensors"
-    save_file({"x": np.ones(2)}, path, {"t2l_policy": name, "t2l_metadata": "{}"})
+    save_file({"x": np.ones(2)}, path, header(name, {}))
     with pytest.raises(ArtefactError, match=r"policy.safetensors: .*chunk_cvae, gaussian") as error:
         checkpoint.load(path)
     assert len(str(error.value)) < 500
 
 
 @pytest.mark.parametrize("make", [chunk_cvae, gaussian_mlp])
-@pytest.mark.parametrize("metadata", ["", "[]", "{}", "null", '{"history": 1}', "{" * 10000])
+@pytest.mark.parametrize("metadata", ["", [], {}, None, {"history": 1}, {"x": [[]] * 10000}])
 def test_metadata_of_no_policy_are_told(make, metadata, tmp_path):
     policy, path = make(), tmp_path / "policy.safetensors"
-    save_file(policy.tensors(), path, {"t2l_policy": policy.name, "t2l_metadata": metadata})
+    save_file(policy.tensors(), path, header(policy.name, metadata))
+    with pytest.raises(ArtefactError, match=r"policy.safetensors: makes no sense"):
+        checkpoint.load(path)
+
+
+@pytest.mark.parametrize(
+    "content", ["", "[]", "{}", "null", '{"name": [], "metadata": {}}', "{" * 10000]
+)
+def test_a_header_of_no_policy_is_told(content, tmp_path):
+    path = tmp_path / "policy.safetensors"
+    save_file({"x": np.ones(2)}, path, {"t2l_policy": content})
     with pytest.raises(ArtefactError, match=r"policy.safetensors: makes no sense"):
         checkpoint.load(path)
 
@@ -59,7 +67,7 @@ def test_metadata_of_no_policy_are_told(make, metadata, tmp_path):
 @pytest.mark.parametrize("size", [-1, 0, 1.5, "4", None, True, 2**40, 10**5])
 def test_sizes_that_no_network_has_are_told(size, tmp_path):
     policy, path = chunk_cvae(), tmp_path / "policy.safetensors"
-    metadata = json.dumps(policy.metadata() | {"observation_size": size})
-    save_file(policy.tensors(), path, {"t2l_policy": policy.name, "t2l_metadata": metadata})
+    metadata = policy.metadata() | {"observation_size": size}
+    save_file(policy.tensors(), path, header(policy.name, metadata))
     with pytest.raises(ArtefactError, match=r"policy.safetensors: makes no sense"):
         checkpoint.load(path)

@@ -1,12 +1,10 @@
-import json
-
 import numpy as np
 import pytest
 from safetensors.numpy import save_file
 
 from t2l.errors import ArtefactError
 from t2l.policies import checkpoint
-from tests.policies.made import gaussian_mlp
+from tests.policies.made import gaussian_mlp, header
 
 
 def test_one_observation_one_action_within_its_bounds():
@@ -39,11 +37,11 @@ def test_one_observation_one_action_within_its_bounds():
 )
 def test_layers_that_do_not_fit_are_told(tmp_path, change, message):
     path, policy = tmp_path / "policy.safetensors", gaussian_mlp()
-    header = {"t2l_policy": policy.name, "t2l_metadata": json.dumps(policy.metadata())}
+    head = header(policy.name, policy.metadata())
     tensors = {k: v for k, v in (policy.tensors() | change).items() if v is not None}
-    save_file(policy.tensors(), path, header)
+    save_file(policy.tensors(), path, head)
     checkpoint.load(path)
-    save_file(tensors, path, header)
+    save_file(tensors, path, head)
     with pytest.raises(ArtefactError, match=rf"policy.safetensors: .*({message})"):
         checkpoint.load(path)
 
@@ -51,7 +49,7 @@ def test_layers_that_do_not_fit_are_told(tmp_path, change, message):
 @pytest.mark.parametrize("scale", [[0.1], [0.1, 0.1, -1.0], [0.1, 0.1, None], "x", 0.1])
 def test_a_scale_that_does_not_fit_is_told(tmp_path, scale):
     path, policy = tmp_path / "policy.safetensors", gaussian_mlp()
-    metadata = json.dumps({"action_scale": scale})
-    save_file(policy.tensors(), path, {"t2l_policy": policy.name, "t2l_metadata": metadata})
+    metadata = {"action_scale": scale}
+    save_file(policy.tensors(), path, header(policy.name, metadata))
     with pytest.raises(ArtefactError, match=r"policy.safetensors: makes no sense"):
         checkpoint.load(path)

@@ -8,19 +8,19 @@ from safetensors import safe_open
 from safetensors.numpy import save as serialise
 
 from t2l.artefacts import checked_file, parsing, reading, whole
-from t2l.errors import ArtefactError, ConfigurationError
+from t2l.errors import ArtefactError
 from t2l.policies.policy import Policy
 from t2l.policies.registry import POLICIES
 
-# of the header
-_POLICY, _METADATA = "t2l_policy", "t2l_metadata"
+# of the header, the only one: safetensors writes several in any order
+_KEY = "t2l_policy"
 
 _EXPECTED = "a policy that t2l saved (safetensors)"
 
 
 def save(policy: Policy, path: Path | str) -> None:
     """Write a policy whole."""
-    header = {_POLICY: policy.name, _METADATA: json.dumps(policy.metadata())}
+    header = {_KEY: json.dumps({"name": policy.name, "metadata": policy.metadata()})}
     tensors = {name: np.ascontiguousarray(array) for name, array in policy.tensors().items()}
     content = serialise(tensors, metadata=header)
     with whole(path) as draft:
@@ -39,11 +39,8 @@ def load(path: Path | str) -> Policy:
     with parsing(path, _EXPECTED), safe_open(path, framework="numpy") as file:
         header = file.metadata() or {}
         tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-    if _POLICY not in header:
+    if _KEY not in header:
         raise ArtefactError(path, "holds no t2l policy", _EXPECTED)
-    try:
-        policy = POLICIES.find(header[_POLICY])
-    except ConfigurationError as error:
-        raise ArtefactError(path, f"is of no known {error}", _EXPECTED) from None
     with reading(path, _EXPECTED):
-        return policy.restored(tensors, json.loads(header[_METADATA]))
+        content = json.loads(header[_KEY])
+        return POLICIES.find(content["name"]).restored(tensors, content["metadata"])
