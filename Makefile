@@ -17,7 +17,7 @@ help:
 	@echo "make all       figures, tables and diagnosis"
 	@echo "make report    one HTML page with all of this: results/report.html"
 	@echo "make test      lint and all tests but one"
-	@echo "make test-slow that one, of ten minutes or more: the smoke configuration through Slurm"
+	@echo "make test-slow that one: the smoke configuration through Slurm"
 	@echo "make bench     speed, as ratios against baselines of the same run"
 	@echo "make docs      write config/schema.json and the table of config/README.md anew"
 	@echo "make lock      compile environment.lock anew from pyproject.toml"

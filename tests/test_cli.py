@@ -47,6 +47,13 @@ def diagnosed(home):
     return home / "found"
 
 
+@pytest.fixture(scope="module")
+def plain(home):
+    """The error of the MJCF as it is."""
+    main(["compare", str(home / "logs"), "--out", str(home / "plain")])
+    return json.loads((home / "plain/comparison.json").read_text())["rmse_q_rad"]
+
+
 def fails(capsys, *arguments):
     """What a command that ends in an error says."""
     with pytest.raises(SystemExit) as caught:
@@ -84,13 +91,8 @@ def test_an_unknown_effect_is_named(capsys):
 
 def test_from_a_shell():
     """The module runs by itself, and a mistake is a message and an exit code."""
-    command = [sys.executable, "-m", "t2l.cli.main"]
-    good = subprocess.run([*command, "effects", "armature"], capture_output=True, text=True)
-    assert good.returncode == 0
-    assert "kg·m²" in good.stdout
-    bad = subprocess.run(
-        [*command, "compare", "nowhere", "--out", "x"], capture_output=True, text=True
-    )
+    command = [sys.executable, "-m", "t2l.cli.main", "compare", "nowhere", "--out", "x"]
+    bad = subprocess.run(command, capture_output=True, text=True)
     assert bad.returncode == 1
     assert bad.stderr.startswith("t2l compare: nowhere")
     assert "Traceback" not in bad.stderr
@@ -99,7 +101,7 @@ def test_from_a_shell():
 def test_a_reader_that_stops_early_is_no_error():
     line = f"{sys.executable} -m t2l.cli.main effects | head -1"
     done = subprocess.run(line, shell=True, capture_output=True, text=True)
-    assert done.stdout
+    assert done.stdout.rstrip() in builtin()
     assert done.stderr == ""
 
 
@@ -120,17 +122,13 @@ def test_diagnose_tells_what_is_missing(diagnosed):
     assert (diagnosed / "report.html").exists()
 
 
-def test_adopt_writes_a_model_that_compare_takes(diagnosed, at_home, capsys):
+def test_adopt_writes_a_model_that_compare_takes(diagnosed, plain, at_home):
     main(["adopt", "coulomb_friction", "--diagnosis", "found", "--out", "models/better.yaml"])
     model = read_model("models/better.yaml")
     assert model.effects["coulomb_friction"]["torque"]["hinge"] == pytest.approx(0.05, rel=0.1)
     assert model.robot == str(at_home / "pendulum.xml")
-    main(["compare", "logs", "--out", "plain"])
     main(["compare", "logs", "--model", "models/better.yaml", "--out", "better"])
-    plain, better = (
-        json.loads((at_home / out / "comparison.json").read_text())["rmse_q_rad"]
-        for out in ("plain", "better")
-    )
+    better = json.loads((at_home / "better/comparison.json").read_text())["rmse_q_rad"]
     assert better < 0.4 * plain
 
 
@@ -182,7 +180,7 @@ def test_a_mistake_is_told_with_file_and_key_and_nothing_is_written(
     assert {p for p in at_home.rglob("*")} == before
 
 
-def test_a_robot_of_ones_own_is_known_by_its_name(at_home, capsys):
+def test_a_robot_of_ones_own_is_known_by_its_name(plain, at_home, capsys):
     write_robot(at_home / "mine.py", "pendulum_at_home")
     for path in (at_home / "logs").iterdir():
         text = path.read_text().replace("../pendulum.xml", "pendulum_at_home")
@@ -191,12 +189,7 @@ def test_a_robot_of_ones_own_is_known_by_its_name(at_home, capsys):
     said = fails(capsys, "compare", "named", "--out", "never")
     assert "key robot: found 'pendulum_at_home'" in said
     main(["compare", "named", "--extensions", "mine.py", "--out", "own"])
-    main(["compare", "logs", "--out", "theirs"])
-    own, theirs = (
-        json.loads((at_home / out / "comparison.json").read_text())["rmse_q_rad"]
-        for out in ("own", "theirs")
-    )
-    assert own == theirs
+    assert json.loads((at_home / "own/comparison.json").read_text())["rmse_q_rad"] == plain
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ def test_without_extensions_there_is_no_such_section(config):
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (["nowhere.py"], "extensions[0]: found 'nowhere.py', which is not there; allowed: a Python"),
+        (["nowhere.py"], "extensions[0]: found 'nowhere.py', which is not there; allowed: a"),
         (["config/tasks"], "extensions[0]: found 'config/tasks', which is not there; allowed:"),
         ([], "extensions: found []; allowed: a list with at least 1 element"),
         ("mine.py", "extensions: found 'mine.py'; allowed: a list"),

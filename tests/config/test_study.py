@@ -61,7 +61,7 @@ def test_all_misspelt_and_missing_keys_are_told_at_once(config, refused):
     for beginning in (
         "config: demonstratons: found an unknown key (did you mean demonstrations?); allowed: ",
         "config: study: found nothing; allowed: name of the folder in `results/`",
-        "config: sim_to_real.conditions[0].task: found nothing; allowed: name of a file in `config/tasks/`",
+        "config: sim_to_real.conditions[0].task: found nothing; allowed: name of a file in ",
         "config: diagnosis.recording: found an unknown key (did you mean recordings?); allowed: ",
         "config: diagnosis.recordings: found nothing; allowed: recordings, or folders of them",
         "config: seed: found 1.5; allowed: an integer",

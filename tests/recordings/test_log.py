@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 
 from t2l.errors import InputError, RecordingError
 from t2l.recordings import read_recording, read_recordings, write_recording
+from t2l.recordings.metadata import as_written, check_metadata
+from t2l.robots import ROBOTS
 from t2l.typed import LARGEST
 from tests.conftest import ROOT
 from tests.recordings.made import recording, written
@@ -147,6 +149,13 @@ def test_a_cell_names_equal_gains_and_the_recording_other_ones():
     assert recording(kp=64.0, kd=4.0).cell == "kp64_kd4"
     assert recording(kd=0.0).cell == "swing"
     assert dataclasses.replace(recording(), kp=np.array([64.0, 32.0])).cell == "swing"
+
+
+@pytest.mark.parametrize("robot", ROBOTS.names())
+def test_a_known_robot_is_written_and_read_by_its_name(tmp_path, robot):
+    made = dataclasses.replace(recording(), robot=robot)
+    metadata = as_written(made, tmp_path / "swing.yaml")
+    assert metadata["robot"] == check_metadata(metadata, tmp_path / "swing.yaml")["robot"] == robot
 
 
 @pytest.mark.skipif(not FR3_GRID.is_dir(), reason=f"the recordings of {FR3_GRID} are not here")

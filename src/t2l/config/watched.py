@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from t2l.documents import read_yaml
-from t2l.effects.registry import python_files
 from t2l.errors import T2LError
 from t2l.recordings import log
+from t2l.registry import python_files
 from t2l.robots import ROBOTS, plant
 
 
@@ -34,7 +34,7 @@ def watched(section: Mapping[str, Any]) -> list[str]:
     found = [
         *contents,
         *recordings,
-        *(file for path in effects for file in python_files(path)),
+        *python_files(effects),
         *(file for robot in robots for file in _model_files(robot)),
     ]
     return [str(file) for file in dict.fromkeys(found) if file.is_file()]

@@ -5,3 +5,6 @@ TRACES = "traces.parquet"
 DIAGNOSIS = "diagnosis.json"
 EXPLANATION = "explanation.json"
 MODEL = "model.yaml"
+REPORT = "report.html"
+# a folder
+FIGURES = "figures"

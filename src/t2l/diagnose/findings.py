@@ -203,7 +203,5 @@ def _rounded(value: float, span: float) -> float:
 
 
 def percent(fraction: float) -> str:
-    """A fraction as people read it."""
-    if 0 < fraction < 0.01:
-        return f"{100 * fraction:.1g} %"
-    return f"{100 * fraction:.0f} %"
+    """A fraction in per cent, with one digit of what is below one."""
+    return f"{100 * fraction:.0f} %" if abs(fraction) >= 0.01 else f"{100 * fraction:.1g} %"

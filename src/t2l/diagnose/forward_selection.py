@@ -12,10 +12,10 @@ from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
-from t2l.effects.registry import python_files
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.names import path_of
+from t2l.registry import python_files
 from t2l.robots import plant
 from t2l.typed import is_number
 from t2l.version import library
@@ -162,9 +162,8 @@ def fingerprint(model: Model, evidence: Evidence) -> str:
     digest.update(library().encode())
     # compiled: with what the MJCF includes, and the inertia of its meshes
     digest.update(plant.as_bytes(evidence.train.model()))
-    for file in model.effect_files:
-        for path in python_files(file):
-            digest.update(path.read_bytes())
+    for path in python_files(model.effect_files):
+        digest.update(path.read_bytes())
     for predictor in (evidence.train, evidence.holdout):
         for r in predictor.recordings:
             said = (r.name, r.kp, r.kd, r.control_rate_hz, r.gravity_compensation)

@@ -5,11 +5,9 @@ parameters have bounds that a fit can work between.
 """
 
 import importlib
-import importlib.util
 import inspect
 import math
 import pkgutil
-import sys
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -19,6 +17,7 @@ import t2l.effects
 from t2l.effects.effect import Effect, Parameter
 from t2l.errors import ConfigurationError
 from t2l.names import ALLOWED, is_plain
+from t2l.registry import import_file, python_files
 from t2l.typed import describe
 
 TEXTS = ("title", "summary", "signature", "source")
@@ -43,9 +42,8 @@ def load(files: Iterable[Path] = ()) -> dict[str, Effect]:
         ConfigurationError: a file is missing, fails to import, or defines no effect.
     """
     effects = dict(builtin())
-    paths = [path for file in files for path in python_files(Path(file))]
-    for path in dict.fromkeys(path.resolve() for path in paths):
-        for name, effect in _defined_in(_import_file(path), required=path).items():
+    for path in python_files(files):
+        for name, effect in _defined_in(import_file(path, "effect"), required=path).items():
             if name in effects:
                 raise ConfigurationError(
                     f"effect file {path}: found an effect named {name!r}, which "
@@ -53,32 +51,6 @@ def load(files: Iterable[Path] = ()) -> dict[str, Effect]:
                 )
             effects[name] = effect
     return effects
-
-
-def python_files(path: Path) -> list[Path]:
-    """The file of effects that a path names, or those in the folder that it names."""
-    return sorted(path.glob("*.py")) if path.is_dir() else [path]
-
-
-def _import_file(path: Path) -> ModuleType:
-    if not path.is_file():
-        raise ConfigurationError(f"effect file {path}: no such file")
-    spec = importlib.util.spec_from_file_location(f"t2l_user_effect_{path.stem}", path)
-    if spec is None or spec.loader is None:
-        raise ConfigurationError(f"effect file {path}: is no Python file; allowed: NAME.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up there
-    # nothing is to appear beside the file
-    before, sys.dont_write_bytecode = sys.dont_write_bytecode, True
-    try:
-        spec.loader.exec_module(module)
-    # a file that ends the process on import is wrong as any other
-    except (Exception, SystemExit) as error:
-        said = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        raise ConfigurationError(f"effect file {path}: cannot be imported: {said}") from error
-    finally:
-        sys.dont_write_bytecode = before
-    return module
 
 
 def _defined_in(module: ModuleType, required: Path | None = None) -> dict[str, Effect]:

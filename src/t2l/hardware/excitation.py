@@ -8,6 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from t2l.robots.minimum_jerk import PEAK_SPEED, minimum_jerk
+
 
 def sine(time: np.ndarray, amplitude: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
     """One frequency for each joint, all in phase.
@@ -80,9 +82,9 @@ def envelope(time: np.ndarray, duration_s: float, ramp_s: float) -> np.ndarray:
 
 def smooth_step(part: np.ndarray) -> np.ndarray:
     """Minimum-jerk course from 0 to 1 as `part` goes from 0 to 1, and constant outside."""
-    s = np.clip(part, 0.0, 1.0)
-    return s**3 * (10 - 15 * s + 6 * s**2)
+    path, _, _ = minimum_jerk(np.clip(part, 0.0, 1.0))
+    return path
 
 
-# of smooth_step, at its middle: largest velocity of a unit step in unit time
-SMOOTH_STEP_PEAK_VELOCITY = 1.875
+# of a unit step in unit time
+SMOOTH_STEP_PEAK_VELOCITY = PEAK_SPEED

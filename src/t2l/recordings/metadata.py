@@ -14,7 +14,6 @@ from t2l.recordings.recording import Recording
 from t2l.robots import ROBOTS
 from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion
 
-MJCF_ALLOWED = "or the path of an MJCF file, relative to this YAML"
 JOINTS_ALLOWED = "a list of different joint names, in the order of the columns"
 
 # the slowest loop that holds a joint, and faster than any that a computer runs
@@ -40,7 +39,7 @@ Rate = Annotated[Number, Field(gt=0, le=LARGEST_RATE_HZ, description="a number a
 class Metadata(Typed):
     """What a recording's YAML holds."""
 
-    robot: Annotated[str, Field(min_length=1, description=f"a known name, {MJCF_ALLOWED}")]
+    robot: Annotated[str, Field(min_length=1, description="a name, or the path of an MJCF file")]
     joints: Annotated[
         tuple[Annotated[str, Field(min_length=1)], ...],
         BeforeValidator(_joint_names),
@@ -118,13 +117,14 @@ def _plain(number: float) -> float:
 
 
 def _robot(value: str, path: Path) -> str:
-    known = ROBOTS.names()
-    if value in known:
+    names = ROBOTS.names()
+    if value in names:
         return value
     model = (path.parent / value).resolve()
     if model.is_file():
         return str(model)
-    found = f"{describe(value)}{suggestion(value, known)}"
+    found = f"{describe(value)}{suggestion(value, names)}"
     if value.endswith((".xml", ".mjcf")):
         found = f"{describe(value)}, but there is no file {model}"
-    raise RecordingError(path, "key robot", found, ", ".join([*known, MJCF_ALLOWED]))
+    allowed = f"{', '.join(names)}, or the path of an MJCF file, relative to this YAML"
+    raise RecordingError(path, "key robot", found, allowed)

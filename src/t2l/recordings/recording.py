@@ -15,7 +15,7 @@ class Recording:
     Attributes:
         name: the file's name without its ending.
         path: the table it was read from; None while it exists in memory only.
-        robot: a known name, or the absolute path of an MJCF file.
+        robot: a name of `t2l.robots.ROBOTS`, or the absolute path of an MJCF file.
         joints: names, in the order of every array's columns.
         kp: N·m/rad, (njoint,).
         kd: N·m·s/rad, (njoint,).

@@ -9,13 +9,13 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from t2l.artefacts import write_text
+from t2l.diagnose.files import REPORT
+from t2l.diagnose.findings import percent
 from t2l.diagnose.results import Found, read_found, titles_of
 from t2l.figures.style import COLOURS
 from t2l.report import words
 from t2l.report.menus import menus
 from t2l.report.payload import COARSEST, payload
-
-NAME = "report.html"
 
 
 def write_report(folder: Path | str) -> Path:
@@ -24,7 +24,7 @@ def write_report(folder: Path | str) -> Path:
     Raises:
         ArtefactError: the folder holds none of their results, or a malformed one.
     """
-    path = Path(folder) / NAME
+    path = Path(folder) / REPORT
     write_text(render(read_found(folder)), path)
     return path
 
@@ -75,7 +75,7 @@ def _environment() -> Environment:
     environment.filters |= {
         filter.__name__: filter
         for filter in (
-            words.estimate, words.gains, words.listed, words.mrad, words.number, words.percent,
+            words.estimate, words.gains, words.listed, words.mrad, words.number, percent,
             words.readable, words.sentence, words.span, words.title_in,
         )
     }  # fmt: skip

@@ -36,11 +36,6 @@ def estimate(value: float, ci95: Sequence[float] | None) -> tuple[str, str]:
     return number(value, digits), low if low == high else f"{low} to {high}"
 
 
-def percent(fraction: float) -> str:
-    """A fraction in per cent."""
-    return f"{100 * fraction:.0f} %" if abs(fraction) >= 0.01 else f"{100 * fraction:.1g} %"
-
-
 def span(values: Iterable[float], unit: str = "") -> str:
     """One value, or the smallest to the largest."""
     known = sorted(set(values))

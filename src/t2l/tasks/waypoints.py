@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from t2l.robots.minimum_jerk import minimum_jerk
+
 POINTING_DOWN = Rotation.from_matrix([[1, 0, 0], [0, -1, 0], [0, 0, -1]])
 
 
@@ -40,14 +42,6 @@ class Motion:
     twist: np.ndarray
     acceleration: np.ndarray
     gripper: np.ndarray
-
-
-def minimum_jerk(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Path, speed and acceleration at s in [0, 1] (Flash and Hogan 1985, eq. B.1)."""
-    path = s**3 * (10 - 15 * s + 6 * s**2)
-    speed = 30 * s**2 * (1 - s) ** 2
-    acceleration = 60 * s * (1 - s) * (1 - 2 * s)
-    return path, speed, acceleration
 
 
 def motion_through(start: Waypoint, waypoints: Sequence[Waypoint], timestep_s: float) -> Motion:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from t2l.diagnose.files import FIGURES
 from t2l.diagnose.results import Compared, read_found, titles_of
 from t2l.figures.diagnosis.conditions import residual_by_condition
 from t2l.figures.diagnosis.effects import error_falling, ranking
@@ -41,7 +42,7 @@ def draw_explanation(folder: Path | str) -> None:
 
 def _draw(folder: Path, figures: Mapping[str, Figure]) -> None:
     for name, figure in figures.items():
-        write(figure, [folder / "figures" / f"{name}.{suffix}" for suffix in FORMATS])
+        write(figure, [folder / FIGURES / f"{name}.{suffix}" for suffix in FORMATS])
 
 
 def _of_comparison(compared: Sequence[Compared]) -> dict[str, Figure]:
