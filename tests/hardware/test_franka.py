@@ -165,9 +165,9 @@ def test_a_request_to_terminate_stops_the_arm(tmp_path):
     time.sleep(8)
     assert process.poll() is None
     process.send_signal(signal.SIGTERM)
-    _, errors = process.communicate(timeout=20)
-    # it was not the signal that ended it
-    assert errors.strip().endswith("KeyboardInterrupt")
+    process.communicate(timeout=20)
+    # as Ctrl-C ends it, and not the signal itself
+    assert process.returncode == 130
     assert not (tmp_path / "out").exists()
 
 

@@ -74,7 +74,10 @@ WRONG = [
         {"backend": "virtual", "robot": "fr3"},
         "key address: found an unknown key; allowed: .*physics",
     ),
-    ({"backend": "virtual", "address": None}, "key robot: found nothing; allowed: fr3, fr3_hand"),
+    (
+        {"backend": "virtual", "address": None, "robot": None},
+        "key robot: found nothing; allowed: fr3, fr3_hand",
+    ),
     (
         {"backend": "virtual", "address": None, "robot": "fr3", "command_rate_hz": 300},
         "key command_rate_hz: found 300; allowed: a divisor of 1000 Hz, the rate of backend virt",
