@@ -14,11 +14,11 @@ import numpy as np
 import pandas as pd
 import torch
 from stable_baselines3.common.vec_env import SubprocVecEnv
+from t2l.hardware.backends import obtain_recording
 
 from benchmarks.gymnasium_reach import GymnasiumReach
 from benchmarks.scene import configuration, task_file
 from t2l.gains import Cell
-from t2l.hardware.backends import obtain_recording
 from t2l.hardware.motion import Motion
 from t2l.identify import actuators as identification
 from t2l.rl.choice import Choice

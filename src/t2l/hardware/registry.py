@@ -32,7 +32,7 @@ def find_backend(section: Mapping[str, Any]) -> tuple[type[Backend], Typed]:
     """
     backend = BACKENDS.find(section["backend"])
     own = {key: value for key, value in section.items() if key not in SHARED_KEYS}
-    return backend, check(backend.Settings, own)
+    return backend, check(backend.settings, own)
 
 
 def recorded_files(section: Mapping[str, Any], cell: str) -> list[str]:

@@ -25,6 +25,17 @@ from t2l.sim.controllers.joint_pd import pd_torque
 from t2l.typed import Typed
 
 
+class Settings(Typed):
+    """Whose physics."""
+
+    physics: str | None = Field(
+        None,
+        min_length=1,
+        description="YAML of what the MJCF does not say, for a robot of your own; one of the "
+        "library's robots has its own",
+    )
+
+
 class VirtualRobot(Backend):
     """`n` virtual robots of a kind, each with gains of its own.
 
@@ -39,15 +50,7 @@ class VirtualRobot(Backend):
 
     name = "virtual"
 
-    class Settings(Typed):
-        """Whose physics."""
-
-        physics: str | None = Field(
-            None,
-            min_length=1,
-            description="YAML of what the MJCF does not say, for a robot of your own; one of the "
-            "library's robots has its own",
-        )
+    settings = Settings
 
     @classmethod
     def features(cls, robot: Robot, settings: Settings) -> Features:

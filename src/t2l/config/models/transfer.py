@@ -88,7 +88,7 @@ Robot = create_model(
             Field(None, description=f"with `{name}`: {field.description}"),
         )
         for name in BACKENDS.known
-        for key, field in BACKENDS.find(name).Settings.model_fields.items()
+        for key, field in BACKENDS.find(name).settings.model_fields.items()
     },
 )
 
