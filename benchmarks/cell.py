@@ -11,10 +11,9 @@ import pandas as pd
 
 from benchmarks.overhead import copied_project
 from benchmarks.scene import block_stack, demonstrations, paper
-from t2l.bc.train import TrainingSettings, train
-from t2l.bc.windows import Episode
 from t2l.demos.replay import replay
 from t2l.gains import Cell
+from t2l.policies import POLICIES, Episode
 
 TARGET = "results/paper/block_stack/cells/{}/rollouts.parquet"
 
@@ -44,13 +43,15 @@ def run() -> pd.DataFrame:
     rows.append(("two cells on two cores", f"{two:.0f} s", f"{one:.0f} s for one", "near 1"))
 
     task, cell = block_stack(), Cell(256, 8)
-    settings = TrainingSettings(**{**paper()["training"], "epochs": 5})
+    section = {**paper()["training"], "epochs": 5}
+    policy = POLICIES.find(section.pop("policy"))
+    settings = policy.settings(**section)
     replays = replay(task, demonstrations(task, 100), cell, 10, threads=2)
     episodes = [Episode(r.observation, np.column_stack([r.command, r.gripper])) for r in replays]
     seconds = {}
     for count in (100, 50, 25):
         start = time.perf_counter()
-        train(episodes[:count], settings, seed=0)
+        policy.fit(episodes[:count], settings, seed=0)
         seconds[count] = time.perf_counter() - start
     for count in (50, 25):
         rows.append(

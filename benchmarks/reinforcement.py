@@ -13,20 +13,21 @@ from unittest.mock import patch
 import numpy as np
 import pandas as pd
 import torch
-from stable_baselines3.common.vec_env import SubprocVecEnv, VecNormalize
+from stable_baselines3.common.vec_env import SubprocVecEnv
+from t2l.hardware.backends import obtain_recording
 
 from benchmarks.gymnasium_reach import GymnasiumReach
-from benchmarks.scene import configuration
+from benchmarks.scene import configuration, task_file
 from t2l.gains import Cell
-from t2l.hardware.backends import obtain_recording
 from t2l.hardware.motion import Motion
 from t2l.identify import actuators as identification
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.constraints import Evaluation
+from t2l.rl.ppo import ROLLOUT_STEPS, make_model
 from t2l.rl.problem import Problem
+from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Search, Settings
-from t2l.rl.train import ROLLOUT_STEPS, _ppo, train
 from t2l.rl.tune import SELECTING_EPISODES, first_guess
 from t2l.seeds import seed_sequence
 
@@ -36,7 +37,11 @@ CORNERS = [Cell(kp, kd) for kd in (1, 24) for kp in (16, 512)]
 CONFIGURATION = configuration()
 LEARNING = CONFIGURATION["reinforcement_learning"]
 HORIZON_S = LEARNING.pop("horizon_s")
-SEARCH = Search.from_section(CONFIGURATION["tuning"], "joint_reach")
+CONDITION = Condition(
+    "joint_reach", "joint_reach", policy_rate_hz=50.0, randomisation=0.0,
+    actions={"kind": "joint_delta"}, parameters=task_file("joint_reach"),
+)  # fmt: skip
+SEARCH = Search.from_section(CONFIGURATION["tuning"], CONDITION.make_task())
 ENVIRONMENTS = LEARNING["environments"]
 PROCESSES_ENVIRONMENTS = 16  # of the rival
 REPEATS = 5
@@ -99,7 +104,7 @@ def environment_steps(parameters: dict) -> Iterator[Row]:
 
     def bare(count: int = 50) -> None:
         for i in range(count):
-            simulator.batch.ctrl[:] = simulator.qpos + environments.scale * actions[i]
+            simulator.batch.ctrl[:] = simulator.qpos + environments.actions.scale * actions[i]
             simulator.batch.step(nstep=environments.nstep)
 
     through()
@@ -127,7 +132,7 @@ def training_steps(parameters: dict) -> Iterator[Row]:
     try:
         rates = {}
         for name, made in (("batch", environments), ("processes", rival)):
-            ppo = _ppo(VecNormalize(made, clip_obs=10.0), 42)
+            ppo = make_model(made, 42)
             steps = ROLLOUT_STEPS * made.num_envs
             ppo.learn(2 * steps, log_interval=None)
             rates[name] = np.median(
@@ -173,7 +178,7 @@ def _one_core_rate(given: tuple[Problem, Choice]) -> float:
     problem, choice = given
     torch.set_num_threads(1)
     environments = problem.environments(choice, ENVIRONMENTS, 42, True, 1)
-    ppo = _ppo(VecNormalize(environments, clip_obs=10.0), 42)
+    ppo = make_model(environments, 42)
     steps = ROLLOUT_STEPS * ENVIRONMENTS
     ppo.learn(2 * steps, log_interval=None)
     _ready.wait()
@@ -189,7 +194,7 @@ def time_to_succeed(parameters: dict) -> Iterator[Row]:
         )
         seen: list[Evaluation] = []
         began = time.perf_counter()
-        train(
+        ALGORITHMS.find(LEARNING["algorithm"])().train(
             environments,
             judges,
             Settings(**{**LEARNING, "enough": 0.95}),
@@ -205,7 +210,7 @@ def time_to_succeed(parameters: dict) -> Iterator[Row]:
 
 def _problem(parameters: dict, cell: Cell) -> Problem:
     return Problem(
-        Condition("joint_reach", "joint_reach", policy_rate_hz=50.0, randomisation=0.0),
+        CONDITION,
         cell,
         parameters[cell],
         CONFIGURATION["identification"]["rate_hz"],

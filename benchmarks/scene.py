@@ -25,7 +25,12 @@ def paper() -> dict:
 
 def block_stack() -> Task:
     """Block Stack as it ships."""
-    return make_task(yaml.safe_load((ROOT / "config/tasks/block_stack.yaml").read_text()))
+    return make_task(task_file("block_stack"))
+
+
+def task_file(name: str) -> dict:
+    """The content of a file of config/tasks/."""
+    return yaml.safe_load((ROOT / f"config/tasks/{name}.yaml").read_text())
 
 
 def demonstrations(task: Task, count: int) -> list[Demonstration]:

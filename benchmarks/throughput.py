@@ -5,14 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-import torch
 
 from benchmarks.scene import block_stack, demonstrations, paper
 from t2l.bc.rollout import Rollouts, roll_out
 from t2l.demos.replay import replay
 from t2l.gains import Cell
-from t2l.policies.acting import acting
-from t2l.policies.chunk_cvae import Architecture, ChunkCVAE
+from t2l.policies import POLICIES, Episode, Policy
 from t2l.sim import apply_position_gains, make_batch
 from t2l.tasks import Task
 
@@ -56,10 +54,10 @@ def _compare_replays(task: Task, threads: int) -> dict:
 
 def _compare_rollouts(task: Task, threads: int) -> dict:
     starts = task.sample_starts(np.random.default_rng(1), 100)
-    act, history = _policy(task)
+    policy = _policy(task)
 
     def rollouts() -> Rollouts:
-        return roll_out(task, act, history, 10, CELL, starts, DECIMATION, threads)
+        return roll_out(task, policy.act, policy.history, 10, CELL, starts, DECIMATION, threads)
 
     commands = rollouts().command.transpose(1, 0, 2)
     assert np.isfinite(commands).all(), "a rollout ended early: the comparison would not be fair"
@@ -100,20 +98,17 @@ def _bare(task: Task, starts: np.ndarray, commands: np.ndarray, threads: int) ->
         batch.step(nstep=DECIMATION)
 
 
-def _policy(task: Task) -> tuple[Callable, int]:
-    """The nominal policy, untrained but for its scale, so that no rollout ends early."""
-    settings = paper()["training"]
-    torch.manual_seed(0)
-    policy = ChunkCVAE(
-        Architecture(
-            observation_size=len(task.observation_names),
-            action_size=len(task.robot.joints) + 1,
-            history=settings["history"],
-            chunk=settings["chunk"],
-            latent=settings["latent"],
-            hidden=tuple(settings["hidden"]),
+def _policy(task: Task) -> Policy:
+    """The nominal policy, hardly trained, and that on standing still, so that no rollout ends."""
+    section = {**paper()["training"], "epochs": 1}
+    policy = POLICIES.find(section.pop("policy"))
+    rng = np.random.default_rng(0)
+    still = np.array([*task.robot.home, *task.opened])
+    episodes = [
+        Episode(
+            np.zeros((100, len(task.observation_names)), np.float32),
+            (still + 0.2 * rng.normal(size=(100, len(still)))).astype(np.float32),
         )
-    )
-    policy.action_mean.copy_(torch.tensor([*task.robot.home, 0.04]))
-    policy.action_scale.fill_(0.2)
-    return acting(policy.eval()), settings["history"]
+        for _ in range(2)
+    ]
+    return policy.fit(episodes, policy.settings(**section), seed=0)[0]

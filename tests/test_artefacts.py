@@ -34,14 +34,13 @@ from t2l.gains import Cell
 from t2l.identify.actuators import Identified
 from t2l.identify.artefacts import read_parameters, summary, write_parameters
 from t2l.policies import checkpoint
-from t2l.policies.chunk_cvae import Architecture, ChunkCVAE
-from t2l.rl import policy as policies
+from t2l.policies.gaussian_mlp import GaussianMLP
 from t2l.rl.choice import Choice
 from t2l.rl.chosen import read_chosen, write_chosen
 from t2l.rl.constraints import NAMES, Evaluation
+from tests.policies.made import chunk_cvae, gaussian_mlp
 from tests.report.findings import compared
 from tests.rl.test_environments import PARAMETERS
-from tests.transfer.test_deploy import proportional
 
 
 def test_a_failure_half_way_leaves_what_was_there(tmp_path):
@@ -207,7 +206,7 @@ def _csv(path):
 
 
 def _network(path):
-    checkpoint.save(ChunkCVAE(Architecture(3, 2, 2, 2, 2, (4, 4))), path)
+    checkpoint.save(chunk_cvae(), path)
 
 
 def _chosen(path):
@@ -227,7 +226,7 @@ WRITTEN = {
     "a.parquet": (_table, READERS["a.parquet"]),
     "a.csv": (_csv, READERS["a.csv"]),
     "a.safetensors": (_network, checkpoint.load),
-    "policy.npz": (lambda path: proportional().save(path), policies.load),
+    "policy.safetensors": (lambda path: checkpoint.save(gaussian_mlp(), path), checkpoint.load),
     "chosen.yaml": (_chosen, read_chosen),
     "parameters.yaml": (_parameters, read_parameters),
     "summary.yaml": (_parameters, summary),
@@ -287,6 +286,11 @@ def full(tmp_path):
 NOISE = np.random.default_rng(0).normal(size=(300, 300))
 
 
+def _large_npz(path):
+    with whole(path) as draft:
+        np.savez(draft, noise=NOISE)
+
+
 def _picture(path):
     with style.styled():
         figure, axes = plt.subplots()
@@ -297,18 +301,14 @@ def _picture(path):
 LARGE = {
     "a.txt": lambda path: write_text("x" * 10**6, path),
     "a.parquet": lambda path: write_table(pd.DataFrame({"x": NOISE.ravel()}), path),
-    "a.npz": lambda path: _large_policy().save(path),
+    "a.npz": _large_npz,
     "a.safetensors": lambda path: checkpoint.save(
-        ChunkCVAE(Architecture(30, 8, 10, 10, 8, (128, 128))), path
+        GaussianMLP(NOISE[0], NOISE[0], (NOISE,), (NOISE[0],), NOISE[0]), path
     ),
     "a.png": _picture,
     "a.pdf": _picture,
     "a.svg": _picture,
 }
-
-
-def _large_policy():
-    return policies.ReachPolicy(NOISE[0], NOISE[0], (NOISE,), (NOISE[0],), (0.1, 0.1))
 
 
 @pytest.mark.parametrize("name", LARGE)

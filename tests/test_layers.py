@@ -58,7 +58,7 @@ def test_imports_go_downwards(path):
 @pytest.mark.parametrize("package", ["torch", "lerobot"])
 def test_slow_libraries_stay_where_they_are_needed(package):
     """Importing lerobot takes seconds, torch two: only writing data sets, and networks, may."""
-    allowed = {"torch": {"policies", "bc", "rl"}, "lerobot": {"demos"}}[package]
+    allowed = {"torch": {"policies", "rl"}, "lerobot": {"demos"}}[package]
     for path in SOURCES:
         tree = ast.parse(path.read_text())
         top = [n for n in tree.body if isinstance(n, (ast.Import, ast.ImportFrom))]

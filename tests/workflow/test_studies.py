@@ -6,7 +6,10 @@ import pytest
 
 from tests.conftest import ROOT
 
-JOBS = {"config": 119, "paper": 1295, "smoke": 54, "transfer_conditions": 199, "transfer_grid": 199}
+JOBS = {
+    "config": 119, "joint_deltas": 72, "paper": 1295, "smoke": 54, "transfer_conditions": 199,
+    "transfer_grid": 199, "ur5e": 95,
+}  # fmt: skip
 
 
 def _planned(done):

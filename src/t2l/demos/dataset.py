@@ -173,7 +173,11 @@ def _write(
 
 @contextlib.contextmanager
 def _no_images() -> Iterator[None]:
-    """Spare lerobot from looking for images in each row, nine tenths of the time of writing."""
+    """Spare lerobot from looking for images in each row, nine tenths of the time of writing.
+
+    Upstream's limit: its writer (0.6) maps over all rows whether or not there are images, and has
+    no switch for it.
+    """
     from lerobot.datasets import dataset_writer
 
     embed = dataset_writer.embed_images

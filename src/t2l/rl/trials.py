@@ -20,7 +20,8 @@ from t2l.rl.settings import JOURNAL
 if TYPE_CHECKING:
     import pandas as pd
 
-# a worker on another machine that has not reported for so long is taken for dead
+# A worker on another machine that has not reported for so long is taken for dead. Optuna has
+# heartbeats of its own for databases only, and none for the journal or for `ask` and `tell`.
 SILENCE_S = 900.0
 
 # what a trial leaves in the artifact store

@@ -117,11 +117,9 @@ def _run(
     trial = study.ask()
     sign(trial)
     choice = _choose(trial, search)
-    steps: list[int] = []
 
     def follow(update: int, found: Evaluation) -> None:
         sign(trial)
-        steps.append(update)
         trial.report(found.objective, update)
         if trial.should_prune():
             _note(trial, found)
