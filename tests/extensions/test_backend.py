@@ -51,6 +51,8 @@ def test_it_is_identified_and_deployed_to():
     # more are asked for than it has
     with open_backend(SECTION, robot, 30) as arm:
         real = deploy(arm, *rest)
+    with open_backend(SECTION, robot, 9) as arm:
+        assert arm.n == 1
     assert real.success.all()
     assert real.stopped == ("", "")
     simulated = deploy(IdentifiedRobot(robot, 2, found.parameters, 100), *rest)

@@ -3,11 +3,9 @@ import pytest
 
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
-from t2l.hardware.backend import BackendError
-from t2l.hardware.guard import Guard, Workspace
+from t2l.hardware import BackendError
 from t2l.hardware.virtual import VirtualRobot
-from t2l.rl.policy import ReachPolicy
-from t2l.tasks.reach import CENTRE, EndEffectorReach, JointReach
+from t2l.rl.interface import observation_names, scale_per_joint
 from t2l.transfer.deploy import deploy
 from t2l.transfer.errors import (
     JITTER_RAD_S,
@@ -18,29 +16,36 @@ from t2l.transfer.errors import (
     trajectory_error,
 )
 from t2l.transfer.identified import IdentifiedRobot
-from tests.defaults import WORKSPACE
-from tests.rl.test_environments import PARAMETERS
+from tests.defaults import WORKSPACE, shipped
+from tests.hardware.made import Proportional
+from tests.rl.test_environments import CENTRE, PARAMETERS, ROBOT, joint_delta
 
 CELL = Cell(128, 16)
+TASK = shipped("joint_reach")
+GENTLE = joint_delta(scale_per_joint((0.2, 0.04), ROBOT))
 
 
-def proportional(gain=3.0, scale=(0.2, 0.04)):
-    """A policy of one layer: move by `gain` times what is left to do."""
-    weight = np.zeros((7, 28))
-    weight[:, 14:21] = gain * np.eye(7)
-    return ReachPolicy(np.zeros(28), np.ones(28), (weight,), (np.zeros(7),), scale)
+def proportional(gain=3.0):
+    return Proportional(len(ROBOT.joints), gain)
 
 
-def reach(robot, n=2, policy=None, cell=CELL, **changes):
+def virtual(n):
+    return VirtualRobot(ROBOT, n)
+
+
+def identified(parameters=PARAMETERS):
+    return IdentifiedRobot(ROBOT, 2, parameters, 100)
+
+
+def reach(robot, n=2, policy=None, **changes):
     starts = np.tile(CENTRE, (n, 1))
     arguments = {"policy_rate_hz": 50.0, "duration_s": 3.0, "workspace": WORKSPACE} | changes
-    return deploy(
-        robot, policy or proportional(), JointReach(), cell, starts, starts + 0.1, **arguments
-    )
+    policy = policy or proportional()
+    return deploy(robot, policy, TASK, GENTLE, CELL, starts, starts + 0.1, **arguments)
 
 
 def test_the_robot_is_led_to_its_goal():
-    rollouts = reach(VirtualRobot(2))
+    rollouts = reach(virtual(2))
     assert rollouts.success.all()
     assert rollouts.stopped == ("", "")
     assert rollouts.q.shape == (300, 2, 7)
@@ -50,17 +55,17 @@ def test_the_robot_is_led_to_its_goal():
 
 
 def test_a_robot_that_equals_its_simulator_shows_no_error():
-    first, again = (reach(IdentifiedRobot(2, PARAMETERS, 100)) for _ in range(2))
+    first, again = (reach(identified()) for _ in range(2))
     assert trajectory_error(first, again).max() == 0
     table = rollout_table(proportional(), CELL, first, again)
     assert (table.nn_error == 0).all()
-    heavier = reach(IdentifiedRobot(2, {**PARAMETERS, "armature": np.full(7, 0.5)}, 100))
+    heavier = reach(identified({**PARAMETERS, "armature": np.full(7, 0.5)}))
     assert trajectory_error(first, heavier).min() > 1e-5
 
 
 def test_one_after_another_is_as_side_by_side(tmp_path):
-    together = reach(VirtualRobot(3), n=3, duration_s=0.5)
-    robot = VirtualRobot(1)
+    together = reach(virtual(3), n=3, duration_s=0.5)
+    robot = virtual(1)
     in_turn = reach(robot, n=3, duration_s=0.5, folder=tmp_path)
     np.testing.assert_allclose(in_turn.q, together.q, atol=1e-12)
     assert len(list(tmp_path.iterdir())) == 3
@@ -94,9 +99,9 @@ def _without(name):
     ids=["cut", "foreign", "lacking", "shape", "type", "folder"],
 )
 def test_a_kept_rollout_that_is_broken_is_run_anew(tmp_path, caplog, damage):
-    before = reach(VirtualRobot(1), duration_s=0.2, folder=tmp_path)
+    before = reach(virtual(1), duration_s=0.2, folder=tmp_path)
     damage(tmp_path / "000.npz")
-    again = reach(VirtualRobot(1), duration_s=0.2, folder=tmp_path)
+    again = reach(virtual(1), duration_s=0.2, folder=tmp_path)
     np.testing.assert_array_equal(again.q, before.q)
     assert {p.name for p in tmp_path.iterdir()} == {"000.npz", "001.npz", "000.npz.broken"}
     assert "set aside as 000.npz.broken" in caplog.text
@@ -104,14 +109,14 @@ def test_a_kept_rollout_that_is_broken_is_run_anew(tmp_path, caplog, damage):
 
 def test_a_command_that_must_not_be_sent_stops_its_robot_alone():
     # 1.5 rad ahead of the wrist is more than its torque limit
-    wild = proportional(gain=20.0, scale=(0.2, 1.5))
+    wild, policy = joint_delta(scale_per_joint((0.2, 1.5), ROBOT)), proportional(gain=20.0)
     starts = np.tile(CENTRE, (2, 1))
     goals = np.array([starts[0], starts[0] + 0.3])
-    robot = VirtualRobot(2)
+    robot = virtual(2)
     sent = []
-    step = robot.step
-    robot.step = lambda q_des, period_s: sent.append(q_des.copy()) or step(q_des, period_s)
-    rollouts = deploy(robot, wild, JointReach(), CELL, starts, goals, 50.0, 1.0, WORKSPACE)
+    send = robot.send
+    robot.send = lambda q_des, period_s: sent.append(q_des.copy()) or send(q_des, period_s)
+    rollouts = deploy(robot, policy, TASK, wild, CELL, starts, goals, 50.0, 1.0, WORKSPACE)
     still, stopped = rollouts.stopped
     assert still == ""
     assert "torque of fr3_joint5" in stopped
@@ -120,65 +125,36 @@ def test_a_command_that_must_not_be_sent_stops_its_robot_alone():
     assert np.isfinite(rollouts.q[:, 0]).all()
     assert np.abs(np.array(sent)[:, 1] - starts[1]).max() < 1e-3  # held where it was
     assert rollouts.success.tolist() == [True, False]
-    table = rollout_table(wild, CELL, rollouts, rollouts)
+    table = rollout_table(policy, CELL, rollouts, rollouts)
     assert np.isnan(table.trajectory_error[1])
     assert table.duration_s.tolist() == [1.0, 0.0]
 
 
 def test_a_policy_that_is_no_number_never_reaches_the_robot():
     broken = proportional(gain=np.nan)
-    rollouts = reach(VirtualRobot(1), n=1, policy=broken, duration_s=0.2)
+    rollouts = reach(virtual(1), n=1, policy=broken, duration_s=0.2)
     assert "position command of fr3_joint1 nan" in rollouts.stopped[0]
 
 
 @pytest.mark.parametrize("error", [BackendError("lost"), KeyboardInterrupt()], ids=repr)
 def test_whatever_ends_a_deployment_the_robot_is_held_first(error):
-    robot, held = VirtualRobot(1), []
+    robot, held = virtual(1), []
     steps = iter(range(100))
-    step = robot.step
+    send = robot.send
 
     def fails_later(q_des, period_s):
         if next(steps) == 20:
             raise error
-        return step(q_des, period_s)
+        send(q_des, period_s)
 
-    robot.step, robot.hold = fails_later, lambda: held.append(True)
+    robot.send, robot.hold = fails_later, lambda: held.append(True)
     with pytest.raises(type(error)):
         reach(robot, n=1)
     assert held == [True]
 
 
-def test_a_guard_objects_to_each_limit_alone():
-    guard = Guard(1, CELL, 0.02, Workspace(WORKSPACE.lower, (0.855, 0.855, 0.9)))
-    q = np.array([CENTRE])
-    still = np.zeros((1, 7))
-    fine = guard.objections(q + 0.01, q, still)
-    assert fine == [""]
-    outside = q.copy()
-    outside[0, 3] = 0.2
-    assert "position command of fr3_joint4 0.2 rad" in guard.objections(outside, q, still)[0]
-    assert "position of fr3_joint4 0.2 rad" in guard.objections(q, outside, still)[0]
-    fast = still.copy()
-    fast[0, 0] = 3.0
-    assert "velocity of fr3_joint1 3 rad/s" in guard.objections(q, q, fast)[0]
-    far = q.copy()
-    far[0, 6] += 0.1
-    assert "torque of fr3_joint7 12.8 N·m" in guard.objections(far, q, still)[0]
-    up = np.zeros((1, 7))
-    up[0, [3, 5]] = -0.2, 1.6
-    assert "measured z of the flange" in guard.objections(up, up, still)[0]
-
-
-def test_soft_gains_may_command_far_ahead_of_the_arm():
-    guard = Guard(1, Cell(16, 24), 0.01, WORKSPACE)
-    q = np.array([CENTRE])
-    down = q.copy()
-    down[0, 1] += 1.7  # there the flange would be far below the table
-    assert guard.objections(down, q, np.zeros((1, 7))) == [""]
-
-
 def test_jitter_is_what_shakes_at_the_end():
-    rollouts = reach(IdentifiedRobot(2, PARAMETERS, 100))
+    rollouts = reach(identified())
     dq = np.zeros_like(rollouts.dq)
     dq[:100] = 1.0  # fast at first
     time = rollouts.time[:, None]
@@ -196,21 +172,23 @@ def test_jitter_is_what_shakes_at_the_end():
 
 
 def test_poses_are_reached_too_and_tables_tell_all():
-    weight = np.zeros((7, 27))
-    policy = ReachPolicy(np.zeros(27), np.ones(27), (weight,), (np.zeros(7),), (0.1, 0.02))
-    task = EndEffectorReach()
+    task = shipped("end_effector_reach")
+
+    class Still(Proportional):
+        def act(self, history):
+            return np.zeros((len(history), 1, self.action_size))
+
     draw = np.random.default_rng(0)
     starts, goals = task.sample_starts(draw, 2), task.sample_goals(draw, 2)
-    rollouts = deploy(
-        IdentifiedRobot(2, PARAMETERS, 100), policy, task, CELL, starts, goals, 20.0, 0.5, WORKSPACE
-    )
-    seen = observation_table(rollouts, rollouts)
+    rest = (task, GENTLE, CELL, starts, goals, 20.0, 0.5, WORKSPACE)
+    rollouts = deploy(identified(), Still(len(ROBOT.joints)), *rest)
+    seen = observation_table(rollouts, rollouts, observation_names(task))
     assert len(seen) == 2 * 2 * 10
-    assert {"q.joint1", "error.rz", "action.joint7"} <= set(seen)
-    trace = trace_table(rollouts, rollouts)
+    assert set(observation_names(task)) <= set(seen)
+    trace = trace_table(rollouts, rollouts, ROBOT.joints)
     assert len(trace) == 2 * 2 * 50
 
 
 def test_rates_that_do_not_fit_are_refused():
     with pytest.raises(ConfigurationError, match="policy rate: found 30 Hz; allowed: a divisor"):
-        reach(VirtualRobot(1), n=1, policy_rate_hz=30.0)
+        reach(virtual(1), n=1, policy_rate_hz=30.0)

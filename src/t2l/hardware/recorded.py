@@ -33,7 +33,6 @@ class RecordedRobot(Backend):
     """A folder of logs, one file a cell."""
 
     name = "recorded"
-
     settings = Settings
 
     def __init__(self, robot: Robot, folder: Path | str):

@@ -46,7 +46,7 @@ def open_backend(section: Mapping[str, Any], robot: Robot, n: int = 1) -> Backen
 
     Args:
         section: `robot` of a configuration.
-        n: how many are wanted; a back end that drives fewer opens as many as it can.
+        n: how many are wanted; a back end that drives fewer opens a number that divides it.
 
     Raises:
         ConfigurationError: the section is wrong, or its back end drives no such robot.
@@ -54,8 +54,10 @@ def open_backend(section: Mapping[str, Any], robot: Robot, n: int = 1) -> Backen
     """
     try:
         backend, settings = find_backend(section)
-        most = backend.features(robot, settings).side_by_side
-        return backend.open(robot, settings, n if most is None else min(n, most))
+        most = backend.features(robot, settings).side_by_side or n
+        return backend.open(
+            robot, settings, max(k for k in range(1, n + 1) if k <= most and not n % k)
+        )
     except Invalid as error:
         lines = (f"config: robot.{problem}" for problem in error.problems)
         raise ConfigurationError("\n".join(lines)) from None

@@ -49,7 +49,6 @@ class VirtualRobot(Backend):
     """
 
     name = "virtual"
-
     settings = Settings
 
     @classmethod
