@@ -3,6 +3,8 @@
 import ast
 import subprocess
 import sys
+from collections import defaultdict
+from graphlib import TopologicalSorter
 
 import pytest
 
@@ -19,40 +21,53 @@ LAYERS = [
     {"robots"},
     {"gains", "sim"},
     {
-        "artefacts",
-        "registry",
-        "documents",
-        "errors",
-        "jobs",
-        "names",
-        "outputs",
-        "seeds",
-        "typed",
-        "version",
+        *("artefacts", "documents", "errors", "jobs", "names", "outputs", "registry", "seeds"),
+        *("typed", "version"),
     },
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 SOURCES = sorted((ROOT / "src/t2l").rglob("*.py"))
 
 
+def package_of(path):
+    return path.relative_to(ROOT / "src/t2l").parts[0].removesuffix(".py")
+
+
+def imported(path):
+    """Packages of t2l that a module imports, its own not."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom):
+            modules = [node.module or ""]
+        elif isinstance(node, ast.Import):
+            modules = [alias.name for alias in node.names]
+        else:
+            continue
+        parts = [module.split(".") for module in modules]
+        found |= {p[1] for p in parts if p[0] == "t2l" and len(p) > 1}
+    return found - {package_of(path)}
+
+
 @pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT / "src")))
 def test_imports_go_downwards(path):
-    package = path.relative_to(ROOT / "src/t2l").parts[0].removesuffix(".py")
+    package = package_of(path)
     if package == "__init__":
         return
     assert package in LEVEL, f"{package} has no layer"
-    for node in ast.walk(ast.parse(path.read_text())):
-        modules = (
-            [node.module or ""]
-            if isinstance(node, ast.ImportFrom)
-            else [alias.name for alias in node.names]
-            if isinstance(node, ast.Import)
-            else []
-        )
-        for module in modules:
-            parts = module.split(".")
-            if parts[0] == "t2l" and len(parts) > 1 and parts[1] != package:
-                assert LEVEL[parts[1]] >= LEVEL[package], f"{package} imports {module}"
+    for other in imported(path):
+        assert LEVEL[other] >= LEVEL[package], f"{package} imports {other}"
+
+
+def test_no_packages_import_each_other_in_a_circle():
+    graph = defaultdict(set)
+    for path in SOURCES:
+        graph[package_of(path)] |= imported(path)
+    TopologicalSorter(graph).prepare()
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT / "src")))
+def test_a_module_is_one_idea(path):
+    assert len(path.read_text().splitlines()) <= 300
 
 
 @pytest.mark.parametrize("package", ["torch", "lerobot"])
