@@ -7,6 +7,7 @@ is exactly Kp (q_des − q[k+1]) − Kd q̇[k+1]. Stiff and heavily damped cells
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -15,13 +16,16 @@ from numpy.typing import ArrayLike
 
 TIMESTEP_S = 0.002
 
-# a fit tries what runs away: `diverged` reports it, where MuJoCo would fill terminal and log file
-mujoco.set_mju_user_warning(lambda text: None)
-
-
 def make_batch(model: mujoco.MjModel, nsim: int, threads: int = 1) -> Batch:
     """A batch of `nsim` simulations of `model` on `threads` threads, which change no result."""
+    _silence_warnings()
     return Batch(model, nsim, nthread=threads)
+
+
+@cache
+def _silence_warnings() -> None:
+    """A fit tries what runs away: `diverged` reports it, where MuJoCo would fill a log file."""
+    mujoco.set_mju_user_warning(lambda text: None)
 
 
 def apply_position_gains(batch: Batch, joints: Sequence[str], kp: ArrayLike, kd: ArrayLike) -> None:
