@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 TIMESTEP_S = 0.002
 
+
 def make_batch(model: mujoco.MjModel, nsim: int, threads: int = 1) -> Batch:
     """A batch of `nsim` simulations of `model` on `threads` threads, which change no result."""
     _silence_warnings()
