@@ -32,6 +32,7 @@ def script(name, home, output, **files):
     """Run a script of the workflow as Snakemake does."""
     job = SimpleNamespace(
         log=[str(home / "said" / f"{name}.log")],
+        config={},
         params=SimpleNamespace(diagnosis={"recordings": [str(home / "logs")]}),
         input=files,
         output=output,

@@ -7,6 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from t2l.actions import make_control
 from t2l.cli.main import main
 from t2l.demos.dataset import write_replays
 from t2l.demos.replay import replay
@@ -99,8 +100,9 @@ def test_the_command_writes_chosen_episodes(dataset, tmp_path, capsys):
 
 
 def test_data_sets_that_lerobot_writes_are_read(task, demonstrations, tmp_path):
-    replays = replay(task, demonstrations[:2], Cell(128, 8), decimation=10, threads=2)
-    write_replays(replays, task, 50, tmp_path / "kp128_kd8")
+    control = make_control({"kind": "joint_target"}, Cell(128, 8), task.robot, task.model)
+    replays = replay(task, demonstrations[:2], control, decimation=10, threads=2)
+    write_replays(replays, task, control.actions.names, 50, tmp_path / "kp128_kd8")
     controller = {**CONTROLLER, "joints": list(task.robot.joints), "kp": 128, "kd": 8}
     recordings = read_lerobot(tmp_path / "kp128_kd8", controller)
     for r, recording in zip(replays, recordings, strict=True):
