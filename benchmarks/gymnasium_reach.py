@@ -4,20 +4,23 @@ import gymnasium as gym
 import mujoco
 import numpy as np
 
-from t2l.identify.training_simulator import AT_REST_RAD_S, model
+from t2l.identify.training_simulator import AT_REST_RAD_S
 from t2l.rl.constraints import NAMES, violations
-from t2l.rl.interface import command, observe, per_joint
+from t2l.rl.interface import action_space, observe, scale_per_joint
 from t2l.sim.controllers.joint_pd import pd_torque
-from t2l.tasks.reach import JointReach, joint_ranges
 
 
 class GymnasiumReach(gym.Env):
     """The same task, simulator, reward and constraints as `Environments` of one arm."""
 
     def __init__(self, problem, choice, seed: int):
-        self.task, self.cell = JointReach(), problem.cell
-        self.scale = per_joint(choice.action_scale)
-        self.model = model(problem.rate_hz)
+        self.task, self.cell = problem.task, problem.cell
+        self.robot = self.task.robot
+        scale = scale_per_joint(choice.action_scale, self.robot)
+        self.actions = action_space(problem.condition, self.robot, scale)
+        spec = self.task.spec(visual=False)
+        spec.option.timestep = 1 / problem.rate_hz
+        self.model = spec.compile()
         p = problem.parameters
         self.model.actuator_gainprm[:, 0] = p["stiffness"]
         self.model.actuator_biasprm[:, 1] = -p["stiffness"]
@@ -32,15 +35,16 @@ class GymnasiumReach(gym.Env):
         self.period_s = 1 / problem.condition.policy_rate_hz
         self.horizon = round(problem.horizon_s / self.period_s)
         self.generator = np.random.default_rng(seed)
-        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (28,), np.float32)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (7,), np.float32)
+        njoint = len(self.robot.joints)
+        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (4 * njoint,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (njoint,), np.float32)
 
     def reset(self, *, seed=None, options=None):
         """See `gymnasium.Env`."""
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:] = self.task.sample_starts(self.generator, 1)[0]
         self.goal = self.task.sample_goals(self.generator, 1)
-        self.action, self.torque = np.zeros((1, 7)), np.zeros((1, 7))
+        self.action, self.torque = np.zeros((2, 1, len(self.robot.joints)))
         self.elapsed, self.violated = 0, np.zeros(len(NAMES))
         self.before = self.goal - self.data.qpos
         return self._observe(self.before), {}
@@ -49,11 +53,11 @@ class GymnasiumReach(gym.Env):
         """See `gymnasium.Env`."""
         action = np.clip(action, -1, 1)[None]
         change, self.action = action - self.action, action
-        q_des = command(self.data.qpos[None], action, self.scale, joint_ranges())
+        q_des = self.actions.command(action, self.data.qpos[None], None)
         for _ in range(self.nstep):
             q, dq = self.data.qpos[None], self.data.qvel[None]
             torque = pd_torque(q_des, q, dq, self.cell.kp, self.cell.kd)
-            self.violated += violations(q, dq, torque, self.torque, 0.01, joint_ranges())[0]
+            self.violated += violations(q, dq, torque, self.torque, 0.01, self.robot)[0]
             self.torque = torque
             moving = np.abs(self.data.qvel) > AT_REST_RAD_S
             self.model.dof_frictionloss[:] = np.where(moving, self.dynamic, self.static)

@@ -14,12 +14,12 @@ import numpy as np
 import pandas as pd
 import torch
 from stable_baselines3.common.vec_env import SubprocVecEnv
-from t2l.hardware.backends import obtain_recording
 
 from benchmarks.gymnasium_reach import GymnasiumReach
 from benchmarks.scene import configuration, task_file
 from t2l.gains import Cell
-from t2l.hardware.motion import Motion
+from t2l.hardware import open_backend
+from t2l.hardware.motion import identification_motion
 from t2l.identify import actuators as identification
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
@@ -70,10 +70,11 @@ def run() -> pd.DataFrame:
 def identify_all(parameters: dict) -> Iterator[Row]:
     """Every corner and the centre as the default configuration identifies them."""
     settings = identification.Settings(**CONFIGURATION["identification"])
+    robot = CONDITION.make_task().robot
     for cell in (CENTRE, *CORNERS):
-        recording = obtain_recording(
-            {"backend": "virtual"}, cell, Motion(**CONFIGURATION["recordings"])
-        )
+        motion = identification_motion(robot, cell, **CONFIGURATION["recordings"])
+        with open_backend({"backend": "virtual"}, robot) as arm:
+            recording = arm.record(motion)
         seed = int(seed_sequence(0, "identify", cell.name).generate_state(1)[0])
         physics = _Stopwatch()
         began = time.perf_counter()
@@ -95,7 +96,8 @@ def environment_steps(parameters: dict) -> Iterator[Row]:
     environments, _ = _made(parameters, CENTRE)
     environments.reset()
     draw = np.random.default_rng(0)
-    actions = draw.uniform(-1, 1, (50, ENVIRONMENTS, 7)).astype(np.float32)
+    shape = (50, ENVIRONMENTS, *environments.action_space.shape)
+    actions = draw.uniform(-1, 1, shape).astype(np.float32)
     simulator = environments.simulator
 
     def through(count: int = 50) -> None:
