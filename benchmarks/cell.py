@@ -11,6 +11,7 @@ import pandas as pd
 
 from benchmarks.overhead import copied_project
 from benchmarks.scene import block_stack, demonstrations, paper
+from t2l.actions import make_control
 from t2l.demos.replay import replay
 from t2l.gains import Cell
 from t2l.policies import POLICIES, Episode
@@ -42,12 +43,13 @@ def run() -> pd.DataFrame:
     rows.append(("one cell with retargeting and Snakemake, one core", f"{one:.0f} s", "120 s", ""))
     rows.append(("two cells on two cores", f"{two:.0f} s", f"{one:.0f} s for one", "near 1"))
 
-    task, cell = block_stack(), Cell(256, 8)
+    task = block_stack()
+    control = make_control({"kind": "joint_target"}, Cell(256, 8), task.robot, task.model)
     section = {**paper()["training"], "epochs": 5}
     policy = POLICIES.find(section.pop("policy"))
     settings = policy.settings(**section)
-    replays = replay(task, demonstrations(task, 100), cell, 10, threads=2)
-    episodes = [Episode(r.observation, np.column_stack([r.command, r.gripper])) for r in replays]
+    replays = replay(task, demonstrations(task, 100), control, 10, threads=2)
+    episodes = [Episode(r.observation, np.column_stack([r.action, r.gripper])) for r in replays]
     seconds = {}
     for count in (100, 50, 25):
         start = time.perf_counter()

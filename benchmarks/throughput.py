@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.scene import block_stack, demonstrations, paper
+from t2l.actions import Control, make_control
 from t2l.bc.rollout import Rollouts, roll_out
 from t2l.demos.replay import replay
 from t2l.gains import Cell
@@ -33,7 +34,7 @@ def run() -> pd.DataFrame:
 
 def _compare_replays(task: Task, threads: int) -> dict:
     demos = demonstrations(task, 100)
-    replays = replay(task, demos, CELL, DECIMATION)
+    replays = replay(task, demos, _control(task), DECIMATION)
     ticks = max(len(r.command) for r in replays)
     commands = np.stack(
         [
@@ -46,7 +47,7 @@ def _compare_replays(task: Task, threads: int) -> dict:
     starts = np.stack([d.qpos[0] for d in demos])
     return _compare(
         f"TPR replay, 100 at once, {threads} thread(s)",
-        lambda: replay(task, demos, CELL, DECIMATION, threads=threads),
+        lambda: replay(task, demos, _control(task), DECIMATION, threads=threads),
         lambda: _bare(task, starts, commands, threads),
         len(demos) * ticks * DECIMATION,
     )
@@ -54,10 +55,10 @@ def _compare_replays(task: Task, threads: int) -> dict:
 
 def _compare_rollouts(task: Task, threads: int) -> dict:
     starts = task.sample_starts(np.random.default_rng(1), 100)
-    policy = _policy(task)
+    policy, control = _policy(task), _control(task)
 
     def rollouts() -> Rollouts:
-        return roll_out(task, policy.act, policy.history, 10, CELL, starts, DECIMATION, threads)
+        return roll_out(task, policy.act, policy.history, 10, control, starts, DECIMATION, threads)
 
     commands = rollouts().command.transpose(1, 0, 2)
     assert np.isfinite(commands).all(), "a rollout ended early: the comparison would not be fair"
@@ -94,8 +95,12 @@ def _bare(task: Task, starts: np.ndarray, commands: np.ndarray, threads: int) ->
     apply_position_gains(batch, task.robot.joints, CELL.kp, CELL.kd)
     task.reset(batch, starts)
     for k in range(commands.shape[1]):
-        task.command(batch.ctrl, commands[:, k, :-1], commands[:, k, -1])
+        task.command(batch.ctrl, commands[:, k, :-1], commands[:, k, -1:])
         batch.step(nstep=DECIMATION)
+
+
+def _control(task: Task) -> Control:
+    return make_control({"kind": "joint_target"}, CELL, task.robot, task.model)
 
 
 def _policy(task: Task) -> Policy:
