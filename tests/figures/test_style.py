@@ -117,3 +117,17 @@ def test_the_region_is_the_only_formula(tmp_path):
     assert region.get_parse_math()
     assert not axes.xaxis.label.get_parse_math()
     plt.close(figure)
+
+
+@pytest.mark.parametrize(
+    ("names", "labels"),
+    [
+        (["fr3_joint1", "fr3_joint2"], ["joint1", "joint2"]),
+        (["elbow_joint", "wrist_1_joint"], ["elbow", "wrist_1"]),
+        (["q_des.fr3_joint1", "q_des.fr3_joint2"], ["joint1", "joint2"]),
+        (["hinge"], ["hinge"]),
+        (["x_y", "x_q_y"], ["x_y", "q"]),
+    ],
+)
+def test_labels_leave_out_what_all_names_share(names, labels):
+    assert list(style.short(names).values()) == labels

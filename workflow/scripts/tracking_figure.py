@@ -3,7 +3,7 @@
 from t2l.actions import make_control
 from t2l.demos.dataset import read_replays
 from t2l.demos.tracked import tracked
-from t2l.figures.style import title, write
+from t2l.figures.style import short, title, write
 from t2l.figures.tracking import tracking
 from t2l.gains import Cell
 from t2l.jobs import job
@@ -18,12 +18,18 @@ with job(snakemake):
             snakemake.params.actions, Cell.from_name(name), task.robot, task.model
         )
         episodes[control.cell] = tracked(task, control, *read_replays(path, task)[0])
-    names = control.controller.command_names
+    controller = control.controller
+    labels = short(controller.command_names).values()
+    units = controller.command_units
     write(
         tracking(
             episodes,
             # every second of up to seven, three of more
-            shown={names[i]: i for i in range(1, len(names), max(2, len(names) // 3))},
+            shown={
+                f"{label} [{unit}]": i
+                for i, (label, unit) in enumerate(zip(labels, units, strict=True))
+                if i % max(2, len(units) // 3) == 1
+            },
             rate_hz=snakemake.params.rate_hz,
             title=f"{heading}: a retargeted demonstration at the corners of the grid",
         ),

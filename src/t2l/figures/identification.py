@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from t2l.figures.heatmap import heatmap, height, matrix, width
-from t2l.figures.style import COLOURS, shown, styled
+from t2l.figures.style import COLOURS, short, styled
 from t2l.gains import Cell, Grid
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def residual_error(cells: "pd.DataFrame", losses: Sequence["pd.DataFrame"], grid
 def overlays(traces: Sequence["pd.DataFrame"]) -> Figure:
     """A column a cell, a row a joint: commanded, measured and simulated position."""
     with styled():
-        joints = list(dict.fromkeys(traces[0].joint))
+        joints = short(list(dict.fromkeys(traces[0].joint)))
         figure, axes = plt.subplots(
             *(len(joints), len(traces)),
             figsize=(2.5 * len(traces) + 0.8, 1.15 * len(joints) + 1.0),
@@ -71,7 +71,7 @@ def overlays(traces: Sequence["pd.DataFrame"]) -> Figure:
             squeeze=False,
         )
         for column, trace in enumerate(traces):
-            for row, joint in enumerate(joints):
+            for row, (joint, label) in enumerate(joints.items()):
                 part, panel = trace[trace.joint == joint], axes[row, column]
                 panel.step(
                     *(part.time, part.q_des),
@@ -83,7 +83,7 @@ def overlays(traces: Sequence["pd.DataFrame"]) -> Figure:
                     *(part.time, part.q_sim), color=COLOURS[1], lw=0.9, ls="--", label="identified"
                 )
                 if column == 0:
-                    panel.set_ylabel(f"{shown(joint.rpartition('_')[2])} [rad]", fontsize=8)
+                    panel.set_ylabel(f"{label} [rad]", fontsize=8)
             cell = Cell(kp=trace.kp.iloc[0], kd=trace.kd.iloc[0])
             error = 1e3 * np.sqrt(np.mean((trace.q_sim - trace.q) ** 2))
             axes[0, column].set_title(f"{cell}\n{error:.2g} mrad RMS", fontsize=8)

@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from t2l.figures.heatmap import heatmap, height, matrix, width
-from t2l.figures.style import COLOURS, styled, title
+from t2l.figures.style import COLOURS, short, styled, title
 from t2l.gains import Cell, Grid
 
 if TYPE_CHECKING:
@@ -90,7 +90,8 @@ def wrist_trajectories(traces: Mapping[Cell, "pd.DataFrame"], captions: Sequence
         traces: of one rollout each, columns `TRACE_COLUMNS` and `dq.JOINT` of every joint in order.
         captions: of the columns.
     """
-    wrist = _joints(next(iter(traces.values())), "dq")[-WRIST:]
+    joints = _joints(next(iter(traces.values())), "dq")
+    labels, wrist = short(joints), joints[-WRIST:]
     with styled():
         figure, axes = plt.subplots(
             *(len(wrist), len(traces)),
@@ -111,7 +112,7 @@ def wrist_trajectories(traces: Mapping[Cell, "pd.DataFrame"], captions: Sequence
                     part = trace[trace["where"] == where]
                     panel.plot(part.time, part[f"dq.{joint}"], color=colour, lw=0.9, label=label)
                 if column == 0:
-                    panel.set_ylabel(f"{joint.rpartition('_')[2]}\nvelocity [rad/s]", fontsize=8)
+                    panel.set_ylabel(f"{labels[joint]}\nvelocity [rad/s]", fontsize=8)
             axes[0, column].set_title(f"{cell}\n{caption}", fontsize=9)
             axes[-1, column].set_xlabel("time [s]")
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -130,6 +131,7 @@ def observation_distributions(observations: Mapping[Cell, "pd.DataFrame"]) -> Fi
             every joint in order.
     """
     joints = _joints(next(iter(observations.values())), "q")
+    labels = short(joints)
     near_base, near_flange = joints[:2][-1], joints[-2:][0]
     both = dict.fromkeys((near_base, near_flange))
     columns = [*(f"{signal}.{joint}" for signal in ("q", "dq") for joint in both),
@@ -155,7 +157,9 @@ def observation_distributions(observations: Mapping[Cell, "pd.DataFrame"]) -> Fi
                 panel.set_yticks([])
                 panel.tick_params(labelsize=7)
                 if row == len(observations) - 1:
-                    panel.set_xlabel(f"{name} [{_unit(name)}]", fontsize=8)
+                    signal, _, joint = name.partition(".")
+                    label = f"{signal}.{labels[joint]} [{_unit(name)}]"
+                    panel.set_xlabel(label, fontsize=8)
             axes[row, 0].set_ylabel(str(cell), fontsize=8)
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
         figure.suptitle("What policies see on the robot and in simulation", fontsize=11)

@@ -37,12 +37,13 @@ class Controller(ABC):
     Attributes:
         name: what configurations write.
         units: of stiffness and damping.
-        command_names: of the elements of a command.
+        command_names, command_units: of the elements of a command.
     """
 
     name: ClassVar[str]
     units: ClassVar[tuple[str, str]]
     command_names: tuple[str, ...]
+    command_units: tuple[str, ...]
 
     def __init__(self, model: mujoco.MjModel, arms: tuple[Arm, ...], kp, kd):
         self.model, self.arms, self.kp, self.kd = model, arms, kp, kd

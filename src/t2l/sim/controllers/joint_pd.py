@@ -53,6 +53,7 @@ class JointPD(Controller):
     def __init__(self, model, arms, kp, kd):
         super().__init__(model, arms, kp, kd)
         self.command_names = tuple(f"{COMMAND_PREFIX}{joint}" for joint in self.joints)
+        self.command_units = ("rad",) * len(self.joints)
 
     def install(self, batch: Batch) -> None:
         """See `Controller.install`."""

@@ -89,6 +89,7 @@ class OperationalSpacePD(Controller):
         self.command_names = tuple(
             f"x_des.{arm.tool_site}.{name}" for arm in arms for name in elements
         )
+        self.command_units = (*("m",) * 3, *("1",) * 9) * len(arms)
         self._dynamics: list[ArmDynamics] = []
 
     def install(self, batch: Batch) -> None:
