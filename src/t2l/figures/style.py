@@ -106,7 +106,7 @@ def short(names: Sequence[str]) -> dict[str, str]:
 
 def title(name: str) -> str:
     """A task's name as a heading."""
-    return shown(name.replace("_", " ").title())
+    return shown(" ".join(word[:1].upper() + word[1:] for word in name.split("_")))
 
 
 def plain(value: float) -> str:
