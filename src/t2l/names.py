@@ -26,3 +26,8 @@ def path_of(folder: Path | str, name: str, suffix: str = "") -> Path:
         shown = repr(name) if len(str(name)) <= MOST_CHARACTERS else f"{str(name)[:40]!r}…"
         raise OutputError(f"{folder}: found the name {shown}; allowed: {ALLOWED}")
     return Path(folder) / f"{name}{suffix}"
+
+
+def heading(name: str) -> str:
+    """A name from a configuration as a person writes it: `block_stack` is Block Stack."""
+    return " ".join(word[:1].upper() + word[1:] for word in name.split("_"))

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterMathtext, LogFormatterSciNotation
 
 from t2l.artefacts import whole
+from t2l.names import heading
 
 # Okabe and Ito (2008): told apart by readers with any colour vision
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -106,7 +107,7 @@ def short(names: Sequence[str]) -> dict[str, str]:
 
 def title(name: str) -> str:
     """A task's name as a heading."""
-    return shown(" ".join(word[:1].upper() + word[1:] for word in name.split("_")))
+    return shown(heading(name))
 
 
 def plain(value: float) -> str:

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 import pandas as pd
 
 from t2l.gains import Cell, Grid
+from t2l.names import heading
 from t2l.stats.barnard import barnard_greater, bonferroni
 from t2l.stats.logistic import logistic_regression
-from t2l.stats.text import estimate, heading, latex, p_value, rate
+from t2l.stats.text import estimate, latex, p_value, rate
 
 COLUMNS = ("kp", "kd", "success")
 

@@ -20,11 +20,6 @@ def p_value(p: float) -> str:
     return "undetermined" if pd.isna(p) else ("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
-def heading(name: str) -> str:
-    """A name from a configuration as a person writes it."""
-    return name.replace("_", " ").title()
-
-
 def latex(printed: pd.DataFrame, headers: Mapping[str, str]) -> str:
     """A booktabs tabular of a table of text, with some headers replaced."""
     cells = printed.replace(

@@ -10,8 +10,9 @@ from scipy.stats import mannwhitneyu
 from statsmodels.stats.proportion import proportion_confint
 
 from t2l.gains import Cell, Grid
+from t2l.names import heading
 from t2l.stats.barnard import bonferroni
-from t2l.stats.text import estimate, heading, p_value, rate
+from t2l.stats.text import estimate, p_value, rate
 
 COLUMNS = ("kp", "kd", "trajectory_error", "jitter_failure", "jitter_failure_sim")
 # of columns that LaTeX writes otherwise
