@@ -91,8 +91,9 @@ def test_an_arm_has_as_many_joints_as_its_tables_say(joints):
     ]
     figure = transfer.wrist_trajectories({CELL: trace_of}, ["least error"])
     drawn = [panel.get_ylabel().partition("\n")[0] for panel in figure.axes]
-    assert drawn == [name.rpartition("_")[2] for name in JOINTS[: len(joints)][-3:]]
+    own = JOINTS[: len(joints)]
+    assert drawn == list(own[-3:])
     figure = transfer.observation_distributions({CELL: seen_of})
     drawn = {panel.get_xlabel().partition(" ")[0] for panel in figure.axes}
-    ends = {JOINTS[: len(joints)][:2][-1], JOINTS[: len(joints)][-2:][0]}
+    ends = {own[:2][-1], own[-2:][0]}
     assert drawn >= {f"{signal}.{joint}" for signal in ("q", "dq") for joint in ends}
