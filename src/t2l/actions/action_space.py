@@ -13,8 +13,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from t2l.typed import Typed
-
 
 class ActionSpace(ABC):
     """Actions (n, naction) and the commands (n, ncommand) that a controller gets for them.
@@ -23,17 +21,19 @@ class ActionSpace(ABC):
         command_names: of the controller's commands.
         scale: α, one number, or one an element of an action.
         limits: (ncommand, 2) that commands are kept within; none without.
+        reference: what actions are relative to, one of `references`; the first unless given.
 
     Attributes:
         name: what configurations write.
         controller: name of the controller whose commands it gives.
-        parameters: what a configuration may say of it.
+        references: what actions may be relative to: `measured` (β = 1), `commanded` (β = 0), or
+            neither where they are absolute (γ = 0).
         names: of the elements of an action.
     """
 
     name: ClassVar[str]
     controller: ClassVar[str]
-    parameters: ClassVar[type[Typed]]
+    references: ClassVar[tuple[str, ...]] = ()
     names: tuple[str, ...]
 
     def __init__(
@@ -41,8 +41,10 @@ class ActionSpace(ABC):
         command_names: Sequence[str],
         scale: np.ndarray | float = 1.0,
         limits: np.ndarray | None = None,
+        reference: str | None = None,
     ):
         self.command_names, self.scale, self.limits = tuple(command_names), scale, limits
+        self._of_measured = (reference or next(iter(self.references), "")) == "measured"
 
     def command(self, action: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
         """The command (n, ncommand) for an action, within the limits.
@@ -52,19 +54,17 @@ class ActionSpace(ABC):
             measured: x, (n, ncommand), where the robot is.
             before: x_des(t−1), (n, ncommand).
         """
-        command = self.applied(self.scale * action, measured, before)
+        command = self.applied(self.scale * action, measured if self._of_measured else before)
         return command if self.limits is None else np.clip(command, *self.limits.T)
 
     def action(self, command: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
         """The action (n, naction) for a command, which demonstrations are labelled with."""
-        return self.difference(command, measured, before) / self.scale
+        return self.difference(command, measured if self._of_measured else before) / self.scale
 
     @abstractmethod
-    def applied(self, change: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
-        """The command to which a scaled action leads."""
+    def applied(self, change: np.ndarray, base: np.ndarray) -> np.ndarray:
+        """The command (n, ncommand) to which a scaled action leads, relative to `base`."""
 
     @abstractmethod
-    def difference(
-        self, command: np.ndarray, measured: np.ndarray, before: np.ndarray
-    ) -> np.ndarray:
+    def difference(self, command: np.ndarray, base: np.ndarray) -> np.ndarray:
         """The scaled action that leads to a command: the inverse of `applied`."""

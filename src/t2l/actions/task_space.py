@@ -10,7 +10,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from t2l.actions.action_space import ActionSpace
-from t2l.actions.joint import JointDeltaParameters, JointTargetParameters
 
 # numbers in a pose of a command, and in an absolute and a relative action for it
 POSE, ABSOLUTE, RELATIVE = 12, 9, 6
@@ -21,13 +20,12 @@ class TaskPose(ActionSpace):
 
     name = "task_pose"
     controller = "operational_space_pd"
-    parameters = JointTargetParameters
 
     def __init__(self, command_names, scale=1.0, limits=None):
         super().__init__(command_names, scale, limits)
         self.names = tuple(name for i, name in enumerate(self.command_names) if i % POSE < ABSOLUTE)
 
-    def applied(self, change, measured, before):
+    def applied(self, change, base):
         """See `ActionSpace.applied`: rows made orthonormal by Gram and Schmidt."""
         parts = change.reshape(len(change), -1, ABSOLUTE)
         first = _unit(parts[:, :, 3:6])
@@ -36,52 +34,43 @@ class TaskPose(ActionSpace):
         poses = [parts[:, :, :3], first, second, np.cross(first, second)]
         return np.concatenate(poses, axis=2).reshape(len(change), -1)
 
-    def difference(self, command, measured, before):
+    def difference(self, command, base):
         """See `ActionSpace.difference`."""
         return command.reshape(len(command), -1, POSE)[:, :, :ABSOLUTE].reshape(len(command), -1)
 
 
 class TaskDelta(ActionSpace):
-    """An action is how far each tool's desired pose lies from its pose, or from the one before.
-
-    Args:
-        reference: `measured` (β = 1) or `commanded` (β = 0).
-    """
+    """An action is how far each tool's desired pose lies from its pose, or from the one before."""
 
     name = "task_delta"
     controller = "operational_space_pd"
-    parameters = JointDeltaParameters
+    references = ("measured", "commanded")
 
-    def __init__(self, command_names, scale=1.0, limits=None, reference="measured"):
-        super().__init__(command_names, scale, limits)
+    def __init__(self, command_names, scale=1.0, limits=None, reference=None):
+        super().__init__(command_names, scale, limits, reference)
         sites = dict.fromkeys(name.rpartition(".")[0] for name in self.command_names)
         axes = ("x", "y", "z", "rx", "ry", "rz")
         self.names = tuple(
             f"{site.replace('x_des', 'delta', 1)}.{a}" for site in sites for a in axes
         )
-        self._of_measured = reference == "measured"
 
-    def applied(self, change, measured, before):
+    def applied(self, change, base):
         """See `ActionSpace.applied`."""
         n = len(change)
-        parts, base = change.reshape(n, -1, RELATIVE), self._base(measured, before)
+        parts, base = change.reshape(n, -1, RELATIVE), base.reshape(n, -1, POSE)
         turn = Rotation.from_rotvec(parts[:, :, 3:].reshape(-1, 3)).as_matrix()
         rotation = turn @ base[:, :, 3:].reshape(-1, 3, 3)
         position = base[:, :, :3] + parts[:, :, :3]
         return np.concatenate([position, rotation.reshape(n, -1, 9)], axis=2).reshape(n, -1)
 
-    def difference(self, command, measured, before):
+    def difference(self, command, base):
         """See `ActionSpace.difference`."""
         n = len(command)
-        there, base = command.reshape(n, -1, POSE), self._base(measured, before)
+        there, base = command.reshape(n, -1, POSE), base.reshape(n, -1, POSE)
         rotation, here = (p[:, :, 3:].reshape(-1, 3, 3) for p in (there, base))
         turn = Rotation.from_matrix(rotation @ here.transpose(0, 2, 1)).as_rotvec()
         position = there[:, :, :3] - base[:, :, :3]
         return np.concatenate([position, turn.reshape(n, -1, 3)], axis=2).reshape(n, -1)
-
-    def _base(self, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
-        base = measured if self._of_measured else before
-        return base.reshape(len(base), -1, POSE)
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

@@ -118,10 +118,9 @@ def _actions(key: str, section: Actions, controller: str = "") -> Iterator[Probl
         return
     if controller and space.controller != controller:
         yield Problem(f"{key}.kind", describe(section.kind), f"an action space for {controller}")
-    if section.reference and "reference" not in space.parameters.model_fields:
-        yield Problem(
-            f"{key}.reference", describe(section.reference), f"no such key with {section.kind}"
-        )
+    if section.reference and section.reference not in space.references:
+        allowed = ", ".join(space.references) or f"no such key with {section.kind}"
+        yield Problem(f"{key}.reference", describe(section.reference), allowed)
 
 
 def _weights(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
