@@ -76,7 +76,9 @@ def _loss_and_attenuation(evidence: Evidence, published: Published, tests: int) 
 def _noised(evidence: Evidence) -> pd.DataFrame:
     """Success of replays under the same noise in every cell, with regions."""
     table = evidence.table("noise", ("kp", "kd", "condition", "success"), task=TASK)
-    cells = table[table.condition == "same"].groupby(["kp", "kd"], as_index=False).success.mean()
+    same = table[table.condition == "same"]
+    cells = same.assign(success=same.success.astype(float))
+    cells = cells.groupby(["kp", "kd"], as_index=False).success.mean()
     return cells.assign(region=splits()["cloning"].regions(cells.kp, cells.kd))
 
 

@@ -13,14 +13,16 @@ if TYPE_CHECKING:
 
 # by kind, below results/STUDY; the first that matches a path is its kind
 PATTERNS = {
-    "training": "sim_to_real/{condition}/{cell}/seed_{seed}.parquet",
+    "training": "sim_to_real/{condition}/{cell}/seed{seed}/training.parquet",
+    "training_again": "sim_to_real/{condition}/{cell}/seed_{seed}.parquet",
     "trials": "sim_to_real/{condition}/{cell}/trials.parquet",
     "transfer": "sim_to_real/{condition}/rollouts.parquet",
     "policies": "sim_to_real/{condition}/cells.parquet",
     "identification": "sim_to_real/identification.parquet",
-    "variance": "attenuation/variance.parquet",
-    "stiffness": "decoupling/stiffness.parquet",
-    "noise": "{task}/noise.parquet",
+    "variance": "attenuation/held_noise.parquet",
+    "stiffness": "decoupling/trainings.parquet",
+    "decision": "tables/transfer_decision_{condition}.csv",
+    "noise": "{task}/noise/{cell}/noisy_replays.parquet",
     "fidelity": "{task}/fidelity/{cell}.parquet",
     "cloning": "{task}/{variant}/cells.parquet",
     "cloning_nominal": "{task}/cells.parquet",
@@ -57,6 +59,7 @@ def source_of(path: Path | str) -> Source | None:
             fields = match.groupdict()
             if kind == "cloning_nominal":
                 kind, fields = "cloning", fields | {"variant": "nominal"}
+            kind = "training" if kind == "training_again" else kind
             return Source(Path(path), parts[at + 1], kind, tuple(sorted(fields.items())))
     return None
 

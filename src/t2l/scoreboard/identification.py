@@ -14,11 +14,9 @@ RULE = "S* of cells, one-sided Mann-Whitney"
 
 
 def errors(evidence: Evidence) -> pd.DataFrame:
-    """A row a cell: kp, kd, region, error (S*)."""
-    table = evidence.table("identification", ("kp", "kd", "mse_rad2"))
-    return table.assign(
-        error=table.mse_rad2, region=splits()["transfer"].regions(table.kp, table.kd)
-    )
+    """A row a cell: kp, kd, region, error: S* over positions and velocities."""
+    table = evidence.table("identification", ("kp", "kd", "s_star"))
+    return table.assign(error=table.s_star, region=splits()["transfer"].regions(table.kp, table.kd))
 
 
 def _parts(evidence: Evidence, region: str) -> tuple[np.ndarray, np.ndarray]:
@@ -29,7 +27,7 @@ def _parts(evidence: Evidence, region: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _so_lowest(evidence: Evidence, published: Published, tests: int) -> Finding:
     so, rest = _parts(evidence, "SO")
-    return among(greater(rest, so, tests=tests), "{:.2g} and {:.2g} rad²", so, rest)
+    return among(greater(rest, so, tests=tests), "{:.2g} and {:.2g}", so, rest)
 
 
 def _factor(evidence: Evidence, published: Published, tests: int) -> Finding:
@@ -40,7 +38,7 @@ def _factor(evidence: Evidence, published: Published, tests: int) -> Finding:
 
 def _co_highest(evidence: Evidence, published: Published, tests: int) -> Finding:
     co, rest = _parts(evidence, "CO")
-    return among(greater(co, rest, tests=tests), "{:.2g} and {:.2g} rad²", co, rest)
+    return among(greater(co, rest, tests=tests), "{:.2g} and {:.2g}", co, rest)
 
 
 CLAIMS = [
