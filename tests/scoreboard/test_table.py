@@ -34,7 +34,13 @@ def test_the_table_has_a_row_a_claim_and_prints_no_p_that_says_nothing():
     assert row.Ours.startswith("81.")
     told = table.verdict.isin(["reproduced", "not reproduced"])
     assert (printed.p[~told] == "").all()
-    assert "%" not in to_latex(printed).replace(r"\%", "")
+
+
+def test_the_table_is_latex_too():
+    text = to_latex(printable_scoreboard(scoreboard(evidence())))
+    assert text.isascii()
+    for sign in "%_&":
+        assert sign not in text.replace(f"\\{sign}", "").replace(" & ", ""), sign
 
 
 def test_the_page_escapes_what_it_shows():

@@ -81,8 +81,11 @@ def test_a_number_lies_between_bounds_or_not_or_it_is_open():
     assert within(mean, values, low=2.0).verdict is NO
     assert within(mean, values, high=0.5).verdict is NO
     assert within(mean, values, high=1.0).verdict is OPEN
-    # two units show no spread
-    assert within(mean, values[:2], low=0.5).verdict is OPEN
+    # the lowest of three comes three times with 1/27 > 2.5 %, the lowest of four with 1/256
+    assert within(mean, values[:3], low=0.5).verdict is OPEN
+    assert within(mean, values[:4], low=0.5).verdict is YES
+    # two units show no spread, however many others there are
+    assert within(ratio, values[:2], values, low=0.5).verdict is OPEN
     assert within(ratio, 10 * values, values, low=9, high=11).value == pytest.approx(10)
 
 

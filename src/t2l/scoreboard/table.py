@@ -14,7 +14,7 @@ from t2l.scoreboard import (
 )
 from t2l.scoreboard.claim import Claim
 from t2l.scoreboard.evidence import Evidence
-from t2l.stats.text import latex, p_value
+from t2l.stats.text import p_value
 
 CHAINS: dict[str, list[Claim]] = {
     "Stiffness of task and controller": decoupling.CLAIMS,
@@ -30,6 +30,12 @@ COLUMNS = (
     *("chain", "id", "section", "statement", "theirs", "ours", "value", "lower", "upper", "unit"),
     *("n", "rule", "null", "alpha", "tests", "p", "verdict", "note"),
 )
+
+# that LaTeX does not read as text
+_SIGNS = {
+    "−": "-", "²": "^2", "√": r"\surd", "σ": r"\sigma", "δ": r"\delta", "ρ": r"\rho", "·": r"\cdot",
+    "α": r"\alpha", "χ": r"\chi", "×": r"\times", "<": "<",
+}  # fmt: skip
 
 
 def scoreboard(evidence: Evidence) -> pd.DataFrame:
@@ -64,8 +70,12 @@ def printable_scoreboard(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def to_latex(printed: pd.DataFrame) -> str:
-    """A booktabs tabular of `printable_scoreboard`'s table."""
-    return latex(printed, {"p": "$p$", "n": "$n$"})
+    """A booktabs tabular of `printable_scoreboard`'s table, with columns that wrap."""
+    columns = "p{5cm}p{2cm}p{4cm}p{3cm}lrrl"
+    text = printed.to_latex(index=False, column_format=columns, escape=True)
+    for sign, command in _SIGNS.items():
+        text = text.replace(sign, f"${command}$")
+    return text
 
 
 def counts(table: pd.DataFrame) -> dict[str, int]:

@@ -1,7 +1,7 @@
 """Intervals by resampling units of replication (Efron and Tibshirani 1993, percentile method)."""
 
 from collections.abc import Callable
-from math import comb, nan
+from math import nan
 
 import numpy as np
 
@@ -53,8 +53,5 @@ def ratio(values: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def _enough(sizes: list[int]) -> bool:
-    """Whether resampling has more distinct outcomes than one in 2.5 % needs."""
-    if min(sizes) < FEWEST:
-        return False
-    # of n units there are C(2n − 1, n) distinct resamples
-    return np.prod([float(comb(2 * n - 1, n)) for n in sizes]) >= 1 / ENDS[0]
+    """Whether the rarest resamples, the lowest unit n times, are rarer than the interval's ends."""
+    return min(sizes) >= FEWEST and np.prod([float(n) ** -n for n in sizes]) < ENDS[0]
