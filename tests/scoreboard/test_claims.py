@@ -29,7 +29,7 @@ FIVE = [(16, 2), (16, 24), (128, 8), (512, 2), (512, 24)]
 def verdict(key, **tables):
     found = CLAIMS[key].finding(evidence(**tables))
     assert found.p <= 1 or isnan(found.p)
-    assert isnan(found.p) or found.verdict in (YES, NO)
+    assert isnan(found.p) or found.verdict is not NOT_RUN
     return found.verdict
 
 
@@ -71,6 +71,17 @@ def test_a_variant_has_a_row_of_its_own(variant):
     tables = {f"block_stack__{variant}__cells": cloning(CO=0.8)}
     assert verdict(keys[variant], **tables) is YES
     assert verdict("co_block_stack", **tables) is NOT_RUN
+
+
+def test_data_that_agree_with_the_study_and_with_nothing_cannot_tell():
+    """A rise of the study's size that cells scatter as much around is neither."""
+    table = cloning()
+    table["success"] = 0.3 + 0.25 * np.cos(np.arange(16) * 2.0)
+    table["validation_mse_rad2"] = 1.0
+    path = "block_stack__nominal__cells"
+    assert verdict("compliant_once_overdamped", **{path: table}) is OPEN
+    # the same mean without the scatter excludes it
+    assert verdict("compliant_once_overdamped", **{path: cloning()}) is NO
 
 
 def _loss(sign):

@@ -49,6 +49,20 @@ def test_a_correction_may_take_the_decision_away():
     assert greater(HIGH, LOW[:4], tests=6).verdict is OPEN
 
 
+def test_what_reaches_the_study_s_number_is_not_refuted():
+    draw = np.random.default_rng(3)
+    wide, narrow = draw.normal(0, 1, 20), draw.normal(0, 0.01, 20)
+    # 0.5 lies within the interval of a difference of ten and ten wide ones, not of narrow ones
+    assert greater(wide[:10], wide[10:], claimed=0.5).verdict is OPEN
+    assert greater(wide[:10], wide[10:], claimed=0.5).p > 0.05
+    assert greater(narrow[:10], narrow[10:], claimed=0.5).verdict is NO
+    assert greater(wide[:10], wide[10:]).verdict is NO
+    assert signed(0.1, 0.1, 10, +1, 13, claimed=0.3).verdict is OPEN
+    assert signed(0.1, 0.1, 10, +1, 13, claimed=0.5).verdict is NO
+    assert signed(-0.1, 0.1, 10, -1, 13, claimed=-0.3).verdict is OPEN
+    assert signed(0.5, 0.1, 10, -1, 13, claimed=-0.3).verdict is NO
+
+
 def test_differences_within_units():
     assert paired_greater(np.array([0.1, 0.2, 0.3, 0.1, 0.4])).verdict is YES
     assert paired_greater(np.array([0.1, -0.2, 0.3, -0.1, 0.0])).verdict is NO

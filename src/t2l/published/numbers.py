@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
+from math import nan
 
 import numpy as np
 import yaml
@@ -24,6 +25,11 @@ class Published:
     theirs: str
     values: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
+
+    @property
+    def effect(self) -> float:
+        """The size of what is claimed, in the rule's unit; NaN where the study has no number."""
+        return self.values.get("effect", nan)
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,8 @@ def _with_errors(evidence: Evidence) -> pd.DataFrame:
 
 def _effective(evidence: Evidence, published: Published, tests: int) -> Finding:
     cells = _with_errors(evidence)
-    return correlated(cells.effective, cells.success, -1, tests=tests)
+    x, y = cells.effective, cells.success
+    return correlated(x, y, -1, tests=tests, claimed=published.effect)
 
 
 def _beats_loss(evidence: Evidence, published: Published, tests: int) -> Finding:

@@ -46,7 +46,7 @@ def co_beats_rest(variant: str = NOMINAL, task: str = TASK) -> Judge:
         cells = cells_of(evidence, variant, task)
         co = cells[cells.region == "CO"].success.to_numpy()
         rest = cells[cells.region != "CO"].success.to_numpy()
-        return percents(greater(co, rest, tests=tests), co, rest)
+        return percents(greater(co, rest, tests=tests, claimed=published.effect), co, rest)
 
     return judge
 
@@ -56,7 +56,7 @@ def _against(region: str) -> Judge:
         cells = cells_of(evidence)
         co = cells[cells.region == "CO"].success.to_numpy()
         other = cells[cells.region == region].success.to_numpy()
-        return percents(greater(co, other, tests=tests), co, other)
+        return percents(greater(co, other, tests=tests, claimed=published.effect), co, other)
 
     return judge
 
@@ -66,7 +66,8 @@ def _slope(gain: str, sign: int) -> Judge:
         cells = cells_of(evidence)
         fit = share_slopes(cells.kp, cells.kd, cells.successes, cells.rollouts)
         value, error = getattr(fit, gain), getattr(fit, f"{gain}_error")
-        return signed(value, error, fit.freedom, sign, len(cells), tests=tests)
+        n, claimed = len(cells), published.effect
+        return signed(value, error, fit.freedom, sign, n, tests=tests, claimed=claimed)
 
     return judge
 
@@ -81,7 +82,8 @@ def _loss_by_stiffness(evidence: Evidence, published: Published, tests: int) -> 
 
 def _loss_and_success(evidence: Evidence, published: Published, tests: int) -> Finding:
     cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
-    return correlated(cells.validation_mse_rad2, cells.success, +1, tests=tests)
+    x, y = cells.validation_mse_rad2, cells.success
+    return correlated(x, y, +1, tests=tests, claimed=published.effect)
 
 
 def _replays(evidence: Evidence) -> pd.DataFrame:

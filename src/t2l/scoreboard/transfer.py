@@ -62,8 +62,10 @@ def _groups(cells: pd.DataFrame, column: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _error(condition: str) -> Judge:
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
-        so, rest = _groups(cells_of(evidence, condition, "trajectory_error"), "trajectory_error")
-        found = greater(so, rest, tests=tests)
+        cells = cells_of(evidence, condition, "trajectory_error")
+        so, rest = _groups(cells[cells.trajectory_error > 0], "trajectory_error")
+        claimed = np.log(published.values["factor"])
+        found = greater(np.log(so), np.log(rest), tests=tests, claimed=claimed)
         return among(found, f"{{:.3g}} ({len(so)}) and {{:.3g}} ({len(rest)})", so, rest)
 
     return judge
@@ -74,8 +76,13 @@ def _slopes(condition: str) -> Judge:
         cells = cells_of(evidence, condition, "trajectory_error")
         cells = cells[cells.trajectory_error > 0]
         fit = log_slopes(cells.kp, cells.kd, cells.trajectory_error)
-        parts = ((fit.kp, fit.kp_error), (fit.kd, fit.kd_error))
-        found = every([signed(*part, fit.freedom, +1, len(cells)) for part in parts])
+        parts = (("kp", fit.kp, fit.kp_error), ("kd", fit.kd, fit.kd_error))
+        found = every(
+            [
+                signed(*part, fit.freedom, +1, len(cells), claimed=published.values[gain])
+                for gain, *part in parts
+            ]
+        )
         return among(found, "{:+.3f} and {:+.3f}", [fit.kp], [fit.kd])
 
     return judge
@@ -119,7 +126,8 @@ def _by_rate(evidence: Evidence, names: list[str]) -> pd.DataFrame:
 
 def _rate(evidence: Evidence, published: Published, tests: int) -> Finding:
     table = _by_rate(evidence, ["joint_reach_100_hz", "joint_reach_10_hz"])
-    found = paired_greater((table[100] - table[10]).to_numpy(), tests=tests)
+    fall = (table[100] - table[10]).to_numpy()
+    found = paired_greater(fall, tests=tests, claimed=published.effect)
     return percents(found, table[100], table[10])
 
 
@@ -173,7 +181,7 @@ CLAIMS = [
             f"transfer_{name}",
             f"{title}: the error of transfer is greatest at stiff, overdamped gains.",
             CELLS,
-            "E of cells in SO against all others, one-sided Mann-Whitney",
+            "ln E of cells in SO against all others, one-sided Mann-Whitney",
             "E in SO is not greater than outside",
             _error(name),
             tests=len(CONDITIONS),

@@ -1,8 +1,8 @@
 """Rules that turn numbers of independent units into a verdict about a claim.
 
 Each rule first asks whether the design can decide at all: if not, `cannot be told`, and no p. A
-claim that the design could have shown and did not is `not reproduced`; this does not say that the
-opposite is true.
+test that does not reject leaves the claim `not reproduced`, unless the 95 % interval reaches what the
+study claims: then the data agree with it as well as with nothing, and it cannot be told.
 """
 
 from collections.abc import Callable, Sequence
@@ -53,36 +53,51 @@ class Finding:
 
 
 def greater(
-    inside: np.ndarray, outside: np.ndarray, alpha: float = ALPHA, tests: int = 1
+    inside: np.ndarray,
+    outside: np.ndarray,
+    alpha: float = ALPHA,
+    tests: int = 1,
+    claimed: float = nan,
 ) -> Finding:
     """Units inside have the greater values: one-sided Mann-Whitney test.
 
     `value` is the difference of the means, its interval a bootstrap over units.
+
+    Args:
+        claimed: that difference in the study, where it has one.
     """
     least = least_attainable_p(len(inside), len(outside), tests)
     p = bonferroni(rank_sum_p(inside, outside), tests)
     value = difference(inside, outside) if len(inside) and len(outside) else nan
     interval = bootstrap_interval(difference, inside, outside)
-    return _tested(p, least, alpha, len(inside) + len(outside), value, interval)
+    return _tested(p, least, alpha, len(inside) + len(outside), value, interval, claimed)
 
 
-def paired_greater(differences: np.ndarray, alpha: float = ALPHA, tests: int = 1) -> Finding:
+def paired_greater(
+    differences: np.ndarray, alpha: float = ALPHA, tests: int = 1, claimed: float = nan
+) -> Finding:
     """Differences within units are above zero on average: one-sided sign-flip test."""
     differences = np.asarray(differences, float)
     least = least_sign_p(len(differences), tests)
     p = bonferroni(sign_flip_p(differences), tests)
     value = differences.mean() if len(differences) else nan
     interval = bootstrap_interval(mean, differences)
-    return _tested(p, least, alpha, len(differences), value, interval)
+    return _tested(p, least, alpha, len(differences), value, interval, claimed)
 
 
 def correlated(
-    x: np.ndarray, y: np.ndarray, sign: int, alpha: float = ALPHA, tests: int = 1
+    x: np.ndarray,
+    y: np.ndarray,
+    sign: int,
+    alpha: float = ALPHA,
+    tests: int = 1,
+    claimed: float = nan,
 ) -> Finding:
     """Spearman's ρ of units has the claimed sign: one-sided; its interval by bootstrap."""
     rho, p = rank_correlation(x, y, sign)
     interval = bootstrap_interval(spearman, x, y, paired=True)
-    return _tested(bonferroni(p, tests), least_rank_p(len(x), tests), alpha, len(x), rho, interval)
+    p, least = bonferroni(p, tests), least_rank_p(len(x), tests)
+    return _tested(p, least, alpha, len(x), rho, interval, claimed, sign)
 
 
 def signed(
@@ -93,13 +108,14 @@ def signed(
     n: int,
     alpha: float = ALPHA,
     tests: int = 1,
+    claimed: float = nan,
 ) -> Finding:
     """A slope has the claimed sign: one-sided t test with `freedom` degrees of freedom."""
     if freedom < FEWEST_FREEDOM or isnan(value) or not error > 0:
         return Finding(Verdict.CANNOT_TELL, n, value)
     p = bonferroni(float(t.sf(sign * value / error, freedom)), tests)
     half = float(t.ppf(0.975, freedom)) * error
-    return _tested(p, 0.0, alpha, n, value, (value - half, value + half))
+    return _tested(p, 0.0, alpha, n, value, (value - half, value + half), claimed, sign)
 
 
 def within(
@@ -202,10 +218,18 @@ def _homogeneity(successes: np.ndarray, trials: np.ndarray) -> float:
 
 
 def _tested(
-    p: float, least: float, alpha: float, n: int, value: float, interval: tuple[float, float]
+    p: float,
+    least: float,
+    alpha: float,
+    n: int,
+    value: float,
+    interval: tuple[float, float],
+    claimed: float = nan,
+    sign: int = 1,
 ) -> Finding:
     shown = reportable(p, least, alpha)
-    if isnan(shown):
+    reaches = interval[1] >= claimed if sign > 0 else interval[0] <= claimed
+    if isnan(shown) or (p > alpha and reaches):
         verdict = Verdict.CANNOT_TELL
     else:
         verdict = Verdict.REPRODUCED if p <= alpha else Verdict.NOT_REPRODUCED
