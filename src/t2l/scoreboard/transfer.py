@@ -8,7 +8,7 @@ from t2l.scoreboard import identification
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
-from t2l.stats.bootstrap import mean
+from t2l.stats.bootstrap import log_ratio, mean
 from t2l.stats.slopes import log_slopes
 from t2l.stats.verdict import (
     Finding,
@@ -65,7 +65,7 @@ def _error(condition: str) -> Judge:
         cells = cells_of(evidence, condition, "trajectory_error")
         so, rest = _groups(cells[cells.trajectory_error > 0], "trajectory_error")
         claimed = np.log(published.values["factor"])
-        found = greater(np.log(so), np.log(rest), tests=tests, claimed=claimed)
+        found = greater(so, rest, tests=tests, claimed=claimed, statistic=log_ratio)
         return among(found, f"{{:.3g}} ({len(so)}) and {{:.3g}} ({len(rest)})", so, rest)
 
     return judge
@@ -181,7 +181,7 @@ CLAIMS = [
             f"transfer_{name}",
             f"{title}: the error of transfer is greatest at stiff, overdamped gains.",
             CELLS,
-            "ln E of cells in SO against all others, one-sided Mann-Whitney",
+            "E of cells in SO against all others, one-sided Mann-Whitney",
             "E in SO is not greater than outside",
             _error(name),
             tests=len(CONDITIONS),

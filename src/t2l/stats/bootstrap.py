@@ -47,6 +47,11 @@ def difference(values: np.ndarray, others: np.ndarray) -> np.ndarray:
     return mean(values) - mean(others)
 
 
+def log_ratio(values: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Of the means of positive numbers, along the last axis."""
+    return np.log(mean(values)) - np.log(mean(others))
+
+
 def ratio(values: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Of the geometric means of positive numbers, along the last axis."""
     return np.exp(difference(np.log(values), np.log(others)))

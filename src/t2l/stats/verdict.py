@@ -1,8 +1,8 @@
 """Rules that turn numbers of independent units into a verdict about a claim.
 
 Each rule first asks whether the design can decide at all: if not, `cannot be told`, and no p. A
-test that does not reject leaves the claim `not reproduced`, unless the 95 % interval reaches what the
-study claims: then the data agree with it as well as with nothing, and it cannot be told.
+test that does not reject leaves the claim `not reproduced`, unless the 95 % interval reaches what
+the study claims: then the data agree with it as well as with nothing, and it cannot be told.
 """
 
 from collections.abc import Callable, Sequence
@@ -58,18 +58,18 @@ def greater(
     alpha: float = ALPHA,
     tests: int = 1,
     claimed: float = nan,
+    statistic: Callable[..., np.ndarray] = difference,
 ) -> Finding:
     """Units inside have the greater values: one-sided Mann-Whitney test.
 
-    `value` is the difference of the means, its interval a bootstrap over units.
-
     Args:
-        claimed: that difference in the study, where it has one.
+        claimed: the size of the effect in the study, where it has one.
+        statistic: that size of ours, `value`; its interval is a bootstrap over units.
     """
     least = least_attainable_p(len(inside), len(outside), tests)
     p = bonferroni(rank_sum_p(inside, outside), tests)
-    value = difference(inside, outside) if len(inside) and len(outside) else nan
-    interval = bootstrap_interval(difference, inside, outside)
+    value = statistic(inside, outside) if len(inside) and len(outside) else nan
+    interval = bootstrap_interval(statistic, inside, outside)
     return _tested(p, least, alpha, len(inside) + len(outside), value, interval, claimed)
 
 
