@@ -73,6 +73,19 @@ def test_a_variant_has_a_row_of_its_own(variant):
     assert verdict("co_block_stack", **tables) is NOT_RUN
 
 
+@pytest.mark.parametrize(
+    ("key", "task"),
+    [
+        ("another_robot", "block_stack_ur5e"),
+        ("ablation_no_gravity_compensation", "block_stack_no_gravity_compensation"),
+    ],
+)
+def test_another_task_has_a_row_of_its_own(key, task):
+    tables = {f"{task}__nominal__cells": cloning(CO=0.8)}
+    assert verdict(key, **tables) is YES
+    assert verdict("co_block_stack", **tables) is NOT_RUN
+
+
 def test_data_that_agree_with_the_study_and_with_nothing_cannot_tell():
     """A rise of the study's size that cells scatter as much around is neither."""
     table = cloning()
@@ -115,11 +128,12 @@ def test_the_effective_error():
 
 def test_data_sizes():
     def tables(slope, cells=CLONING):
+        variants = {"demonstrations_25": 25, "nominal": 100, "demonstrations_400": 400}
         return {
-            f"block_stack__demonstrations_{n}__cells": cloning(
+            f"block_stack__{variant}__cells": cloning(
                 cells, CO=0.2 + slope * np.log2(n / 25), SO=0.2, CU=0.2, SU=0.2
-            )
-            for n in (25, 100, 400)
+            ).assign(replays=100)
+            for variant, n in variants.items()
         }
 
     assert verdict("scaling", **tables(0.1)) is YES
