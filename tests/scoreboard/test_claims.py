@@ -59,17 +59,17 @@ def test_the_project_s_own_first_grid_is_told_as_it_is():
 
 
 @pytest.mark.parametrize(
-    "variant", ["chunk_1", "history_1", "rate_10_hz", "no_gravity_compensation"]
+    ("key", "variant"),
+    [
+        ("ablation_chunk", "chunk_1"),
+        ("ablation_history", "history_1"),
+        ("ablation_10_hz", "rate_10_hz"),
+        ("ablation_joint_delta", "joint_deltas"),
+    ],
 )
-def test_a_variant_has_a_row_of_its_own(variant):
-    keys = {
-        "chunk_1": "ablation_chunk",
-        "history_1": "ablation_history",
-        "rate_10_hz": "ablation_10_hz",
-        "no_gravity_compensation": "ablation_no_gravity_compensation",
-    }
+def test_a_variant_has_a_row_of_its_own(key, variant):
     tables = {f"block_stack__{variant}__cells": cloning(CO=0.8)}
-    assert verdict(keys[variant], **tables) is YES
+    assert verdict(key, **tables) is YES
     assert verdict("co_block_stack", **tables) is NOT_RUN
 
 
