@@ -57,3 +57,5 @@ def test_the_page_counts_verdicts():
     table = pd.DataFrame(scoreboard(evidence(block_stack__nominal__cells=cloning(CO=0.8))))
     page = render(table, ["mine"], "fr3")
     assert f"<b>{counts(table)['reproduced']}</b><span>reproduced</span>" in page
+    row = table[table.id == "co_block_stack"].iloc[0]
+    assert f"effect {row.value:+.3g} ({row.lower:+.3g} to {row.upper:+.3g})" in page
