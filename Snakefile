@@ -19,6 +19,7 @@ include: "workflow/rules/statistics.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/sim_to_real.smk"
+include: "workflow/rules/scoreboard.smk"
 
 
 localrules:
@@ -35,6 +36,7 @@ rule all:
         TRANSFER_FIGURES,
         TABLES,
         TRANSFER_TABLES,
+        SCOREBOARD,
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
         DIAGNOSIS_RESULTS,
@@ -52,6 +54,7 @@ rule tables:
     input:
         TABLES,
         TRANSFER_TABLES,
+        SCOREBOARD,
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
 

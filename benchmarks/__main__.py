@@ -9,12 +9,13 @@ from benchmarks import (
     overhead,
     published,
     reinforcement,
+    rules,
     throughput,
 )
 
 BENCHMARKS = {
     module.__name__.split(".")[-1]: module
-    for module in (throughput, cell, overhead, reinforcement, diagnosis, hidden, published)
+    for module in (throughput, cell, overhead, reinforcement, diagnosis, hidden, published, rules)
 }
 
 

@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = [
-    {"cli", "config", "figures", "report", "stats"},
+    {"cli", "config", "figures", "report", "scoreboard", "stats"},
     {"bc", "diagnose", "rl", "transfer"},
     {"identify"},
     {"demos", "policies", "effects"},
@@ -21,8 +21,8 @@ LAYERS = [
     {"robots"},
     {"gains", "sim"},
     {
-        *("artefacts", "documents", "errors", "jobs", "names", "outputs", "registry", "seeds"),
-        *("typed", "version"),
+        *("artefacts", "documents", "errors", "jobs", "names", "outputs", "published", "registry"),
+        *("seeds", "typed", "version"),
     },
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

@@ -51,3 +51,8 @@ def test_conditions_are_checked(config, refused, keys, message):
 def test_tasks_are_named_once(config, refused):
     config["tasks"] = ["block_stack", "block_stack"]
     assert "config: tasks: found ['block_stack', 'block_stack']; allowed: a list" in refused(config)
+
+
+def test_a_scoreboard_reads_other_studies(config, refused):
+    config["scoreboard"] = {"studies": ["paper", config["study"]]}
+    assert "config: scoreboard.studies[1]: found" in refused(config)

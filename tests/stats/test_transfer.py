@@ -8,7 +8,6 @@ from t2l.stats.text import latex
 from t2l.stats.transfer import (
     HEADERS,
     existence_table,
-    greater,
     jitter_table,
     log_error_regression,
     printable_existence,
@@ -54,9 +53,9 @@ def test_what_two_cells_cannot_tell_is_not_told():
     table = table[table.kd == 1]
     fit = log_error_regression(*(table[c].to_numpy() for c in ("kp", "kd", "trajectory_error")))
     assert np.isnan(fit.kp)
-    assert np.isnan(greater(np.array([]), np.array([1.0])))
     printed = printable_transfer(transfer_table({"joint_reach": table}, GRID))
-    assert printed["β log2 Kp"][0] == printed["p (cells)"][0] == "undetermined"
+    assert printed["β log2 Kp"][0] == "undetermined"
+    assert printed["p (cells)"][0] == "cannot be told"
     assert printed["Error in G^SO"][0] == "no cells"
 
 
@@ -69,8 +68,31 @@ def test_the_table_compares_the_stiff_overdamped_cells_with_the_rest():
     assert table.error_so[0] == pytest.approx(error[inside].mean())
     single = mannwhitneyu(error[inside], error[~inside], alternative="greater").pvalue
     assert table.p_rollouts[0] == pytest.approx(2 * single)
-    assert table.p_rollouts[0] < 0.001 < table.p_cells[0] < 0.1
-    assert table.p_rollouts[1] == table.p_cells[1] == 1.0
+    assert table.p_rollouts[0] < 0.001
+    assert table.p_rollouts[1] == 1.0
+
+
+def test_cells_are_judged_only_where_they_could_decide():
+    """Two of nine cells attain 1/36, and twice that where two conditions are compared."""
+    rising, falling = rollouts(slope_kd=0.4), rollouts(slope_kp=-0.5, slope_kd=-0.5)
+    alone = transfer_table({"one": rising}, GRID)
+    assert (alone.cells_so[0], alone.cells_rest[0]) == (2, 7)
+    assert alone.p_cells[0] == pytest.approx(1 / 36)
+    both = transfer_table({"one": rising, "other": falling}, GRID)
+    assert both.least_p_cells.tolist() == pytest.approx([2 / 36, 2 / 36])
+    assert both.p_cells.isna().all()
+
+
+@pytest.mark.parametrize("slope", [-1.0, 0.0, 1.0])
+def test_corners_and_centre_cannot_tell_whatever_the_data(slope):
+    """One cell in G^SO against four: the least p is 0.2, and 1.000 for six conditions."""
+    table = rollouts(slope_kp=slope, slope_kd=slope)
+    corner = table.kp.isin([16, 512]) & table.kd.isin([1, 24])
+    five = table[corner | ((table.kp == 128) & (table.kd == 8))]
+    found = transfer_table({f"condition_{i}": five for i in range(6)}, GRID)
+    assert found.p_cells.isna().all()
+    assert set(printable_transfer(found)["p (cells)"]) == {"cannot be told"}
+    assert set(printable_transfer(found)["Cells"]) == {"1 + 4"}
 
 
 def test_rollouts_without_an_error_are_left_out():

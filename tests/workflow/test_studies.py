@@ -7,8 +7,8 @@ import pytest
 from tests.conftest import ROOT
 
 JOBS = {
-    "config": 119, "joint_deltas": 72, "paper": 1295, "smoke": 54, "transfer_conditions": 199,
-    "transfer_grid": 199, "ur5e": 95,
+    "config": 120, "joint_deltas": 73, "paper": 1296, "smoke": 55, "transfer_conditions": 200,
+    "transfer_grid": 200, "ur5e": 96,
 }  # fmt: skip
 
 

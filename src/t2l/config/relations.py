@@ -35,6 +35,7 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_weights(configuration, tasks),
         *_algorithm(configuration),
         *_workspace(configuration),
+        *_scoreboard(configuration),
     ]
 
 
@@ -49,6 +50,13 @@ def _regions(configuration: Configuration) -> Iterator[Problem]:
                 f"put {sum(inside)} of {len(inside)} cells into the compliant, overdamped region",
                 "a split with at least one cell on either side",
             )
+
+
+def _scoreboard(configuration: Configuration) -> Iterator[Problem]:
+    section = configuration.scoreboard
+    if section and configuration.study in section.studies:
+        at = section.studies.index(configuration.study)
+        yield Problem(f"scoreboard.studies[{at}]", describe(configuration.study), "another study")
 
 
 def _counts(configuration: Configuration) -> Iterator[Problem]:

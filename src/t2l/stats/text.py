@@ -20,6 +20,11 @@ def p_value(p: float) -> str:
     return "undetermined" if pd.isna(p) else ("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
+def p_over_cells(p: float) -> str:
+    """A p value that is only known where the design can attain its level."""
+    return "cannot be told" if pd.isna(p) else p_value(p)
+
+
 def latex(printed: pd.DataFrame, headers: Mapping[str, str]) -> str:
     """A booktabs tabular of a table of text, with some headers replaced."""
     cells = printed.replace(

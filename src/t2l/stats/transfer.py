@@ -6,13 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 import statsmodels.api as sm
-from scipy.stats import mannwhitneyu
 from statsmodels.stats.proportion import proportion_confint
 
 from t2l.gains import Cell, Grid
 from t2l.names import heading
+from t2l.stats.attainable import least_attainable_p, reportable
 from t2l.stats.barnard import bonferroni
-from t2l.stats.text import estimate, p_value, rate
+from t2l.stats.rank_tests import rank_sum_p
+from t2l.stats.text import estimate, p_over_cells, p_value, rate
+from t2l.stats.verdict import ALPHA
 
 COLUMNS = ("kp", "kd", "trajectory_error", "jitter_failure", "jitter_failure_sim")
 # of columns that LaTeX writes otherwise
@@ -62,14 +64,9 @@ def log_error_regression(kp: np.ndarray, kd: np.ndarray, error: np.ndarray) -> L
     return LogErrorFit(*fit.params, *fit.bse[1:])
 
 
-def greater(values: np.ndarray, others: np.ndarray) -> float:
-    """One-sided p of the Mann-Whitney U test that `values` are the greater; NaN without either."""
-    if not len(values) or not len(others):
-        return float("nan")
-    return float(mannwhitneyu(values, others, alternative="greater").pvalue)
-
-
-def transfer_table(rollouts: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataFrame:
+def transfer_table(
+    rollouts: Mapping[str, pd.DataFrame], grid: Grid, alpha: float = ALPHA
+) -> pd.DataFrame:
     """Error in the stiff, overdamped region G^SO and outside it, and what gains do to it.
 
     Args:
@@ -79,7 +76,9 @@ def transfer_table(rollouts: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataF
         One row a condition: error_so, error_rest as means over rollouts, how many of them; beta_kp,
         beta_kd of ln error per doubling with standard errors; p_rollouts and p_cells of the
         one-sided Mann-Whitney U test that error is greater in G^SO, over rollouts as in the study
-        and over the cells' geometric means, Bonferroni-corrected for the conditions.
+        and over the cells' geometric means, Bonferroni-corrected for the conditions. cells_so and
+        cells_rest say over how many, least_p_cells what they can attain at best; where that
+        exceeds α, p_cells is NaN.
     """
     rows = []
     for name, table in rollouts.items():
@@ -89,6 +88,9 @@ def transfer_table(rollouts: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataF
         fit = log_error_regression(known.kp.to_numpy(), known.kd.to_numpy(), error)
         cells = known.assign(log=np.log(error)).groupby(["kp", "kd"], as_index=False)["log"].mean()
         among = _stiff_overdamped(cells, grid)
+        n_so, n_rest, tests = int(among.sum()), int((~among).sum()), len(rollouts)
+        p_cells = bonferroni(rank_sum_p(cells.log[among], cells.log[~among]), tests)
+        least = least_attainable_p(n_so, n_rest, tests)
         rows.append(
             {
                 "condition": name,
@@ -100,8 +102,11 @@ def transfer_table(rollouts: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataF
                 "beta_kp_se": fit.kp_error,
                 "beta_kd": fit.kd,
                 "beta_kd_se": fit.kd_error,
-                "p_rollouts": bonferroni(greater(error[inside], error[~inside]), len(rollouts)),
-                "p_cells": bonferroni(greater(cells.log[among], cells.log[~among]), len(rollouts)),
+                "p_rollouts": bonferroni(rank_sum_p(error[inside], error[~inside]), tests),
+                "cells_so": n_so,
+                "cells_rest": n_rest,
+                "least_p_cells": least,
+                "p_cells": reportable(p_cells, least, alpha),
             }
         )
     return pd.DataFrame(rows)
@@ -170,7 +175,10 @@ def printable_transfer(table: pd.DataFrame) -> pd.DataFrame:
                 estimate(*row) for row in zip(table.beta_kd, table.beta_kd_se, strict=True)
             ],
             "p (rollouts)": [p_value(p) for p in table.p_rollouts],
-            "p (cells)": [p_value(p) for p in table.p_cells],
+            "Cells": [
+                f"{so} + {rest}" for so, rest in zip(table.cells_so, table.cells_rest, strict=True)
+            ],
+            "p (cells)": [p_over_cells(p) for p in table.p_cells],
         }
     )
 

@@ -15,6 +15,7 @@ from t2l.config.models.cloning import (
     Variant,
 )
 from t2l.config.models.diagnosis import Diagnosis
+from t2l.config.models.scoreboard import Scoreboard
 from t2l.config.models.transfer import (
     Deployment,
     Identification,
@@ -110,6 +111,11 @@ class Configuration(Typed):
     deployment: Deployment = _section(Deployment, "rollouts of tuned policies")
     sample_efficiency: SampleEfficiency = _section(
         SampleEfficiency, "training again at the corners, with the tuned action scales"
+    )
+    scoreboard: Annotated[Scoreboard | None, Given] = Field(
+        None,
+        description="what else the table of the study's statements is made of; without this "
+        "section it is made of this study's results alone",
     )
     diagnosis: Annotated[Diagnosis | None, Given] = Field(
         None,

@@ -1,0 +1,16 @@
+"""The section of the scoreboard."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from t2l.typed import Name, Typed, Unique
+
+
+class Scoreboard(Typed):
+    """What its claims are judged by."""
+
+    studies: Annotated[list[Name], Field(min_length=1, max_length=100), Unique] = Field(
+        description="names of other studies whose results in `results/` are read where this one "
+        "has none, the first that has a table; those that were not run are left out"
+    )

@@ -1,0 +1,1 @@
+"""What the study has published: numbers, each with the section that it stands in."""

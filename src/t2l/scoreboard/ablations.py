@@ -1,0 +1,102 @@
+"""Claims that behaviour cloning prefers the same gains whatever else is varied."""
+
+import re
+
+import numpy as np
+import pandas as pd
+
+from t2l.published.numbers import Published
+from t2l.scoreboard.claim import Claim
+from t2l.scoreboard.cloning import (
+    CELLS,
+    CO_REST,
+    CO_REST_NULL,
+    NOMINAL,
+    TASK,
+    cells_of,
+    co_beats_rest,
+)
+from t2l.scoreboard.evidence import AbsentError, Evidence
+from t2l.scoreboard.words import among
+from t2l.stats.verdict import Finding, greater
+
+# a claim, what is varied, and the variant of cloning that a study calls so
+VARIANTS = {
+    "ablation_regression": ("policies that regress", "regression"),
+    "ablation_diffusion": ("diffusion policies", "diffusion"),
+    "ablation_transformer": ("Transformers", "transformer"),
+    "ablation_history": ("policies without a history of observations", "history_1"),
+    "ablation_chunk": ("single actions instead of chunks", "chunk_1"),
+    "ablation_images": ("images instead of states", "images"),
+    "ablation_joint_delta": ("joint changes as actions", "joint_deltas"),
+    "ablation_task_space": ("task-space control", "task_space"),
+    "ablation_10_hz": ("policies at 10 Hz", "rate_10_hz"),
+    "ablation_50_demonstrations": ("50 demonstrations", "demonstrations_50"),
+    "ablation_900_demonstrations": ("900 demonstrations", "demonstrations_900"),
+}
+SIZES = re.compile(r"demonstrations_(\d+)")
+FEWEST_SIZES = 3  # two would fit any line
+
+
+def slopes(success: pd.DataFrame) -> np.ndarray:
+    """(n,) change of success per doubling of the demonstrations, least squares a cell.
+
+    Args:
+        success: a row a cell, a column a number of demonstrations.
+    """
+    x = np.log2(np.asarray(success.columns, float))
+    x = x - x.mean()
+    return (success.to_numpy() @ x) / (x @ x)
+
+
+def _scaling(evidence: Evidence, published: Published, tests: int) -> Finding:
+    # the nominal replays every demonstration once
+    nominal = evidence.table("cloning", ("replays",), task=TASK, variant=NOMINAL)
+    sizes = {int(nominal.replays.max()): NOMINAL} | {
+        int(match[1]): name
+        for name in evidence.names("cloning", "variant")
+        if (match := SIZES.fullmatch(name))
+    }
+    if len(sizes) < FEWEST_SIZES:
+        raise AbsentError(f"fewer than {FEWEST_SIZES} numbers of demonstrations")
+    rows = pd.concat([cells_of(evidence, name).assign(size=n) for n, name in sizes.items()])
+    table = rows.pivot(index=["region", "kp", "kd"], columns="size", values="success").dropna()
+    co = table.index.get_level_values("region") == "CO"
+    slope = slopes(table)
+    found = greater(slope[co], slope[~co], tests=tests)
+    return among(found, "{:+.3f} and {:+.3f} per doubling", slope[co], slope[~co])
+
+
+def _persists(key: str, what: str, variant: str) -> Claim:
+    statement = f"With {what}, compliant, overdamped gains still succeed more often."
+    return Claim(key, statement, CELLS, CO_REST, CO_REST_NULL, co_beats_rest(variant))
+
+
+CLAIMS = [
+    *(_persists(key, *names) for key, names in VARIANTS.items()),
+    Claim(
+        "ablation_no_gravity_compensation",
+        "Without gravity compensation, compliant, overdamped gains still succeed more often.",
+        CELLS,
+        CO_REST,
+        CO_REST_NULL,
+        co_beats_rest(task=f"{TASK}_no_gravity_compensation"),
+    ),
+    Claim(
+        "another_robot",
+        "On a UR, compliant, overdamped gains succeed more often.",
+        CELLS,
+        CO_REST,
+        CO_REST_NULL,
+        co_beats_rest(task=f"{TASK}_ur5e"),
+    ),
+    Claim(
+        "scaling",
+        "Success grows faster with the number of demonstrations at compliant, overdamped gains.",
+        CELLS,
+        "slope of success per doubling, cells in CO against all others, one-sided Mann-Whitney",
+        "the slope in CO is not greater than outside",
+        _scaling,
+    ),
+    Claim("stiff_datasets", "Large public data sets were recorded with stiff gains."),
+]

@@ -1,0 +1,155 @@
+"""Claims about noise on actions: the theorem, its corollary, replays under noise."""
+
+import numpy as np
+import pandas as pd
+
+from t2l.published.numbers import Published, splits
+from t2l.scoreboard.claim import Claim
+from t2l.scoreboard.cloning import CELLS, NOMINAL, TASK, cells_of
+from t2l.scoreboard.evidence import AbsentError, Evidence
+from t2l.scoreboard.words import among, percents
+from t2l.stats.bootstrap import mean
+from t2l.stats.rank_tests import spearman
+from t2l.stats.verdict import Finding, correlated, every_at_most, greater, within
+
+VARIANCE_COLUMNS = ("plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "variance_rad2")
+
+
+def _variances(evidence: Evidence, published: Published) -> pd.DataFrame:
+    """Simulated variances with the theorem's: σ² h Kp / (2 Kd), h the time an error is held."""
+    table = evidence.table("variance", VARIANCE_COLUMNS)
+    held = table.hold_s * table.kp / (2 * table.kd)
+    table = table.assign(ratio=table.variance_rad2 / (table.noise_rad**2 * held))
+    # where an error is held for long beside the motion that it causes, white noise is no model
+    short = table[held < published.values["time_ratio"]]
+    if short.empty:
+        raise AbsentError("no cell in which the hold is short")
+    return short
+
+
+def _theorem(evidence: Evidence, published: Published, tests: int) -> Finding:
+    table = _variances(evidence, published)
+    found = every_at_most(np.abs(table.ratio - 1), published.values["error"])
+    return among(found, "wrong by at most {:.1%}", [found.value])
+
+
+def _mass(evidence: Evidence, published: Published, tests: int) -> Finding:
+    groups = _variances(evidence, published).groupby(["kp", "kd", "hold_s"]).ratio
+    spread = (groups.max() / groups.min() - 1)[groups.size() > 1]
+    if spread.empty:
+        raise AbsentError("one inertia only")
+    found = every_at_most(spread.to_numpy(), published.values["spread"])
+    return among(found, "differs by at most {:.1%}", [found.value])
+
+
+def _with_errors(evidence: Evidence) -> pd.DataFrame:
+    """Cells with their RMS validation error and the corollary's effective error."""
+    cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
+    error = np.sqrt(cells.validation_mse_rad2)
+    return cells.assign(error=error, effective=np.sqrt(cells.kp / (2 * cells.kd)) * error)
+
+
+def _effective(evidence: Evidence, published: Published, tests: int) -> Finding:
+    cells = _with_errors(evidence)
+    x, y = cells.effective, cells.success
+    return correlated(x, y, -1, tests=tests, claimed=published.effect)
+
+
+def _beats_loss(evidence: Evidence, published: Published, tests: int) -> Finding:
+    cells = _with_errors(evidence)
+
+    def stronger(effective: np.ndarray, error: np.ndarray, success: np.ndarray) -> np.ndarray:
+        return spearman(error, success) - spearman(effective, success)
+
+    effective, error, success = (
+        cells[name].to_numpy() for name in ("effective", "error", "success")
+    )
+    found = within(stronger, effective, error, success, low=0.0, paired=True)
+    both = [[float(spearman(x, success))] for x in (effective, error)]
+    return among(found, "ρ {:+.2f} and {:+.2f}", *both)
+
+
+def _loss_and_attenuation(evidence: Evidence, published: Published, tests: int) -> Finding:
+    cells = _with_errors(evidence)
+    return correlated(cells.kp / cells.kd, cells.error, -1, tests=tests)
+
+
+def _noised(evidence: Evidence) -> pd.DataFrame:
+    """Success of replays under the same noise in every cell, with regions."""
+    table = evidence.table("noise", ("kp", "kd", "condition", "success"), task=TASK)
+    same = table[table.condition == "same"]
+    cells = same.assign(success=same.success.astype(float))
+    cells = cells.groupby(["kp", "kd"], as_index=False).success.mean()
+    return cells.assign(region=splits()["cloning"].regions(cells.kp, cells.kd))
+
+
+def _robust(evidence: Evidence, published: Published, tests: int) -> Finding:
+    cells = _noised(evidence)
+    co = cells[cells.region == "CO"].success.to_numpy()
+    stiff = cells[cells.region.isin(["SO", "SU"])].success.to_numpy()
+    return percents(greater(co, stiff, tests=tests), co, stiff)
+
+
+def _fails(evidence: Evidence, published: Published, tests: int) -> Finding:
+    cells = _noised(evidence)
+    stiff = cells[cells.region.isin(["SO", "SU"])].success.to_numpy()
+    found = within(mean, stiff, high=published.values["share"])
+    return among(found, "{:.1%}", stiff)
+
+
+CLAIMS = [
+    Claim(
+        "variance_theorem",
+        "Independent errors of the action move a joint by a variance proportional to Kp / Kd.",
+        "plant and cell",
+        "the simulated variance is within 10 % of the theorem's, the hold included, wherever "
+        "h Kp / (2 Kd) is below 0.1",
+        judge=_theorem,
+    ),
+    Claim(
+        "variance_mass",
+        "That variance does not depend on the inertia.",
+        "cell",
+        "over inertias it differs by at most 10 %, in the same cells",
+        judge=_mass,
+    ),
+    Claim(
+        "effective_error",
+        "Success falls with the effective error √(Kp / 2 Kd) · RMS validation error.",
+        CELLS,
+        "rank correlation, one-sided",
+        "the correlation is not negative",
+        _effective,
+    ),
+    Claim(
+        "effective_beats_loss",
+        "The effective error governs success, the loss alone does not.",
+        CELLS,
+        "ρ of success with the loss less that with the effective error is above 0, by its "
+        "bootstrap interval",
+        judge=_beats_loss,
+    ),
+    Claim(
+        "loss_falls_with_attenuation",
+        "Gains that attenuate errors more are harder to fit.",
+        CELLS,
+        "rank correlation of the RMS validation error with Kp / Kd, one-sided",
+        "the correlation is not negative",
+        _loss_and_attenuation,
+    ),
+    Claim(
+        "noise_robustness",
+        "Under the same action noise, compliant, overdamped gains succeed more than stiff ones.",
+        "cell",
+        "success of replays of cells in CO against stiff ones, one-sided Mann-Whitney",
+        "success in CO is not greater",
+        _robust,
+    ),
+    Claim(
+        "noise_stiff_fails",
+        "Under that noise stiff gains fail completely.",
+        "cell",
+        "mean success of stiff cells is at most 5 %, by its bootstrap interval",
+        judge=_fails,
+    ),
+]

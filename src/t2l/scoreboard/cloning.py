@@ -1,0 +1,218 @@
+"""Claims about behaviour cloning: retargeting, regions of gains, losses."""
+
+import pandas as pd
+
+from t2l.published.numbers import Published, splits
+from t2l.scoreboard.claim import Claim, Judge
+from t2l.scoreboard.evidence import AbsentError, Evidence
+from t2l.scoreboard.words import among, percents
+from t2l.stats.regions import by_cell
+from t2l.stats.slopes import share_slopes
+from t2l.stats.verdict import (
+    Finding,
+    correlated,
+    every_at_most,
+    greater,
+    paired_greater,
+    shares_at_least,
+    signed,
+)
+
+TASK, NOMINAL = "block_stack", "nominal"
+STUDY_TASKS = 6  # for which the study corrects its p
+CELLS = "cell (mean over training seeds)"
+CO_REST = "success of cells in CO against all others, one-sided Mann-Whitney"
+CO_REST_NULL = "success in CO is not greater than outside"
+SIMULATION_RATE_HZ = 500
+
+
+def cells_of(
+    evidence: Evidence, variant: str = NOMINAL, task: str = TASK, *more: str
+) -> pd.DataFrame:
+    """One row a cell: kp, kd, seeds, rollouts, successes, success, region, means of `more`."""
+    columns = ("kp", "kd", "success", "rollouts", *more)
+    table = evidence.table("cloning", columns, task=task, variant=variant)
+    cells = by_cell(table)
+    for column in more:
+        means = table.groupby(["kp", "kd"], as_index=False)[column].mean()
+        cells = cells.merge(means, on=["kp", "kd"])
+    return cells.assign(region=splits()["cloning"].regions(cells.kp, cells.kd))
+
+
+def co_beats_rest(variant: str = NOMINAL, task: str = TASK) -> Judge:
+    """Whether compliant, overdamped cells succeed more than all others."""
+
+    def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        cells = cells_of(evidence, variant, task)
+        co = cells[cells.region == "CO"].success.to_numpy()
+        rest = cells[cells.region != "CO"].success.to_numpy()
+        return percents(greater(co, rest, tests=tests, claimed=published.effect), co, rest)
+
+    return judge
+
+
+def _against(region: str) -> Judge:
+    def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        cells = cells_of(evidence)
+        co = cells[cells.region == "CO"].success.to_numpy()
+        other = cells[cells.region == region].success.to_numpy()
+        return percents(greater(co, other, tests=tests, claimed=published.effect), co, other)
+
+    return judge
+
+
+def _slope(gain: str, sign: int) -> Judge:
+    def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        cells = cells_of(evidence)
+        fit = share_slopes(cells.kp, cells.kd, cells.successes, cells.rollouts)
+        value, error = getattr(fit, gain), getattr(fit, f"{gain}_error")
+        n, claimed = len(cells), published.effect
+        return signed(value, error, fit.freedom, sign, n, tests=tests, claimed=claimed)
+
+    return judge
+
+
+def _loss_by_stiffness(evidence: Evidence, published: Published, tests: int) -> Finding:
+    cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
+    compliant = cells.region.isin(["CO", "CU"])
+    loss = cells.validation_mse_rad2.to_numpy()
+    found = greater(loss[compliant], loss[~compliant], tests=tests)
+    return among(found, "{:.2g} and {:.2g} rad²", loss[compliant], loss[~compliant])
+
+
+def _loss_and_success(evidence: Evidence, published: Published, tests: int) -> Finding:
+    cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
+    x, y = cells.validation_mse_rad2, cells.success
+    return correlated(x, y, +1, tests=tests, claimed=published.effect)
+
+
+def _replays(evidence: Evidence) -> pd.DataFrame:
+    """Replays with each command held as the study holds it, where both ways are there."""
+    table = evidence.table(
+        "fidelity", ("kp", "kd", "success", "mse_q_rad2", "hold", "decimation"), task=TASK
+    )
+    if len(table.groupby(["kp", "kd"])) < 4:
+        raise AbsentError("fewer than four cells with replays")
+    return table[table.hold == "sample"] if (table.hold == "sample").any() else table
+
+
+def _retargeting_success(evidence: Evidence, published: Published, tests: int) -> Finding:
+    table = _replays(evidence)
+    fast = table[SIMULATION_RATE_HZ / table.decimation >= published.values["rate_hz"]]
+    counts = fast.groupby(["kp", "kd", "decimation"]).success.agg(["sum", "size"])
+    found = shares_at_least(counts["sum"], counts["size"], published.values["share"])
+    return among(found, "at least {:.0%}", [found.value])
+
+
+def _retargeting_error(evidence: Evidence, published: Published, tests: int) -> Finding:
+    table = _replays(evidence)
+    fast = table[SIMULATION_RATE_HZ / table.decimation >= published.values["rate_hz"]]
+    errors = fast.groupby(["kp", "kd", "decimation"]).mse_q_rad2.mean()
+    found = every_at_most(errors.to_numpy(), published.values["mse_rad2"])
+    return among(found, "at most {:.1g} rad²", [found.value])
+
+
+def _retargeting_degrades(evidence: Evidence, published: Published, tests: int) -> Finding:
+    table = _replays(evidence)
+    rate = SIMULATION_RATE_HZ / table.decimation
+    bound = published.values["rate_hz"]
+    slow, fast = table[rate < bound], table[rate == bound]
+    if slow.empty or fast.empty:
+        raise AbsentError("no replays on either side of 20 Hz")
+    before, after = (part.groupby(["kp", "kd"]).success.mean() for part in (fast, slow))
+    return percents(paired_greater((before - after).to_numpy(), tests=tests), before, after)
+
+
+def _task(key: str, what: str) -> Claim:
+    statement = f"{what}: compliant, overdamped gains succeed more often than all others."
+    return Claim(key, statement, CELLS, CO_REST, CO_REST_NULL, tests=STUDY_TASKS)
+
+
+CLAIMS = [
+    Claim(
+        "retargeting_success",
+        "Demonstrations survive retargeting at the corners of the grid.",
+        "cell and rate",
+        "the share of replays reaches the bound in each",
+        judge=_retargeting_success,
+    ),
+    Claim(
+        "retargeting_error",
+        "Retargeted demonstrations follow the original ones.",
+        "cell and rate",
+        "the mean error is within the bound in each",
+        judge=_retargeting_error,
+    ),
+    Claim(
+        "retargeting_degrades",
+        "Replays of slower commands than 20 Hz fail more often.",
+        "cell",
+        "success at 20 Hz less that below, within cells, one-sided sign-flip test",
+        "success does not fall",
+        judge=_retargeting_degrades,
+    ),
+    Claim(
+        "co_block_stack",
+        "Block stacking: compliant, overdamped gains succeed more often than all others.",
+        CELLS,
+        CO_REST,
+        CO_REST_NULL,
+        co_beats_rest(),
+        STUDY_TASKS,
+    ),
+    _task("co_handover", "Bimanual handover"),
+    _task("co_unloading", "Dishrack unloading"),
+    _task("co_loading", "Dishrack loading"),
+    _task("co_dishwasher", "Dishwasher opening"),
+    _task("co_mug", "Mug hanging"),
+    Claim(
+        "stiffness_hurts",
+        "Block stacking: stiffness lowers the odds of success.",
+        CELLS,
+        "slope of the log odds per doubling of Kp, over-dispersed by cell, one-sided t",
+        "the slope is not negative",
+        _slope("kp", -1),
+    ),
+    Claim(
+        "damping_helps",
+        "Block stacking: damping raises the odds of success.",
+        CELLS,
+        "slope of the log odds per doubling of Kd, over-dispersed by cell, one-sided t",
+        "the slope is not positive",
+        _slope("kd", +1),
+    ),
+    Claim("pooled_slopes", "Both slopes hold over six tasks together.", CELLS),
+    Claim(
+        "compliant_once_overdamped",
+        "Among overdamped gains, compliant ones succeed more often.",
+        CELLS,
+        "success of cells in CO against SO, one-sided Mann-Whitney",
+        "success in CO is not greater than in SO",
+        _against("SO"),
+    ),
+    Claim(
+        "overdamped_once_compliant",
+        "Among compliant gains, overdamped ones succeed more often.",
+        CELLS,
+        "success of cells in CO against CU, one-sided Mann-Whitney",
+        "success in CO is not greater than in CU",
+        _against("CU"),
+    ),
+    Claim(
+        "compliant_loss_higher",
+        "Commands for compliant gains are harder to fit.",
+        CELLS,
+        "validation error of compliant cells against stiff ones, one-sided Mann-Whitney",
+        "the error of compliant cells is not greater",
+        _loss_by_stiffness,
+    ),
+    Claim(
+        "loss_misleads",
+        "Gains with a higher loss succeed more often.",
+        CELLS,
+        "rank correlation of success with the validation error, one-sided",
+        "the correlation is not positive",
+        _loss_and_success,
+    ),
+    Claim("end_to_end", "CO is still best when demonstrations are collected under each gain."),
+]

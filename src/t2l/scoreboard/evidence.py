@@ -1,0 +1,129 @@
+"""The tables that claims are judged by, and where in a study's results they lie."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
+
+from t2l.artefacts import read_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# by kind, below results/STUDY; the first that matches a path is its kind
+PATTERNS = {
+    "training": "sim_to_real/{condition}/{cell}/seed{seed}/training.parquet",
+    "training_again": "sim_to_real/{condition}/{cell}/seed_{seed}.parquet",
+    "trials": "sim_to_real/{condition}/{cell}/trials.parquet",
+    "transfer": "sim_to_real/{condition}/rollouts.parquet",
+    "policies": "sim_to_real/{condition}/cells.parquet",
+    "identification": "sim_to_real/identification.parquet",
+    "variance": "attenuation/held_noise.parquet",
+    "stiffness": "decoupling/trainings.parquet",
+    "decision": "tables/transfer_decision_{condition}.csv",
+    "noise": "{task}/noise/{cell}/noisy_replays.parquet",
+    "fidelity": "{task}/fidelity/{cell}.parquet",
+    "cloning": "{task}/{variant}/cells.parquet",
+    "cloning_nominal": "{task}/cells.parquet",
+}
+_REGEX = {
+    kind: re.compile(re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>[^/]+)", re.escape(pattern)))
+    for kind, pattern in PATTERNS.items()
+}
+
+
+class AbsentError(Exception):
+    """A table that a claim needs is not there; the message says which."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file of results: of which study and kind, with the names in its path, such as its task."""
+
+    path: Path
+    study: str
+    kind: str
+    fields: tuple[tuple[str, str], ...]
+
+
+def source_of(path: Path | str) -> Source | None:
+    """What a path such as results/STUDY/block_stack/nominal/cells.parquet holds, if any of it."""
+    parts = PurePosixPath(path).parts
+    if "results" not in parts[:-2]:
+        return None
+    at = len(parts) - 1 - parts[::-1].index("results")
+    below = "/".join(parts[at + 2 :])
+    for kind, regex in _REGEX.items():
+        if match := regex.fullmatch(below):
+            fields = match.groupdict()
+            if kind == "cloning_nominal":
+                kind, fields = "cloning", fields | {"variant": "nominal"}
+            kind = "training" if kind == "training_again" else kind
+            return Source(Path(path), parts[at + 1], kind, tuple(sorted(fields.items())))
+    return None
+
+
+def found_in(folder: Path | str) -> list[Path]:
+    """The files below results/STUDY that claims may be judged by, in order of their names."""
+    folder = Path(folder)
+    globs = {re.sub(r"\{\w+\}", "*", pattern) for pattern in PATTERNS.values()}
+    found = {path for glob in globs for path in folder.glob(glob)}
+    return sorted(path for path in found if source_of(path))
+
+
+class Evidence:
+    """Tables by kind and by the names in their paths.
+
+    Where several studies have a table, that of the study that was named first is taken.
+    """
+
+    def __init__(self, tables: Sequence[tuple[Source, "pd.DataFrame"]]):
+        self._tables = tables
+
+    @classmethod
+    def read(cls, paths: Sequence[Path | str]) -> "Evidence":
+        """Of those paths that hold something for a claim.
+
+        Raises:
+            ArtefactError: a file is missing, cut short or no table.
+        """
+        sources = [source for path in paths if (source := source_of(path))]
+        return cls([(source, read_table(source.path, ())) for source in sources])
+
+    @property
+    def studies(self) -> list[str]:
+        """Whose results were read, in their order."""
+        return list(dict.fromkeys(source.study for source, _ in self._tables))
+
+    def names(self, kind: str, field: str) -> list[str]:
+        """What stands in the paths of a kind, such as the variants of cloning."""
+        found = (dict(s.fields).get(field, "") for s, _ in self._tables if s.kind == kind)
+        return list(dict.fromkeys(found))
+
+    def table(self, kind: str, columns: Sequence[str], **fields: str) -> "pd.DataFrame":
+        """All rows of a kind whose paths have the given names, with at least these columns.
+
+        Raises:
+            AbsentError: there is no such table with rows, or it lacks a column.
+        """
+        import pandas as pd
+
+        called = " ".join([*fields.values(), kind])
+        for study in self.studies:
+            tables = list(self._of(study, kind, fields))
+            if not tables:
+                continue
+            whole = pd.concat(tables, ignore_index=True)
+            lacking = [column for column in columns if column not in whole]
+            if lacking:
+                raise AbsentError(f"the table of {called} has no {', '.join(lacking)}")
+            if len(whole):
+                return whole
+        raise AbsentError(f"no table of {called}")
+
+    def _of(self, study: str, kind: str, fields: dict[str, str]) -> Iterator["pd.DataFrame"]:
+        for source, table in self._tables:
+            same = source.study == study and source.kind == kind
+            if same and fields.items() <= dict(source.fields).items():
+                yield table

@@ -1,0 +1,376 @@
+"""Planted tables come out each way: a trend is found, so is its absence, few cells cannot tell."""
+
+from math import isnan
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from t2l.scoreboard.table import CHAINS
+from t2l.stats.verdict import Verdict
+from tests.scoreboard.planted import (
+    CLONING,
+    CORNERS,
+    TRANSFER,
+    cloning,
+    deployed,
+    evidence,
+    frame,
+    transfer,
+)
+
+CLAIMS = {claim.key: claim for claims in CHAINS.values() for claim in claims}
+YES, NO = Verdict.REPRODUCED, Verdict.NOT_REPRODUCED
+OPEN, NOT_RUN = Verdict.CANNOT_TELL, Verdict.NOT_RUN
+FOUR = [(32, 2), (32, 128), (2048, 2), (2048, 128)]
+FIVE = [(16, 2), (16, 24), (128, 8), (512, 2), (512, 24)]
+
+
+def verdict(key, **tables):
+    found = CLAIMS[key].finding(evidence(**tables))
+    assert found.p <= 1 or isnan(found.p)
+    assert isnan(found.p) or found.verdict is not NOT_RUN
+    return found.verdict
+
+
+@pytest.mark.parametrize(
+    ("key", "trend"),
+    [
+        ("co_block_stack", {"CO": 0.8}),
+        ("stiffness_hurts", {"CO": 0.8, "CU": 0.7}),
+        ("damping_helps", {"CO": 0.8, "SO": 0.8}),
+        ("compliant_once_overdamped", {"CO": 0.8}),
+        ("overdamped_once_compliant", {"CO": 0.8}),
+    ],
+)
+def test_regions_of_cloning(key, trend):
+    path = "block_stack__nominal__cells"
+    assert verdict(key, **{path: cloning(**trend)}) is YES
+    assert verdict(key, **{path: cloning()}) is NO
+    assert verdict(key, **{path: cloning(FOUR, **trend)}) is OPEN
+    assert verdict(key) is NOT_RUN
+
+
+def test_the_project_s_own_first_grid_is_told_as_it_is():
+    """Region means of the first 16 cells, CO 41, SO 51, CU 40, SU 8: compliance does not help."""
+    table = cloning(CO=0.41, SO=0.51, CU=0.40, SU=0.08)
+    assert verdict("compliant_once_overdamped", block_stack__nominal__cells=table) is NO
+    assert verdict("damping_helps", block_stack__nominal__cells=table) is YES
+
+
+@pytest.mark.parametrize(
+    ("key", "variant"),
+    [
+        ("ablation_chunk", "chunk_1"),
+        ("ablation_history", "history_1"),
+        ("ablation_10_hz", "rate_10_hz"),
+        ("ablation_joint_delta", "joint_deltas"),
+    ],
+)
+def test_a_variant_has_a_row_of_its_own(key, variant):
+    tables = {f"block_stack__{variant}__cells": cloning(CO=0.8)}
+    assert verdict(key, **tables) is YES
+    assert verdict("co_block_stack", **tables) is NOT_RUN
+
+
+@pytest.mark.parametrize(
+    ("key", "task"),
+    [
+        ("another_robot", "block_stack_ur5e"),
+        ("ablation_no_gravity_compensation", "block_stack_no_gravity_compensation"),
+    ],
+)
+def test_another_task_has_a_row_of_its_own(key, task):
+    tables = {f"{task}__nominal__cells": cloning(CO=0.8)}
+    assert verdict(key, **tables) is YES
+    assert verdict("co_block_stack", **tables) is NOT_RUN
+
+
+def test_data_that_agree_with_the_study_and_with_nothing_cannot_tell():
+    """A rise of the study's size that cells scatter as much around is neither."""
+    table = cloning()
+    table["success"] = 0.3 + 0.25 * np.cos(np.arange(16) * 2.0)
+    table["validation_mse_rad2"] = 1.0
+    path = "block_stack__nominal__cells"
+    assert verdict("compliant_once_overdamped", **{path: table}) is OPEN
+    # the same mean without the scatter excludes it
+    assert verdict("compliant_once_overdamped", **{path: cloning()}) is NO
+
+
+def _loss(sign):
+    """Compliant gains are harder to fit, or easier."""
+    return lambda table: 1e-3 * (table.kp.astype(float) / table.kd) ** (-sign)
+
+
+def test_losses():
+    path = "block_stack__nominal__cells"
+    harder, easier = (cloning(loss=_loss(sign)) for sign in (1, -1))
+    for key in ("compliant_loss_higher", "loss_falls_with_attenuation"):
+        assert verdict(key, **{path: harder}) is YES
+        assert verdict(key, **{path: easier}) is NO
+        assert verdict(key, **{path: cloning()}) is NOT_RUN
+
+
+def test_the_effective_error():
+    path = "block_stack__nominal__cells"
+    flat = frame(
+        CLONING, "cloning", success=lambda kp, kd, region: 1 / (1 + kp / kd / 16), rollouts=100
+    )
+    governed = flat.assign(validation_mse_rad2=0.01 + 1e-6 * np.arange(16) ** 2 % 7e-6)
+    assert verdict("effective_error", **{path: governed}) is YES
+    assert verdict("effective_error", **{path: governed.assign(success=1 - governed.success)}) is NO
+    # a loss that falls with success as much as the effective error does
+    as_good = governed.assign(validation_mse_rad2=governed.kp / governed.kd)
+    assert verdict("effective_beats_loss", **{path: governed}) is YES
+    assert verdict("effective_beats_loss", **{path: as_good}) is not NO
+    assert verdict("loss_misleads", **{path: as_good}) is NO
+
+
+def test_data_sizes():
+    def tables(slope, cells=CLONING):
+        variants = {"demonstrations_25": 25, "nominal": 100, "demonstrations_400": 400}
+        return {
+            f"block_stack__{variant}__cells": cloning(
+                cells, CO=0.2 + slope * np.log2(n / 25), SO=0.2, CU=0.2, SU=0.2
+            ).assign(replays=100)
+            for variant, n in variants.items()
+        }
+
+    assert verdict("scaling", **tables(0.1)) is YES
+    assert verdict("scaling", **tables(0.0)) is NO
+    assert verdict("scaling", **tables(0.1, FOUR)) is OPEN
+
+
+def _variances(wrong=0.0, by_mass=0.0):
+    rows = []
+    for kp, kd in CLONING:
+        for mass in (0.1, 1.0):
+            held = 0.02 * kp / (2 * kd)
+            value = 0.01**2 * held * (1 + wrong + by_mass * np.log10(mass))
+            rows.append(("joint", mass, kp, kd, 0.02, 0.01, value))
+    columns = ["plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "variance_rad2"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def test_the_theorem_holds_or_not():
+    name = "attenuation__held_noise"
+    assert verdict("variance_theorem", **{name: _variances()}) is YES
+    assert verdict("variance_theorem", **{name: _variances(wrong=0.2)}) is NO
+    assert verdict("variance_mass", **{name: _variances()}) is YES
+    assert verdict("variance_mass", **{name: _variances(by_mass=0.2)}) is NO
+
+
+def test_replays_under_noise():
+    def noise(co, stiff):
+        share = {"CO": co, "CU": 0.5, "SO": stiff, "SU": stiff}
+        table = frame(CLONING, "cloning", success=lambda kp, kd, region: share[region])
+        return table.assign(condition="same")
+
+    name = "block_stack__noise__kp32_kd2__noisy_replays"
+    assert verdict("noise_robustness", **{name: noise(0.9, 0.0)}) is YES
+    assert verdict("noise_robustness", **{name: noise(0.5, 0.5)}) is NO
+    assert verdict("noise_stiff_fails", **{name: noise(0.9, 0.0)}) is YES
+    assert verdict("noise_stiff_fails", **{name: noise(0.9, 0.4)}) is NO
+
+
+def _replays(fast=1.0, slow=0.5, mse=1e-5):
+    rows = [
+        (kp, kd, i < 100 * (slow if decimation > 25 else fast), mse, "sample", decimation)
+        for kp, kd in CORNERS
+        for decimation in (1, 25, 50)
+        for i in range(100)
+    ]
+    columns = ["kp", "kd", "success", "mse_q_rad2", "hold", "decimation"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def test_retargeting():
+    name = "block_stack__fidelity__kp16_kd2"
+    assert verdict("retargeting_success", **{name: _replays()}) is YES
+    assert verdict("retargeting_success", **{name: _replays(fast=0.88)}) is OPEN
+    assert verdict("retargeting_success", **{name: _replays(fast=0.5)}) is NO
+    assert verdict("retargeting_error", **{name: _replays()}) is YES
+    assert verdict("retargeting_error", **{name: _replays(mse=2e-3)}) is NO
+    # 2⁻⁴: four corners cannot tell
+    assert verdict("retargeting_degrades", **{name: _replays()}) is OPEN
+
+
+@pytest.mark.parametrize("key", ["transfer_joint_reach", "slopes_joint_reach"])
+def test_the_error_of_transfer(key):
+    def table(**planted):
+        return deployed("joint_reach", **planted)
+
+    assert verdict(key, **table(slope=0.5)) is YES
+    assert verdict(key, **table()) is NO
+    assert verdict(key, **table(slope=-0.5)) is NO
+    # more rollouts of five cells, of which one is in G^SO by the paper's count, decide nothing
+    few = [cell for cell in FIVE if cell != (128, 8)]
+    assert verdict(key, **table(slope=0.5, cells=few, rollouts=50)) is OPEN
+
+
+def test_oscillation_and_policy_rate():
+    def shakes(kp, kd, region):
+        return 0.9 if region == "SO" else 0.1
+
+    assert verdict("oscillation", **deployed("joint_reach", jitter=shakes)) is YES
+    assert verdict("oscillation", **deployed("joint_reach")) is NO
+    # what shakes in its own simulator too is no gap
+    both = deployed("joint_reach", jitter=shakes)
+    table = both["sim_to_real__joint_reach__rollouts"]
+    table["jitter_failure_sim"] = table.jitter_failure
+    assert verdict("oscillation", **both) is NO
+    fast, slow = (deployed(f"joint_reach_{r}_hz", jitter=lambda *_, s=s: s)
+                  for r, s in ((100, 0.5), (10, 0.1)))  # fmt: skip
+    assert verdict("policy_rate", **fast, **slow) is YES
+    fast = deployed("joint_reach_100_hz", jitter=lambda *_: 0.1)
+    assert verdict("policy_rate", **fast, **slow) is NO
+    assert verdict("policy_rate", **slow) is NOT_RUN
+
+
+def test_what_fails_in_its_own_simulator_is_no_failure_of_transfer():
+    table, policies = transfer(slope=0.5), frame(TRANSFER, "transfer", success_sim_100=1.0)
+    tables = {"sim_to_real__joint_reach__rollouts": table}
+    assert verdict("transfer_joint_reach", **tables) is NOT_RUN
+    working = {"sim_to_real__joint_reach__cells": policies}
+    assert verdict("transfer_joint_reach", **tables, **working) is YES
+    policies.loc[policies.kp > 100, "success_sim_100"] = 0.5
+    assert verdict("transfer_joint_reach", **tables, **working) is OPEN
+
+
+def test_the_registered_rule_of_transfer():
+    def decided(verdict, *holds):
+        rows = [(f"step {i}", 12, held) for i, held in enumerate(holds)]
+        columns = ["what", "cells", "holds"]
+        table = pd.DataFrame([*rows, ("verdict", 12, verdict)], columns=columns)
+        return {"tables__transfer_decision_joint_reach": table}
+
+    assert verdict("transfer_decision", **decided("reproduced", "yes", "yes", "yes")) is YES
+    assert verdict("transfer_decision", **decided("not reproduced", "yes", "no", "no")) is NO
+    assert verdict("transfer_decision", **decided("cannot be told", "yes", "yes", "")) is OPEN
+
+
+def _rates(shares):
+    names = ["joint_reach_100_hz", "joint_reach", "joint_reach_20_hz", "joint_reach_10_hz"]
+    return {
+        path: table
+        for name, share in zip(names, shares, strict=True)
+        for path, table in deployed(name, jitter=lambda *_, s=share: s).items()
+    }
+
+
+def test_where_jitter_falls_most():
+    assert verdict("policy_rate_sharpest", **_rates([0.22, 0.20, 0.07, 0.05])) is YES
+    assert verdict("policy_rate_sharpest", **_rates([0.95, 0.03, 0.31, 0.37])) is NO
+
+
+def test_errors_of_outputs_go_with_errors_of_motion():
+    tables = deployed("joint_reach", slope=0.3)
+    assert verdict("network_error", **tables) is YES
+    table = tables["sim_to_real__joint_reach__rollouts"]
+    table["nn_error"] = -table.nn_error
+    assert verdict("network_error", **tables) is NO
+
+
+def _identified(factor, rest=1.0):
+    error = {"SO": 1e-5 / factor, "CO": 1e-5 * rest, "CU": 1e-5, "SU": 1e-5}
+
+    def planted(kp, kd, region):
+        return error[region] * (1 + 0.01 * np.sin(kp + 3 * kd))
+
+    return {"sim_to_real__identification": frame(TRANSFER, "transfer", s_star=planted)}
+
+
+def test_identification():
+    assert verdict("identification_so_lowest", **_identified(2)) is YES
+    assert verdict("identification_so_lowest", **_identified(0.5)) is NO
+    assert verdict("identification_factor", **_identified(20)) is YES
+    assert verdict("identification_factor", **_identified(3)) is NO
+    assert verdict("identification_co_highest", **_identified(2, rest=5)) is YES
+    assert verdict("identification_co_highest", **_identified(2, rest=0.1)) is not YES
+
+
+def test_identified_well_and_transferred_badly():
+    worse, better = deployed("joint_reach", slope=0.5), deployed("joint_reach", slope=-0.5)
+    identified = {
+        "sim_to_real__identification": frame(
+            TRANSFER, "transfer", s_star=lambda kp, kd, region: 1 / (kp * kd)
+        )
+    }
+    assert verdict("inverse_relation", **identified, **worse) is YES
+    assert verdict("inverse_relation", **identified, **better) is NO
+
+
+def _trials(counts, n=50):
+    rows = [
+        (kp, kd, "complete", 0.99 if i < count else 0.1)
+        for (kp, kd), count in zip(CORNERS, counts, strict=True)
+        for i in range(n)
+    ]
+    return pd.DataFrame(rows, columns=["kp", "kd", "state", "success"])
+
+
+def test_searches_at_the_corners():
+    name = "sim_to_real__{}__kp16_kd2__trials"
+    study, even, one = _trials([8, 32, 4, 10]), _trials([20, 20, 20, 20]), _trials([1, 0, 1, 1], 1)
+    joint, tool = name.format("joint_reach"), name.format("end_effector_reach")
+    assert verdict("landscape", **{joint: study}) is YES
+    assert verdict("landscape", **{joint: even}) is NO
+    assert verdict("landscape", **{joint: one}) is OPEN
+    other = _trials([32, 8, 4, 10])
+    assert verdict("no_easier_regime", **{joint: study, tool: other}) is YES
+    assert verdict("no_easier_regime", **{joint: study, tool: study}) is OPEN
+    assert verdict("no_easier_regime", **{joint: study}) is OPEN
+    assert verdict("no_easier_regime") is NOT_RUN
+
+
+def test_solutions_exist():
+    def policies(shares, cells=CORNERS):
+        table = frame(cells, "transfer", success_sim_100=shares)
+        return {"sim_to_real__joint_reach__cells": table}
+
+    assert verdict("existence_joint_reach", **policies([1.0, 0.99, 1.0, 1.0])) is YES
+    assert verdict("existence_joint_reach", **policies([0.78, 1.0, 0.95, 0.98])) is NO
+    three = policies([1.0, 1.0, 1.0], CORNERS[:3])
+    assert verdict("existence_joint_reach", **three) is NOT_RUN
+
+
+def test_training_takes_as_long():
+    def curves(factors, seeds=5):
+        rows = [
+            (kp, kd, seed, step, 1.0 if step >= factor * (1000 + 10 * seed) else 0.0)
+            for (kp, kd), factor in zip(CORNERS, factors, strict=True)
+            for seed in range(seeds)
+            for step in range(100, 20_000, 100)
+        ]
+        columns = ["kp", "kd", "seed", "steps", "success"]
+        return {
+            "sim_to_real__joint_reach__kp16_kd2__seed1__training": pd.DataFrame(
+                rows, columns=columns
+            )
+        }
+
+    assert verdict("sample_efficiency", **curves([1, 1.2, 1.1, 1])) is YES
+    assert verdict("sample_efficiency", **curves([1, 1, 8, 1])) is NO
+    assert verdict("sample_efficiency", **curves([1, 1, 1, 1], seeds=1)) is OPEN
+
+
+def test_stiffness_is_not_the_gain():
+    def stiffness(ratio, seeds=3):
+        rows = [
+            (kp, seed, base * (1 + 0.05 * seed))
+            for kp, base in ((16, 100.0 * ratio), (512, 100.0))
+            for seed in range(seeds)
+        ]
+        table = pd.DataFrame(rows, columns=["kp", "seed", "stiffness_n_m"])
+        return {"decoupling__trainings": table}
+
+    assert verdict("stiff_behaviour", **stiffness(5)) is YES
+    assert verdict("stiff_behaviour", **stiffness(0.5)) is NO
+    assert verdict("stiff_behaviour", **stiffness(5, seeds=2)) is OPEN
+    assert verdict("stiffness_ratio", **stiffness(5)) is YES
+    assert verdict("stiffness_ratio", **stiffness(32)) is NO
+
+
+@pytest.mark.parametrize("key", sorted(CLAIMS))
+def test_without_results_every_claim_is_not_run(key):
+    assert verdict(key) is NOT_RUN
