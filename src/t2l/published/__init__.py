@@ -1,0 +1,1 @@
+"""What the study has published beside its paper, read from files that a person has downloaded."""
