@@ -17,6 +17,7 @@ include: "workflow/rules/demonstrations.smk"
 include: "workflow/rules/behaviour_cloning.smk"
 include: "workflow/rules/statistics.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/noise.smk"
 include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/sim_to_real.smk"
 
@@ -32,10 +33,13 @@ rule all:
     default_target: True
     input:
         FIGURES,
+        NOISE_FIGURES,
         TRANSFER_FIGURES,
         TABLES,
+        NOISE_TABLES,
         TRANSFER_TABLES,
         EVERY_CELL,
+        EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
         DIAGNOSIS_RESULTS,
 
@@ -43,16 +47,20 @@ rule all:
 rule figures:
     input:
         FIGURES,
+        NOISE_FIGURES,
         TRANSFER_FIGURES,
         EVERY_CELL,
+        EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
 
 
 rule tables:
     input:
         TABLES,
+        NOISE_TABLES,
         TRANSFER_TABLES,
         EVERY_CELL,
+        EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
 
 

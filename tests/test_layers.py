@@ -12,14 +12,14 @@ from tests.conftest import ROOT
 
 LAYERS = [
     {"cli", "config", "figures", "report", "stats"},
-    {"bc", "diagnose", "rl", "transfer"},
+    {"attenuation", "bc", "diagnose", "rl", "transfer"},
     {"identify"},
     {"demos", "policies", "effects"},
     {"tasks"},
     {"actions"},
     {"hardware", "recordings"},
     {"robots"},
-    {"gains", "sim"},
+    {"gains", "published", "sim"},
     {
         *("artefacts", "documents", "errors", "jobs", "names", "outputs", "registry", "seeds"),
         *("typed", "version"),

@@ -5,7 +5,6 @@ step, whose largest magnitude follows from the validation loss of the policies.
 """
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -15,9 +14,6 @@ from t2l.demos.demonstration import Demonstration
 from t2l.demos.replay import TABLE_COLUMNS, Replay, replay, replay_table
 from t2l.gains import Cell
 from t2l.tasks import Demonstrated
-
-if TYPE_CHECKING:
-    from t2l.attenuation.success import by_cell  # noqa: F401  # names it in a docstring
 
 # how large the noise of a cell is: as in every cell, or as that cell's own validation error is
 CONDITIONS = ("same", "own")
@@ -32,7 +28,7 @@ def magnitudes(cells: pd.DataFrame, cell: Cell) -> dict[str, float]:
     `same` is the root of the mean over cells of the validation error, `own` that of the cell.
 
     Args:
-        cells: one row a cell, with its `loss` in rad², see `by_cell`.
+        cells: one row a cell, with its `loss` in rad², see `t2l.attenuation.success.by_cell`.
     """
     own = cells.loss[(cells.kp == cell.kp) & (cells.kd == cell.kd)]
     return {"same": float(np.sqrt(cells.loss.mean())), "own": float(np.sqrt(own.iloc[0]))}
@@ -63,7 +59,9 @@ def noisy_replays(
     return replay(task, chosen, control, decimation, hold, threads, uniform(magnitude, rng))
 
 
-def noise_table(replays: Sequence[Replay], cell: Cell, condition: str, magnitude: float):
+def noise_table(
+    replays: Sequence[Replay], cell: Cell, condition: str, magnitude: float
+) -> pd.DataFrame:
     """One row a replay, columns `COLUMNS`; `demonstration` counts the replays."""
     return replay_table(replays, cell).assign(condition=condition, magnitude_rad=magnitude)
 

@@ -72,9 +72,7 @@ def make_rack(robot: Robot, inertias: Sequence[float], copies: int = COPIES) -> 
         arm.joint(last).actfrclimited = 0
         spec.attach(arm, prefix=f"{copy}.", frame=spec.worldbody.add_frame())
     for joint in [name for names in joints.values() for name in names]:
-        actuator = spec.add_actuator(
-            name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT
-        )
+        actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=1.0, kv=1.0)
     model = spec.compile()
     first = {name: model.joint(names[0]).dofadr[0] for name, names in joints.items()}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import rankdata
 
-# 2.5 % of them lie beyond either end of a 95 % interval: 50, which places it to a tenth of its width
+# 50 of them lie beyond either end of a 95 % interval, which places it to a tenth of its width
 RESAMPLES = 2000
 # of fewer cells many resamples hold the same two or three, which correlate perfectly
 FEWEST_CELLS = 8
@@ -62,9 +62,7 @@ def rank_correlations(
     stronger = np.abs(drawn[:, :1]) - np.abs(drawn)
     ends = _interval(stronger)
     return found, {
-        name: (float(abs(rho[0]) - abs(rho[i])), *ends[i])
-        for i, name in enumerate(names)
-        if i
+        name: (float(abs(rho[0]) - abs(rho[i])), *ends[i]) for i, name in enumerate(names) if i
     }
 
 

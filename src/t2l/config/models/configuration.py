@@ -5,6 +5,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from t2l.config.models.actions import Actions
+from t2l.config.models.attenuation import Attenuation
 from t2l.config.models.cloning import (
     CloningGrid,
     Demonstrations,
@@ -69,6 +70,9 @@ class Configuration(Typed):
     )
     training: Training = _section(Training, "training of the policy")
     rollouts: Rollouts = _section(Rollouts, "rollouts of cloned policies")
+    attenuation: Attenuation = _section(
+        Attenuation, "what the controllers of `grid` leave of errors of commands"
+    )
     recording_grid: RecordingGrid = _section(
         RecordingGrid,
         "the cells of sim-to-real transfer; the figures outline the stiff, overdamped region G^SO, "
