@@ -7,8 +7,8 @@ import pytest
 from tests.conftest import ROOT
 
 JOBS = {
-    "config": 119, "joint_deltas": 72, "paper": 1295, "smoke": 54, "transfer_conditions": 199,
-    "transfer_grid": 199, "ur5e": 95,
+    "config": 140, "joint_deltas": 93, "paper": 1356, "smoke": 63, "transfer_conditions": 220,
+    "transfer_grid": 220, "ur5e": 116,
 }  # fmt: skip
 
 

@@ -37,18 +37,6 @@ NOISE_TABLES = [
 OPPOSITES = [cell.name for cell in STUDY.grid.opposites]
 
 
-def study_figure(name: str) -> list:
-    """The files of a figure of all tasks."""
-    pdf, png = (result("figures", f"{name}.{suffix}") for suffix in FORMATS)
-    return [pdf, captioned(png, f"../report/{name}.rst")]
-
-
-def study_table(name: str) -> list:
-    """The files of a table of all tasks; the report shows the CSV."""
-    csv, markdown, latex = multiext(result("tables", name), ".csv", ".md", ".tex")
-    return [captioned(csv, f"../report/{name}_table.rst"), markdown, latex]
-
-
 rule held_noise:
     output:
         HELD_NOISE,
@@ -134,7 +122,7 @@ rule noisy_replays:
         actions=STUDY.sections["actions"],
         decimation=STUDY.decimation,
         hold=STUDY.sections["retargeting"]["hold"],
-        count=ATTENUATION["replays"],
+        repetitions=ATTENUATION["replays"],
         seed=SEED,
     log:
         result("logs", "noisy_replays", "{task}_{cell}.log"),

@@ -28,7 +28,7 @@ with job(snakemake):
     tables = [
         noise_table(
             noisy_replays(
-                task, demonstrations, *how, size, params.count, _rng(name), snakemake.threads
+                task, demonstrations, *how, size, params.repetitions, _rng(name), snakemake.threads
             ),
             *(cell, name, size),
         )

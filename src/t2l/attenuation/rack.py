@@ -12,7 +12,13 @@ import mujoco
 import numpy as np
 import pandas as pd
 
-from t2l.attenuation.theory import attenuation, held_variance, time_constant_s
+from t2l.attenuation.theory import (
+    attenuation,
+    continuous_matrices,
+    held_variance,
+    step_matrices,
+    time_constant_s,
+)
 from t2l.gains import Cell
 from t2l.robots import plant
 from t2l.robots.robot import Robot
@@ -21,7 +27,7 @@ from t2l.sim.batch import TIMESTEP_S
 
 COLUMNS = (
     *("plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "replicates"),
-    *("variance_rad2", "variance_rad2_se", "theorem_rad2", "exact_rad2"),
+    *("variance_rad2", "variance_rad2_se", "theorem_rad2", "exact_rad2", "continuous_rad2"),
 )
 COPIES = 4
 # of the slowest motion: a start at rest then still lacks e⁻⁷ = 0.1 % of the variance
@@ -120,7 +126,8 @@ def held_noise(
 
     Returns:
         One row a plant and cell, columns `COLUMNS`: the variance about the commanded pose with its
-        standard error over replicates, and what theory says.
+        standard error over replicates, the theorem's, the exact one of the simulated joint, and
+        that of a joint in continuous time.
     """
     copies = len(next(iter(rack.joints.values())))
     each = -(-replicates // copies)
@@ -160,12 +167,18 @@ def _table(
         for values, cell in zip(plant_squares, cells, strict=True):
             n = values.size
             error = values.std(ddof=1) / np.sqrt(n) if n > 1 else np.nan
-            exact = held_variance(cell.kp, cell.kd, inertia, steps, TIMESTEP_S)
-            theorem = float(attenuation(cell.kp, cell.kd, hold_s))
+            joint = (cell.kp, cell.kd, inertia, TIMESTEP_S)
+            theory = noise_rad**2 * np.array(
+                [
+                    attenuation(cell.kp, cell.kd, hold_s),
+                    held_variance(*step_matrices(*joint), steps),
+                    held_variance(*continuous_matrices(*joint), steps),
+                ]
+            )
             rows.append(
                 (
                     *(name, inertia, cell.kp, cell.kd, hold_s, noise_rad, n),
-                    *(values.mean(), error, noise_rad**2 * theorem, noise_rad**2 * exact),
+                    *(values.mean(), error, *theory),
                 )
             )
     return pd.DataFrame(rows, columns=list(COLUMNS))

@@ -14,6 +14,7 @@ where h Kp / (2 Kd) is small. `held_variance` is exact for any h.
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_discrete_lyapunov
+from scipy.signal import cont2discrete
 
 
 def attenuation(kp: ArrayLike, kd: ArrayLike, hold_s: float) -> np.ndarray:
@@ -57,17 +58,29 @@ def step_matrices(
     return np.array([[1 + dt * velocity[0], dt * velocity[1]], velocity]), push * np.array([dt, 1])
 
 
-def held_variance(kp: float, kd: float, inertia: float, steps: int, timestep_s: float) -> float:
-    """Var[δq] / σ² of the simulated joint, exact, as a mean over the hold.
+def continuous_matrices(
+    kp: float, kd: float, inertia: float, interval_s: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same of a joint in continuous time over an interval in which the command is constant.
+
+    What differs is the integrator's own: to first order it adds a damping of Kp dt.
+    """
+    a = np.array([[0, 1], [-kp / inertia, -kd / inertia]])
+    b = np.array([[0], [kp / inertia]])
+    state, pushed, *_ = cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), interval_s)
+    return state, pushed[:, 0]
+
+
+def held_variance(a: np.ndarray, b: np.ndarray, steps: int) -> float:
+    """Var[δq] / σ² of a joint, exact, as a mean over the hold.
 
     Where commands change, the covariance P solves P = Aₕ P Aₕᵀ + Bₕ Bₕᵀ (the discrete Lyapunov
-    equation), Aₕ and Bₕ being `step_matrices` over a hold; the variance in between follows from it.
+    equation), Aₕ and Bₕ being A and B over a hold; the variance in between follows from it.
 
     Args:
-        kp, kd, inertia, timestep_s: see `step_matrices`.
-        steps: timesteps that a command is held for.
+        a, b: over one step, see `step_matrices`.
+        steps: that a command is held for, at the end of each of which the variance is taken.
     """
-    a, b = step_matrices(kp, kd, inertia, timestep_s)
     states, inputs = [np.eye(2)], [np.zeros(2)]
     for _ in range(steps):
         states.append(a @ states[-1])

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from t2l.figures.heatmap import heatmap, height, matrix, width
 from t2l.figures.style import COLOURS, styled, title
@@ -39,7 +40,8 @@ def variance(held: "pd.DataFrame", grid: Grid) -> Figure:
             x=held.theorem_rad2 / held.noise_rad**2,
             y=held.variance_rad2 / held.noise_rad**2,
             error=1.96 * held.variance_rad2_se / held.noise_rad**2,
-            exact=held.exact_rad2 / held.noise_rad**2,
+            exact=held.exact_rad2 / held.theorem_rad2,
+            continuous=held.continuous_rad2 / held.theorem_rad2,
         )
         plants = dict(zip(table.plant.unique(), _MARKERS, strict=False))
         for (plant, region), own in table.groupby(["plant", "regions"]):
@@ -49,7 +51,8 @@ def variance(held: "pd.DataFrame", grid: Grid) -> Figure:
             left.errorbar(own.x, own.y, own.error, **style)
             right.errorbar(own.x, own.y / own.x, own.error / own.x, **style)
         for _, line in table.sort_values("kp").groupby(["plant", "kd"]):
-            right.plot(line.x, line.exact / line.x, color="0.75", lw=0.7, zorder=0)
+            right.plot(line.x, line.exact, color="0.7", lw=0.7, zorder=0)
+            right.plot(line.x, line.continuous, color="0.7", lw=0.7, ls=":", zorder=0)
         ends = np.array([table.x.min() / 2, table.x.max() * 2])
         left.plot(ends, ends, color="black", lw=0.8)
         right.axhline(1, color="black", lw=0.8)
@@ -65,8 +68,8 @@ def variance(held: "pd.DataFrame", grid: Grid) -> Figure:
         regions = [_dot(colour) for colour in _REGIONS.values()]
         kinds = [_dot("0.3", marker) for marker in plants.values()]
         figure.legend(
-            *([*regions, *kinds, Line2D([], [], color="0.75")],),
-            [*_REGIONS, *plants, "exact, by Kd"],
+            *([*regions, *kinds, *(Line2D([], [], color="0.7", ls=line) for line in "-:")],),
+            [*_REGIONS, *plants, "exact, timestep of 2 ms", "exact, continuous"],
             loc="outside lower center", ncols=5, fontsize=8,
         )  # fmt: skip
         figure.suptitle(
@@ -98,7 +101,7 @@ def success(
             colours = [_REGIONS[region] for region in _regions(cells, grid)]
             for panel, (column, label) in zip(axes[row], _LABELS.items(), strict=True):
                 panel.scatter(cells[column], 100 * cells.success, c=colours, s=16, lw=0)
-                panel.set_xscale("log")
+                _decades(panel)
                 one = known.loc[(name, column)]
                 ends = "" if np.isnan(one.low) else f" ({one.low:+.2f} to {one.high:+.2f})"
                 panel.set_title(f"ρ = {one.rho:+.2f}{ends}", fontsize=8, loc="right")
@@ -188,6 +191,14 @@ def _lines(axes: Axes, table: "pd.DataFrame", name: str) -> None:
         noisy = condition != "none"
         style = {"color": COLOURS[1], "lw": 0.7, "alpha": 0.7} if noisy else {"color": "black"}
         axes.plot(own.time_s, own[name], zorder=1 if noisy else 2, **style)
+
+
+def _decades(axes: Axes) -> None:
+    """A logarithmic axis that has labels within a decade too."""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _regions(table: "pd.DataFrame", grid: Grid) -> list[str]:

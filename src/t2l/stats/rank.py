@@ -25,12 +25,16 @@ class RankCorrelation:
     cells: int
 
 
-def spearman(x: np.ndarray, y: np.ndarray) -> float:
-    """Spearman's ρ, ties sharing their mean rank; NaN where one side does not vary."""
-    x, y = rankdata(x), rankdata(y)
-    if len(x) < 3 or np.ptp(x) == 0 or np.ptp(y) == 0:
-        return float("nan")
-    return float(np.corrcoef(x, y)[0, 1])
+def spearman(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Spearman's ρ of (..., n) numbers, ties sharing their mean rank.
+
+    NaN where one side does not vary, or n is below 3.
+    """
+    x, y = (rankdata(side, axis=-1) for side in (x, y))
+    x, y = (side - side.mean(axis=-1, keepdims=True) for side in (x, y))
+    spread = np.sqrt((x**2).sum(axis=-1) * (y**2).sum(axis=-1))
+    known = (spread > 0) & (x.shape[-1] >= 3)
+    return np.divide((x * y).sum(axis=-1), spread, where=known, out=np.full(spread.shape, np.nan))
 
 
 def rank_correlations(
@@ -53,8 +57,8 @@ def rank_correlations(
     rho = np.array([spearman(value, outcome) for value in values])
     drawn = np.full((RESAMPLES, len(names)), np.nan)
     if n >= FEWEST_CELLS:
-        for row, chosen in zip(drawn, rng.integers(0, n, (RESAMPLES, n)), strict=True):
-            row[:] = [spearman(value[chosen], outcome[chosen]) for value in values]
+        chosen = rng.integers(0, n, (RESAMPLES, n))
+        drawn = np.stack([spearman(value[chosen], outcome[chosen]) for value in values], axis=1)
     ends = _interval(drawn)
     found = {
         name: RankCorrelation(float(rho[i]), *ends[i], cells=n) for i, name in enumerate(names)
