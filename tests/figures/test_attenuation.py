@@ -58,7 +58,7 @@ def test_success_is_drawn_over_each_predictor_with_its_correlation():
     figure = attenuation.success({"block_stack": predictors(cells, 0.02)}, table, GRID)
     titles = [axes.get_title(loc="right") for axes in figure.axes]
     # the order of success is that of the loss
-    assert titles[1] == "ρ = +1.00"
+    assert titles[1] == "ρ +1.00 (too few cells)"
     assert len(titles) == 3
 
 
@@ -72,12 +72,12 @@ def _replays():
 
 
 def test_heatmaps_of_success_under_noise():
-    undisturbed = _cells(replay_success=1.0)
+    undisturbed = _cells(replay_success=1.0, success=0.5)
     figure = attenuation.noise_success(_replays(), undisturbed, GRID, "Block Stack")
     without, same, _, _ = figure.axes
     np.testing.assert_allclose(without.images[0].get_array(), 1.0)
     np.testing.assert_allclose(same.images[0].get_array(), [[1, 0], [1, 0.5]])
-    assert same.get_title() == "up to 30 mrad in every cell"
+    assert same.get_title(loc="left").startswith("up to 30 mrad in every cell\n")
 
 
 @pytest.mark.parametrize("joints", [["elbow"], ["base", "elbow"]])

@@ -14,6 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from t2l.figures.heatmap import heatmap, height, matrix, width
 from t2l.figures.style import COLOURS, styled, title
 from t2l.gains import Cell, Grid
+from t2l.stats.text import interval
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -103,8 +104,8 @@ def success(
                 panel.scatter(cells[column], 100 * cells.success, c=colours, s=16, lw=0)
                 _decades(panel)
                 one = known.loc[(name, column)]
-                ends = "" if np.isnan(one.low) else f" ({one.low:+.2f} to {one.high:+.2f})"
-                panel.set_title(f"ρ = {one.rho:+.2f}{ends}", fontsize=8, loc="right")
+                text = interval(one.rho, one.low, one.high)
+                panel.set_title(f"ρ {text}", fontsize=8, loc="right")
                 if row == len(grids) - 1:
                     panel.set_xlabel(label)
             axes[row, 0].set_ylabel(f"{title(name)}\nsuccess [%]", fontsize=8)
@@ -129,7 +130,9 @@ def noise_success(
     count = int(replays.groupby(["condition", "kp", "kd"]).size().max())
     largest = replays[replays.condition == "same"].magnitude_rad.max()
     panels = {
-        "without noise": undisturbed.rename(columns={"replay_success": "success"}),
+        "without noise": undisturbed.groupby(["kp", "kd"], as_index=False).agg(
+            success=("replay_success", "mean")
+        ),
         f"up to {1000 * largest:.2g} mrad in every cell": by_cell[by_cell.condition == "same"],
         "up to each cell's own error": by_cell[by_cell.condition == "own"],
     }
@@ -138,12 +141,13 @@ def noise_success(
             1, 3, figsize=(1.45 * width(grid), height(grid) + 0.3), sharey=True
         )
         for panel, (label, table) in zip(axes, panels.items(), strict=True):
-            values = matrix(table.drop_duplicates(["kp", "kd"]), "success", grid)
+            values = matrix(table, "success", grid)
             heatmap(
                 panel, values, grid, "viridis", Normalize(0, 1),
                 text=lambda v: f"{100 * v:.0f}", label=None,
             )  # fmt: skip
-            panel.set_title(label, fontsize=9)
+            region = panel.get_title(loc="left")
+            panel.set_title(f"{label}\n{region}", fontsize=8, loc="left", parse_math=True)
             if panel is not axes[0]:
                 panel.set_ylabel("")
         bar = figure.colorbar(axes[-1].images[0], ax=axes, label=f"success [% of {count}]")
