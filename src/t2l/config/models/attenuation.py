@@ -30,7 +30,7 @@ class Attenuation(Typed):
         64, ge=2, le=100_000, description="simulated joints of each kind in each cell"
     )
     time_constants: Positive = Field(
-        30,
+        10,
         le=1000,
         description="how long the variance is measured, in time constants of each cell",
     )
