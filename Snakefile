@@ -17,6 +17,7 @@ include: "workflow/rules/demonstrations.smk"
 include: "workflow/rules/behaviour_cloning.smk"
 include: "workflow/rules/statistics.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/noise.smk"
 include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/sim_to_real.smk"
 include: "workflow/rules/scoreboard.smk"
@@ -33,11 +34,14 @@ rule all:
     default_target: True
     input:
         FIGURES,
+        NOISE_FIGURES,
         TRANSFER_FIGURES,
         TABLES,
+        NOISE_TABLES,
         TRANSFER_TABLES,
         SCOREBOARD,
         EVERY_CELL,
+        EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
         DIAGNOSIS_RESULTS,
 
@@ -45,17 +49,21 @@ rule all:
 rule figures:
     input:
         FIGURES,
+        NOISE_FIGURES,
         TRANSFER_FIGURES,
         EVERY_CELL,
+        EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
 
 
 rule tables:
     input:
         TABLES,
+        NOISE_TABLES,
         TRANSFER_TABLES,
         SCOREBOARD,
         EVERY_CELL,
+        EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
 
 

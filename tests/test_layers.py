@@ -12,7 +12,17 @@ from tests.conftest import ROOT
 
 LAYERS = [
     {"cli", "config", "figures", "report", "scoreboard", "stats"},
-    {"bc", "diagnose", "rl", "transfer"},
+    {
+        "attenuation",
+        "bc",
+        "decoupling",
+        "diagnose",
+        "drift",
+        "export",
+        "response",
+        "rl",
+        "transfer",
+    },
     {"identify"},
     {"demos", "policies", "effects"},
     {"tasks"},

@@ -25,6 +25,27 @@ def test_files_of_a_diagnosis_that_are_missing_are_named(config, refused, keys, 
     assert f"config: {message}" in refused(config)
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            None,
+            "attenuation.published_grids: found 'page.json', which is not there; allowed: a dow",
+        ),
+        ("{", "attenuation.published_grids: found page.json, with"),
+        ('{"taskData": {"a": {"kps": 1}}}', "something else at taskData.a.kps; allowed: a list"),
+    ],
+)
+def test_published_grids_that_cannot_be_read_are_named(
+    config, refused, tmp_path, monkeypatch, text, message
+):
+    monkeypatch.chdir(tmp_path)
+    if text is not None:
+        (tmp_path / "page.json").write_text(text)
+    config["attenuation"] = {"published_grids": "page.json"}
+    assert message in refused(config)
+
+
 @pytest.mark.parametrize("ending", ["", ".csv", ".yaml"])
 def test_a_recording_may_be_named_by_either_file_or_without_ending(config, ending):
     config["diagnosis"] = {"recordings": [f"{TRAIN}/medium_steps{ending}"]}

@@ -1,6 +1,14 @@
 import pytest
 
 
+def test_joints_that_are_too_many_together_are_named(config, refused):
+    config["attenuation"] = {"replicates": 100_000, "inertias_kg_m2": [0.1, 0.2, 0.3]}
+    config["grid"] = {"kp": list(range(1, 11)), "kd": list(range(1, 11)), "overdamped_from_kd": 5}
+    config["grid"]["compliant_up_to_kp"] = 5
+    keys = "grid.kp, grid.kd, attenuation.replicates, attenuation.inertias_kg_m2"
+    assert f"{keys}: found 100 × 100000 × 4; allowed: a product of at most" in refused(config)
+
+
 @pytest.mark.parametrize(
     ("section", "keys", "message"),
     [

@@ -12,7 +12,10 @@ import pytest
 from matplotlib.image import imread
 
 CELLS = ["kp32_kd2", "kp512_kd2", "kp32_kd32", "kp512_kd32"]
-DOWNSTREAM = {"summarise", "statistics", "success_figure", "frames_figure", "all"}
+DOWNSTREAM = {
+    *("summarise", "statistics", "success_figure", "frames_figure", "all"),
+    *("effective_error", "noisy_replays", "noise_figures", "noise_table"),
+}
 
 
 def _changed(project, section, **keys):
@@ -31,6 +34,21 @@ def test_every_figure_and_table_is_there(smoke):
     assert "Block Stack" in (smoke.results / "tables" / "behaviour_cloning.md").read_text()
 
 
+def test_noise_on_commands_is_in_figures_and_tables(smoke):
+    for name in ("attenuation", "effective_error", "block_stack_noise", "block_stack_noise_traces"):
+        assert imread(smoke.results / "figures" / f"{name}.png")[..., :3].std() > 0.02
+    noise = pd.read_csv(smoke.results / "tables" / "noise.csv").set_index("condition")
+    assert noise.index.tolist() == ["none", "same", "own"]
+    assert (noise.cells == len(CELLS)).all()
+    # one magnitude in every cell, and one of each cell's own
+    assert noise.smallest_rad["same"] == noise.largest_rad["same"]
+    assert noise.smallest_rad["own"] < noise.largest_rad["own"]
+    told = pd.read_csv(smoke.results / "tables" / "effective_error.csv")
+    assert set(told.predictor) == {"effective_error", "loss", "damping_over_stiffness"}
+    held = pd.read_parquet(smoke.results / "attenuation" / "held_noise.parquet")
+    assert len(held) == len(CELLS) * (len(smoke.config["attenuation"]["inertias_kg_m2"]) + 1)
+
+
 def test_one_row_per_rollout_with_its_kind_of_failure(smoke):
     rollouts = pd.read_parquet(smoke.results / "block_stack" / "rollouts.parquet")
     assert len(rollouts) == len(CELLS) * smoke.config["rollouts"]["count"]
@@ -45,8 +63,8 @@ def test_one_row_per_rollout_with_its_kind_of_failure(smoke):
 
 
 def test_progress_says_what_is_done_and_what_is_left(smoke):
-    lines = re.findall(r"^ *(\d+) of 54  (.+)$", smoke.first.stdout, re.MULTILINE)
-    assert [int(n) for n, _ in lines] == list(range(1, 55))
+    lines = re.findall(r"^ *(\d+) of 63  (.+)$", smoke.first.stdout, re.MULTILINE)
+    assert [int(n) for n, _ in lines] == list(range(1, 64))
     assert re.search(r"train block_stack kp\d+_kd\d+  \d+ s", smoke.first.stdout)
     # from a quarter of the jobs on, at the latest, every line but the last says how long
     assert all(re.search(r"; about .+ left$", text) for _, text in lines[len(lines) // 4 : -1])

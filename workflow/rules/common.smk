@@ -114,6 +114,18 @@ def captioned_table(name: str) -> list:
     return [captioned(csv, f"../report/{name}_table.rst", "Sim-to-real"), markdown, latex]
 
 
+def study_figure(name: str) -> list:
+    """The files of a figure of all tasks."""
+    pdf, png = (result("figures", f"{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/{name}.rst")]
+
+
+def study_table(name: str) -> list:
+    """The files of a table of all tasks; the report shows the CSV."""
+    csv, markdown, latex = multiext(result("tables", name), ".csv", ".md", ".tex")
+    return [captioned(csv, f"../report/{name}_table.rst"), markdown, latex]
+
+
 def task_parameters(wildcards) -> dict:
     """The content of the task's file, so that a change of it reruns what depends on it."""
     return dict(STUDY.tasks[wildcards.task])

@@ -4,7 +4,10 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from t2l.config.models.attenuation import Attenuation
 from t2l.config.models.diagnosis import Diagnosis
+from t2l.errors import InputError
+from t2l.published.grids import ADDRESS, read_grids
 from t2l.recordings import log
 from t2l.registry import python_files
 from t2l.typed import Problem, describe
@@ -20,6 +23,20 @@ def extended(extensions: Sequence[str] | None) -> list[Problem]:
         for i, path in enumerate(extensions or [])
         if not _has_python(path)
     ]
+
+
+def published(section: Attenuation) -> list[Problem]:
+    """What is to be read beside the study's own cells and is not what it should be."""
+    path, key = section.published_grids, "attenuation.published_grids"
+    if path is None:
+        return []
+    if not (_fits_the_system(path) and os.path.isfile(path)):
+        return [Problem(key, f"{describe(path)}, which is not there", f"a download of {ADDRESS}")]
+    try:
+        read_grids(path)
+    except InputError as error:
+        return [Problem(key, f"{error.path}, with {error.found} at {error.where}", error.allowed)]
+    return []
 
 
 def diagnosed(section: Diagnosis) -> list[Problem]:

@@ -41,6 +41,11 @@ def _products(
     )
     yield "demonstrations.count, horizon_s of a task", (c.demonstrations.count, horizon_s), 50_000
     yield "rollouts.count, horizon_s of a task", (c.rollouts.count, horizon_s), 100_000
+    yield "attenuation.replays, horizon_s of a task", (c.attenuation.replays, horizon_s), 100_000
+    # joints side by side, some hundred bytes each
+    keys = "grid.kp, grid.kd, attenuation.replicates, attenuation.inertias_kg_m2"
+    cells, joints = len(c.grid.kp) * len(c.grid.kd), len(c.attenuation.inertias_kg_m2) + 1
+    yield keys, (cells, c.attenuation.replicates, joints), 10_000_000
     keys = "identification.population, recordings.duration_s"
     yield keys, (c.identification.population, c.recordings.duration_s), 50_000
     learning = c.reinforcement_learning

@@ -108,6 +108,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         *sizes.problems(configuration, made),
         *storage.problems(configuration.tuning.storage),
         *robot.problems(configuration.robot, cells),
+        *files.published(configuration.attenuation),
         *(files.diagnosed(configuration.diagnosis) if configuration.diagnosis else []),
     ]
     if lines or problems:

@@ -1,6 +1,6 @@
 """Replaying retargeted demonstrations open loop, all at once, in one cell's simulation."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ class Replay:
 
     Attributes:
         observation: (n, nobs) before each command.
-        command: (n, ncommand), held.
+        command: (n, ncommand), held, noise included.
         action: (n, naction) that leads to the command where the robot is then.
         gripper: (n, ngripper) commanded.
         success: whether the task was solved within the demonstration's length.
@@ -48,12 +48,14 @@ def replay(
     decimation: int,
     how: str = "mean",
     threads: int = 1,
+    noise: Callable[[tuple[int, int, int]], np.ndarray] | None = None,
 ) -> list[Replay]:
     """Replay every demonstration with commands held for `decimation` timesteps.
 
     Args:
         control: of a cell, in the task's model.
         how: how a held command follows from those it replaces, see `t2l.demos.retarget.hold`.
+        noise: of a shape (n, ticks, ncommand), to be added to the commands.
     """
     n, controller = len(demonstrations), control.controller
     commands = [hold(retarget(d, controller), decimation, how, controller) for d in demonstrations]
@@ -61,6 +63,8 @@ def replay(
     lengths = np.array([len(c) for c in commands])
     ticks = int(lengths.max())
     command, gripper = _pad(commands, ticks), _pad(grippers, ticks)
+    if noise is not None:
+        command = command + noise(command.shape)
     reference = _pad([d.qpos[:, task.arm_qpos] for d in demonstrations], ticks * decimation + 1)
 
     batch = make_batch(task.model, n, threads)
@@ -87,7 +91,7 @@ def replay(
     return [
         Replay(
             observation=observations[i, :m],
-            command=commands[i],
+            command=command[i, :m],
             action=actions[i, :m],
             gripper=grippers[i],
             success=failures[i] == "",

@@ -41,6 +41,12 @@ class Grid:
         return list(dict.fromkeys(Cell(kp=kp, kd=kd) for kd, kp in product(kds, kps)))
 
     @property
+    def opposites(self) -> list[Cell]:
+        """The most compliant, overdamped cell, and the stiffest, underdamped one."""
+        co, su = Cell(kp=self.kp[0], kd=self.kd[-1]), Cell(kp=self.kp[-1], kd=self.kd[0])
+        return list(dict.fromkeys((co, su)))
+
+    @property
     def centre(self) -> Cell:
         """The cell in the middle, the lower one where a side is even."""
         return Cell(kp=self.kp[(len(self.kp) - 1) // 2], kd=self.kd[(len(self.kd) - 1) // 2])

@@ -1,1 +1,1 @@
-"""What the study has published: numbers, each with the section that it stands in."""
+"""What the study has published: its printed numbers, and grids that a person has downloaded."""

@@ -1,8 +1,11 @@
 """Numbers of tables as people read them, and tables as LaTeX."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import pandas as pd
+
+from t2l.artefacts import write_text
 
 
 def rate(share: float) -> str:
@@ -13,6 +16,14 @@ def rate(share: float) -> str:
 def estimate(value: float, error: float) -> str:
     """A coefficient with its standard error."""
     return "undetermined" if pd.isna(value) else f"{value:+.3f} ± {error:.3f}"
+
+
+def interval(value: float, low: float, high: float, digits: int = 2) -> str:
+    """A value with the ends of its interval."""
+    if pd.isna(value):
+        return "undetermined"
+    ends = "too few cells" if pd.isna(low) else f"{low:+.{digits}f} to {high:+.{digits}f}"
+    return f"{value:+.{digits}f} ({ends})"
 
 
 def p_value(p: float) -> str:
@@ -33,3 +44,22 @@ def latex(printed: pd.DataFrame, headers: Mapping[str, str]) -> str:
     columns = "l" + "r" * (len(printed.columns) - 1)
     escaped = {name: name.replace("%", r"\%").replace("^", r"\^{}") for name in printed.columns}
     return cells.rename(columns={**escaped, **headers}).to_latex(index=False, column_format=columns)
+
+
+def write_printed(
+    table: pd.DataFrame,
+    printed: pd.DataFrame,
+    paths: Sequence[Path | str],
+    headers: Mapping[str, str] | None = None,
+) -> None:
+    """Write a table's numbers as CSV, and as people read them as Markdown and LaTeX.
+
+    Args:
+        printed: the same as text.
+        paths: of the three files, in this order.
+        headers: see `latex`.
+    """
+    csv, markdown, tex = paths
+    write_text(table.to_csv(index=False), csv)
+    write_text(printed.to_markdown(index=False, disable_numparse=True) + "\n", markdown)
+    write_text(latex(printed.replace("_", r"\\_", regex=True), headers or {}), tex)

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from t2l.config.models.actions import Actions
+from t2l.config.models.attenuation import Attenuation
 from t2l.config.models.cloning import (
     CloningGrid,
     Demonstrations,
@@ -86,6 +87,9 @@ class Configuration(Typed):
         {},
         description="by a name each: what differs from all that is said elsewhere, which is the "
         "variant `nominal`",
+    )
+    attenuation: Attenuation = _section(
+        Attenuation, "what the controllers of `grid` leave of errors of commands"
     )
     recording_grid: RecordingGrid = _section(
         RecordingGrid,
