@@ -10,7 +10,7 @@ CELL = Cell(128, 16)
 
 
 def test_what_must_not_be_sent_is_named():
-    guard = Guard(ROBOT, 1, CELL, 0.02, Workspace(WORKSPACE.lower, (0.855, 0.855, 0.9)))
+    guard = Guard(ROBOT, 1, 0.02, Workspace(WORKSPACE.lower, (0.855, 0.855, 0.9)))
     q = ROBOT.home[None]
     still = np.zeros_like(q)
     assert guard.objections(q + 0.01, q, still) == [""]
@@ -31,7 +31,7 @@ def test_what_must_not_be_sent_is_named():
 
 
 def test_soft_gains_may_command_far_ahead_of_the_arm():
-    guard = Guard(ROBOT, 1, Cell(16, 24), 0.01, WORKSPACE)
+    guard = Guard(ROBOT, 1, 0.01, WORKSPACE)
     q = ROBOT.home[None]
     down = q.copy()
     down[0, 1] += 1.7  # there the flange would be far below the table

@@ -50,6 +50,11 @@ def of_condition(artefact: str) -> str:
     return result("sim_to_real", "{condition}", "{cell}", artefact)
 
 
+def of_policy(artefact: str) -> str:
+    """The path of an artefact that every policy of every such cell has."""
+    return of_condition(f"seed{{seed}}/{artefact}")
+
+
 def captioned(path: str, caption: str, category: str = "Behaviour cloning"):
     """An output that `snakemake --report` shows with a caption, its path relative to the rules."""
     # str: the flag must not stick to a path that other rules use as input
@@ -74,9 +79,9 @@ def diagnosis_figure(name: str) -> list:
     return [pdf, captioned(png, f"../report/diagnosis_{name}.rst", "Diagnosis")]
 
 
-def captioned_table(name: str) -> list:
+def captioned_table(name: str, file: str = "") -> list:
     """The files of one table of the sim-to-real chain; the report shows the CSV."""
-    csv, markdown, latex = multiext(result("tables", name), ".csv", ".md", ".tex")
+    csv, markdown, latex = multiext(result("tables", file or name), ".csv", ".md", ".tex")
     return [captioned(csv, f"../report/{name}_table.rst", "Sim-to-real"), markdown, latex]
 
 

@@ -30,4 +30,5 @@ with job(snakemake):
     write_table(trace_table(real, sim, task.robot.joints), snakemake.output.traces)
     seen = observation_table(real, sim, observation_names(task))
     write_table(seen, snakemake.output.observations)
-    write_table(rollout_table(policy, cell, real, sim), snakemake.output.rollouts)
+    seed = int(snakemake.wildcards.seed)
+    write_table(rollout_table(policy, cell, seed, real, sim), snakemake.output.rollouts)

@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping
 
 from t2l.actions import ACTIONS
-from t2l.config.cells import grid_of
+from t2l.config import transfer_design
+from t2l.config.cells import grid_of, transfer_cells
 from t2l.config.models import Configuration
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
@@ -32,6 +33,7 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_rates(configuration, tasks),
         *_cloned(configuration, tasks),
         *_conditions(configuration, tasks),
+        *transfer_design.decision(configuration, transfer_cells(configuration)),
         *_weights(configuration, tasks),
         *_algorithm(configuration),
         *_workspace(configuration),
@@ -138,6 +140,7 @@ def _weights(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterato
 def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
     conditions = configuration.sim_to_real.conditions
     names = [condition.name for condition in conditions]
+    cells = transfer_cells(configuration)
     robot = configuration.robot.name
     physics = configuration.identification.rate_hz
     for i, condition in enumerate(conditions):
@@ -156,6 +159,7 @@ def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
                 f"a task of robot.name = {robot}",
             )
         yield from _actions(f"{key}.actions", condition.actions, "joint_pd")
+        yield from transfer_design.given_scales(key, condition, task, cells)
         rate = condition.policy_rate_hz
         if physics % rate or LOG_RATE_HZ % rate:
             yield Problem(

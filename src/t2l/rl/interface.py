@@ -35,13 +35,23 @@ def steps_held(rate_hz: float, policy_rate_hz: float, of_what: str) -> int:
     return round(steps)
 
 
-def scale_per_joint(action_scale: tuple[float, float], robot: Robot) -> np.ndarray:
-    """(njoint,) rad: α of proximal joints and of the others."""
-    return np.where(robot.proximal, *action_scale)
+def scale_per_joint(action_scale: tuple[float, ...], robot: Robot) -> np.ndarray:
+    """(njoint,) rad: α of each joint, from those of `Robot.scale_groups`.
+
+    Raises:
+        ConfigurationError: not one number above 0 for each group.
+    """
+    groups = robot.scale_groups
+    if len(action_scale) != len(groups) or not all(0 < scale < np.inf for scale in action_scale):
+        raise ConfigurationError(
+            f"action scale: found {list(action_scale)}; allowed: a number above 0 for each of "
+            f"{', '.join(groups)}"
+        )
+    return np.array(action_scale, float)[robot.scale_group]
 
 
 def action_space(condition: Condition, robot: Robot, scale: np.ndarray) -> ActionSpace:
-    """What actions in [-1, 1] mean under a condition.
+    """What actions mean under a condition.
 
     Commands stay within the joints' ranges: soft gains take them far ahead of the arm, and no robot
     accepts what lies beyond.

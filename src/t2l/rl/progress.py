@@ -54,7 +54,8 @@ class Progress:
         )
         if self._best is None or found.objective > self._best[1].objective:
             self._best = policy, found
-        self.enough = found.objective >= 1 + self._settings.enough
+        enough = self._settings.enough
+        self.enough = enough is not None and found.objective >= 1 + enough
         self._report(update, found)
         return found
 

@@ -21,8 +21,8 @@ from t2l.config.models.transfer import (
     Recordings,
     ReinforcementLearning,
     Robot,
-    SampleEfficiency,
     SimToReal,
+    TransferDecision,
     Tuning,
 )
 from t2l.config.quantities import LARGEST_SEED, Given, Paths
@@ -91,8 +91,11 @@ class Configuration(Typed):
         Tuning, "Optuna's search for action scales, a study for each cell and condition"
     )
     deployment: Deployment = _section(Deployment, "rollouts of tuned policies")
-    sample_efficiency: SampleEfficiency = _section(
-        SampleEfficiency, "training again at the corners, with the tuned action scales"
+    transfer_decision: Annotated[TransferDecision | None, Given] = Field(
+        None,
+        description="how it is decided whether the study's claim about transfer is reproduced; a "
+        "study that is too small for its own rule is refused; without this section nothing is "
+        "decided",
     )
     diagnosis: Annotated[Diagnosis | None, Given] = Field(
         None,
