@@ -26,6 +26,7 @@ localrules:
     diagnosis,
     figures,
     tables,
+    transfer,
 
 
 rule all:
@@ -45,6 +46,13 @@ rule figures:
         FIGURES,
         TRANSFER_FIGURES,
         EVERY_CELL,
+        EVERY_TRANSFER_CELL,
+
+
+rule transfer:
+    input:
+        TRANSFER_FIGURES,
+        TRANSFER_TABLES,
         EVERY_TRANSFER_CELL,
 
 

@@ -15,7 +15,7 @@ GRID = Grid(kp=(16, 512), kd=(1, 24), compliant_up_to_kp=128, overdamped_from_kd
 def cells(**changes):
     values = {
         "trajectory_error": [0.1, 2.0, 0.01, 0.5], "nn_error": [0.1, 0.2, 0.05, 0.3],
-        "jitter_rate": [0.0, 0.5, 1.0, 0.2], "stopped_rate": 0.0,
+        "jitter_rate": [0.0, 0.5, 1.0, 0.2], "stopped_rate": 0.0, "feedback_gain": [1.0, 2.0, 0.3, 5.0],
     } | changes  # fmt: skip
     kp, kd = zip(*((cell.kp, cell.kd) for cell in GRID.cells), strict=True)
     return pd.DataFrame({"kp": kp, "kd": kd, **values})
@@ -59,7 +59,8 @@ CELL = Cell(16, 1)
 JITTER = pd.DataFrame(
     {
         "period_s": [0.01, 0.02], "jitter_rate": [0.1, 0.0], "jitter_rate_sim": [0.0, 0.0],
-        "lower": [0.0, 0.0], "upper": [0.3, 0.1], "rollouts": [30, 30],
+        "lower": [0.0, 0.0], "upper": [0.3, 0.1], "rollouts": [30, 30], "stopped_rate": [0.1, 0.0],
+        "cells": [3, 3],
     }
 )  # fmt: skip
 
@@ -73,9 +74,10 @@ JITTER = pd.DataFrame(
         lambda: transfer.wrist_trajectories({CELL: trace()}, ["least error"]),
         lambda: transfer.observation_distributions({CELL: seen()}),
         lambda: learning.landscape({CELL: trials(), Cell(512, 1): trials("pruned")}, GRID),
+        lambda: learning.landscape({}, GRID),
         lambda: learning.training_curves({"a": curves(), "b": curves(empty=True)}, GRID),
     ],
-    ids=["errors", "no errors", "jitter", "wrist", "observations", "landscape", "curves"],
+    ids=["errors", "no errors", "jitter", "wrist", "observations", "landscape", "given", "curves"],
 )
 def test_a_figure_is_written(figure, tmp_path):
     path = tmp_path / "figure.png"
