@@ -15,7 +15,11 @@ def deciding(config):
 @pytest.mark.parametrize(
     ("section", "keys", "message"),
     [
-        ("sim_to_real", {"cells": "corners_and_centre"}, "transfer_decision.cells: found 12, and 5"),
+        (
+            "sim_to_real",
+            {"cells": "corners_and_centre"},
+            "transfer_decision.cells: found 12, and 5",
+        ),
         ("sim_to_real", {"seeds": 2}, "sim_to_real.seeds: found 2; allowed: at least"),
         ("transfer_decision", {"condition": "joint_rech"}, "(did you mean joint_reach?)"),
         ("transfer_decision", {"cells": 13}, "found 13, and 12 cells of joint_reach that are run"),

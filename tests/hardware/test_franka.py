@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 import yaml
 
-from t2l.hardware.guard import Workspace
 from t2l.actions import ACTIONS
 from t2l.gains import Cell
 from t2l.hardware import BackendError, franka
 from t2l.hardware.franka import AiofrankaRobot
+from t2l.hardware.guard import Workspace
 from t2l.hardware.plan import read_plan
 from t2l.hardware.recorder import record_plan
 from t2l.recordings import read_recordings

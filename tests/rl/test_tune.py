@@ -19,11 +19,10 @@ from t2l.gains import Cell
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.interface import scale_per_joint
-from t2l.rl.outcome import TuningError, UnfinishedError, best
+from t2l.rl.outcome import TuningError, best
 from t2l.rl.problem import Problem
 from t2l.rl.trials import StorageError, count, open_study, requeue_abandoned, sign, table
 from t2l.rl.tune import choose, first_guess, work
-from t2l.robots import make_robot
 from tests.defaults import TASKS, learning, search
 from tests.rl.test_environments import CENTRE, PARAMETERS, ROBOT
 
@@ -253,10 +252,13 @@ def test_a_study_in_the_study_space_has_no_first_guess_and_completes_every_trial
     assert not found.choice.reward_weights
 
 
-def test_robots_may_have_any_number_of_groups_that_share_a_scale(monkeypatch):
-    robot = make_robot("fr3")
-    monkeypatch.setattr(type(robot), "scale_groups", ("base", "elbow", "wrist"))
-    monkeypatch.setattr(type(robot), "scale_group", np.array([0, 0, 1, 1, 2, 2, 2]))
+class ThreeGroups(type(ROBOT)):
+    scale_groups = ("base", "elbow", "wrist")
+    scale_group = np.array([0, 0, 1, 1, 2, 2, 2])
+
+
+def test_robots_may_have_any_number_of_groups_that_share_a_scale():
+    robot = ThreeGroups()
     trial = optuna.create_study().ask()
     choice = choose(trial, search(space="study", action_scale=[0.1, 1.0]), robot)
     assert len(choice.action_scale) == 3

@@ -38,9 +38,7 @@ def planted(slope_kp=0.3, slope_kd=0.3, jitter_so=0.8, jitter_rest=0.1, in_simul
     columns = ["kp", "kd", "seed", "trajectory_error", "jitter_failure", "jitter_failure_sim"]
     return (
         pd.DataFrame(rollouts, columns=[*columns, "stopped"]),
-        pd.DataFrame(
-            policies, columns=["kp", "kd", "seed", "success_sim_100", "feedback_gain"]
-        ),
+        pd.DataFrame(policies, columns=["kp", "kd", "seed", "success_sim_100", "feedback_gain"]),
     )
 
 

@@ -13,6 +13,7 @@ TRAINING_SETTINGS = {
 CONDITION_NAMES = [entry["name"] for entry in CONDITIONS]
 POLICY_SEEDS = range(1, 1 + STUDY.sections["sim_to_real"]["seeds"])
 DECISION = STUDY.sections.get("transfer_decision")
+ABLATION = STUDY.sections.get("robot_ablation")
 TRANSFER_CELLS = [cell.name for cell in STUDY.transfer_cells]
 # of each condition, by its name
 CELLS_OF = {
@@ -342,6 +343,75 @@ rule transfer_decision:
         "../scripts/transfer_decision.py"
 
 
+rule deploy_without:
+    input:
+        policy=of_policy("policy.safetensors"),
+        parameters=of_transfer("parameters.yaml"),
+    output:
+        of_policy("without/{effect}/rollouts.parquet"),
+    params:
+        version=VERSION,
+        condition=condition_entry,
+        robot=ROBOT,
+        deployment=STUDY.sections["deployment"],
+        horizon_s=HORIZON_S,
+        rate_hz=STUDY.sections["identification"]["rate_hz"],
+        seed=SEED,
+    log:
+        result("logs", "deploy_without", "{condition}_{cell}_{seed}_{effect}.log"),
+    benchmark:
+        result("benchmarks", "deploy_without", "{condition}_{cell}_{seed}_{effect}.tsv")
+    resources:
+        mem_mb=1000,
+        robot=ROBOTS_USED,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/deploy_without.py"
+
+
+def of_ablated(path: str, **effect: str) -> list[str]:
+    """The paths of an artefact for the policies whose robot is ablated."""
+    if not (ABLATION and STUDY.conditions):
+        return []
+    return expand(
+        path,
+        condition=ABLATION["condition"],
+        cell=[Cell(**entry).name for entry in ABLATION["cells"]],
+        seed=POLICY_SEEDS,
+        **effect,
+    )
+
+
+ABLATED = {f"without_{effect}": effect for effect in (ABLATION or {}).get("effects", [])}
+
+
+rule ablation:
+    input:
+        whole=of_ablated(of_policy("rollouts.parquet")),
+        **{
+            key: of_ablated(of_policy("without/{effect}/rollouts.parquet"), effect=effect)
+            for key, effect in ABLATED.items()
+        },
+    output:
+        table=captioned_table("ablation"),
+        figure=transfer_figure("ablation", "ablation"),
+    params:
+        version=VERSION,
+        keys={effect: key for key, effect in ABLATED.items()},
+        grid=STUDY.sections["recording_grid"],
+    log:
+        result("logs", "ablation.log"),
+    benchmark:
+        result("benchmarks", "ablation.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/ablation.py"
+
+
 rule transfer_figures:
     input:
         cells=expand(result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITION_NAMES),
@@ -414,5 +484,8 @@ if CONDITION_NAMES:
         *rules.learning_figures.output,
     ]
     TRANSFER_TABLES += [*rules.transfer_statistics.output]
+    if ABLATION:
+        TRANSFER_FIGURES += [*rules.ablation.output.figure]
+        TRANSFER_TABLES += [*rules.ablation.output.table]
     if DECISION:
         TRANSFER_TABLES += expand(rules.transfer_decision.output, condition=DECISION["condition"])

@@ -18,7 +18,8 @@ with job(snakemake):
     write(landscape(trials, grid), snakemake.output.landscape)
     curves = {
         condition: pd.concat(
-            [read_table(path, CURVE_COLUMNS) for path in given[f"training_{condition}"]], ignore_index=True
+            [read_table(path, CURVE_COLUMNS) for path in given[f"training_{condition}"]],
+            ignore_index=True,
         )
         for condition in params.conditions
     }

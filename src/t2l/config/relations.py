@@ -34,6 +34,7 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_cloned(configuration, tasks),
         *_conditions(configuration, tasks),
         *transfer_design.decision(configuration, transfer_cells(configuration)),
+        *transfer_design.ablation(configuration, transfer_cells(configuration)),
         *_weights(configuration, tasks),
         *_algorithm(configuration),
         *_workspace(configuration),

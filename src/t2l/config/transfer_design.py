@@ -4,10 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from t2l.config.models import Configuration
 from t2l.config.models.transfer import Condition
+from t2l.errors import ConfigurationError
 from t2l.gains import Cell
+from t2l.hardware import find_backend
 from t2l.stats.decision import Rule, least_attainable_p
 from t2l.tasks import Rewarded, Task
-from t2l.typed import Problem, describe, suggestion
+from t2l.typed import Invalid, Problem, describe, suggestion
 
 
 def given_scales(
@@ -73,3 +75,31 @@ def decision(configuration: Configuration, cells: Sequence[Cell]) -> Iterator[Pr
         yield Problem(
             f"{key}.condition", "cells with one stiffness or one damping", "two of each at least"
         )
+
+
+def ablation(configuration: Configuration, cells: Sequence[Cell]) -> Iterator[Problem]:
+    """What of an ablation of the robot cannot be run."""
+    section, key = configuration.robot_ablation, "robot_ablation"
+    if section is None:
+        return
+    conditions = {c.name: c for c in configuration.sim_to_real.conditions}
+    if section.condition not in conditions:
+        found = describe(section.condition) + suggestion(section.condition, list(conditions))
+        yield Problem(f"{key}.condition", found, ", ".join(conditions) or "a condition")
+        return
+    given = {Cell(e.kp, e.kd) for e in conditions[section.condition].action_scales}
+    for i, entry in enumerate(section.cells):
+        cell = Cell(entry.kp, entry.kd)
+        if cell not in cells or (given and cell not in given):
+            allowed = f"a cell of {section.condition} that is run"
+            yield Problem(f"{key}.cells[{i}]", str(cell), allowed)
+    robot = configuration.robot.model_dump(exclude_none=True)
+    for i, effect in enumerate(section.effects):
+        try:
+            find_backend({**robot, "without": [effect]})
+        except Invalid as error:
+            problem = error.problems[0]
+            allowed = f"{problem.allowed}, of robot.backend = {robot['backend']}"
+            yield Problem(f"{key}.effects[{i}]", describe(effect), allowed)
+        except ConfigurationError:
+            return  # the section `robot` is wrong, which is told elsewhere

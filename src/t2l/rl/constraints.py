@@ -47,7 +47,7 @@ def violations(
 
 
 def jitter(dq: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Largest standard deviation of any joint's velocity over the last `JITTER_WINDOW_S`, (n,) rad/s.
+    """Largest standard deviation of a joint's velocity over the last `JITTER_WINDOW_S`: (n,) rad/s.
 
     Args:
         dq: (nsample, n, njoint) rad/s at `rate_hz`, whole rollouts; a shorter one counts whole.

@@ -1,5 +1,7 @@
 """PPO (Schulman et al. 2017) of stable-baselines3 with the study's hyper-parameters."""
 
+from itertools import pairwise
+
 import numpy as np
 import torch
 from gymnasium import spaces
@@ -117,7 +119,7 @@ class _Hidden(BaseFeaturesExtractor):
         super().__init__(observation_space, HIDDEN[-1])
         sizes = [observation_space.shape[0], *HIDDEN]
         self.layers = torch.nn.Sequential()
-        for before, after in zip(sizes, sizes[1:], strict=False):
+        for before, after in pairwise(sizes):
             self.layers.append(torch.nn.Linear(before, after)).append(torch.nn.ELU())
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:

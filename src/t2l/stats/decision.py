@@ -1,4 +1,4 @@
-"""Whether the study's claim about transfer is reproduced, by a rule that is written before the runs.
+"""Whether the study's claim about transfer is reproduced, by a rule written before the runs.
 
 The claim (section IV-C): stiff, overdamped gains transfer worse, and their failure is oscillation.
 It is reproduced if all of this holds at the level α:
@@ -29,6 +29,7 @@ from t2l.stats.text import p_value
 from t2l.stats.transfer import log_error_regression, of_policies
 
 REPRODUCED, NOT_REPRODUCED, CANNOT_BE_TOLD = "reproduced", "not reproduced", "cannot be told"
+DECISION_COLUMNS = ["what", "found", "error", "p", "cells", "policies", "holds"]
 POLICY_COLUMNS = ("kp", "kd", "seed", "success_sim_100", "feedback_gain")
 # arrangements that are all counted, where there are no more
 ARRANGEMENTS = 20_000
@@ -69,14 +70,16 @@ def decide(rollouts: pd.DataFrame, policies: pd.DataFrame, rule: Rule) -> pd.Dat
     """
     key = ["kp", "kd", "seed"]
     works = policies[policies.success_sim_100 >= rule.success]
+    if works.empty:
+        nothing = {"what": "verdict", "cells": 0, "policies": 0, "holds": CANNOT_BE_TOLD}
+        return pd.DataFrame([nothing], columns=DECISION_COLUMNS)
     rollouts = rollouts.merge(works[key], on=key)
     each = of_policies(rollouts).merge(works, on=key)
     fit = log_error_regression(each)
     cells = _cells(rollouts, each)
     inside = rule.inside(cells.kp, cells.kd)
     enough = (
-        len(cells) >= rule.cells
-        and least_attainable_p(inside.sum(), (~inside).sum()) <= rule.alpha
+        len(cells) >= rule.cells and least_attainable_p(inside.sum(), (~inside).sum()) <= rule.alpha
     )
     more, less = cells.excess[inside], cells.excess[~inside]
     rows = [
@@ -95,9 +98,7 @@ def decide(rollouts: pd.DataFrame, policies: pd.DataFrame, rule: Rule) -> pd.Dat
         verdict = CANNOT_BE_TOLD
     rows.append({"what": "verdict", "holds": verdict})
     counts = {"cells": len(cells), "policies": len(each)}
-    return pd.DataFrame([counts | row for row in rows])[
-        ["what", "found", "error", "p", "cells", "policies", "holds"]
-    ]
+    return pd.DataFrame([counts | row for row in rows], columns=DECISION_COLUMNS)
 
 
 def printable_decision(table: pd.DataFrame) -> pd.DataFrame:

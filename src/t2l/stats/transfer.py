@@ -147,7 +147,7 @@ def jitter_table(
     for name, hertz in sorted(rates_hz.items(), key=lambda item: 1 / item[1]):
         table = rollouts[name]
         by_cell = table.groupby(["kp", "kd"]).jitter_failure.mean().to_numpy(float)
-        low, high = _interval(by_cell)
+        low, high = bootstrap_interval(by_cell)
         rows.append(
             {
                 "condition": name,
@@ -164,7 +164,7 @@ def jitter_table(
     return pd.DataFrame(rows)
 
 
-def _interval(values: np.ndarray) -> tuple[float, float]:
+def bootstrap_interval(values: np.ndarray) -> tuple[float, float]:
     """95 % of the mean of units, by their bootstrap."""
     draw = np.random.default_rng(0).integers(0, len(values), (RESAMPLES, len(values)))
     low, high = np.quantile(values[draw].mean(axis=1), [0.025, 0.975])

@@ -30,8 +30,8 @@ def trajectory_error(real: Rollouts, sim: Rollouts) -> np.ndarray:
     """
     squares = [
         (one - other) ** 2
-        for one, other in zip(standing_where_stopped(sim), standing_where_stopped(real), strict=True)
-    ]  # fmt: skip
+        for one, other in zip(*map(standing_where_stopped, (sim, real)), strict=True)
+    ]
     return sum(squares).mean(axis=(0, 2))
 
 

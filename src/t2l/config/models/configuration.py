@@ -21,6 +21,7 @@ from t2l.config.models.transfer import (
     Recordings,
     ReinforcementLearning,
     Robot,
+    RobotAblation,
     SimToReal,
     TransferDecision,
     Tuning,
@@ -91,6 +92,11 @@ class Configuration(Typed):
         Tuning, "Optuna's search for action scales, a study for each cell and condition"
     )
     deployment: Deployment = _section(Deployment, "rollouts of tuned policies")
+    robot_ablation: Annotated[RobotAblation | None, Given] = Field(
+        None,
+        description="which effect of the virtual robot makes policies shake: each is left out in "
+        "turn; without this section none is",
+    )
     transfer_decision: Annotated[TransferDecision | None, Given] = Field(
         None,
         description="how it is decided whether the study's claim about transfer is reproduced; a "

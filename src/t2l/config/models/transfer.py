@@ -9,7 +9,7 @@ from t2l.config.models.grid import CompliantUpTo, Dampings, Grid, OverdampedFrom
 from t2l.config.quantities import LARGEST_SEED, Bounds, Gain, Given, Point, Positive, Text
 from t2l.hardware import BACKENDS
 from t2l.rl.settings import JOURNAL, LOGARITHMIC
-from t2l.typed import Integer, Name, Number, Typed
+from t2l.typed import Integer, Name, Number, Typed, Unique
 
 
 class RecordingGrid(Grid):
@@ -269,6 +269,24 @@ class Deployment(Typed):
         description="upper corner of that box, m; the default is the reach of the arm",
     )
 
+
+class CellEntry(Typed):
+    """A cell."""
+
+    kp: Gain = Field(description="stiffness, N·m/rad")
+    kd: Gain = Field(description="damping, N·m·s/rad")
+
+
+class RobotAblation(Typed):
+    """The same policies on the virtual robot with one of its effects off at a time."""
+
+    condition: Name = Field(description="name of the condition whose policies are deployed")
+    cells: Annotated[list[CellEntry], Field(min_length=1, max_length=1000)] = Field(
+        description="cells of the condition"
+    )
+    effects: Annotated[list[Name], Field(min_length=1, max_length=100), Unique] = Field(
+        description="what is off in turn, of the effects that `robot.without` takes"
+    )
 
 
 class TransferDecision(Typed):
