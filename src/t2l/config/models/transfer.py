@@ -1,6 +1,6 @@
 """Sections of sim-to-real transfer."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_origin
 
 from pydantic import ConfigDict, Field, create_model
 
@@ -77,14 +77,21 @@ class RobotSection(Typed):
     )
 
 
-# the library's back ends take text alone; the one that is named checks it: `t2l.config.robot`
+def _written(annotation: type) -> type:
+    """What a key of a back end is written as; the one that is named checks it: `t2l.config.robot`.
+
+    The library's back ends take text alone, or lists of it.
+    """
+    return list[Text] if get_origin(annotation) is list else Text
+
+
 Robot = create_model(
     "Robot",
     __base__=RobotSection,
     __doc__=RobotSection.__doc__,
     **{
         key: (
-            Annotated[Text | None, Given],
+            Annotated[_written(field.annotation) | None, Given],
             Field(None, description=f"with `{name}`: {field.description}"),
         )
         for name in BACKENDS.known
