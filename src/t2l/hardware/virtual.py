@@ -77,12 +77,26 @@ class VirtualRobot(Backend):
     @classmethod
     def features(cls, robot: Robot, settings: Settings) -> Features:
         """See `Backend.features`."""
-        return Features(read(robot, settings.physics).control_rate_hz)
+        return _features(read(robot, settings.physics))
 
     @classmethod
     def open(cls, robot: Robot, settings: Settings, n: int = 1) -> "VirtualRobot":
         """See `Backend.open`."""
         return cls(robot, n, threads=1, physics=settings.physics, absent=settings.without)
+
+    @classmethod
+    def truth(cls, robot: Robot, settings: Settings) -> dict[str, np.ndarray]:
+        """See `Backend.truth`."""
+        physics = _left(read(robot, settings.physics), settings.without)
+        model = plant.load(robot.name, robot.joints).compile()
+        _, dofs = _addresses(model, robot.joints)
+        return {
+            "armature": model.dof_armature[dofs],
+            "sliding_friction": np.array(physics.coulomb),
+            "breakaway": physics.coulomb * physics.breakaway_ratio,
+            "viscous_friction": np.array(physics.viscous),
+            "torque_scale": np.ones(len(robot.joints)),
+        }
 
     def __init__(
         self,
@@ -92,12 +106,10 @@ class VirtualRobot(Backend):
         physics: Path | str | None = None,
         absent: Iterable[str] = (),
     ):
-        physics = read(robot, physics)
-        for name in (absent := list(absent)):
-            physics = without(physics, name)
-        self._physics = physics
+        absent = list(absent)
+        self._physics = physics = _left(read(robot, physics), absent)
         self.n, self.robot, joints = n, robot, robot.joints
-        self.can = Features(physics.control_rate_hz)
+        self.can = _features(physics)
         self.notes = " without ".join([f"the virtual {robot.name}", *absent])
         self._shape = (n, len(joints))
         self._substeps = round(physics.physics_rate_hz / physics.control_rate_hz)
@@ -224,6 +236,16 @@ class VirtualRobot(Backend):
             generator(0, "virtual", what, i, zlib.crc32(np.ascontiguousarray(begun[:, i])))
             for i in range(self.n)
         ]
+
+
+def _features(physics: VirtualPhysics) -> Features:
+    return Features(physics.control_rate_hz, truth_known=True)
+
+
+def _left(physics: VirtualPhysics, absent: Iterable[str]) -> VirtualPhysics:
+    for name in absent:
+        physics = without(physics, name)
+    return physics
 
 
 def _model(physics: VirtualPhysics, robot: Robot) -> mujoco.MjModel:
