@@ -77,9 +77,9 @@ def _within_limits(robot: Robot, offsets: np.ndarray, kp: np.ndarray, kd: np.nda
     # the first part, and so the largest, from which on none is beyond
     first = len(_PARTS) - np.argmax(beyond[::-1], axis=0)
     part = _PARTS[np.where(beyond.any(axis=0), np.minimum(first, len(_PARTS) - 1), 0)]
-    # a joint among others that move more or less than it
-    while (beyond := _beyond(robot, (part * offsets)[None], kp, kd)[0]).any():
-        part = np.where(beyond, SMALLER * part, part)
+    # now that each moves by a part of its own, some are driven by others
+    while _beyond(robot, (part * offsets)[None], kp, kd).any():
+        part = SMALLER * part
     return part * offsets
 
 
