@@ -27,6 +27,7 @@ from t2l.identify.uncertainty import uncertainty
 from t2l.recordings.recording import Recording
 
 ON_BOUND = 1e-3  # of a parameter's size
+NEAR = 0.1  # relative gain of a round, below which the cheap steps end
 NAMES = tuple(parameter.name for parameter in Actuator.parameters)
 
 
@@ -67,36 +68,36 @@ def identify_actuators(
     predictor = Predictor(recordings[0].robot, recordings, threads=threads)
     layout = Layout([Term(effect := Actuator(), tuple(range(len(predictor.joints))))])
     size = np.array([slot.parameter.size for slot in layout.slots])
-    start = layout.encode({effect.name: GUESS})
-    fit = LeastSquares(layout, start, size, diagonal=True)
     samples = predictor.samples
     every = np.ones(len(samples), bool)
     losses: list[np.ndarray] = []
 
     def after_round(fits) -> None:
+        (fit,) = fits
         squares = np.nan_to_num(fit.residual**2, nan=np.inf)
         losses.append(
             np.array([squares[samples.recording == i].mean() for i in range(len(recordings))])
         )
         progress(len(losses) - 1, fit.loss)
 
+    start = layout.encode({effect.name: GUESS})
+    near = LeastSquares(layout, start, size, diagonal=True, tolerance=NEAR)
+    run([near], predictor, every, rounds, after_round)
+    # joints with parallel axes drive each other: now every parameter has a column of its own
+    fit = LeastSquares(layout, near.u, size)
     run([fit], predictor, every, rounds, after_round)
     if not np.isfinite(fit.loss):
         raise IdentificationError("the simulation of the recordings runs away under a first guess")
     estimate = uncertainty(fit, predictor, every)
     shape = (len(effect.parameters), -1)
     intervals = np.array([estimate.interval(i) for i in range(len(layout))]).reshape(*shape, 2)
-    scale = np.where(layout.log, 1.0, np.maximum(size, 1e-9))
-    near = np.minimum(fit.u - layout.lower, layout.upper - fit.u) < ON_BOUND * scale
+    gap = np.minimum(fit.u - layout.lower, layout.upper - fit.u)
+    ended = gap < ON_BOUND * np.where(layout.log, 1.0, size)
     return Actuators(
         {name: value[0] for name, value in layout.decode(fit.u[None])[effect.name].items()},
         dict(zip(NAMES, intervals, strict=True)),
         np.array(losses),
-        [
-            (slot.parameter.name, slot.joint)
-            for slot, at in zip(layout.slots, near, strict=True)
-            if at
-        ],
+        [(layout.slots[i].parameter.name, layout.slots[i].joint) for i in np.flatnonzero(ended)],
     )
 
 

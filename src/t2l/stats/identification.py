@@ -55,5 +55,6 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
             return f"{middle:.2f}"
         return f"{middle:.2f} ({low:.2f} to {high:.2f})"
 
-    wide = table.groupby(["joint", "parameter"], sort=False).ratio.apply(text).unstack(sort=False)
-    return wide.reset_index().rename_axis(columns=None)
+    wide = table.groupby(["joint", "parameter"]).ratio.apply(text).unstack()
+    ordered = wide.loc[table.joint.unique(), table.parameter.unique()]
+    return ordered.reset_index().rename_axis(columns=None)
