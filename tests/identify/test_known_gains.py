@@ -18,7 +18,7 @@ from t2l.recordings.recording import Recording
 from t2l.robots import make_robot
 from tests.conftest import ROOT
 
-ARM = str(ROOT / "examples/two_joint_arm/arm.xml")
+ARM = str(ROOT / "examples/two_joint_arm/two_joint_arm.xml")
 JOINTS = ("shoulder", "elbow")
 TRUE = {
     "armature": [0.1, 0.02], "friction": [0.5, 0.2], "viscous_friction": [0.3, 0.1],
@@ -28,16 +28,16 @@ TRUE = {
 
 @pytest.fixture(scope="module")
 def recordings():
-    """Two cells of a plant with known actuators, two seconds each, measured without noise."""
-    time = np.arange(100) / 50
-    offsets = multisine(time, np.full(2, 0.4), np.arange(1, 8) / 2, seed=1)
+    """Two cells of a plant with known actuators, 1.2 s each, measured without noise."""
+    time = np.arange(60) / 50
+    offsets = multisine(time, np.full(2, 0.4), np.arange(1, 6), seed=1)
     offsets *= envelope(time, time[-1], 0.4)[:, None]
     blank = [
         Recording(
             name=f"{kp:g}", path=None, robot=ARM, joints=JOINTS, kp=np.full(2, kp),
-            kd=np.full(2, kd), command_rate_hz=50.0, control_rate_hz=500.0,
-            gravity_compensation=True, time=time, q_des=offsets, q=np.tile(offsets[0], (100, 1)),
-            dq=np.zeros((100, 2)),
+            kd=np.full(2, kd), command_rate_hz=50.0, control_rate_hz=250.0,
+            gravity_compensation=True, time=time, q_des=offsets, q=np.tile(offsets[0], (60, 1)),
+            dq=np.zeros((60, 2)),
         )
         for kp, kd in ((20.0, 1.0), (80.0, 2.0))
     ]  # fmt: skip
@@ -54,7 +54,7 @@ def recordings():
 
 @pytest.fixture(scope="module")
 def found(recordings):
-    return identify_actuators(recordings, 25)
+    return identify_actuators(recordings, 20)
 
 
 def test_what_made_the_recordings_is_found_again(found):
