@@ -19,7 +19,7 @@ from benchmarks.gymnasium_reach import GymnasiumReach
 from benchmarks.scene import configuration, task_file
 from t2l.gains import Cell
 from t2l.hardware import open_backend
-from t2l.hardware.motion import identification_motion
+from t2l.hardware.identification_motion import identification_motion
 from t2l.identify import actuators as identification
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition

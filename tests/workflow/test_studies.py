@@ -7,8 +7,8 @@ import pytest
 from tests.conftest import ROOT
 
 JOBS = {
-    "config": 119, "joint_deltas": 72, "paper": 1295, "smoke": 54, "transfer_conditions": 199,
-    "transfer_grid": 199, "ur5e": 95,
+    "config": 121, "joint_deltas": 74, "paper": 1296, "smoke": 56, "transfer_conditions": 201,
+    "transfer_grid": 201, "ur5e": 97,
 }  # fmt: skip
 
 

@@ -1,8 +1,5 @@
-"""Recordings, identified simulators, policies tuned in them, and their transfer to the robot."""
+"""Policies tuned in identified simulators, and their transfer to the robot."""
 
-ROBOT = STUDY.sections["robot"]
-# in real time, of which the profile says there is one
-ROBOTS_USED = 1 if STUDY.robot.real_time else 0
 TUNING = STUDY.sections["tuning"]
 HORIZON_S = STUDY.sections["reinforcement_learning"]["horizon_s"]
 TRAINING_SETTINGS = {
@@ -14,15 +11,11 @@ CONDITION_NAMES = [entry["name"] for entry in CONDITIONS]
 POLICY_SEEDS = range(1, 1 + STUDY.sections["sim_to_real"]["seeds"])
 DECISION = STUDY.sections.get("transfer_decision")
 ABLATION = STUDY.sections.get("robot_ablation")
-TRANSFER_CELLS = [cell.name for cell in STUDY.transfer_cells]
 # of each condition, by its name
 CELLS_OF = {
     condition.name: [cell.name for cell in condition.cells(STUDY.transfer_cells)]
     for condition in STUDY.conditions
 }
-SHOWN_CELLS = [
-    cell.name for cell in STUDY.recording_grid.corners if cell in STUDY.transfer_cells
-]
 
 
 def of_conditions(path: str, conditions: list[str], cells: list[str] = TRANSFER_CELLS) -> list[str]:
@@ -73,95 +66,6 @@ wildcard_constraints:
     condition="|".join(CONDITION_NAMES) or "none",
     worker=r"\d+",
     seed=r"\d+",
-
-
-rule record_motion:
-    input:
-        lambda wildcards: recorded_files(ROBOT, wildcards.cell),
-    output:
-        table=of_transfer("recording.parquet"),
-        metadata=of_transfer("recording.yaml"),
-    params:
-        version=VERSION,
-        robot=ROBOT,
-        motion=STUDY.sections["recordings"],
-    log:
-        result("logs", "record_motion", "{cell}.log"),
-    benchmark:
-        result("benchmarks", "record_motion", "{cell}.tsv")
-    resources:
-        mem_mb=1000,
-        robot=ROBOTS_USED,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/record_motion.py"
-
-
-rule identify:
-    input:
-        table=of_transfer("recording.parquet"),
-        metadata=of_transfer("recording.yaml"),
-    output:
-        parameters=of_transfer("parameters.yaml"),
-        losses=of_transfer("identification_losses.parquet"),
-        trace=of_transfer("identification_trace.parquet"),
-    params:
-        version=VERSION,
-        seed=SEED,
-        settings=STUDY.sections["identification"],
-    log:
-        result("logs", "identify", "{cell}.log"),
-    benchmark:
-        result("benchmarks", "identify", "{cell}.tsv")
-    resources:
-        mem_mb=1000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/identify.py"
-
-
-rule summarise_identification:
-    input:
-        expand(of_transfer("parameters.yaml"), cell=TRANSFER_CELLS),
-    output:
-        result("sim_to_real", "identification.parquet"),
-    params:
-        version=VERSION,
-    log:
-        result("logs", "summarise_identification.log"),
-    benchmark:
-        result("benchmarks", "summarise_identification.tsv")
-    resources:
-        mem_mb=1000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/summarise_identification.py"
-
-
-rule identification_figure:
-    input:
-        cells=result("sim_to_real", "identification.parquet"),
-        losses=expand(of_transfer("identification_losses.parquet"), cell=TRANSFER_CELLS),
-        traces=expand(of_transfer("identification_trace.parquet"), cell=SHOWN_CELLS),
-    output:
-        error=transfer_figure("identification", "identification"),
-        overlays=transfer_figure("identification_overlays", "identification_overlays"),
-    params:
-        version=VERSION,
-        grid=STUDY.sections["recording_grid"],
-    log:
-        result("logs", "identification_figure.log"),
-    benchmark:
-        result("benchmarks", "identification_figure.tsv")
-    resources:
-        mem_mb=1000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/identification_figure.py"
 
 
 # A worker runs trials until the study has enough; several of them share it. The trials are in
@@ -473,11 +377,8 @@ rule learning_figures:
         "../scripts/learning_figures.py"
 
 
-TRANSFER_FIGURES = [
-    *rules.identification_figure.output.error,
-    *rules.identification_figure.output.overlays,
-]
-TRANSFER_TABLES = []
+TRANSFER_FIGURES = [*IDENTIFICATION_FIGURES]
+TRANSFER_TABLES = [*IDENTIFICATION_TABLES]
 if CONDITION_NAMES:
     TRANSFER_FIGURES += [
         *rules.transfer_figures.output,

@@ -79,10 +79,10 @@ class Configuration(Typed):
     robot: Robot = _section(Robot, "the robot at the other end")
     recordings: Recordings = _section(
         Recordings,
-        "the motion that is recorded for identification, a sine of 0.5 Hz on all joints",
+        "the motion that is recorded for identification, about home on all joints",
     )
     identification: Identification = _section(
-        Identification, "CMA-ES on the spectral error, for each cell"
+        Identification, "of the actuators of the training simulators"
     )
     reinforcement_learning: ReinforcementLearning = _section(
         ReinforcementLearning,

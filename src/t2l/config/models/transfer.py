@@ -1,6 +1,6 @@
 """Sections of sim-to-real transfer."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_origin
 
 from pydantic import ConfigDict, Field, create_model
 
@@ -100,14 +100,24 @@ class RobotSection(Typed):
     )
 
 
-# the library's back ends take text alone; the one that is named checks it: `t2l.config.robot`
+_Texts = Annotated[list[Text], Field(max_length=100), Unique]
+
+
+def _written(annotation: type) -> type:
+    """What a key of a back end is written as; the one that is named checks it: `t2l.config.robot`.
+
+    The library's back ends take text alone, or lists of it.
+    """
+    return _Texts if get_origin(annotation) is list else Text
+
+
 Robot = create_model(
     "Robot",
     __base__=RobotSection,
     __doc__=RobotSection.__doc__,
     **{
         key: (
-            Annotated[Text | None, Given],
+            Annotated[_written(field.annotation) | None, Given],
             Field(None, description=f"with `{name}`: {field.description}"),
         )
         for name in BACKENDS.known
@@ -119,22 +129,48 @@ Robot = create_model(
 class Recordings(Typed):
     """The motion that is recorded for identification."""
 
-    amplitude_rad: Number = Field(0.1, gt=0, le=0.3, description="its amplitude, rad")
+    # the study's text says 0.1; the commands and the motions that it published are of 0.15
+    amplitude_rad: Number = Field(
+        0.15, gt=0, le=0.3, description="its amplitude, rad; of a multisine at least"
+    )
     duration_s: Number = Field(4, ge=1, le=60, description="how long it is recorded, s")
+    excitation: Literal["sine", "multisine"] = Field(
+        "sine",
+        description="`sine`: the study's, of 0.5 Hz on all joints; `multisine`: many frequencies, "
+        "so large that a joint that does not move feels three times `breakaway_nm`, within the "
+        "robot's limits",
+    )
+    highest_hz: Number = Field(
+        5.0, ge=1, le=10, description="highest frequency of the multisine, Hz"
+    )
+    # the published recordings of the FR3: 1.2 N·m in sliding, and 1.3 times that at rest
+    breakaway_nm: Number = Field(
+        1.5, gt=0, le=1000, description="torque that breaks the joints loose, N·m"
+    )
 
 
 class Identification(Typed):
-    """By CMA-ES."""
+    """Of the actuators of the training simulator."""
 
-    iterations: Integer = Field(200, ge=1, le=100_000, description="generations")
+    gains: Literal["known", "free"] = Field(
+        "known",
+        description="`known`: the gains are those that are commanded, times one scale of torque a "
+        "joint; armature, friction and scale are fitted to all cells at once by least squares. "
+        "`free`: the study's way, six parameters a joint for each cell alone, by CMA-ES",
+    )
+    iterations: Integer = Field(
+        200, ge=1, le=100_000, description="generations of CMA-ES; rounds of least squares at most"
+    )
     # simulations side by side, 100 kB each
-    population: Integer = Field(32, ge=4, le=10_000, description="simulations in each generation")
+    population: Integer = Field(
+        32, ge=4, le=10_000, description="simulations in each generation of CMA-ES"
+    )
     sigma: Number = Field(
         3.0,
         gt=0,
         le=10,
-        description="first standard deviation, where the range of every parameter is 0 to 10 "
-        "(gains by their logarithm)",
+        description="first standard deviation of CMA-ES, where the range of every parameter is 0 "
+        "to 10 (gains by their logarithm)",
     )
     rate_hz: Integer = Field(
         100,
