@@ -7,8 +7,8 @@ import pytest
 from tests.conftest import ROOT
 
 JOBS = {
-    "config": 121, "joint_deltas": 74, "paper": 1296, "smoke": 56, "transfer_conditions": 201,
-    "transfer_grid": 201, "ur5e": 97,
+    "config": 163, "joint_deltas": 74, "paper": 3822, "smoke": 64, "transfer_conditions": 327,
+    "transfer_decision": 411, "transfer_grid": 322, "transfer_rates": 479, "ur5e": 118,
 }  # fmt: skip
 
 

@@ -302,7 +302,7 @@ rule ablation:
         figure=transfer_figure("ablation", "ablation"),
     params:
         version=VERSION,
-        keys={effect: key for key, effect in ABLATED.items()},
+        effects={effect: key for key, effect in ABLATED.items()},
         grid=STUDY.sections["recording_grid"],
     log:
         result("logs", "ablation.log"),

@@ -15,7 +15,7 @@ with job(snakemake):
     grid = Grid.from_section(snakemake.params.grid)
     rollouts = {
         name: pd.concat([read_table(path, COLUMNS) for path in given[key]], ignore_index=True)
-        for name, key in {WHOLE: "whole", **snakemake.params.keys}.items()
+        for name, key in {WHOLE: "whole", **snakemake.params.effects}.items()
     }
     cells = by_cell(rollouts)
     inside = {
