@@ -19,6 +19,7 @@ include: "workflow/rules/statistics.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/identification.smk"
+include: "workflow/rules/transfer_paths.smk"
 include: "workflow/rules/sim_to_real.smk"
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from t2l.config.models import Configuration
-from t2l.config.models.transfer import Condition
+from t2l.config.models.experiment import Condition
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import find_backend

@@ -14,17 +14,14 @@ from t2l.config.models.cloning import (
     Training,
 )
 from t2l.config.models.diagnosis import Diagnosis
+from t2l.config.models.experiment import RobotAblation, SimToReal, TransferDecision
+from t2l.config.models.learning import ReinforcementLearning, Tuning
 from t2l.config.models.transfer import (
     Deployment,
     Identification,
     RecordingGrid,
     Recordings,
-    ReinforcementLearning,
     Robot,
-    RobotAblation,
-    SimToReal,
-    TransferDecision,
-    Tuning,
 )
 from t2l.config.quantities import LARGEST_SEED, Given, Paths
 from t2l.typed import Integer, Name, Typed, Unique
