@@ -21,10 +21,12 @@ include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/identification.smk"
 include: "workflow/rules/transfer_paths.smk"
 include: "workflow/rules/sim_to_real.smk"
+include: "workflow/rules/decoupling.smk"
 
 
 localrules:
     all,
+    decoupling,
     diagnosis,
     figures,
     tables,
@@ -41,6 +43,7 @@ rule all:
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
         DIAGNOSIS_RESULTS,
+        DECOUPLING_RESULTS,
 
 
 rule figures:
@@ -64,6 +67,11 @@ rule tables:
         TRANSFER_TABLES,
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
+
+
+rule decoupling:
+    input:
+        wanted_decoupling,
 
 
 rule diagnosis:

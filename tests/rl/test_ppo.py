@@ -95,7 +95,7 @@ def test_the_same_seed_judges_a_policy_alike(trained):
 def test_training_ends_where_a_policy_is_good_enough():
     seen = []
     settings = learning(environments=8, updates=6, evaluate_every=2, enough=-2.0)
-    PPO.train(make(n=8), make(n=4, horizon_s=0.1), settings, lambda update, _: seen.append(update))
+    PPO.train(make(n=8), make(n=4, horizon_s=0.1), settings, lambda update, *_: seen.append(update))
     assert seen == [2]
 
 

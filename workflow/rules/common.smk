@@ -79,10 +79,16 @@ def diagnosis_figure(name: str) -> list:
     return [pdf, captioned(png, f"../report/diagnosis_{name}.rst", "Diagnosis")]
 
 
-def captioned_table(name: str, file: str = "") -> list:
-    """The files of one table of the sim-to-real chain; the report shows the CSV."""
+def decoupling_figure(name: str) -> list:
+    """The files of one figure of decoupling."""
+    pdf, png = (result("figures", f"{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/{name}.rst", "Decoupling")]
+
+
+def captioned_table(name: str, file: str = "", category: str = "Sim-to-real") -> list:
+    """The files of one table, by default of the sim-to-real chain; the report shows the CSV."""
     csv, markdown, latex = multiext(result("tables", file or name), ".csv", ".md", ".tex")
-    return [captioned(csv, f"../report/{name}_table.rst", "Sim-to-real"), markdown, latex]
+    return [captioned(csv, f"../report/{name}_table.rst", category), markdown, latex]
 
 
 def task_parameters(wildcards) -> dict:
@@ -93,6 +99,18 @@ def task_parameters(wildcards) -> dict:
 def condition_entry(wildcards) -> dict:
     """A condition with the content of its task's file."""
     return next(entry for entry in CONDITIONS if entry["name"] == wildcards.condition)
+
+
+def pairing_entry(wildcards) -> dict:
+    """An entry of `decoupling.pairings`."""
+    return next(entry for entry in PAIRINGS if entry["name"] == wildcards.pairing)
+
+
+def wanted_decoupling(wildcards) -> list[str]:
+    """What the target `decoupling` makes, or the key that it needs."""
+    if not DECOUPLING:
+        sys.exit("config: decoupling: found nothing; allowed: this section, such as {seeds: 3}")
+    return DECOUPLING_RESULTS
 
 
 def wanted_diagnosis(wildcards) -> list[str]:

@@ -13,6 +13,7 @@ from t2l.policies.training_settings import TrainingSettings
 from t2l.rl.registry import ALGORITHMS
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated, Rewarded, Task
+from t2l.tasks.pose_hold import PoseHold
 from t2l.tasks.reach import EndEffectorReach
 from t2l.transfer.deploy import LOG_RATE_HZ
 from t2l.typed import Problem, describe, suggestion
@@ -38,6 +39,7 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_weights(configuration, tasks),
         *_algorithm(configuration),
         *_workspace(configuration),
+        *_decoupling(configuration, tasks),
     ]
 
 
@@ -168,6 +170,29 @@ def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
                 describe(rate),
                 f"a divisor of {physics} (identification.rate_hz) and of {LOG_RATE_HZ:g}",
             )
+
+
+def _decoupling(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
+    section = configuration.decoupling
+    if section is None:
+        return
+    task = tasks.get(section.task)
+    if task is not None and not isinstance(task, PoseHold):
+        yield Problem("decoupling.task", describe(section.task), "a task of the kind pose_hold")
+    names = [pairing.name for pairing in section.pairings]
+    for i, pairing in enumerate(section.pairings):
+        key = f"decoupling.pairings[{i}]"
+        if pairing.name in names[:i]:
+            yield Problem(
+                f"{key}.name", f"{pairing.name!r} a second time", "names without repetitions"
+            )
+        yield from _actions(f"{key}.actions", pairing.actions, "joint_pd")
+    if section.evaluate_every > section.updates:
+        yield Problem(
+            "decoupling.evaluate_every",
+            str(section.evaluate_every),
+            f"at most decoupling.updates = {section.updates}",
+        )
 
 
 def _algorithm(configuration: Configuration) -> Iterator[Problem]:

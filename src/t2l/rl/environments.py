@@ -39,6 +39,9 @@ class Environments(VecEnv):
     their length, so that they do not all end at once. The info of an episode that ends holds
     `success`, at the goal without jitter, and by the name of each constraint whether the episode
     violated it.
+
+    Attributes:
+        disturbance: what else acts on the robots, the task's; another one may take its place.
     """
 
     def __init__(
@@ -77,11 +80,12 @@ class Environments(VecEnv):
         self.generator = np.random.default_rng(seed)
         self.simulator = Simulator(task.robot, task.spec(visual=False), n, rate_hz, threads)
         self.simulator.set_parameters(_randomised(parameters, n, randomisation, self.generator))
+        self.disturbance = task.disturbance(self.simulator.batch, self.generator)
         self.staggered, self._noise = staggered, noise
         self._bound = 1.0 if clipped else UNBOUNDED
         self.render_mode = None
         self._infos: list[dict[str, Any]] = [{} for _ in range(n)]
-        self._period_s = 1 / policy_rate_hz
+        self.period_s = 1 / policy_rate_hz
         self._goal = np.zeros((n, task.goal_size))
         self._elapsed = np.zeros(n, int)
         self._action = np.zeros((n, len(actions.names)))
@@ -118,9 +122,11 @@ class Environments(VecEnv):
         """See `VecEnv`."""
         change, self._action = self._next - self._action, self._next
         self._command = self.actions.command(self._action, self.simulator.qpos, self._command)
+        if self.disturbance is not None:
+            self.disturbance.apply(self._elapsed * self.period_s)
         self._advance(self._command)
         before, remaining = self._before, self._remaining()
-        reward = self.task.reward(before, remaining, self._period_s, self.simulator.qvel, change)
+        reward = self.task.reward(before, remaining, self.period_s, self.simulator.qvel, change)
         self._before = remaining
         self._elapsed += 1
         done = self._elapsed >= self.horizon
@@ -175,6 +181,8 @@ class Environments(VecEnv):
         self._torque[ids] = 0.0
         self._violated[ids] = False
         self._moments[:, ids] = 0.0
+        if self.disturbance is not None:
+            self.disturbance.begin(ids)
         self._before = self._remaining()
         return self._before
 
@@ -184,7 +192,7 @@ class Environments(VecEnv):
     def _observe(self, remaining: np.ndarray) -> np.ndarray:
         q, dq = self.simulator.qpos, self.simulator.qvel
         if not any(self._noise):
-            return observe(q, dq, remaining, self._action)
+            return self._seen(q, dq, remaining)
         noise_q, noise_dq = (self.generator.uniform(-a, a, q.shape) for a in self._noise)
         return self.observed_at(q + noise_q, dq + noise_dq)
 
@@ -197,7 +205,11 @@ class Environments(VecEnv):
         self.simulator.qpos[:] = q
         remaining = self._remaining()
         self.simulator.qpos[:] = true
-        return observe(q, dq, remaining, self._action)
+        return self._seen(q, dq, remaining)
+
+    def _seen(self, q: np.ndarray, dq: np.ndarray, remaining: np.ndarray) -> np.ndarray:
+        memory = self.actions.memory(q, self._command)
+        return observe(q, dq, remaining, self._action, memory)
 
     def close(self) -> None:
         """Nothing to release."""

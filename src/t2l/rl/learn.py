@@ -18,7 +18,7 @@ def learn(
     problem: Problem,
     choice: Choice,
     settings: Settings,
-    report: Report = lambda update, evaluation: None,
+    report: Report = lambda update, policy, evaluation: None,
     threads: int = 1,
 ) -> Trained:
     """Train a policy, see `Algorithm.train`, and keep the best of it by episodes of its own."""

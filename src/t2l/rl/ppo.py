@@ -38,7 +38,7 @@ class ProximalPolicyOptimisation(Algorithm):
         environments: Environments,
         judges: Environments,
         settings: Settings,
-        report: Report = lambda update, evaluation: None,
+        report: Report = lambda update, policy, evaluation: None,
         threads: int = 1,
     ) -> Trained:
         """See `Algorithm.train`."""

@@ -56,7 +56,7 @@ class Progress:
             self._best = policy, found
         enough = self._settings.enough
         self.enough = enough is not None and found.objective >= 1 + enough
-        self._report(update, found)
+        self._report(update, policy, found)
         return found
 
     def trained(self) -> Trained:

@@ -18,6 +18,7 @@ import numpy as np
 import optuna
 from optuna.trial import TrialState
 
+from t2l.policies import Policy
 from t2l.rl.algorithm import TrainingError
 from t2l.rl.choice import Choice, scale_names
 from t2l.rl.constraints import Evaluation
@@ -103,7 +104,7 @@ def _run(
     sign(trial)
     choice = choose(trial, search, problem.task.robot)
 
-    def follow(update: int, found: Evaluation) -> None:
+    def follow(update: int, policy: Policy, found: Evaluation) -> None:
         sign(trial)
         trial.report(found.objective, update)
         if trial.should_prune():

@@ -1,7 +1,6 @@
 """Reaching a goal and holding it: joint positions, or the pose of the tool."""
 
 from collections.abc import Mapping
-from copy import copy
 from typing import Annotated, Literal
 
 import mujoco
@@ -9,7 +8,6 @@ import numpy as np
 from mujoco.batch import Batch
 from pydantic import Field
 
-from t2l.errors import ConfigurationError
 from t2l.robots import make_robot
 from t2l.robots.kinematics import ToolKinematics, site_pose
 from t2l.robots.plant import position_controlled
@@ -90,18 +88,6 @@ class Reach(Rewarded):
         inner = (self.robot.position_limit + np.array([MARGIN_RAD, -MARGIN_RAD])).T
         low, high = (np.clip(home + s * self.goal_spread_rad, *inner) for s in (-1, 1))
         return rng.uniform(low, high, (n, home.size))
-
-    def reweighted(self, weights: Mapping[str, float]) -> "Reach":
-        """See `Rewarded.reweighted`."""
-        unknown = [weight for weight in weights if weight not in self.weights]
-        if unknown:
-            raise ConfigurationError(
-                f"reward weights of {self.name}: found {', '.join(unknown)}; allowed: "
-                f"{', '.join(self.weights)}"
-            )
-        other = copy(self)
-        other.weights = {**self.weights, **weights}
-        return other
 
 
 class JointReachParameters(ReachParameters):

@@ -124,7 +124,8 @@ class _Run:
         for sample in range(decisions * hold):
             deciding = sample % hold == 0
             if deciding:
-                observation = observe(state.q, state.dq, self.remaining(state), previous)
+                memory = self.actions.memory(state.q, wanted)
+                observation = observe(state.q, state.dq, self.remaining(state), previous, memory)
                 action = self.policy.action(observation)
                 wanted = self.actions.command(action, state.q, wanted)
                 previous = action
@@ -152,7 +153,7 @@ class _Run:
         njoint, naction = starts.shape[1], len(self.actions.names)
         sizes = {
             "q": njoint, "dq": njoint, "q_des": njoint, "violated": len(LIMITS), "action": naction,
-            "observation": len(self.task.observation_names) + naction,
+            "observation": observation.shape[1],
         }  # fmt: skip
         arrays = {
             name: _padded(rows, decisions * (1 if name in ("observation", "action") else hold),

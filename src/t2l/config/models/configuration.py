@@ -13,6 +13,7 @@ from t2l.config.models.cloning import (
     Rollouts,
     Training,
 )
+from t2l.config.models.decoupling import Decoupling
 from t2l.config.models.diagnosis import Diagnosis
 from t2l.config.models.experiment import RobotAblation, SimToReal, TransferDecision
 from t2l.config.models.learning import ReinforcementLearning, Tuning
@@ -99,6 +100,11 @@ class Configuration(Typed):
         description="how it is decided whether the study's claim about transfer is reproduced; a "
         "study that is too small for its own rule is refused; without this section nothing is "
         "decided",
+    )
+    decoupling: Annotated[Decoupling | None, Given] = Field(
+        None,
+        description="policies that hold a pose more stiffly, or more softly, than their gains; "
+        "without this section there are none",
     )
     diagnosis: Annotated[Diagnosis | None, Given] = Field(
         None,
