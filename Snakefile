@@ -50,6 +50,7 @@ rule figures:
     input:
         FIGURES,
         TRANSFER_FIGURES,
+        DECOUPLING_FIGURES,
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
 
@@ -65,6 +66,7 @@ rule tables:
     input:
         TABLES,
         TRANSFER_TABLES,
+        DECOUPLING_TABLES,
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
 

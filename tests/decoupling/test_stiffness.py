@@ -38,7 +38,7 @@ def test_a_policy_that_pulls_back_adds_its_own_stiffness():
     """With q_des = g + k (g − q), the torque is (1 + k) Kp (g − q)."""
     problem = SOFT.problem("pose_hold", FILE, GENTLE.duration_s + 0.02)
     choice = SOFT.choice(problem.task, 0.4)
-    environments = problem.environments(choice, len(GENTLE.force), 0)
+    environments = problem.environments(choice, len(GENTLE.force) + 1, 0)
     scale = environments.actions.scale
 
     def pull_back(observation):
@@ -47,6 +47,20 @@ def test_a_policy_that_pulls_back_adds_its_own_stiffness():
     found = measure(environments, pull_back, GENTLE).stiffness_n_m
     bare = passive(SOFT, "pose_hold", FILE, GENTLE).stiffness_n_m
     np.testing.assert_allclose(found, 3 * bare, rtol=0.01)
+
+
+def test_a_robot_that_moves_without_a_force_is_not_taken_for_a_soft_one():
+    problem = SOFT.problem("pose_hold", FILE, GENTLE.duration_s + 0.02)
+    environments = problem.environments(SOFT.choice(problem.task, 0.4), len(GENTLE.force) + 1, 0)
+    action = np.zeros((environments.num_envs, 7))
+
+    def wander(observation):
+        action[:, 0] += 1e-4
+        return action
+
+    found = measure(environments, wander, GENTLE).stiffness_n_m
+    bare = passive(SOFT, "pose_hold", FILE, GENTLE).stiffness_n_m
+    np.testing.assert_allclose(found, bare, rtol=0.1)
 
 
 def test_a_full_action_asks_for_the_same_torque_whatever_the_gain():

@@ -63,9 +63,15 @@ rule decoupling_results:
         "../scripts/decoupling_results.py"
 
 
-DECOUPLING_RESULTS = []
+DECOUPLING_FIGURES, DECOUPLING_TABLES, DECOUPLING_RESULTS = [], [], []
 if DECOUPLING:
+    DECOUPLING_FIGURES += rules.decoupling_results.output.figure
+    DECOUPLING_TABLES += rules.decoupling_results.output.table
     DECOUPLING_RESULTS += [
         *rules.decoupling_results.output,
-        *expand(rules.decouple.output, pairing=[e["name"] for e in PAIRINGS], seed=DECOUPLING_SEEDS),
+        *expand(
+            rules.decouple.output,
+            pairing=[entry["name"] for entry in PAIRINGS],
+            seed=DECOUPLING_SEEDS,
+        ),
     ]

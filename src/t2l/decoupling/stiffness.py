@@ -1,4 +1,8 @@
-"""How stiff a tool is: K_eff = |F| / |Δx|, by constant forces (the study's appendix A-B)."""
+"""How stiff a tool is: K_eff = |F| / |Δx|, by constant forces (the study's appendix A-B).
+
+Δx is how far the tool is from that of a twin which no force pushes: a policy that does not come to
+rest is not taken for one that yields.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -43,8 +47,8 @@ class Yielding:
 
     Attributes:
         stiffness_n_m: (n,) K_eff.
-        drift: (n,) how far the tool moved in the last `AVERAGED_S`, over |Δx|: near 0 where it had
-            come to rest.
+        drift: (n,) how much Δx changed in the last `AVERAGED_S`, over its mean there: near 0 where
+            the tool had come to rest.
     """
 
     stiffness_n_m: np.ndarray
@@ -64,28 +68,29 @@ class Constant(Forces):
 
 
 def measure(environments: "Environments", act: Act, probe: Probe) -> Yielding:
-    """Push every robot of `environments`, which acts by `act`, from its goal on.
-
-    Δx is between the tool's place just before the force and its mean place at the end of it.
+    """Push robots that act by `act` from their goals on.
 
     Args:
-        environments: as many as there are forces, with episodes longer than the probe.
+        environments: one a force, and one for the twin, with episodes longer than the probe.
     """
     task, n = environments.task, environments.num_envs
-    batch, rate_hz = environments.simulator.batch, 1 / environments.period_s
-    environments.disturbance = Constant(batch, probe.force, SETTLING_S)
+    rate_hz = 1 / environments.period_s
+    force = np.concatenate([probe.force, np.zeros((1, 3))])
+    environments.disturbance = Constant(environments.simulator.batch, force, SETTLING_S)
     home = task.sample_starts(environments.generator, n)
     observation = environments.place(home, task.sample_goals(environments.generator, n))
-    steps, settled = (round(s * rate_hz) for s in (probe.duration_s, SETTLING_S))
-    q = np.empty((steps, *home.shape))
+    steps = round(probe.duration_s * rate_hz)
+    averaged = max(2, round(min(AVERAGED_S, probe.hold_s / 2) * rate_hz))
+    kinematics = ToolKinematics(task.robot, n)
+    tool = []
     for step in range(steps):
         observation, *_ = environments.step(act(observation))
-        q[step] = environments.simulator.qpos
-    averaged = max(1, round(min(AVERAGED_S, probe.hold_s / 2) * rate_hz))
-    kinematics = ToolKinematics(task.robot, n)
-    before = kinematics.pose(q[settled - 1])[:, :3]
-    late = np.stack([kinematics.pose(q[-i])[:, :3] for i in range(averaged, 0, -1)])
-    moved = np.linalg.norm(late.mean(axis=0) - before, axis=1)
-    moved = np.maximum(moved, np.finfo(float).tiny)
+        if step >= steps - averaged:
+            tool.append(kinematics.pose(environments.simulator.qpos)[:, :3])
+    away = np.stack(tool)
+    away = away[:, :-1] - away[:, -1:]
+    moved = np.linalg.norm(away.mean(axis=0), axis=1)
+    # the square root of it stays finite, whatever a policy does
+    moved = np.maximum(moved, np.sqrt(np.finfo(float).tiny))
     size = np.linalg.norm(probe.force, axis=1)
-    return Yielding(size / moved, np.linalg.norm(late[-1] - late[0], axis=1) / moved)
+    return Yielding(size / moved, np.linalg.norm(away[-1] - away[0], axis=1) / moved)

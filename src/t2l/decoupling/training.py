@@ -37,7 +37,7 @@ def passive(pairing: Pairing, name: str, parameters: Mapping[str, Any], probe: P
     """What the bare controller comes to, commanded to hold the pose."""
     at_home = {"kind": "joint_delta", "reference": "home"}
     environments = _probed(pairing, name, parameters, probe, 1.0, **at_home)
-    still = np.zeros((len(probe.force), len(environments.task.robot.joints)))
+    still = np.zeros((environments.num_envs, len(environments.task.robot.joints)))
     return measure(environments, lambda observation: still, probe)
 
 
@@ -104,7 +104,7 @@ def _probed(
     torque_share: float,
     **actions: Any,
 ) -> "Environments":
-    """One environment a force, with episodes that outlast it."""
+    """One environment a force and one for their twin, with episodes that outlast them."""
     problem = pairing.problem(name, parameters, probe.duration_s + 1 / POLICY_RATE_HZ, **actions)
     choice = pairing.choice(problem.task, torque_share)
-    return problem.environments(choice, len(probe.force), 0)
+    return problem.environments(choice, len(probe.force) + 1, 0)

@@ -48,7 +48,7 @@ class Decoupling(Typed):
     )
     # a job each
     seeds: Integer = Field(3, ge=1, le=100, description="trainings of each pairing")
-    updates: Integer = Field(200, ge=1, le=100_000, description="updates of the policy")
+    updates: Integer = Field(300, ge=1, le=100_000, description="updates of the policy")
     evaluate_every: Integer = Field(
         10, ge=1, le=100_000, description="updates between measurements of the stiffness"
     )
