@@ -21,6 +21,7 @@ include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/identification.smk"
 include: "workflow/rules/transfer_paths.smk"
 include: "workflow/rules/sim_to_real.smk"
+include: "workflow/rules/overview.smk"
 include: "workflow/rules/decoupling.smk"
 
 
@@ -38,6 +39,7 @@ rule all:
     input:
         FIGURES,
         TRANSFER_FIGURES,
+        OVERVIEW_FIGURES,
         TABLES,
         TRANSFER_TABLES,
         EVERY_CELL,
@@ -50,6 +52,7 @@ rule figures:
     input:
         FIGURES,
         TRANSFER_FIGURES,
+        OVERVIEW_FIGURES,
         DECOUPLING_FIGURES,
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
