@@ -21,6 +21,7 @@ include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/identification.smk"
 include: "workflow/rules/transfer_paths.smk"
 include: "workflow/rules/sim_to_real.smk"
+include: "workflow/rules/landscape.smk"
 include: "workflow/rules/overview.smk"
 include: "workflow/rules/decoupling.smk"
 
@@ -30,6 +31,7 @@ localrules:
     decoupling,
     diagnosis,
     figures,
+    landscape,
     tables,
     transfer,
 
@@ -45,6 +47,8 @@ rule all:
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
         DIAGNOSIS_RESULTS,
+        LANDSCAPE_FIGURES,
+        LANDSCAPE_TABLES,
         DECOUPLING_RESULTS,
 
 
@@ -53,6 +57,7 @@ rule figures:
         FIGURES,
         TRANSFER_FIGURES,
         OVERVIEW_FIGURES,
+        LANDSCAPE_FIGURES,
         DECOUPLING_FIGURES,
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
@@ -69,6 +74,7 @@ rule tables:
     input:
         TABLES,
         TRANSFER_TABLES,
+        LANDSCAPE_TABLES,
         DECOUPLING_TABLES,
         EVERY_CELL,
         EVERY_TRANSFER_CELL,
@@ -77,6 +83,11 @@ rule tables:
 rule decoupling:
     input:
         wanted_decoupling,
+
+
+rule landscape:
+    input:
+        wanted_landscape,
 
 
 rule diagnosis:

@@ -28,7 +28,7 @@ def compliance():
 
 
 def test_the_bare_controller_is_as_stiff_as_its_gains_say():
-    found = passive(SOFT, "pose_hold", FILE, GENTLE)
+    found = passive(SOFT, "pose_hold", FILE, GENTLE, learning())
     moved = np.linalg.norm(GENTLE.force @ compliance(), axis=1)
     np.testing.assert_allclose(found.stiffness_n_m, 0.05 / moved, rtol=0.01)
     assert found.drift.max() < 0.01
@@ -38,20 +38,22 @@ def test_a_policy_that_pulls_back_adds_its_own_stiffness():
     """With q_des = g + k (g − q), the torque is (1 + k) Kp (g − q)."""
     problem = SOFT.problem("pose_hold", FILE, GENTLE.duration_s + 0.02)
     choice = SOFT.choice(problem.task, 0.4)
-    environments = problem.environments(choice, len(GENTLE.force) + 1, 0)
+    environments = problem.environments(choice, learning(), len(GENTLE.force) + 1, 0)
     scale = environments.actions.scale
 
     def pull_back(observation):
         return 2.0 * observation[:, 14:21] / scale
 
     found = measure(environments, pull_back, GENTLE).stiffness_n_m
-    bare = passive(SOFT, "pose_hold", FILE, GENTLE).stiffness_n_m
+    bare = passive(SOFT, "pose_hold", FILE, GENTLE, learning()).stiffness_n_m
     np.testing.assert_allclose(found, 3 * bare, rtol=0.01)
 
 
 def test_a_robot_that_moves_without_a_force_is_not_taken_for_a_soft_one():
     problem = SOFT.problem("pose_hold", FILE, GENTLE.duration_s + 0.02)
-    environments = problem.environments(SOFT.choice(problem.task, 0.4), len(GENTLE.force) + 1, 0)
+    environments = problem.environments(
+        SOFT.choice(problem.task, 0.4), learning(), len(GENTLE.force) + 1, 0
+    )
     action = np.zeros((environments.num_envs, 7))
 
     def wander(observation):
@@ -59,7 +61,7 @@ def test_a_robot_that_moves_without_a_force_is_not_taken_for_a_soft_one():
         return action
 
     found = measure(environments, wander, GENTLE).stiffness_n_m
-    bare = passive(SOFT, "pose_hold", FILE, GENTLE).stiffness_n_m
+    bare = passive(SOFT, "pose_hold", FILE, GENTLE, learning()).stiffness_n_m
     np.testing.assert_allclose(found, bare, rtol=0.1)
 
 

@@ -113,6 +113,13 @@ def wanted_decoupling(wildcards) -> list[str]:
     return DECOUPLING_RESULTS
 
 
+def wanted_landscape(wildcards) -> list[str]:
+    """What the target `landscape` makes, or the key that it needs."""
+    if not LANDSCAPE:
+        sys.exit("config: landscape: found nothing; allowed: this section, such as {seeds: 5}")
+    return [*LANDSCAPE_FIGURES, *LANDSCAPE_TABLES, *rules.learning_figures.output.landscape]
+
+
 def wanted_diagnosis(wildcards) -> list[str]:
     """What the target `diagnosis` makes, or the key that it needs."""
     if not DIAGNOSIS:

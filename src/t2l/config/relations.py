@@ -40,6 +40,7 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_algorithm(configuration),
         *_workspace(configuration),
         *_decoupling(configuration, tasks),
+        *_landscape(configuration),
     ]
 
 
@@ -192,6 +193,18 @@ def _decoupling(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
             "decoupling.evaluate_every",
             str(section.evaluate_every),
             f"at most decoupling.updates = {section.updates}",
+        )
+
+
+def _landscape(configuration: Configuration) -> Iterator[Problem]:
+    if configuration.landscape is None:
+        return
+    conditions = configuration.sim_to_real.conditions
+    if all(condition.action_scales for condition in conditions):
+        yield Problem(
+            "landscape",
+            "this section, and no condition whose action scales are searched",
+            "such a condition under sim_to_real.conditions",
         )
 
 

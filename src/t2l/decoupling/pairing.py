@@ -48,10 +48,9 @@ class Pairing:
         """
         robot = task.robot
         scale = torque_share * robot.torque_limit / self.kp
-        groups = (scale[part] for part in (robot.proximal, ~robot.proximal))
-        proximal, distal = (float(group.min()) if group.size else 1.0 for group in groups)
-        weights = {"lambda_rad2": self.lambda_rad2, "change": self.change}
-        return Choice((proximal, distal), weights)
+        groups = range(len(robot.scale_groups))
+        weakest = tuple(float(scale[robot.scale_group == group].min()) for group in groups)
+        return Choice(weakest, {"lambda_rad2": self.lambda_rad2, "change": self.change})
 
     def problem(
         self, name: str, parameters: Mapping[str, Any], horizon_s: float, **actions: Any

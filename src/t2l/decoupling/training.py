@@ -33,10 +33,16 @@ def make_probe(section: Mapping[str, Any], seed: int) -> Probe:
     return Probe(force, section["hold_s"])
 
 
-def passive(pairing: Pairing, name: str, parameters: Mapping[str, Any], probe: Probe) -> Yielding:
+def passive(
+    pairing: Pairing,
+    name: str,
+    parameters: Mapping[str, Any],
+    probe: Probe,
+    settings: Settings,
+) -> Yielding:
     """What the bare controller comes to, commanded to hold the pose."""
     at_home = {"kind": "joint_delta", "reference": "home"}
-    environments = _probed(pairing, name, parameters, probe, 1.0, **at_home)
+    environments = _probed(pairing, name, parameters, probe, settings, 1.0, **at_home)
     still = np.zeros((environments.num_envs, len(environments.task.robot.joints)))
     return measure(environments, lambda observation: still, probe)
 
@@ -63,7 +69,7 @@ def train(
 
     problem = pairing.problem(name, parameters, horizon_s)
     choice = pairing.choice(problem.task, torque_share)
-    probed = _probed(pairing, name, parameters, probe, torque_share)
+    probed = _probed(pairing, name, parameters, probe, settings, torque_share)
     found: list[pd.DataFrame] = []
     policies: list[Policy] = []
 
@@ -82,14 +88,14 @@ def train(
         )
 
     trained = ALGORITHMS.find(settings.algorithm)().train(
-        problem.environments(choice, settings.environments, settings.seed, True, threads),
-        problem.environments(choice, JUDGED, settings.seed + 1, threads=threads),
+        problem.environments(choice, settings, settings.environments, settings.seed, True, threads),
+        problem.environments(choice, settings, JUDGED, settings.seed + 1, threads=threads),
         # no success rate ends it
-        replace(settings, enough=np.inf),
+        replace(settings, enough=None),
         follow,
         threads,
     )
-    bare = passive(pairing, name, parameters, probe).stiffness_n_m
+    bare = passive(pairing, name, parameters, probe, settings).stiffness_n_m
     table = pd.concat(found, ignore_index=True)
     table["passive_n_m"] = bare[table.direction]
     history = trained.history[["update", "success", "reward"]]
@@ -101,10 +107,11 @@ def _probed(
     name: str,
     parameters: Mapping[str, Any],
     probe: Probe,
+    settings: Settings,
     torque_share: float,
     **actions: Any,
 ) -> "Environments":
     """One environment a force and one for their twin, with episodes that outlast them."""
     problem = pairing.problem(name, parameters, probe.duration_s + 1 / POLICY_RATE_HZ, **actions)
     choice = pairing.choice(problem.task, torque_share)
-    return problem.environments(choice, len(probe.force) + 1, 0)
+    return problem.environments(choice, settings, len(probe.force) + 1, 0)

@@ -16,6 +16,7 @@ from t2l.config.models.cloning import (
 from t2l.config.models.decoupling import Decoupling
 from t2l.config.models.diagnosis import Diagnosis
 from t2l.config.models.experiment import RobotAblation, SimToReal, TransferDecision
+from t2l.config.models.landscape import Landscape
 from t2l.config.models.learning import ReinforcementLearning, Tuning
 from t2l.config.models.transfer import (
     Deployment,
@@ -100,6 +101,11 @@ class Configuration(Typed):
         description="how it is decided whether the study's claim about transfer is reproduced; a "
         "study that is too small for its own rule is refused; without this section nothing is "
         "decided",
+    )
+    landscape: Annotated[Landscape | None, Given] = Field(
+        None,
+        description="how easily action scales are found at the corners, and whether they work "
+        "again; without this section it is not asked",
     )
     decoupling: Annotated[Decoupling | None, Given] = Field(
         None,
