@@ -75,8 +75,8 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
             "Kp": [f"{kp:g}" for kp in table.kp],
             "Kd": [f"{kd:g}" for kd in table.kd],
             "Seeds": table.seeds.astype(str),
-            "Bare controller [N/m]": [f"{k:.3g}" for k in table.passive_n_m],
-            "Trained [N/m]": [f"{k:.3g} ({a:.3g} to {b:.3g})" for k, a, b in stiffness],
+            "Bare controller [N/m]": [f"{k:.0f}" for k in table.passive_n_m],
+            "Trained [N/m]": [f"{k:.0f} ({a:.0f} to {b:.0f})" for k, a, b in stiffness],
             "Gain, over the last": [_times(r) for r in table.gain_ratio],
             "Stiffness, over the last": [
                 f"{r:.3g} ({a:.3g} to {b:.3g})" if known else "–" for r, a, b, known in spans
