@@ -28,7 +28,8 @@ def sample_efficiency(curves: "pd.DataFrame", grid: Grid) -> Figure:
                 continue
             runs = part.groupby(["configuration", "seed"]).ngroups
             of = part.configuration.nunique()
-            label = f"{grid.region(cell)} {cell}: {runs} run{'s'[: runs > 1]} of {of} configuration{'s'[: of > 1]}"
+            counted = f"{runs} run{'s'[: runs > 1]} of {of} configuration{'s'[: of > 1]}"
+            label = f"{grid.region(cell)} {cell}: {counted}"
             for panel, key, scale in ((axes[0], "reward", 1), (axes[1], "success", 100)):
                 groups = part.groupby("steps")[key]
                 mean, spread = scale * groups.mean(), scale * groups.std(ddof=0)
