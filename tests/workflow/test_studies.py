@@ -7,8 +7,9 @@ import pytest
 from tests.conftest import ROOT
 
 JOBS = {
-    "config": 163, "joint_deltas": 74, "paper": 3822, "smoke": 64, "transfer_conditions": 327,
-    "transfer_decision": 411, "transfer_grid": 322, "transfer_rates": 479, "ur5e": 118,
+    "config": 166, "decoupling": 83, "joint_deltas": 76, "landscape": 196,
+    "landscape_references": 313, "paper": 3825, "smoke": 70, "transfer_conditions": 330,
+    "transfer_decision": 414, "transfer_grid": 325, "transfer_rates": 482, "ur5e": 121,
 }  # fmt: skip
 
 
