@@ -8,12 +8,14 @@ UV_VERSION := 0.13.8
 UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 SNAKEMAKE = $(BIN)/snakemake --cores $(CORES) --configfile $(CONFIG)
 
-.PHONY: help figures tables diagnosis all report test test-slow lint bench docs lock clean
+.PHONY: help figures tables diagnosis decoupling landscape all report test test-slow lint bench docs lock clean
 
 help:
 	@echo "make figures   all figures of $(CONFIG) (another: make figures CONFIG=config/studies/paper.yaml)"
 	@echo "make tables    all tables"
 	@echo "make diagnosis compares a model with recordings, finds what it lacks"
+	@echo "make decoupling CONFIG=config/studies/decoupling.yaml  stiffness against gains"
+	@echo "make landscape CONFIG=config/studies/landscape.yaml    how easily RL finds action scales"
 	@echo "make all       figures, tables and diagnosis"
 	@echo "make report    one HTML page with all of this: results/report.html"
 	@echo "make test      lint and all tests but one"
@@ -23,7 +25,7 @@ help:
 	@echo "make lock      compile environment.lock anew from pyproject.toml"
 	@echo "make clean     remove the environment; results stay"
 
-figures tables diagnosis all: $(ENV)/ready
+figures tables diagnosis decoupling landscape all: $(ENV)/ready
 	$(SNAKEMAKE) -- $@
 
 report: all

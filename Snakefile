@@ -19,15 +19,23 @@ include: "workflow/rules/statistics.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/noise.smk"
 include: "workflow/rules/diagnosis.smk"
+include: "workflow/rules/identification.smk"
+include: "workflow/rules/transfer_paths.smk"
 include: "workflow/rules/sim_to_real.smk"
 include: "workflow/rules/scoreboard.smk"
+include: "workflow/rules/landscape.smk"
+include: "workflow/rules/overview.smk"
+include: "workflow/rules/decoupling.smk"
 
 
 localrules:
     all,
+    decoupling,
     diagnosis,
     figures,
+    landscape,
     tables,
+    transfer,
 
 
 rule all:
@@ -36,6 +44,7 @@ rule all:
         FIGURES,
         NOISE_FIGURES,
         TRANSFER_FIGURES,
+        OVERVIEW_FIGURES,
         TABLES,
         NOISE_TABLES,
         TRANSFER_TABLES,
@@ -44,6 +53,9 @@ rule all:
         EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
         DIAGNOSIS_RESULTS,
+        LANDSCAPE_FIGURES,
+        LANDSCAPE_TABLES,
+        DECOUPLING_RESULTS,
 
 
 rule figures:
@@ -51,8 +63,18 @@ rule figures:
         FIGURES,
         NOISE_FIGURES,
         TRANSFER_FIGURES,
+        OVERVIEW_FIGURES,
+        LANDSCAPE_FIGURES,
+        DECOUPLING_FIGURES,
         EVERY_CELL,
         EVERY_NOISY_CELL,
+        EVERY_TRANSFER_CELL,
+
+
+rule transfer:
+    input:
+        TRANSFER_FIGURES,
+        TRANSFER_TABLES,
         EVERY_TRANSFER_CELL,
 
 
@@ -62,9 +84,21 @@ rule tables:
         NOISE_TABLES,
         TRANSFER_TABLES,
         SCOREBOARD,
+        LANDSCAPE_TABLES,
+        DECOUPLING_TABLES,
         EVERY_CELL,
         EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
+
+
+rule decoupling:
+    input:
+        wanted_decoupling,
+
+
+rule landscape:
+    input:
+        wanted_landscape,
 
 
 rule diagnosis:

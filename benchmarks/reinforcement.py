@@ -19,16 +19,17 @@ from benchmarks.gymnasium_reach import GymnasiumReach
 from benchmarks.scene import configuration, task_file
 from t2l.gains import Cell
 from t2l.hardware import open_backend
-from t2l.hardware.motion import identification_motion
+from t2l.hardware.identification_motion import identification_motion
 from t2l.identify import actuators as identification
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.constraints import Evaluation
+from t2l.rl.learn import SELECTING_EPISODES
 from t2l.rl.ppo import ROLLOUT_STEPS, make_model
 from t2l.rl.problem import Problem
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Search, Settings
-from t2l.rl.tune import SELECTING_EPISODES, first_guess
+from t2l.rl.tune import first_guess
 from t2l.seeds import seed_sequence
 
 CORES = len(os.sched_getaffinity(0))
@@ -43,6 +44,7 @@ CONDITION = Condition(
 )  # fmt: skip
 SEARCH = Search.from_section(CONFIGURATION["tuning"], CONDITION.make_task())
 ENVIRONMENTS = LEARNING["environments"]
+SETTINGS = Settings(**LEARNING)
 PROCESSES_ENVIRONMENTS = 16  # of the rival
 REPEATS = 5
 
@@ -179,7 +181,7 @@ def _share(ready) -> None:
 def _one_core_rate(given: tuple[Problem, Choice]) -> float:
     problem, choice = given
     torch.set_num_threads(1)
-    environments = problem.environments(choice, ENVIRONMENTS, 42, True, 1)
+    environments = problem.environments(choice, SETTINGS, ENVIRONMENTS, 42, True, 1)
     ppo = make_model(environments, 42)
     steps = ROLLOUT_STEPS * ENVIRONMENTS
     ppo.learn(2 * steps, log_interval=None)
@@ -192,7 +194,7 @@ def time_to_succeed(parameters: dict) -> Iterator[Row]:
     for cell in CORNERS:
         environments, choice = _made(parameters, cell)
         judges = _problem(parameters, cell).environments(
-            choice, SELECTING_EPISODES, 43, threads=CORES
+            choice, SETTINGS, SELECTING_EPISODES, 43, threads=CORES
         )
         seen: list[Evaluation] = []
         began = time.perf_counter()
@@ -224,7 +226,7 @@ def _made(parameters: dict, cell: Cell):
     problem = _problem(parameters, cell)
     guess = first_guess(problem, SEARCH)
     choice = Choice(tuple(guess.values()))
-    return problem.environments(choice, ENVIRONMENTS, 42, True, CORES), choice
+    return problem.environments(choice, SETTINGS, ENVIRONMENTS, 42, True, CORES), choice
 
 
 class _Maker:

@@ -99,7 +99,7 @@ def test_slow_libraries_stay_where_they_are_needed(package):
             assert path.relative_to(ROOT / "src/t2l").parts[0] in allowed
 
 
-@pytest.mark.parametrize("script", ["choose_policy", "deploy", "identify", "record_motion"])
+@pytest.mark.parametrize("script", ["choose_scales", "deploy", "identify", "record_motion"])
 def test_jobs_of_the_second_chain_that_do_not_train_do_without_torch(script):
     tree = ast.parse((ROOT / f"workflow/scripts/{script}.py").read_text())
     imports = [n for n in tree.body if isinstance(n, (ast.Import, ast.ImportFrom))]

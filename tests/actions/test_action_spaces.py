@@ -14,6 +14,7 @@ SPACES = [
     ("joint_target", JOINTS, {}),
     ("joint_delta", JOINTS, {"reference": "measured"}),
     ("joint_delta", JOINTS, {"reference": "commanded"}),
+    ("joint_delta", JOINTS, {"reference": "home", "home": np.array([0.1, -0.2, 3.0])}),
     ("task_pose", POSES, {}),
     ("task_delta", POSES, {"reference": "measured"}),
     ("task_delta", POSES, {"reference": "commanded"}),
@@ -74,3 +75,17 @@ def test_a_pose_that_is_no_rotation_becomes_the_nearest_by_gram_and_schmidt():
     action = np.array([[0.1, 0.2, 0.3, 2.0, 0.0, 0.0, 1.0, 3.0, 0.0]])
     command = space.command(action, None, None)
     np.testing.assert_allclose(command[0, 3:].reshape(3, 3), np.eye(3), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("reference", "command", "memory"),
+    [("measured", 1.5, []), ("commanded", 2.5, [1.0]), ("home", 0.0, [])],
+)
+def test_the_studys_three_references(reference, command, memory):
+    """x_des = α a + γ β x + γ (1 − β) x_des(t−1), with α a = 0.5, x = 1, x_des(t−1) = 2."""
+    space = ACTIONS.find("joint_delta")(
+        ["q_des.a"], 0.5, reference=reference, home=np.array([-0.5])
+    )
+    x, before = np.array([[1.0]]), np.array([[2.0]])
+    assert space.command(np.array([[1.0]]), x, before).tolist() == [[command]]
+    assert space.memory(x, before).tolist() == [memory]

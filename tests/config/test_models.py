@@ -40,7 +40,7 @@ from tests.conftest import ROOT
         ("tuning", {"action_scale": [5, 0.1]}, "tuning.action_scale: found [5, 0.1]; allowed: two"),
         ("tuning", {"reward_weights": {"positon": [1, 2]}}, "(did you mean position?); allowed:"),
         ("tuning", {"reward_weights": {"position": [2, 1]}}, "two ascending bounds"),
-        ("sample_efficiency", {"seeds": 10**6}, "sample_efficiency.seeds: found 1000000;"),
+        ("sim_to_real", {"seeds": 10**6}, "sim_to_real.seeds: found 1000000;"),
         ("deployment", {"rollouts": 10**6}, "deployment.rollouts: found 1000000; allowed:"),
         ("deployment", {"workspace_lower_m": None}, "workspace_lower_m: found nothing; allowed:"),
         ("diagnosis", {"recordings": []}, "diagnosis.recordings: found []; allowed: a list with"),
@@ -102,4 +102,5 @@ def test_what_is_absent_has_its_default():
         "actions": {"kind": "joint_delta"},
         "policy_rate_hz": 50.0,
         "randomisation": 0.0,
+        "action_scales": [],
     }

@@ -56,3 +56,26 @@ def test_tasks_are_named_once(config, refused):
 def test_a_scoreboard_reads_other_studies(config, refused):
     config["scoreboard"] = {"studies": ["paper", config["study"]]}
     assert "config: scoreboard.studies[1]: found" in refused(config)
+
+
+@pytest.mark.parametrize(
+    ("section", "keys", "message"),
+    [
+        ("decoupling", {"task": "joint_reach"}, "decoupling.task: found 'joint_reach'; allowed: a"),
+        ("decoupling", {"evaluate_every": 301}, "at most decoupling.updates = 300"),
+        (
+            "decoupling",
+            {"pairings": [{"name": "a", "kp": 16, "kd": 8, "lambda_rad2": 1.0}] * 2},
+            "decoupling.pairings[1].name: found 'a' a second time",
+        ),
+    ],
+)
+def test_decoupling_is_checked(config, refused, section, keys, message):
+    config[section] = keys
+    assert message in refused(config)
+
+
+def test_a_landscape_needs_trials(config, refused):
+    config["landscape"] = {"seeds": 5}
+    config["sim_to_real"]["conditions"] = []
+    assert "landscape: found this section, and no condition whose action" in refused(config)

@@ -3,8 +3,9 @@
 import numpy as np
 
 from t2l.policies import POLICIES, checkpoint
+from t2l.rl.learn import learn_and_judge
+from t2l.rl.outcome import best
 from t2l.rl.registry import ALGORITHMS
-from t2l.rl.training_curves import COLUMNS, curve
 from t2l.rl.trials import open_study
 from t2l.rl.tune import work
 from tests.defaults import learning, search
@@ -17,25 +18,18 @@ def test_it_is_known_beside_those_of_the_library():
     assert set(ALGORITHMS.names()) == {"ppo", "random_search"}
 
 
-def test_it_is_tuned_and_the_policy_of_its_best_trial_kept(tmp_path):
-    from t2l.rl.outcome import best
-
+def test_it_is_tuned_trained_and_its_policy_kept(tmp_path):
     study = open_study("journal", tmp_path / "trials.journal", "s")
-    work(study, tmp_path / "store", PROBLEM, search(trials=2), SETTINGS, seed=0)
-    found = best(study, tmp_path / "store", 2)
-    assert type(found.policy) is POLICIES.find("linear")
-    assert list(found.history["update"]) == [1, 2, 3]
-    checkpoint.save(found.policy, tmp_path / "policy.safetensors")
-    observation = np.ones((2, found.policy.observation_size))
+    work(study, PROBLEM, search(trials=2), SETTINGS, seed=0)
+    choice = best(study, PROBLEM.task.robot, 2).choice
+    trained, evaluation, gain = learn_and_judge(PROBLEM, choice, SETTINGS)
+    assert 0 <= evaluation.objective <= 2
+    assert gain >= 0
+    assert type(trained.policy) is POLICIES.find("linear")
+    assert list(trained.history["update"]) == [1, 2, 3]
+    checkpoint.save(trained.policy, tmp_path / "policy.safetensors")
+    observation = np.ones((2, trained.policy.observation_size))
     np.testing.assert_array_equal(
         checkpoint.load(tmp_path / "policy.safetensors").action(observation),
-        found.policy.action(observation),
+        trained.policy.action(observation),
     )
-
-
-def test_it_is_trained_again_from_other_seeds(tmp_path):
-    from t2l.rl.choice import Choice
-
-    table = curve(PROBLEM, Choice((0.1, 0.1)), SETTINGS)
-    assert tuple(table.columns) == COLUMNS
-    assert len(table) == 3

@@ -10,7 +10,7 @@ from t2l.actions import ACTIONS
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import BACKENDS, BackendError, open_backend
-from t2l.hardware.motion import identification_motion
+from t2l.hardware.identification_motion import identification_motion
 from t2l.hardware.plan import read_plan
 from t2l.hardware.recorder import record_plan
 from t2l.identify.actuators import identify

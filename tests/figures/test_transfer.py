@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.figures import learning, transfer
+from t2l.figures import ablation, learning, transfer
 from t2l.figures.style import write
 from t2l.gains import Cell, Grid
 
@@ -16,6 +16,7 @@ def cells(**changes):
     values = {
         "trajectory_error": [0.1, 2.0, 0.01, 0.5], "nn_error": [0.1, 0.2, 0.05, 0.3],
         "jitter_rate": [0.0, 0.5, 1.0, 0.2], "stopped_rate": 0.0,
+        "feedback_gain": [1.0, 2.0, 0.3, 5.0],
     } | changes  # fmt: skip
     kp, kd = zip(*((cell.kp, cell.kd) for cell in GRID.cells), strict=True)
     return pd.DataFrame({"kp": kp, "kd": kd, **values})
@@ -56,10 +57,19 @@ def trials(state="complete"):
 
 
 CELL = Cell(16, 1)
+ABLATED = pd.DataFrame(
+    [
+        (effect, kp, kd, rate)
+        for effect, rate in (("whole robot", 0.9), ("policy_latency", 0.2))
+        for kp, kd in ((16, 1), (512, 24))
+    ],
+    columns=["effect", "kp", "kd", "jitter_rate"],
+)
 JITTER = pd.DataFrame(
     {
         "period_s": [0.01, 0.02], "jitter_rate": [0.1, 0.0], "jitter_rate_sim": [0.0, 0.0],
-        "lower": [0.0, 0.0], "upper": [0.3, 0.1], "rollouts": [30, 30],
+        "lower": [0.0, 0.0], "upper": [0.3, 0.1], "rollouts": [30, 30], "stopped_rate": [0.1, 0.0],
+        "cells": [3, 3],
     }
 )  # fmt: skip
 
@@ -73,14 +83,29 @@ JITTER = pd.DataFrame(
         lambda: transfer.wrist_trajectories({CELL: trace()}, ["least error"]),
         lambda: transfer.observation_distributions({CELL: seen()}),
         lambda: learning.landscape({CELL: trials(), Cell(512, 1): trials("pruned")}, GRID),
+        lambda: ablation.ablation(ABLATED, {Cell(16, 1): False, Cell(512, 24): True}),
         lambda: learning.training_curves({"a": curves(), "b": curves(empty=True)}, GRID),
     ],
-    ids=["errors", "no errors", "jitter", "wrist", "observations", "landscape", "curves"],
+    ids=[
+        "errors",
+        "no errors",
+        "jitter",
+        "wrist",
+        "observations",
+        "landscape",
+        "ablation",
+        "curves",
+    ],
 )
 def test_a_figure_is_written(figure, tmp_path):
     path = tmp_path / "figure.png"
     write(figure(), [path])
     assert path.stat().st_size > 10_000
+
+
+def test_where_nothing_was_searched_the_figure_says_so():
+    (panel,) = learning.landscape({}, GRID).axes
+    assert panel.texts[0].get_text() == "no trials: the action scales are given"
 
 
 @pytest.mark.parametrize("joints", [("one",), ("one", "two"), JOINTS], ids=len)

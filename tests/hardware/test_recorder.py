@@ -8,7 +8,7 @@ import yaml
 
 from t2l.gains import Cell
 from t2l.hardware import BackendError
-from t2l.hardware.motion import identification_motion
+from t2l.hardware.identification_motion import identification_motion
 from t2l.hardware.plan import read_plan
 from t2l.hardware.recorder import needed_bytes, record_plan
 from t2l.hardware.virtual import VirtualRobot

@@ -6,7 +6,7 @@ import pytest
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import BACKENDS, BackendError, open_backend, recorded_files
-from t2l.hardware.motion import identification_motion
+from t2l.hardware.identification_motion import identification_motion
 from t2l.recordings import write_recording
 from t2l.robots import make_robot
 

@@ -29,7 +29,8 @@ def test_it_rests_where_it_starts(robot):
         state = step(arm, robot.home, 0.02)
     # an offset of up to 0.5 N·m is below the friction that holds the joints
     assert np.abs(state.q - robot.home).max() < 1e-3
-    assert np.abs(state.dq).max() < 1e-3
+    # five standard deviations of what velocities are measured with
+    assert np.abs(state.dq).max() < 5 * read(robot).velocity_noise_rad_s
 
 
 def test_torque_keeps_its_limits_and_its_rate(robot):
@@ -48,7 +49,7 @@ def test_torque_keeps_its_limits_and_its_rate(robot):
 
 
 def test_a_command_acts_after_its_latency(robot):
-    arm = VirtualRobot(robot)
+    arm = VirtualRobot(robot, absent=["policy_latency", "velocity_noise", "position_noise"])
     arm.start(robot.home, 64.0, 8.0)
     cycles = round(read(robot).command_latency_s * arm.can.control_rate_hz)
     taus = [

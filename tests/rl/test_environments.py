@@ -5,12 +5,14 @@ from t2l.actions import ACTIONS
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.identify.training_simulator import Simulator
-from t2l.rl.constraints import NAMES
+from t2l.rl.constraints import NAMES, jitter
 from t2l.rl.environments import Environments
+from t2l.rl.feedback import feedback_gain
 from t2l.rl.interface import scale_per_joint
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
 from tests.defaults import shipped
+from tests.hardware.made import Proportional
 
 CELL = Cell(128, 16)
 ROBOT = make_robot("fr3")
@@ -80,13 +82,82 @@ def test_whoever_starts_at_the_goal_and_stays_succeeds():
     assert all(info["success"] for info in infos)
 
 
-def test_wild_actions_violate_and_the_shares_say_so():
+def test_an_episode_that_violates_once_violates():
     environments = make(cell=Cell(512, 1), action_scale=(1.0, 1.0), horizon_s=0.4)
     environments.reset()
     for k in range(20):
-        *_, infos = environments.step(np.full((4, 7), (-1.0) ** k))
-    assert all(0.5 < info["torque"] <= 1 for info in infos)
-    assert all(0.3 < info["torque_rate"] <= 1 for info in infos)
+        action = np.full((4, 7), (-1.0) ** k)
+        # the other two stand still but for one step
+        action[2:] = np.eye(4, 7)[2:] * (k == 3)
+        *_, infos = environments.step(action)
+    assert [info["torque"] for info in infos] == [1.0] * 4
+    assert [info["torque_rate"] for info in infos] == [1.0] * 4
+    assert all(info["position"] == 0.0 for info in infos[2:])
+
+
+def test_whoever_jitters_at_the_goal_did_not_succeed():
+    environments = make(n=2, horizon_s=3.0)
+    start = np.tile(CENTRE, (2, 1))
+    environments.place(start, start)
+    for k in range(150):
+        action = np.zeros((2, 7))
+        action[1, 6] = 0.5 * np.sin(2 * np.pi * 5 * k / 50)
+        *_, infos = environments.step(action)
+    assert [info["jitter"] for info in infos] == [False, True]
+    assert [info["success"] for info in infos] == [True, False]
+
+
+def test_jitter_is_that_of_the_last_seconds():
+    environments = make(n=1, horizon_s=3.0)
+    environments.place(start := np.array([CENTRE]), start)
+    seen = []
+    for k in range(149):
+        environments.step(np.array([[0.3 * np.sin(k / 3), *np.zeros(6)]]))
+        seen.append(environments.simulator.qvel.copy())
+    # the last of 150 steps is still to come: the moments are those of all ticks since 1 s
+    mean, square = environments._moments / (2 * 99)
+    ours = np.sqrt(square - mean**2).max()
+    assert ours == pytest.approx(jitter(np.array(seen[50:]), 50.0)[0], rel=0.03)
+
+
+def test_noise_is_on_what_is_observed_and_on_what_remains():
+    noisy, exact = (make(n=300, noise=noise) for noise in ((0.01, 0.02), (0.0, 0.0)))
+    start, goal = np.tile(CENTRE, (300, 1)), np.tile(CENTRE + 0.1, (300, 1))
+    off = noisy.place(start, goal) - exact.place(start, goal)
+    q, dq, remaining, action = np.split(off, [7, 14, 21], axis=1)
+    for values, most in ((q, 0.01), (dq, 0.02)):
+        assert 0.98 * most < np.abs(values).max() <= most + 1e-6
+        assert values.std() == pytest.approx(most / np.sqrt(3), rel=0.05)
+    # the goal is known; where the joints are is not
+    np.testing.assert_allclose(remaining, -q, atol=1e-6)
+    assert not action.any()
+    np.testing.assert_array_equal(noisy.simulator.qpos, exact.simulator.qpos)
+
+
+def test_actions_are_clipped_or_not():
+    def moved(clipped):
+        environments = make(n=1, clipped=clipped)
+        environments.place(start := np.array([CENTRE]), start)
+        environments.step(np.full((1, 7), 1.5))
+        return (environments.simulator.qpos - start)[0]
+
+    # the wrist is at its torque limit either way
+    assert np.all(moved(False)[:4] > 1.3 * moved(True)[:4])
+
+
+class Spring(Proportional):
+    """a = g · what remains, unlimited."""
+
+    def act(self, history):
+        return self.gain * history[:, :, 2 * self.action_size : 3 * self.action_size]
+
+
+@pytest.mark.parametrize("task", ["joint_reach"])
+def test_the_feedback_gain_of_a_spring_is_its_stiffness_times_its_scale(task):
+    policy = Spring(7, 3.0)
+    policy.action_scale = np.array([0.3] * 4 + [0.2] * 3)
+    found = feedback_gain(policy, make(shipped(task), n=3, horizon_s=0.2, clipped=False))
+    assert found == pytest.approx(3.0 * 0.3, rel=1e-3)
 
 
 def test_the_same_seed_gives_the_same_episodes_on_any_number_of_threads():

@@ -1,9 +1,12 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
 from stable_baselines3.common.vec_env import VecNormalize
 
 from t2l.policies import checkpoint
+from t2l.rl.adaptive_rate import AdaptiveRate
 from t2l.rl.algorithm import TrainingError
 from t2l.rl.evaluate import evaluate
 from t2l.rl.ppo import export, make_model
@@ -37,15 +40,51 @@ def test_a_policy_acts_after_a_round_trip_as_it_did(trained, tmp_path):
     assert again.action_scale.tolist() == [0.2] * 4 + [0.1] * 3
 
 
-def test_without_torch_it_acts_as_with_it():
-    model = make_model(make(n=16), seed=1)
+@pytest.mark.parametrize("clipped", [True, False], ids=["clipped", "unclipped"])
+@pytest.mark.parametrize("shared", [True, False], ids=["shared", "separate"])
+def test_without_torch_it_acts_as_with_it(shared, clipped):
+    model = make_model(make(n=16, clipped=clipped), seed=1, shared=shared)
     model.learn(24 * 16, log_interval=None)
     normalised = model.get_env()
     assert isinstance(normalised, VecNormalize)
     normalised.training = False
     raw = np.random.default_rng(0).normal(size=(8, 28)).astype(np.float32)
     expected, _ = model.predict(normalised.normalize_obs(raw), deterministic=True)
-    np.testing.assert_allclose(export(model).action(raw), expected, atol=1e-5)
+    policy = export(model)
+    assert policy.clipped == clipped
+    np.testing.assert_allclose(policy.action(raw), expected, atol=1e-5)
+
+
+def test_policy_and_value_share_their_hidden_layers_or_do_not():
+    def hidden(shared):
+        policy = make_model(make(n=4), seed=1, shared=shared).policy
+        return sum(p.numel() for p in policy.parameters())
+
+    one = 28 * 64 + 64 + 64 * 64 + 64
+    heads = 64 * 7 + 7 + 64 + 1 + 7
+    assert hidden(True) == one + heads
+    assert hidden(False) == 2 * one + heads
+
+
+def test_the_value_loss_weighs_as_in_the_study():
+    assert make_model(make(n=4), seed=1).vf_coef == 1.0
+
+
+def test_the_learning_rate_changes_once_an_epoch_within_skrls_bounds():
+    model = make_model(make(n=4), seed=1)
+    rate = AdaptiveRate(model, 1e-3, minibatches=4)
+    model.rollout_buffer.minibatch = SimpleNamespace(old_log_prob=torch.zeros(8))
+    seen = []
+    for log_ratio in [1.0] * 4 + [0.01] * 4 + [0.0]:
+        model.policy.watch(torch.full((8,), log_ratio))
+        seen.append(rate.rate)
+    # e - 2 is above 0.02, 0.00005 below 0.005; each epoch is judged by its mean, when it is over
+    assert seen == pytest.approx([1e-3] * 4 + [1e-3 / 1.5] * 4 + [1e-3])
+    for kl, bound in ((1.0, 1e-6), (1e-3, 1e-2)):
+        for _ in range(50):
+            rate.adapt(kl)
+        assert rate.rate == bound
+        assert model.policy.optimizer.param_groups[0]["lr"] == bound
 
 
 def test_the_same_seed_judges_a_policy_alike(trained):
@@ -56,8 +95,17 @@ def test_the_same_seed_judges_a_policy_alike(trained):
 def test_training_ends_where_a_policy_is_good_enough():
     seen = []
     settings = learning(environments=8, updates=6, evaluate_every=2, enough=-2.0)
-    PPO.train(make(n=8), make(n=4, horizon_s=0.1), settings, lambda update, _: seen.append(update))
+    PPO.train(make(n=8), make(n=4, horizon_s=0.1), settings, lambda update, *_: seen.append(update))
     assert seen == [2]
+
+
+def test_without_that_key_training_never_ends_early():
+    seen = []
+    settings = learning(environments=8, updates=2, evaluate_every=1)
+    assert settings.enough is None
+    start = make(n=4, horizon_s=0.1, action_scale=(1e-3, 1e-3))
+    PPO.train(make(n=8), start, settings, lambda update, _: seen.append(update))
+    assert seen == [1, 2]
 
 
 def test_a_policy_that_is_not_finite_ends_training():

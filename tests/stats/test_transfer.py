@@ -10,6 +10,7 @@ from t2l.stats.transfer import (
     existence_table,
     jitter_table,
     log_error_regression,
+    of_policies,
     printable_existence,
     printable_jitter,
     printable_transfer,
@@ -19,40 +20,46 @@ from t2l.stats.transfer import (
 GRID = Grid(kp=(16, 128, 512), kd=(1, 8, 24), compliant_up_to_kp=128, overdamped_from_kd=8)
 
 
-def rollouts(slope_kp=0.5, slope_kd=-0.3, spread=0.1, n=10, jitters=0):
+def rollouts(slope_kp=0.5, slope_kd=-0.3, spread=0.1, n=10, jitters=0, seeds=1):
     """Errors that follow the gains exactly, but for a deviation a cell and one a rollout."""
     draw, rows = np.random.default_rng(0), []
     deviations = draw.normal(0, spread, len(GRID.cells))
     for cell, own in zip(GRID.cells, deviations, strict=True):
         for i in range(n):
             log = slope_kp * np.log2(cell.kp) + slope_kd * np.log2(cell.kd) + own
-            rows.append((cell.kp, cell.kd, np.exp(log + draw.normal(0, spread / 5)), i < jitters))
-    table = pd.DataFrame(rows, columns=["kp", "kd", "trajectory_error", "jitter_failure"])
-    return table.assign(jitter_failure_sim=False)
+            error = np.exp(log + draw.normal(0, spread / 5))
+            rows.append((cell.kp, cell.kd, i % seeds, error, i < jitters))
+    table = pd.DataFrame(rows, columns=["kp", "kd", "seed", "trajectory_error", "jitter_failure"])
+    return table.assign(jitter_failure_sim=False, stopped="")
 
 
 def test_the_slopes_of_log_error_are_recovered_within_their_errors():
-    table = rollouts()
-    fit = log_error_regression(*(table[c].to_numpy() for c in ("kp", "kd", "trajectory_error")))
+    fit = log_error_regression(of_policies(rollouts(seeds=2)))
     assert abs(fit.kp - 0.5) < 3 * fit.kp_error
     assert abs(fit.kd + 0.3) < 3 * fit.kd_error
+    assert max(fit.kp_p, fit.kd_p) < 0.01
 
 
-def test_rollouts_of_a_cell_do_not_count_as_so_many_experiments():
-    def error(n):
-        table = rollouts(n=n)
-        columns = (table[c].to_numpy() for c in ("kp", "kd", "trajectory_error"))
-        return log_error_regression(*columns).kp_error
+def test_a_policy_counts_by_the_mean_of_its_rollouts():
+    table = rollouts(n=4, seeds=2)
+    first = of_policies(table).iloc[0]
+    own = table[(table.kp == 16) & (table.kd == 1) & (table.seed == 0)].trajectory_error
+    assert len(own) == 2
+    assert first["log"] == pytest.approx(np.log(own.mean()))
 
-    # ten times the rollouts in the same cells tell hardly more about the gains
-    assert error(100) == pytest.approx(error(10), rel=0.2)
+
+def test_policies_of_a_cell_do_not_count_as_so_many_experiments():
+    def error(seeds):
+        return log_error_regression(of_policies(rollouts(n=20, seeds=seeds))).kp_error
+
+    # ten times the policies in the same cells tell hardly more about the gains
+    assert error(20) == pytest.approx(error(2), rel=0.2)
 
 
 def test_what_two_cells_cannot_tell_is_not_told():
     table = rollouts()
     table = table[table.kd == 1]
-    fit = log_error_regression(*(table[c].to_numpy() for c in ("kp", "kd", "trajectory_error")))
-    assert np.isnan(fit.kp)
+    assert np.isnan(log_error_regression(of_policies(table)).kp)
     printed = printable_transfer(transfer_table({"joint_reach": table}, GRID))
     assert printed["β log2 Kp"][0] == "undetermined"
     assert printed["p (cells)"][0] == "cannot be told"
@@ -95,21 +102,44 @@ def test_corners_and_centre_cannot_tell_whatever_the_data(slope):
     assert set(printable_transfer(found)["Cells"]) == {"1 + 4"}
 
 
-def test_rollouts_without_an_error_are_left_out():
+def test_rollouts_without_an_error_are_not_left_out_unseen():
     table = rollouts()
     table.loc[:4, "trajectory_error"] = np.nan
-    assert transfer_table({"a": table}, GRID).rollouts_rest[0] == 65
+    made = transfer_table({"a": table}, GRID)
+    assert made.rollouts_rest[0] == 70
+    assert np.isnan(made.error_rest[0])
+    assert np.isnan(made.beta_kp[0])
 
 
-def test_jitter_by_period_is_ordered_and_its_intervals_hold_the_rate():
+def test_an_error_of_zero_has_a_logarithm():
+    table = rollouts().assign(trajectory_error=0.0)
+    assert np.isfinite(of_policies(table)["log"]).all()
+
+
+def test_jitter_by_period_is_ordered_and_its_intervals_are_over_cells():
     tables = {"fast": rollouts(jitters=5), "slow": rollouts(jitters=0)}
     table = jitter_table(tables, {"slow": 10.0, "fast": 100.0})
     assert table.condition.tolist() == ["fast", "slow"]
     assert table.period_s.tolist() == [0.01, 0.1]
     assert table.jitter_rate.tolist() == [0.5, 0.0]
-    assert (table.lower < [0.5, 1e-9]).all()
-    assert (table.upper > table.jitter_rate).all()
+    # every cell jitters alike, however many rollouts it has
+    assert table.lower.tolist() == table.upper.tolist() == [0.5, 0.0]
     assert printable_jitter(table)["Policy period"].tolist() == ["10 ms", "100 ms"]
+    one_cell = rollouts(n=10)
+    one_cell.loc[one_cell.kp == 512, "jitter_failure"] = True
+    table = jitter_table({"a": one_cell}, {"a": 50.0})
+    assert table.jitter_rate[0] == pytest.approx(1 / 3)
+    # of 9 cells: the binomial's 2.5 and 97.5 %
+    assert 0 <= table.lower[0] < 0.12
+    assert 0.6 < table.upper[0] < 0.7
+
+
+def test_rollouts_that_were_stopped_are_told_apart():
+    table = rollouts(jitters=5)
+    table["stopped"] = np.where(table.jitter_failure & (table.kp == 16), "too fast", "")
+    made = jitter_table({"a": table}, {"a": 50.0})
+    assert made.jitter_rate[0] == 0.5
+    assert made.stopped_rate[0] == pytest.approx(0.5 / 3)
 
 
 def test_solutions_exist_by_corner():

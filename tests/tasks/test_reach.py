@@ -93,6 +93,22 @@ def test_going_away_and_coming_back_earns_no_progress(name):
     assert abs(earned) < 0.02 * abs(float(there))
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_isaaclabs_reward_is_its_terms_with_its_weights(name):
+    task = shipped(name, reward="isaaclab")
+    remaining = np.zeros((1, size(task)))
+    remaining[0, :2] = 0.03, 0.04  # 0.05 away, in the first three numbers
+    dq, change = np.full((1, 7), 0.5), np.full((1, 7), 0.2)
+    paid = -0.2 * 0.05 + 0.1 * (1 - np.tanh(0.5)) - 1e-3 * 7 * 0.25 - 5e-3 * 7 * 0.04
+    # what was before does not count
+    for before in (remaining, 2 * remaining):
+        assert task.reward(before, remaining, 0.02, dq, change) == pytest.approx(paid)
+    if name == "end_effector_reach":
+        turned = remaining.copy()
+        turned[0, 3] = 0.3
+        assert task.reward(turned, turned, 0.02, dq, change) == pytest.approx(paid - 0.1 * 0.3)
+
+
 def test_a_weight_that_the_reward_does_not_have_is_refused():
     with pytest.raises(ConfigurationError, match="reward weights of joint_reach: found speed"):
         shipped("joint_reach").reweighted({"speed": 1.0})

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,13 +7,13 @@ from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import BackendError
 from t2l.hardware.virtual import VirtualRobot
+from t2l.rl.constraints import JITTER_RAD_S, LIMITS
 from t2l.rl.interface import observation_names, scale_per_joint
-from t2l.transfer.deploy import deploy
+from t2l.transfer.deploy import Rollouts, deploy
 from t2l.transfer.errors import (
-    JITTER_RAD_S,
-    jitter,
     observation_table,
     rollout_table,
+    shaking,
     trace_table,
     trajectory_error,
 )
@@ -57,7 +59,7 @@ def test_the_robot_is_led_to_its_goal():
 def test_a_robot_that_equals_its_simulator_shows_no_error():
     first, again = (reach(identified()) for _ in range(2))
     assert trajectory_error(first, again).max() == 0
-    table = rollout_table(proportional(), CELL, first, again)
+    table = rollout_table(proportional(), CELL, 1, first, again)
     assert (table.nn_error == 0).all()
     heavier = reach(identified({**PARAMETERS, "armature": np.full(7, 0.5)}))
     assert trajectory_error(first, heavier).min() > 1e-5
@@ -107,8 +109,8 @@ def test_a_kept_rollout_that_is_broken_is_run_anew(tmp_path, caplog, damage):
     assert "set aside as 000.npz.broken" in caplog.text
 
 
-def test_a_command_that_must_not_be_sent_stops_its_robot_alone():
-    # 1.5 rad ahead of the wrist is more than its torque limit
+def test_torque_is_clamped_and_what_is_too_fast_stopped_alone():
+    # 1.5 rad ahead of the wrist is 16 times its torque limit, which then makes it too fast
     wild, policy = joint_delta(scale_per_joint((0.2, 1.5), ROBOT)), proportional(gain=20.0)
     starts = np.tile(CENTRE, (2, 1))
     goals = np.array([starts[0], starts[0] + 0.3])
@@ -119,15 +121,56 @@ def test_a_command_that_must_not_be_sent_stops_its_robot_alone():
     rollouts = deploy(robot, policy, TASK, wild, CELL, starts, goals, 50.0, 1.0, WORKSPACE)
     still, stopped = rollouts.stopped
     assert still == ""
-    assert "torque of fr3_joint5" in stopped
-    assert "allowed: -12 to 12" in stopped
-    assert np.isnan(rollouts.q[:, 1]).all()
+    assert "velocity of fr3_joint" in stopped
+    asked = LIMITS.index("torque")
+    assert rollouts.violated[0, 1, asked]  # and it went on
+    last = np.flatnonzero(np.isfinite(rollouts.q[:, 1, 0]))[-1]
+    assert 0 < last < 99
     assert np.isfinite(rollouts.q[:, 0]).all()
-    assert np.abs(np.array(sent)[:, 1] - starts[1]).max() < 1e-3  # held where it was
+    np.testing.assert_array_equal(np.array(sent)[last:, 1], rollouts.q[[last] * (100 - last), 1])
     assert rollouts.success.tolist() == [True, False]
-    table = rollout_table(policy, CELL, rollouts, rollouts)
-    assert np.isnan(table.trajectory_error[1])
-    assert table.duration_s.tolist() == [1.0, 0.0]
+    table = rollout_table(policy, CELL, 3, rollouts, rollouts)
+    assert table.trajectory_error.tolist() == [0.0, 0.0]
+    assert table.duration_s.tolist() == [1.0, last / 100]
+    assert table.jitter_failure.tolist() == [False, True]
+    assert (table.seed == 3).all()
+
+
+def made(q, dq, stopped=""):
+    """Rollouts of one robot with one joint: q and dq (nsample,), NaN after it was stopped."""
+    q, dq = (np.array(values, float)[:, None, None] for values in (q, dq))
+    seen, empty = np.zeros((len(q), 1, 4)), np.zeros((len(q), 1, 1))
+    return Rollouts(
+        time=np.arange(len(q)) / 100, q=q, dq=dq, q_des=q, observation=seen, action=empty,
+        violated=np.zeros((len(q), 1, 4), bool), success=np.array([not stopped]),
+        stopped=(stopped,),
+    )  # fmt: skip
+
+
+def test_a_robot_that_was_stopped_is_compared_to_the_end_where_it_stands():
+    sim = made([0.0, 1.0, 2.0, 3.0], [0.0, 1.0, 1.0, 0.5])
+    real = made([0.0, 1.5, np.nan, np.nan], [0.0, 3.0, np.nan, np.nan], "too fast")
+    # positions 0, 0.5, 0.5, 1.5 apart, velocities 0, 2, 1, 0.5
+    expected = (0.25 + 0.25 + 2.25 + 4.0 + 1.0 + 0.25) / 4
+    assert trajectory_error(real, sim) == pytest.approx(expected)
+    assert trajectory_error(sim, real) == pytest.approx(expected)
+
+
+def test_a_rollout_that_was_stopped_at_once_has_an_error_too():
+    real = made([0.2, np.nan], [0.0, np.nan], "out of the workspace")
+    assert trajectory_error(real, made([0.2, 0.4], [0.0, 1.0])) == pytest.approx((0.04 + 1) / 2)
+
+
+def test_the_error_is_a_mean_over_joints():
+    one, other = made([0.0, 0.0], [0.0, 0.0]), made([0.0, 1.0], [0.0, 2.0])
+
+    def with_two_more_joints(run):
+        more = np.zeros((2, 1, 2))
+        return replace(run, **{k: np.concatenate([getattr(run, k), more], 2) for k in ("q", "dq")})
+
+    assert trajectory_error(one, other) == pytest.approx(2.5)
+    wider = trajectory_error(with_two_more_joints(one), with_two_more_joints(other))
+    assert wider == pytest.approx(2.5 / 3)
 
 
 def test_a_policy_that_is_no_number_never_reaches_the_robot():
@@ -159,16 +202,29 @@ def test_jitter_is_what_shakes_at_the_end():
     dq[:100] = 1.0  # fast at first
     time = rollouts.time[:, None]
     dq[:, 1, 4:5] += 0.06 * np.sqrt(2) * np.sin(2 * np.pi * 11 * time)
-    object.__setattr__(rollouts, "dq", dq)
-    calm, shaking = jitter(rollouts)
+    rollouts = replace(rollouts, dq=dq)
+    calm, shakes = shaking(rollouts)
     assert calm == 0
-    assert shaking == pytest.approx(0.06, rel=0.02)
-    assert shaking > JITTER_RAD_S
-    dq[150:, 1] = np.nan  # stopped after 1.5 s
-    assert np.isnan(jitter(rollouts)[1])
-    table = rollout_table(proportional(), CELL, rollouts, rollouts)
-    assert not table.jitter_failure[0]
-    assert table.jitter_failure.isna().tolist() == [False, True]
+    assert shakes == pytest.approx(0.06, rel=0.02)
+    assert shakes > JITTER_RAD_S
+    table = rollout_table(proportional(), CELL, 1, rollouts, rollouts)
+    assert table.jitter_failure.tolist() == [False, True]
+    # at its goal, and no success
+    assert rollouts.success.all()
+    assert table.success.tolist() == table.success_sim.tolist() == [True, False]
+
+
+def test_a_rollout_that_was_stopped_failed_however_calm_it_was():
+    calm = np.zeros(300)
+    calm[290:] = np.nan
+    real, sim = made(calm, calm, "out of the workspace"), made(np.zeros(300), np.zeros(300))
+    policy = Proportional(1, 1.0)
+    table = rollout_table(policy, CELL, 1, real, sim)
+    assert table.jitter_failure.tolist() == [True]
+    assert np.isnan(table.jitter_rad_s[0])
+    assert table.jitter_failure_sim.tolist() == [False]
+    assert table.stopped.tolist() == ["out of the workspace"]
+    assert not table.success[0]
 
 
 def test_poses_are_reached_too_and_tables_tell_all():

@@ -63,8 +63,8 @@ def test_one_row_per_rollout_with_its_kind_of_failure(smoke):
 
 
 def test_progress_says_what_is_done_and_what_is_left(smoke):
-    lines = re.findall(r"^ *(\d+) of 63  (.+)$", smoke.first.stdout, re.MULTILINE)
-    assert [int(n) for n, _ in lines] == list(range(1, 64))
+    lines = re.findall(r"^ *(\d+) of 70  (.+)$", smoke.first.stdout, re.MULTILINE)
+    assert [int(n) for n, _ in lines] == list(range(1, 71))
     assert re.search(r"train block_stack kp\d+_kd\d+  \d+ s", smoke.first.stdout)
     # from a quarter of the jobs on, at the latest, every line but the last says how long
     assert all(re.search(r"; about .+ left$", text) for _, text in lines[len(lines) // 4 : -1])

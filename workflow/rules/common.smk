@@ -84,6 +84,11 @@ def of_condition(artefact: str) -> str:
     return result("sim_to_real", "{condition}", "{cell}", artefact)
 
 
+def of_policy(artefact: str) -> str:
+    """The path of an artefact that every policy of every such cell has."""
+    return of_condition(f"seed{{seed}}/{artefact}")
+
+
 def captioned(path: str, caption: str, category: str = "Behaviour cloning"):
     """An output that `snakemake --report` shows with a caption, its path relative to the rules."""
     # str: the flag must not stick to a path that other rules use as input
@@ -108,10 +113,16 @@ def diagnosis_figure(name: str) -> list:
     return [pdf, captioned(png, f"../report/diagnosis_{name}.rst", "Diagnosis")]
 
 
-def captioned_table(name: str) -> list:
-    """The files of one table of the sim-to-real chain; the report shows the CSV."""
-    csv, markdown, latex = multiext(result("tables", name), ".csv", ".md", ".tex")
-    return [captioned(csv, f"../report/{name}_table.rst", "Sim-to-real"), markdown, latex]
+def decoupling_figure(name: str) -> list:
+    """The files of one figure of decoupling."""
+    pdf, png = (result("figures", f"{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/{name}.rst", "Decoupling")]
+
+
+def captioned_table(name: str, file: str = "", category: str = "Sim-to-real") -> list:
+    """The files of one table, by default of the sim-to-real chain; the report shows the CSV."""
+    csv, markdown, latex = multiext(result("tables", file or name), ".csv", ".md", ".tex")
+    return [captioned(csv, f"../report/{name}_table.rst", category), markdown, latex]
 
 
 def study_figure(name: str) -> list:
@@ -134,6 +145,25 @@ def task_parameters(wildcards) -> dict:
 def condition_entry(wildcards) -> dict:
     """A condition with the content of its task's file."""
     return next(entry for entry in CONDITIONS if entry["name"] == wildcards.condition)
+
+
+def pairing_entry(wildcards) -> dict:
+    """An entry of `decoupling.pairings`."""
+    return next(entry for entry in PAIRINGS if entry["name"] == wildcards.pairing)
+
+
+def wanted_decoupling(wildcards) -> list[str]:
+    """What the target `decoupling` makes, or the key that it needs."""
+    if not DECOUPLING:
+        sys.exit("config: decoupling: found nothing; allowed: this section, such as {seeds: 3}")
+    return DECOUPLING_RESULTS
+
+
+def wanted_landscape(wildcards) -> list[str]:
+    """What the target `landscape` makes, or the key that it needs."""
+    if not LANDSCAPE:
+        sys.exit("config: landscape: found nothing; allowed: this section, such as {seeds: 5}")
+    return [*LANDSCAPE_FIGURES, *LANDSCAPE_TABLES, *rules.learning_figures.output.landscape]
 
 
 def wanted_diagnosis(wildcards) -> list[str]:

@@ -1,32 +1,18 @@
-"""Recordings, identified simulators, policies tuned in them, and their transfer to the robot."""
-
-ROBOT = STUDY.sections["robot"]
-# in real time, of which the profile says there is one
-ROBOTS_USED = 1 if STUDY.robot.real_time else 0
-TUNING = STUDY.sections["tuning"]
-HORIZON_S = STUDY.sections["reinforcement_learning"]["horizon_s"]
-TRAINING_SETTINGS = {
-    key: value
-    for key, value in STUDY.sections["reinforcement_learning"].items()
-    if key != "horizon_s"
-}
-CONDITION_NAMES = [entry["name"] for entry in CONDITIONS]
-TRAINING_SEEDS = range(1, 1 + STUDY.sections["sample_efficiency"]["seeds"])
-TRANSFER_CELLS = [cell.name for cell in STUDY.transfer_cells]
-SHOWN_CELLS = [
-    cell.name for cell in STUDY.recording_grid.corners if cell in STUDY.transfer_cells
-]
+"""Policies tuned in identified simulators, and their transfer to the robot."""
 
 # as EVERY_CELL
-EVERY_TRANSFER_CELL = expand(
-    of_transfer("{artefact}"),
-    cell=TRANSFER_CELLS,
-    artefact=["recording.parquet", "parameters.yaml", "identification_trace.parquet"],
-) + expand(
-    of_condition("{artefact}"),
-    condition=CONDITION_NAMES,
-    cell=TRANSFER_CELLS,
-    artefact=["policy.safetensors", "trials.parquet", "rollouts.parquet", "traces.parquet"],
+EVERY_TRANSFER_CELL = (
+    expand(
+        of_transfer("{artefact}"),
+        cell=TRANSFER_CELLS,
+        artefact=["recording.parquet", "parameters.yaml", "identification_trace.parquet"],
+    )
+    + of_conditions(of_condition("trials.parquet"), CONDITION_NAMES)
+    + [
+        path
+        for artefact in ("policy.safetensors", "rollouts.parquet", "traces.parquet")
+        for path in of_conditions(of_policy(artefact), CONDITION_NAMES)
+    ]
 )
 
 
@@ -34,95 +20,6 @@ wildcard_constraints:
     condition="|".join(CONDITION_NAMES) or "none",
     worker=r"\d+",
     seed=r"\d+",
-
-
-rule record_motion:
-    input:
-        lambda wildcards: recorded_files(ROBOT, wildcards.cell),
-    output:
-        table=of_transfer("recording.parquet"),
-        metadata=of_transfer("recording.yaml"),
-    params:
-        version=VERSION,
-        robot=ROBOT,
-        motion=STUDY.sections["recordings"],
-    log:
-        result("logs", "record_motion", "{cell}.log"),
-    benchmark:
-        result("benchmarks", "record_motion", "{cell}.tsv")
-    resources:
-        mem_mb=1000,
-        robot=ROBOTS_USED,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/record_motion.py"
-
-
-rule identify:
-    input:
-        table=of_transfer("recording.parquet"),
-        metadata=of_transfer("recording.yaml"),
-    output:
-        parameters=of_transfer("parameters.yaml"),
-        losses=of_transfer("identification_losses.parquet"),
-        trace=of_transfer("identification_trace.parquet"),
-    params:
-        version=VERSION,
-        seed=SEED,
-        settings=STUDY.sections["identification"],
-    log:
-        result("logs", "identify", "{cell}.log"),
-    benchmark:
-        result("benchmarks", "identify", "{cell}.tsv")
-    resources:
-        mem_mb=1000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/identify.py"
-
-
-rule summarise_identification:
-    input:
-        expand(of_transfer("parameters.yaml"), cell=TRANSFER_CELLS),
-    output:
-        result("sim_to_real", "identification.parquet"),
-    params:
-        version=VERSION,
-    log:
-        result("logs", "summarise_identification.log"),
-    benchmark:
-        result("benchmarks", "summarise_identification.tsv")
-    resources:
-        mem_mb=1000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/summarise_identification.py"
-
-
-rule identification_figure:
-    input:
-        cells=result("sim_to_real", "identification.parquet"),
-        losses=expand(of_transfer("identification_losses.parquet"), cell=TRANSFER_CELLS),
-        traces=expand(of_transfer("identification_trace.parquet"), cell=SHOWN_CELLS),
-    output:
-        error=transfer_figure("identification", "identification"),
-        overlays=transfer_figure("identification_overlays", "identification_overlays"),
-    params:
-        version=VERSION,
-        grid=STUDY.sections["recording_grid"],
-    log:
-        result("logs", "identification_figure.log"),
-    benchmark:
-        result("benchmarks", "identification_figure.tsv")
-    resources:
-        mem_mb=1000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/identification_figure.py"
 
 
 # A worker runs trials until the study has enough; several of them share it. The trials are in
@@ -154,43 +51,65 @@ rule tune:
         "../scripts/tune.py"
 
 
-rule choose_policy:
+rule choose_scales:
     input:
-        workers=expand(
-            result("sim_to_real", "{condition}", "{cell}", "worker_{worker}.txt"),
-            worker=range(TUNING["workers"]),
-            allow_missing=True,
-        ),
+        workers=workers,
     output:
-        policy=of_condition("policy.safetensors"),
         chosen=of_condition("chosen.yaml"),
         trials=of_condition("trials.parquet"),
-        training=of_condition("training.parquet"),
     params:
         version=VERSION,
+        condition=condition_entry,
         storage=TUNING["storage"],
         trials=TUNING["trials"],
-        folder=subpath(output.policy, parent=True),
+        folder=subpath(output.chosen, parent=True),
     log:
-        result("logs", "choose_policy", "{condition}_{cell}.log"),
+        result("logs", "choose_scales", "{condition}_{cell}.log"),
     benchmark:
-        result("benchmarks", "choose_policy", "{condition}_{cell}.tsv")
+        result("benchmarks", "choose_scales", "{condition}_{cell}.tsv")
     resources:
         mem_mb=1000,
     conda:
         "../envs/t2l.yaml"
     script:
-        "../scripts/choose_policy.py"
+        "../scripts/choose_scales.py"
+
+
+rule train_policy:
+    input:
+        chosen=of_condition("chosen.yaml"),
+        parameters=of_transfer("parameters.yaml"),
+    output:
+        policy=of_policy("policy.safetensors"),
+        outcome=of_policy("outcome.yaml"),
+        training=of_policy("training.parquet"),
+    params:
+        version=VERSION,
+        condition=condition_entry,
+        settings=TRAINING_SETTINGS,
+        horizon_s=HORIZON_S,
+        rate_hz=STUDY.sections["identification"]["rate_hz"],
+    threads: 1
+    log:
+        result("logs", "train_policy", "{condition}_{cell}_{seed}.log"),
+    benchmark:
+        result("benchmarks", "train_policy", "{condition}_{cell}_{seed}.tsv")
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/train_policy.py"
 
 
 rule deploy:
     input:
-        policy=of_condition("policy.safetensors"),
+        policy=of_policy("policy.safetensors"),
         parameters=of_transfer("parameters.yaml"),
     output:
-        rollouts=of_condition("rollouts.parquet"),
-        traces=of_condition("traces.parquet"),
-        observations=of_condition("observations.parquet"),
+        rollouts=of_policy("rollouts.parquet"),
+        traces=of_policy("traces.parquet"),
+        observations=of_policy("observations.parquet"),
     params:
         version=VERSION,
         condition=condition_entry,
@@ -200,9 +119,9 @@ rule deploy:
         rate_hz=STUDY.sections["identification"]["rate_hz"],
         seed=SEED,
     log:
-        result("logs", "deploy", "{condition}_{cell}.log"),
+        result("logs", "deploy", "{condition}_{cell}_{seed}.log"),
     benchmark:
-        result("benchmarks", "deploy", "{condition}_{cell}.tsv")
+        result("benchmarks", "deploy", "{condition}_{cell}_{seed}.tsv")
     resources:
         mem_mb=1000,
         robot=ROBOTS_USED,
@@ -212,42 +131,17 @@ rule deploy:
         "../scripts/deploy.py"
 
 
-rule train_again:
-    input:
-        chosen=of_condition("chosen.yaml"),
-        parameters=of_transfer("parameters.yaml"),
-    output:
-        result("sim_to_real", "{condition}", "{cell}", "seed_{seed}.parquet"),
-    params:
-        version=VERSION,
-        condition=condition_entry,
-        settings=TRAINING_SETTINGS
-        | {"updates": STUDY.sections["sample_efficiency"]["updates"]},
-        horizon_s=HORIZON_S,
-        rate_hz=STUDY.sections["identification"]["rate_hz"],
-        passed=STUDY.sections["sample_efficiency"]["passed"],
-    threads: 1
-    log:
-        result("logs", "train_again", "{condition}_{cell}_{seed}.log"),
-    benchmark:
-        result("benchmarks", "train_again", "{condition}_{cell}_{seed}.tsv")
-    resources:
-        mem_mb=2000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/train_again.py"
-
-
 rule summarise_transfer:
     input:
-        rollouts=expand(of_condition("rollouts.parquet"), cell=TRANSFER_CELLS, allow_missing=True),
-        chosen=expand(of_condition("chosen.yaml"), cell=TRANSFER_CELLS, allow_missing=True),
+        rollouts=of_one_condition(of_policy("rollouts.parquet")),
+        outcomes=of_one_condition(of_policy("outcome.yaml")),
+        chosen=of_one_condition(of_condition("chosen.yaml")),
     output:
         rollouts=result("sim_to_real", "{condition}", "rollouts.parquet"),
         cells=result("sim_to_real", "{condition}", "cells.parquet"),
     params:
         version=VERSION,
+        seeds=len(POLICY_SEEDS),
     log:
         result("logs", "summarise_transfer", "{condition}.log"),
     benchmark:
@@ -286,15 +180,85 @@ rule transfer_statistics:
         "../scripts/transfer_tables.py"
 
 
+rule transfer_decision:
+    input:
+        rollouts=result("sim_to_real", "{condition}", "rollouts.parquet"),
+        policies=result("sim_to_real", "{condition}", "cells.parquet"),
+    output:
+        captioned_table("transfer_decision", "transfer_decision_{condition}"),
+    params:
+        version=VERSION,
+        rule=DECISION,
+    log:
+        result("logs", "transfer_decision", "{condition}.log"),
+    benchmark:
+        result("benchmarks", "transfer_decision", "{condition}.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/transfer_decision.py"
+
+
+rule deploy_without:
+    input:
+        policy=of_policy("policy.safetensors"),
+        parameters=of_transfer("parameters.yaml"),
+    output:
+        of_policy("without/{effect}/rollouts.parquet"),
+    params:
+        version=VERSION,
+        condition=condition_entry,
+        robot=ROBOT,
+        deployment=STUDY.sections["deployment"],
+        horizon_s=HORIZON_S,
+        rate_hz=STUDY.sections["identification"]["rate_hz"],
+        seed=SEED,
+    log:
+        result("logs", "deploy_without", "{condition}_{cell}_{seed}_{effect}.log"),
+    benchmark:
+        result("benchmarks", "deploy_without", "{condition}_{cell}_{seed}_{effect}.tsv")
+    resources:
+        mem_mb=1000,
+        robot=ROBOTS_USED,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/deploy_without.py"
+
+
+rule ablation:
+    input:
+        whole=of_ablated(of_policy("rollouts.parquet")),
+        **{
+            key: of_ablated(of_policy("without/{effect}/rollouts.parquet"), effect=effect)
+            for key, effect in ABLATED.items()
+        },
+    output:
+        table=captioned_table("ablation"),
+        figure=transfer_figure("ablation", "ablation"),
+    params:
+        version=VERSION,
+        effects={effect: key for key, effect in ABLATED.items()},
+        grid=STUDY.sections["recording_grid"],
+    log:
+        result("logs", "ablation.log"),
+    benchmark:
+        result("benchmarks", "ablation.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/ablation.py"
+
+
 rule transfer_figures:
     input:
         cells=expand(result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITION_NAMES),
-        traces=expand(
-            of_condition("traces.parquet"), condition=CONDITION_NAMES[:1], cell=TRANSFER_CELLS
-        ),
-        observations=expand(
-            of_condition("observations.parquet"), condition=CONDITION_NAMES[:1], cell=TRANSFER_CELLS
-        ),
+        traces=of_conditions(of_policy("traces.parquet"), CONDITION_NAMES[:1]),
+        observations=of_conditions(of_policy("observations.parquet"), CONDITION_NAMES[:1]),
         rollouts=expand(
             result("sim_to_real", "{condition}", "rollouts.parquet"), condition=CONDITION_NAMES[:1]
         ),
@@ -307,8 +271,11 @@ rule transfer_figures:
     params:
         version=VERSION,
         conditions=CONDITION_NAMES,
-        cells=TRANSFER_CELLS,
         grid=STUDY.sections["recording_grid"],
+        policies=[
+            (cell, seed) for name in CONDITION_NAMES[:1] for cell in CELLS_OF[name]
+            for seed in POLICY_SEEDS
+        ],
     log:
         result("logs", "transfer_figures.log"),
     benchmark:
@@ -323,22 +290,18 @@ rule transfer_figures:
 
 rule learning_figures:
     input:
-        trials=expand(
-            of_condition("trials.parquet"), condition=CONDITION_NAMES[:1], cell=SHOWN_CELLS
-        ),
-        seeds=expand(
-            result("sim_to_real", "{condition}", "{cell}", "seed_{seed}.parquet"),
-            condition=CONDITION_NAMES,
-            cell=SHOWN_CELLS,
-            seed=TRAINING_SEEDS,
-        ),
+        trials=of_conditions(of_condition("trials.parquet"), SEARCHED[:1], SHOWN_CELLS),
+        **{
+            f"training_{name}": of_conditions(of_policy("training.parquet"), [name], SHOWN_CELLS)
+            for name in CONDITION_NAMES
+        },
     output:
         landscape=transfer_figure("landscape", "landscape"),
         training=transfer_figure("training", "training"),
     params:
         version=VERSION,
         conditions=CONDITION_NAMES,
-        cells=SHOWN_CELLS,
+        cells=[cell for name in SEARCHED[:1] for cell in CELLS_OF[name] if cell in SHOWN_CELLS],
         grid=STUDY.sections["recording_grid"],
     log:
         result("logs", "learning_figures.log"),
@@ -352,14 +315,16 @@ rule learning_figures:
         "../scripts/learning_figures.py"
 
 
-TRANSFER_FIGURES = [
-    *rules.identification_figure.output.error,
-    *rules.identification_figure.output.overlays,
-]
-TRANSFER_TABLES = []
+TRANSFER_FIGURES = [*IDENTIFICATION_FIGURES]
+TRANSFER_TABLES = [*IDENTIFICATION_TABLES]
 if CONDITION_NAMES:
     TRANSFER_FIGURES += [
         *rules.transfer_figures.output,
         *rules.learning_figures.output,
     ]
     TRANSFER_TABLES += [*rules.transfer_statistics.output]
+    if ABLATION:
+        TRANSFER_FIGURES += [*rules.ablation.output.figure]
+        TRANSFER_TABLES += [*rules.ablation.output.table]
+    if DECISION:
+        TRANSFER_TABLES += expand(rules.transfer_decision.output, condition=DECISION["condition"])

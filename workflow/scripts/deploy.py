@@ -8,7 +8,7 @@ from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.policies import checkpoint
 from t2l.rl.condition import Condition
-from t2l.rl.interface import observation_names
+from t2l.rl.interface import action_space, observation_names
 from t2l.transfer.errors import observation_table, rollout_table, trace_table
 from t2l.transfer.matched import Deployment, matched_rollouts
 
@@ -28,6 +28,8 @@ with job(snakemake):
         Path(snakemake.output.rollouts).parent / "deployed",
     )
     write_table(trace_table(real, sim, task.robot.joints), snakemake.output.traces)
-    seen = observation_table(real, sim, observation_names(task))
+    actions = action_space(condition, task.robot, policy.action_scale)
+    seen = observation_table(real, sim, observation_names(task, actions))
     write_table(seen, snakemake.output.observations)
-    write_table(rollout_table(policy, cell, real, sim), snakemake.output.rollouts)
+    seed = int(snakemake.wildcards.seed)
+    write_table(rollout_table(policy, cell, seed, real, sim), snakemake.output.rollouts)

@@ -12,5 +12,6 @@ with job(snakemake):
     cells = read_table(snakemake.input.cells, CELL_COLUMNS)
     losses = [read_table(path, LOSS_COLUMNS) for path in snakemake.input.losses]
     traces = [read_table(path, TRACE_COLUMNS) for path in snakemake.input.traces]
-    write(residual_error(cells, losses, grid), snakemake.output.error)
+    figure = residual_error(cells, losses, grid, snakemake.params.gains)
+    write(figure, snakemake.output.error)
     write(overlays(traces), snakemake.output.overlays)

@@ -16,12 +16,11 @@ with job(snakemake):
         for name, path in zip(params.cells, given.trials, strict=True)
     }
     write(landscape(trials, grid), snakemake.output.landscape)
-    each = len(given.seeds) // len(params.conditions)
     curves = {
         condition: pd.concat(
-            [read_table(path, CURVE_COLUMNS) for path in given.seeds[i * each : (i + 1) * each]],
+            [read_table(path, CURVE_COLUMNS) for path in given[f"training_{condition}"]],
             ignore_index=True,
         )
-        for i, condition in enumerate(params.conditions)
+        for condition in params.conditions
     }
     write(training_curves(curves, grid), snakemake.output.training)

@@ -2,7 +2,7 @@
 
 from t2l.gains import Cell
 from t2l.hardware import open_backend
-from t2l.hardware.motion import identification_motion
+from t2l.hardware.identification_motion import identification_motion
 from t2l.jobs import job
 from t2l.recordings.log import write_recording
 from t2l.robots import make_robot

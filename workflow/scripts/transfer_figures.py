@@ -5,14 +5,14 @@ from t2l.figures import transfer
 from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
-from t2l.transfer.summary import best_and_worst
+from t2l.transfer.summary import best_and_worst, over_seeds
 
 with job(snakemake):
     given, output = snakemake.input, snakemake.output
     grid = Grid.from_section(snakemake.params.grid)
-    names = snakemake.params.cells
+    policies = [tuple(each) for each in snakemake.params.policies]
     cells = {
-        condition: read_table(path, transfer.CELL_COLUMNS)
+        condition: over_seeds(read_table(path, transfer.CELL_COLUMNS))
         for condition, path in zip(snakemake.params.conditions, given.cells, strict=True)
     }
     write(transfer.error_maps(cells, grid), output.errors)
@@ -20,10 +20,10 @@ with job(snakemake):
         transfer.jitter_by_period(read_table(given.jitter, transfer.JITTER_COLUMNS)), output.jitter
     )
 
-    rollouts = read_table(given.rollouts[0], ("kp", "kd", "rollout", "trajectory_error"))
+    rollouts = read_table(given.rollouts[0], ("kp", "kd", "seed", "rollout", "trajectory_error"))
     traces, observations, captions = {}, {}, []
-    for word, (cell, rollout, error) in best_and_worst(rollouts).items():
-        at = names.index(cell.name)
+    for word, (cell, seed, rollout, error) in best_and_worst(rollouts).items():
+        at = policies.index((cell.name, seed))
         trace = read_table(given.traces[at], transfer.TRACE_COLUMNS)
         traces[cell] = trace[trace.rollout == rollout]
         observations[cell] = read_table(given.observations[at], transfer.OBSERVATION_COLUMNS)

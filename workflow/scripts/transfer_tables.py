@@ -23,7 +23,8 @@ with job(snakemake):
     rates = {
         condition.name: condition.policy_rate_hz
         for condition in conditions
-        if (condition.task, condition.randomisation) == (first.task, first.randomisation)
+        if (condition.task, condition.randomisation, condition.searched)
+        == (first.task, first.randomisation, first.searched)
     }
     made = {
         "transfer": (transfer.transfer_table(rollouts, grid), transfer.printable_transfer),

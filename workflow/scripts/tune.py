@@ -28,7 +28,5 @@ with job(snakemake):
     study = open_study(params.tuning["storage"], folder / "trials.journal", name)
     log = logging.getLogger("t2l.tune")
     log.info("study %s", name)
-    work(
-        study, folder / "store", problem, search, settings, params.seed, snakemake.threads, log.info
-    )
+    work(study, problem, search, settings, params.seed, snakemake.threads, log.info)
     write_text(f"{name}\n", snakemake.output[0])

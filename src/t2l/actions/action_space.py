@@ -4,7 +4,8 @@
 
 is the command that a controller gets for an action a (the study's footnote on environment shaping):
 γ = 0 makes actions absolute; with γ = 1 they are relative to where the robot is (β = 1) or to the
-command before (β = 0). Solved for a, it labels demonstrations.
+command before (β = 0). An absolute action may be counted from the robot's home, so that a = 0 holds
+it there. Solved for a, the equation labels demonstrations.
 """
 
 from abc import ABC, abstractmethod
@@ -22,12 +23,13 @@ class ActionSpace(ABC):
         scale: α, one number, or one an element of an action.
         limits: (ncommand, 2) that commands are kept within; none without.
         reference: what actions are relative to, one of `references`; the first unless given.
+        home: (ncommand,) the command at the robot's home, for the reference of that name.
 
     Attributes:
         name: what configurations write.
         controller: name of the controller whose commands it gives.
-        references: what actions may be relative to: `measured` (β = 1), `commanded` (β = 0), or
-            neither where they are absolute (γ = 0).
+        references: what actions may be relative to: `measured` (γ = 1, β = 1), `commanded` (γ = 1,
+            β = 0), `home` (γ = 0, counted from there); none where they are the command (γ = 0).
         names: of the elements of an action.
     """
 
@@ -42,9 +44,11 @@ class ActionSpace(ABC):
         scale: np.ndarray | float = 1.0,
         limits: np.ndarray | None = None,
         reference: str | None = None,
+        home: np.ndarray | None = None,
     ):
         self.command_names, self.scale, self.limits = tuple(command_names), scale, limits
-        self._of_measured = (reference or next(iter(self.references), "")) == "measured"
+        self.reference = reference or next(iter(self.references), "")
+        self._home = home
 
     def command(self, action: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
         """The command (n, ncommand) for an action, within the limits.
@@ -54,12 +58,27 @@ class ActionSpace(ABC):
             measured: x, (n, ncommand), where the robot is.
             before: x_des(t−1), (n, ncommand).
         """
-        command = self.applied(self.scale * action, measured if self._of_measured else before)
+        command = self.applied(self.scale * action, self._base(measured, before))
         return command if self.limits is None else np.clip(command, *self.limits.T)
 
     def action(self, command: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
         """The action (n, naction) for a command, which demonstrations are labelled with."""
-        return self.difference(command, measured if self._of_measured else before) / self.scale
+        return self.difference(command, self._base(measured, before)) / self.scale
+
+    def memory(self, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
+        """(n, k) what of the past an action depends on, which a policy must therefore see.
+
+        How far the command before lies from the robot, where actions are relative to that command;
+        without columns where they are not.
+        """
+        if self.reference == "commanded":
+            return self.difference(before, measured)
+        return measured[:, :0]
+
+    def _base(self, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
+        if self.reference == "home":
+            return np.broadcast_to(self._home, measured.shape)
+        return measured if self.reference == "measured" else before
 
     @abstractmethod
     def applied(self, change: np.ndarray, base: np.ndarray) -> np.ndarray:

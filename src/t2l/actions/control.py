@@ -36,4 +36,6 @@ def make_control(
     parameters = dict(section)
     actions = ACTIONS.find(parameters.pop("kind"))
     controller = CONTROLLERS.find(actions.controller)(model, robot.arms, cell.kp, cell.kd)
+    if "home" in actions.references:
+        parameters["home"] = robot.home
     return Control(cell, controller, actions(controller.command_names, **parameters))

@@ -23,14 +23,14 @@ class JointTarget(ActionSpace):
 
 
 class JointDelta(ActionSpace):
-    """An action is how far q_des lies from q, or from the command before, rad: γ = 1."""
+    """An action is how far q_des lies from q, from the command before, or from home, rad."""
 
     name = "joint_delta"
     controller = "joint_pd"
-    references = ("measured", "commanded")
+    references = ("measured", "commanded", "home")
 
-    def __init__(self, command_names, scale=1.0, limits=None, reference=None):
-        super().__init__(command_names, scale, limits, reference)
+    def __init__(self, command_names, scale=1.0, limits=None, reference=None, home=None):
+        super().__init__(command_names, scale, limits, reference, home)
         self.names = tuple(name.replace("q_des", "delta", 1) for name in self.command_names)
 
     def applied(self, change, base):

@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping
 
 from t2l.actions import ACTIONS
-from t2l.config.cells import grid_of
+from t2l.config import transfer_design
+from t2l.config.cells import grid_of, transfer_cells
 from t2l.config.models import Configuration
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
@@ -12,6 +13,7 @@ from t2l.policies.training_settings import TrainingSettings
 from t2l.rl.registry import ALGORITHMS
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated, Rewarded, Task
+from t2l.tasks.pose_hold import PoseHold
 from t2l.tasks.reach import EndEffectorReach
 from t2l.transfer.deploy import LOG_RATE_HZ
 from t2l.typed import Problem, describe, suggestion
@@ -32,10 +34,14 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_rates(configuration, tasks),
         *_cloned(configuration, tasks),
         *_conditions(configuration, tasks),
+        *transfer_design.decision(configuration, transfer_cells(configuration)),
+        *transfer_design.ablation(configuration, transfer_cells(configuration)),
         *_weights(configuration, tasks),
         *_algorithm(configuration),
         *_workspace(configuration),
         *_scoreboard(configuration),
+        *_decoupling(configuration, tasks),
+        *_landscape(configuration),
     ]
 
 
@@ -160,6 +166,7 @@ def _weights(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterato
 def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
     conditions = configuration.sim_to_real.conditions
     names = [condition.name for condition in conditions]
+    cells = transfer_cells(configuration)
     robot = configuration.robot.name
     physics = configuration.identification.rate_hz
     for i, condition in enumerate(conditions):
@@ -178,6 +185,7 @@ def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
                 f"a task of robot.name = {robot}",
             )
         yield from _actions(f"{key}.actions", condition.actions, "joint_pd")
+        yield from transfer_design.given_scales(key, condition, task, cells)
         rate = condition.policy_rate_hz
         if physics % rate or LOG_RATE_HZ % rate:
             yield Problem(
@@ -185,6 +193,41 @@ def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
                 describe(rate),
                 f"a divisor of {physics} (identification.rate_hz) and of {LOG_RATE_HZ:g}",
             )
+
+
+def _decoupling(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
+    section = configuration.decoupling
+    if section is None:
+        return
+    task = tasks.get(section.task)
+    if task is not None and not isinstance(task, PoseHold):
+        yield Problem("decoupling.task", describe(section.task), "a task of the kind pose_hold")
+    names = [pairing.name for pairing in section.pairings]
+    for i, pairing in enumerate(section.pairings):
+        key = f"decoupling.pairings[{i}]"
+        if pairing.name in names[:i]:
+            yield Problem(
+                f"{key}.name", f"{pairing.name!r} a second time", "names without repetitions"
+            )
+        yield from _actions(f"{key}.actions", pairing.actions, "joint_pd")
+    if section.evaluate_every > section.updates:
+        yield Problem(
+            "decoupling.evaluate_every",
+            str(section.evaluate_every),
+            f"at most decoupling.updates = {section.updates}",
+        )
+
+
+def _landscape(configuration: Configuration) -> Iterator[Problem]:
+    if configuration.landscape is None:
+        return
+    conditions = configuration.sim_to_real.conditions
+    if all(condition.action_scales for condition in conditions):
+        yield Problem(
+            "landscape",
+            "this section, and no condition whose action scales are searched",
+            "such a condition under sim_to_real.conditions",
+        )
 
 
 def _algorithm(configuration: Configuration) -> Iterator[Problem]:

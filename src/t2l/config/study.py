@@ -95,6 +95,8 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     _extend(configuration.extensions)
     conditions = configuration.sim_to_real.conditions
     named = {f"tasks[{i}]": name for i, name in enumerate(configuration.tasks)}
+    if configuration.decoupling:
+        named["decoupling.task"] = configuration.decoupling.task
     named |= {f"sim_to_real.conditions[{i}].task": c.task for i, c in enumerate(conditions)}
     tasks, lines = _read_tasks(named, folder / "tasks")
     made = {name: make_task(task) for name, task in tasks.items()}

@@ -26,7 +26,11 @@ def landscape(trials: Mapping[Cell, "pd.DataFrame"], grid: Grid) -> Figure:
         trials: of each corner, columns `TRIAL_COLUMNS` and a scale per group of joints, of which
             the first and the last are drawn.
     """
-    scales = [name for name in next(iter(trials.values())).columns if name.startswith(SCALE)]
+    if not trials:
+        with styled():
+            return _nothing("no trials: the action scales are given")
+    columns = next(iter(trials.values())).columns
+    scales = [name for name in columns if name.startswith(SCALE) and not name.endswith("_share")]
     across, upward = scales[0], scales[-1]
     with styled():
         figure, axes = plt.subplots(
@@ -54,6 +58,13 @@ def landscape(trials: Mapping[Cell, "pd.DataFrame"], grid: Grid) -> Figure:
             figure.colorbar(shown, ax=axes[0].tolist(), label="success in simulation [%]")
             figure.legend(handles=states.values(), loc="outside lower center", ncols=2, fontsize=8)
         figure.suptitle("Trials of tuning", fontsize=11)
+    return figure
+
+
+def _nothing(why: str) -> Figure:
+    figure, panel = plt.subplots(figsize=(5, 2))
+    panel.set_axis_off()
+    panel.text(0.5, 0.5, why, ha="center", transform=panel.transAxes)
     return figure
 
 

@@ -15,15 +15,20 @@ from t2l.gains import Cell, Grid
 if TYPE_CHECKING:
     import pandas as pd
 
-JITTER_COLUMNS = ("period_s", "jitter_rate", "jitter_rate_sim", "lower", "upper", "rollouts")
-CELL_COLUMNS = ("kp", "kd", "trajectory_error", "nn_error", "jitter_rate", "stopped_rate")
+JITTER_COLUMNS = (
+    "period_s", "jitter_rate", "jitter_rate_sim", "stopped_rate", "lower", "upper", "cells",
+    "rollouts",
+)  # fmt: skip
+CELL_COLUMNS = (
+    "kp", "kd", "trajectory_error", "nn_error", "jitter_rate", "stopped_rate", "feedback_gain"
+)  # fmt: skip
 TRACE_COLUMNS = ("rollout", "where", "time")
 OBSERVATION_COLUMNS = ("rollout", "where")
 WRIST = 3  # joints, the last of the arm
 
 
 def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
-    """A row a condition: trajectory error, error of the policy's outputs, share that jitters.
+    """A row a condition: E, error of the policy's outputs, its feedback gain, share that jitters.
 
     Args:
         cells: per condition, one row a cell, columns `CELL_COLUMNS`.
@@ -31,12 +36,13 @@ def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
     shown = (
         ("trajectory_error", "E [rad² + (rad/s)²]", "{:.2g}".format),
         ("nn_error", "policy outputs, RMS difference", "{:.2g}".format),
-        ("jitter_rate", "rollouts that jitter [%]", lambda v: f"{100 * v:.0f}"),
+        ("feedback_gain", "feedback gain of the policy", "{:.2g}".format),
+        ("jitter_rate", "jitter or were stopped [%]", lambda v: f"{100 * v:.0f}"),
     )
     with styled():
         figure, axes = plt.subplots(
-            *(len(cells), 3),
-            figsize=(1.5 * width(grid), height(grid) * len(cells) + 0.3),
+            *(len(cells), len(shown)),
+            figsize=(0.5 * len(shown) * width(grid), height(grid) * len(cells) + 0.3),
             squeeze=False,
         )
         for row, (name, table) in enumerate(cells.items()):
@@ -59,7 +65,7 @@ def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
 
 
 def jitter_by_period(table: "pd.DataFrame") -> Figure:
-    """Share of rollouts that jitter against the policy's period, with 95 % intervals.
+    """Share of rollouts that jitter against the policy's period, with 95 % intervals over cells.
 
     Args:
         table: as `t2l.stats.transfer.jitter_table` makes it.
@@ -72,14 +78,13 @@ def jitter_by_period(table: "pd.DataFrame") -> Figure:
         axes.plot(
             period, 100 * table.jitter_rate_sim, "s--", mfc="none", label="identified simulator"
         )
+        axes.plot(period, 100 * table.stopped_rate, "^:", mfc="none", c="0.5", label="was stopped")
         axes.legend(fontsize=8)
         axes.set_xlabel("policy period [ms]")
-        axes.set_ylabel("rollouts that jitter [%]")
+        axes.set_ylabel("rollouts that jitter or were stopped [%]", fontsize=8)
         axes.set_xticks(period, [f"{p:.0f}" for p in period])
         axes.set_ylim(-3, 103)
-        few, many = table.rollouts.min(), table.rollouts.max()
-        count = f"{many}" if few == many else f"{few} to {many}"
-        axes.set_title(f"all cells, {count} rollouts a period", fontsize=9)
+        axes.set_title(f"{table.cells.max()} cells; 95 % intervals over cells", fontsize=9)
     return figure
 
 

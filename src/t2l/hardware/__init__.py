@@ -2,7 +2,7 @@
 
 from t2l.hardware.backend import Backend, BackendError, PositionControlled
 from t2l.hardware.features import Features, State
-from t2l.hardware.registry import BACKENDS, find_backend, open_backend, recorded_files
+from t2l.hardware.registry import BACKENDS, find_backend, open_backend, recorded_files, truth_of
 
 __all__ = [
     "BACKENDS",
@@ -14,4 +14,5 @@ __all__ = [
     "find_backend",
     "open_backend",
     "recorded_files",
+    "truth_of",
 ]

@@ -9,7 +9,7 @@ A back end of your own is a class that derives from `Backend`, in a file under `
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -52,6 +52,9 @@ class PositionControlled(ABC):
     @abstractmethod
     def send(self, q_des: np.ndarray, period_s: float) -> None:
         """Hold the command q_des (n, njoint) rad for a period, and return when it is over.
+
+        It acts when the robot's own latency has passed, be that of a process, a network or a
+        controller.
 
         Raises:
             BackendError: the robot does not go on.
@@ -137,6 +140,18 @@ class Backend(PositionControlled):
     def sources(cls, settings: Any, cell: str) -> list[Path]:
         """Files that the recording of a cell is taken from, for a workflow to watch."""
         return []
+
+    @classmethod
+    def truth(cls, robot: Robot, settings: Any) -> Mapping[str, np.ndarray]:
+        """What is true of a robot that is a simulation; for reports, and for nothing that fits.
+
+        Only of a back end whose features say that it is known.
+
+        Returns:
+            (njoint,) each: `armature` kg·m², `sliding_friction` and `breakaway` N·m,
+            `viscous_friction` N·m·s/rad, and `torque_scale`, delivered over commanded torque.
+        """
+        raise NotImplementedError
 
     def log_cycles(self, act: Callable[[], object], duration_s: float) -> Cycles:
         """Every cycle of the controller while `act` runs, for about `duration_s`.

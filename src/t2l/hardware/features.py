@@ -49,6 +49,7 @@ class Features:
         takes_commands: whether it can follow commands, of a motion or a policy.
         logs_cycles: whether it logs every cycle of its controller, see `Backend.log_cycles`.
         gravity_compensation: whether the robot cancels its own gravity.
+        truth_known: whether `Backend.truth` tells what identification should find.
     """
 
     control_rate_hz: float | None
@@ -58,3 +59,4 @@ class Features:
     takes_commands: bool = True
     logs_cycles: bool = False
     gravity_compensation: bool = True
+    truth_known: bool = False

@@ -4,17 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.gains import Cell
-from t2l.hardware.limits import (
-    Bounds,
-    first_of,
-    position_bounds,
-    state_objections,
-    torque_bounds,
-)
+from t2l.hardware.limits import Bounds, first_of, position_bounds, state_objections
 from t2l.robots import Robot
 from t2l.robots.kinematics import ToolKinematics
-from t2l.sim.controllers.joint_pd import pd_torque
 
 
 @dataclass(frozen=True)
@@ -26,11 +18,14 @@ class Workspace:
 
 
 class Guard:
-    """Says what is wrong with commands that are held for `period_s`, for `n` robots."""
+    """Says what is wrong with commands that are held for `period_s`, for `n` robots.
 
-    def __init__(self, robot: Robot, n: int, cell: Cell, period_s: float, workspace: Workspace):
-        self._robot, self._cell = robot, cell
-        self._commands, self._torques = position_bounds(robot), torque_bounds(robot)
+    Torque and its rate are no reason to stop: the controller of the robot clamps both, every
+    millisecond, as the study's does (App. G, "Real-World Deployment").
+    """
+
+    def __init__(self, robot: Robot, n: int, period_s: float, workspace: Workspace):
+        self._robot, self._commands = robot, position_bounds(robot)
         axes = [f"{axis} of the flange" for axis in "xyz"]
         self._box = Bounds(axes, np.array(workspace.lower), np.array(workspace.upper), "m")
         self._farthest = robot.velocity_limit * period_s
@@ -39,17 +34,15 @@ class Guard:
     def objections(self, q_des: np.ndarray, q: np.ndarray, dq: np.ndarray) -> list[str]:
         """For each robot why q_des (n, njoint) must not be sent in state q, dq, or nothing.
 
-        Commands and joints must lie within the joints' ranges, ask for no more than the torque
-        limits, find joints no faster than they may be, and the flange must stay in the workspace,
-        now and where the command can lead until the next, at the joints' greatest speed. (Soft
-        gains take commands to where the arm never comes.)
+        Commands and joints must lie within the joints' ranges and find joints no faster than they
+        may be, and the flange must stay in the workspace, now and where the command can lead until
+        the next, at the joints' greatest speed. (Soft gains take commands to where the arm never
+        comes.)
         """
-        torque = pd_torque(q_des, q, dq, self._cell.kp, self._cell.kd)
         ahead = q + np.clip(q_des - q, -self._farthest, self._farthest)
         return first_of(
             self._commands.objections("position command of", q_des),
             state_objections(self._robot, q, dq),
-            self._torques.objections("torque of", torque),
             self._box.objections("measured", self._tool.pose(q)[:, :3]),
             self._box.objections("commanded", self._tool.pose(ahead)[:, :3]),
         )

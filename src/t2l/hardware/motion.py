@@ -4,10 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.gains import Cell
-from t2l.hardware.excitation import study_sine
-from t2l.robots import Robot
-
 COMMAND_RATE_HZ = 50.0
 
 
@@ -39,12 +35,3 @@ class Motion:
     def duration_s(self) -> float:
         """Until the last command has been held."""
         return len(self.q_des) / self.rate_hz
-
-
-def identification_motion(
-    robot: Robot, cell: Cell, amplitude_rad: float, duration_s: float
-) -> Motion:
-    """The study's: a sine of 0.5 Hz about home on all joints, commanded at 50 Hz."""
-    offsets = study_sine(round(duration_s * COMMAND_RATE_HZ), amplitude_rad)
-    gains = (np.full(len(robot.joints), float(gain)) for gain in (cell.kp, cell.kd))
-    return Motion(cell.name, robot.home + offsets, COMMAND_RATE_HZ, *gains)

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from t2l.errors import ConfigurationError
 from t2l.hardware.backend import Backend, BackendError
 from t2l.registry import Registry
@@ -63,3 +65,9 @@ def open_backend(section: Mapping[str, Any], robot: Robot, n: int = 1) -> Backen
         raise ConfigurationError("\n".join(lines)) from None
     except BackendError as error:
         raise BackendError(f"config: robot: {error}") from error
+
+
+def truth_of(section: Mapping[str, Any], robot: Robot) -> Mapping[str, np.ndarray]:
+    """`Backend.truth` of the robot that a configuration names, for reports."""
+    backend, settings = find_backend(section)
+    return backend.truth(robot, settings)

@@ -1,38 +1,60 @@
 """A virtual robot for those without hardware: finer physics than any simulator that is trained in.
 
 Motor and link are two masses with a spring between them, friction is LuGre's, the controller runs
-at its own rate on what encoders show, and commands arrive late:
+at its own rate on what encoders show, motors follow its torque with a lag, and commands come late:
 
-    τ = Kp (q_des − q) − Kd q̇,   |τ| and |dτ/dt| limited
+    τ = Kp (q_des − q) − Kd q̇,   |τ| and |dτ/dt| limited,   τ̇_motor = 2π f (τ − τ_motor)
 
+Between an observation and the set-point that a policy computes from it lies a latency, which every
+`send` has. A motion that is known beforehand waits for no policy: `record` has none of it.
 Every robot of a batch is independent: rollouts run side by side.
 """
 
 import os
+import zlib
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Annotated
 
 import mujoco
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from t2l.hardware.backend import Backend, BackendError
 from t2l.hardware.features import Features, State
 from t2l.hardware.lugre import LuGre
-from t2l.hardware.virtual_physics import VirtualPhysics, read
+from t2l.hardware.motion import Motion
+from t2l.hardware.virtual_physics import EFFECTS, VirtualPhysics, read, without
+from t2l.hardware.virtual_signals import Noise, SetPoints
+from t2l.recordings.recording import Recording
 from t2l.robots import Robot, plant
+from t2l.seeds import generator
 from t2l.sim.batch import diverged, make_batch
 from t2l.sim.controllers.joint_pd import pd_torque
-from t2l.typed import Typed
+from t2l.typed import Typed, refuse
+
+# LuGre's equation divides by it
+_LEAST_FRICTION = 1e-9
+
+
+def _effect(name: str) -> str:
+    if name not in EFFECTS:
+        raise refuse(", ".join(EFFECTS))
+    return name
 
 
 class Settings(Typed):
-    """Whose physics."""
+    """Whose physics, and what of it is left out."""
 
     physics: str | None = Field(
         None,
         min_length=1,
         description="YAML of what the MJCF does not say, for a robot of your own; one of the "
         "library's robots has its own",
+    )
+    without: list[Annotated[str, AfterValidator(_effect)]] = Field(
+        [],
+        description=f"effects that the robot is to lack, of {', '.join(EFFECTS)}",
     )
 
 
@@ -43,6 +65,7 @@ class VirtualRobot(Backend):
         robot: what they are.
         threads: that simulate them, which change no result; by default one a core.
         physics: file of what the MJCF does not say; by default the library's for this robot.
+        absent: names of effects that it lacks.
 
     Raises:
         ConfigurationError: there is no such file, or it lacks something.
@@ -54,12 +77,26 @@ class VirtualRobot(Backend):
     @classmethod
     def features(cls, robot: Robot, settings: Settings) -> Features:
         """See `Backend.features`."""
-        return Features(read(robot, settings.physics).control_rate_hz)
+        return _features(read(robot, settings.physics))
 
     @classmethod
     def open(cls, robot: Robot, settings: Settings, n: int = 1) -> "VirtualRobot":
         """See `Backend.open`."""
-        return cls(robot, n, threads=1, physics=settings.physics)
+        return cls(robot, n, threads=1, physics=settings.physics, absent=settings.without)
+
+    @classmethod
+    def truth(cls, robot: Robot, settings: Settings) -> dict[str, np.ndarray]:
+        """See `Backend.truth`."""
+        physics = _left(read(robot, settings.physics), settings.without)
+        model = plant.load(robot.name, robot.joints).compile()
+        _, dofs = _addresses(model, robot.joints)
+        return {
+            "armature": model.dof_armature[dofs],
+            "sliding_friction": np.array(physics.coulomb),
+            "breakaway": physics.coulomb * physics.breakaway_ratio,
+            "viscous_friction": np.array(physics.viscous),
+            "torque_scale": np.ones(len(robot.joints)),
+        }
 
     def __init__(
         self,
@@ -67,11 +104,13 @@ class VirtualRobot(Backend):
         n: int = 1,
         threads: int | None = None,
         physics: Path | str | None = None,
+        absent: Iterable[str] = (),
     ):
-        self._physics = physics = read(robot, physics)
+        absent = list(absent)
+        self._physics = physics = _left(read(robot, physics), absent)
         self.n, self.robot, joints = n, robot, robot.joints
-        self.can = Features(physics.control_rate_hz)
-        self.notes = f"the virtual {robot.name}"
+        self.can = _features(physics)
+        self.notes = " without ".join([f"the virtual {robot.name}", *absent])
         self._shape = (n, len(joints))
         self._substeps = round(physics.physics_rate_hz / physics.control_rate_hz)
         model = _model(physics, robot)
@@ -84,11 +123,13 @@ class VirtualRobot(Backend):
             damping=2
             * physics.bristle_damping_ratio
             * np.sqrt(physics.bristle_stiffness * inertia),
-            coulomb=physics.coulomb,
-            static=physics.coulomb * physics.breakaway_ratio,
+            coulomb=np.maximum(physics.coulomb, _LEAST_FRICTION),
+            static=np.maximum(physics.coulomb, _LEAST_FRICTION) * physics.breakaway_ratio,
             stribeck_velocity=physics.stribeck_velocity,
         )
-        self._late = round(physics.command_latency_s * physics.control_rate_hz)
+        self._known_beforehand = False
+        lag = 2 * np.pi * physics.torque_bandwidth_hz / physics.physics_rate_hz
+        self._following = 1 - np.exp(-lag)
         self._smoothing = 1 - np.exp(
             -2 * np.pi * physics.velocity_cutoff_hz / physics.control_rate_hz
         )
@@ -107,10 +148,20 @@ class VirtualRobot(Backend):
         batch.qpos[:, self._motor_q] -= twist
         batch.forward()
         self._bent = np.zeros(self._shape)
-        self._torque = np.zeros(self._shape)
-        self._q, self._dq = self._encoders(), np.zeros(self._shape)
-        self._pending = [self._q.copy() for _ in range(self._late)]
+        self._torque, self._motor_torque = np.zeros(self._shape), np.zeros(self._shape)
+        self._encoded, self._speed = self._encoders(), np.zeros(self._shape)
+        self._set_points = self._latency(q)
+        self._noise = Noise((2, self._shape[1]), self._generators("noise", q))
+        self._measure()
         return self.read()
+
+    def record(self, motion: Motion) -> Recording:
+        """See `Backend.record`; set-points wait for no policy."""
+        self._known_beforehand = True
+        try:
+            return super().record(motion)
+        finally:
+            self._known_beforehand = False
 
     def read(self) -> State:
         """See `Backend.read`."""
@@ -118,9 +169,9 @@ class VirtualRobot(Backend):
 
     def send(self, q_des: np.ndarray, period_s: float) -> None:
         """See `Backend.send`."""
+        self._set_points.give(np.broadcast_to(q_des, self._shape))
         for _ in range(round(period_s * self.can.control_rate_hz)):
-            self._pending.append(np.broadcast_to(q_des, self._shape).copy())
-            self._tick(self._pending.pop(0))
+            self._tick(self._set_points.next())
         if diverged(self._batch).any():
             which = np.flatnonzero(diverged(self._batch)).tolist()
             raise BackendError(
@@ -141,24 +192,60 @@ class VirtualRobot(Backend):
         reach = physics.torque_rate_limit * period
         wanted = np.clip(wanted, self._torque - reach, self._torque + reach)
         self._torque = np.clip(wanted, -physics.torque_limit, physics.torque_limit)
-        held = self._torque + physics.torque_offset
         for _ in range(self._substeps):
+            self._motor_torque += self._following * (self._torque - self._motor_torque)
             self._bent, friction = self._friction.advance(
                 self._bent, batch.qvel[:, self._motor_v], batch.model.opt.timestep
             )
-            batch.qfrc_applied[:, self._motor_v] = held + friction
+            driving = self._motor_torque + physics.torque_offset + friction
+            batch.qfrc_applied[:, self._motor_v] = driving
             # gravity is compensated by the motor, and passes through the gear
             batch.qfrc_applied[:, self._twist_v] = -self._gravity[:, self._twist_v]
             batch.step()
-        q = self._encoders()
-        self._dq = self._dq + self._smoothing * ((q - self._q) / period - self._dq)
-        self._q = q
+        encoded = self._encoders()
+        self._speed = self._speed + self._smoothing * (
+            (encoded - self._encoded) / period - self._speed
+        )
+        self._encoded = encoded
+        self._measure()
 
     def _encoders(self) -> np.ndarray:
         """Link angles (n, njoint) as encoders show them, rad."""
         q = self._batch.qpos[:, self._motor_q] + self._batch.qpos[:, self._twist_q]
         resolution = self._physics.encoder_resolution_rad
-        return np.round(q / resolution) * resolution
+        return np.round(q / resolution) * resolution if resolution else q
+
+    def _measure(self) -> None:
+        noise = self._noise.next()
+        self._q = self._encoded + self._physics.position_noise_rad * noise[:, 0]
+        self._dq = self._speed + self._physics.velocity_noise_rad_s * noise[:, 1]
+
+    def _latency(self, q: np.ndarray) -> SetPoints:
+        physics, rate = self._physics, self.can.control_rate_hz
+        mean, jitter = physics.policy_latency_s, physics.policy_latency_jitter_s
+        if self._known_beforehand:
+            mean = jitter = 0.0
+        mean += physics.command_latency_s
+        draws = self._generators("latency", q)
+        return SetPoints(self._encoded, mean * rate, jitter * rate, draws)
+
+    def _generators(self, what: str, q: np.ndarray) -> list[np.random.Generator]:
+        """One a robot, the same for the same start q under the same gains."""
+        begun = np.stack([np.broadcast_to(part, self._shape) for part in (q, self._kp, self._kd)])
+        return [
+            generator(0, "virtual", what, i, zlib.crc32(np.ascontiguousarray(begun[:, i])))
+            for i in range(self.n)
+        ]
+
+
+def _features(physics: VirtualPhysics) -> Features:
+    return Features(physics.control_rate_hz, truth_known=True)
+
+
+def _left(physics: VirtualPhysics, absent: Iterable[str]) -> VirtualPhysics:
+    for name in absent:
+        physics = without(physics, name)
+    return physics
 
 
 def _model(physics: VirtualPhysics, robot: Robot) -> mujoco.MjModel:

@@ -1,6 +1,11 @@
-"""The physics of the virtual robots, each read from the one file that holds it."""
+"""The physics of the virtual robots, each read from the one file that holds it.
 
-from dataclasses import dataclass, fields
+`EFFECTS` names what can be left out, to see what follows from it: `without(physics, name)`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from math import inf
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +23,13 @@ _PREFIX = "virtual_"
 
 @dataclass(frozen=True)
 class VirtualPhysics:
-    """What a file says, each with its unit and source there; arrays are (njoint,)."""
+    """What a file says, each with its unit and source there; arrays are (njoint,).
+
+    Attributes:
+        wrist: (njoint,) bool, the joints that are not proximal; of the robot, not of the file.
+    """
+
+    wrist: np.ndarray
 
     physics_rate_hz: float
     control_rate_hz: float
@@ -33,9 +44,49 @@ class VirtualPhysics:
     torque_offset: np.ndarray
     torque_limit: np.ndarray
     torque_rate_limit: np.ndarray
+    torque_bandwidth_hz: float
+    policy_latency_s: float
+    policy_latency_jitter_s: float
     command_latency_s: float
     encoder_resolution_rad: float
+    position_noise_rad: float
+    velocity_noise_rad_s: float
     velocity_cutoff_hz: float
+
+
+# the keys of each effect, and their values where it is absent
+EFFECTS: Mapping[str, Mapping[str, float]] = {
+    "policy_latency": {"policy_latency_s": 0.0, "policy_latency_jitter_s": 0.0},
+    "velocity_noise": {"velocity_noise_rad_s": 0.0},
+    "position_noise": {"position_noise_rad": 0.0},
+    "torque_bandwidth": {"torque_bandwidth_hz": inf},
+    "wrist_friction": {"coulomb": 0.0},
+    # critically damped: the gear gives way, and does not swing
+    "gear_resonance": {"gear_damping_ratio": 1.0},
+    "friction": {"coulomb": 0.0},
+    "breakaway": {"breakaway_ratio": 1.0},
+    "viscous_friction": {"viscous": 0.0},
+    "torque_offset": {"torque_offset": 0.0},
+    "torque_rate_limit": {"torque_rate_limit": inf},
+    "command_latency": {"command_latency_s": 0.0},
+    "encoder_resolution": {"encoder_resolution_rad": 0.0},
+    "velocity_filter": {"velocity_cutoff_hz": inf},
+}
+OF_THE_WRIST = ("wrist_friction",)
+
+
+def without(physics: VirtualPhysics, name: str) -> VirtualPhysics:
+    """The physics with one of `EFFECTS` absent.
+
+    Raises:
+        KeyError: there is no such effect.
+    """
+    changed = {}
+    for key, absent in EFFECTS[name].items():
+        value = getattr(physics, key)
+        where = physics.wrist if name in OF_THE_WRIST else np.ones(np.shape(value), bool)
+        changed[key] = np.where(where, absent, value) if np.ndim(value) else absent
+    return replace(physics, **changed)
 
 
 class Entry(Typed):
@@ -45,14 +96,13 @@ class Entry(Typed):
     source: Annotated[str, Field(min_length=1)] = Field(description="where the value is from")
 
 
+_KEYS = [field for field in fields(VirtualPhysics) if field.name != "wrist"]
+
 PhysicsFile = create_model(
     "PhysicsFile",
     __base__=Typed,
     __doc__="A file as it is written.",
-    **{
-        field.name: (Entry, Field(description="`value` and `source`"))
-        for field in fields(VirtualPhysics)
-    },
+    **{field.name: (Entry, Field(description="`value` and `source`")) for field in _KEYS},
 )
 
 
@@ -86,7 +136,7 @@ def read(robot: Robot, path: Path | str | None = None) -> VirtualPhysics:
         raise ConfigurationError(f"{path}: {error}") from None
     njoint = len(robot.joints)
     values = {}
-    for field in fields(VirtualPhysics):
+    for field in _KEYS:
         value = np.asarray(getattr(entries, field.name).value, float)
         per_joint = field.type is np.ndarray
         if value.shape not in ((), (njoint,) if per_joint else ()):
@@ -95,4 +145,4 @@ def read(robot: Robot, path: Path | str | None = None) -> VirtualPhysics:
                 f"{path}: {field.name}: found a list of {value.size}; allowed: {allowed}"
             )
         values[field.name] = np.broadcast_to(value, njoint) if per_joint else float(value)
-    return VirtualPhysics(**values)
+    return VirtualPhysics(wrist=~robot.proximal, **values)

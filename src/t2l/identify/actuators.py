@@ -26,11 +26,13 @@ class Settings:
     """Of the search.
 
     Attributes:
+        gains: `free`, or `known`, which takes all cells at once: `t2l.identify.known_gains`.
         iterations, population: generations, and simulations in each.
         sigma: first standard deviation in the box [0, 10] of every parameter.
         rate_hz: of the simulator's physics.
     """
 
+    gains: str
     iterations: int
     population: int
     sigma: float
@@ -43,8 +45,10 @@ class Identified:
 
     Attributes:
         parameters: (njoint,) each.
-        losses: (iterations,) least spectral error so far, rad² plus (rad/s)².
-        mse: S*, mean squared error of positions over time, rad².
+        losses: (iterations,) what was made small so far: the spectral error, rad² plus (rad/s)²,
+            or under known gains the mean squared error of positions, rad².
+        mse: mean squared error of positions over time and joints, rad².
+        mse_dq: that of velocities, (rad/s)²; NaN where they were not measured.
         q, dq: (ntime, njoint) as simulated with them.
         bounds: parameters and joints that ended on a bound.
     """
@@ -52,9 +56,15 @@ class Identified:
     parameters: Parameters
     losses: np.ndarray
     mse: float
+    mse_dq: float
     q: np.ndarray
     dq: np.ndarray
     bounds: list[tuple[str, int]]
+
+    @property
+    def s_star(self) -> float:
+        """S* of the study, over x = (q, q̇): the sum of both errors (section IV-C)."""
+        return self.mse + self.mse_dq
 
 
 def identify(
@@ -91,9 +101,30 @@ def identify(
 
     minimise([search], objective, settings.iterations, after_round)
     parameters = {name: values[0] for name, values in decode(search.u[None]).items()}
-    q, dq = target.simulate(Simulator(robot, plant, 1, settings.rate_hz), parameters)
-    mse = float(mean_squared_error(q[:, target.measured], target.q[target.measured])[0])
-    return Identified(parameters, np.array(losses), mse, q[0], dq[0], on_bound(parameters))
+    return compared(recording, parameters, np.array(losses), on_bound(parameters), settings.rate_hz)
+
+
+def compared(
+    recording: Recording,
+    parameters: Parameters,
+    losses: np.ndarray,
+    bounds: list[tuple[str, int]],
+    rate_hz: float,
+) -> Identified:
+    """The training simulator with parameters (njoint,) each, against a recording.
+
+    Raises:
+        IdentificationError: as `identify`.
+    """
+    target, robot = _target(recording, rate_hz), make_robot(recording.robot)
+    simulator = Simulator(robot, position_controlled(robot), 1, rate_hz)
+    q, dq = target.simulate(simulator, parameters)
+    at = target.measured
+    mse = float(mean_squared_error(q[:, at], target.q[at])[0])
+    mse_dq = np.nan
+    if target.dq is not None:
+        mse_dq = float(mean_squared_error(dq[:, at], target.dq[at])[0])
+    return Identified(parameters, losses, mse, mse_dq, q[0], dq[0], bounds)
 
 
 @dataclass(frozen=True)

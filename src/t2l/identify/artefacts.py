@@ -1,5 +1,6 @@
 """An identified cell on disk: parameters a person can read, and how they were found."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,20 +26,27 @@ def write_parameters(
 ) -> None:
     """Write YAML: by joint, with units, what ended on a bound, and the error that is left."""
     lines = [
-        f"# the training simulator under {cell}, identified from one recording",
+        f"# the training simulator under {cell}, as it was identified",
         f"kp: {cell.kp:g}  # N·m/rad, commanded",
         f"kd: {cell.kd:g}  # N·m·s/rad, commanded",
-        f"mse_rad2: {found.mse:.6g}  # S*, of positions over time",
-        f"loss: {found.losses[-1]:.6g}  # spectral, of positions and velocities",
+        f"mse_rad2: {found.mse:.6g}  # of positions, over time and joints",
+        f"mse_dq_rad2_s2: {_number(found.mse_dq)}  # of velocities",
+        f"s_star: {_number(found.s_star)}  # S*, the sum of both",
+        f"loss: {found.losses[-1]:.6g}  # what was made small",
         f"joints: [{', '.join(joints)}]",
         "parameters:",
     ]
     for p in PARAMETERS:
         numbers = ", ".join(f"{value:.6g}" for value in found.parameters[p.name])
-        lines.append(f"  {p.name}: [{numbers}]  # {p.unit}, {p.lower:g} to {p.upper:g}")
+        lines.append(f"  {p.name}: [{numbers}]  # {p.unit}")
     on_bound = ", ".join(f"{name} of {joints[joint]}" for name, joint in found.bounds)
     lines.append(f"on_bound: [{on_bound}]")
     write_text("\n".join(lines) + "\n", path)
+
+
+def _number(value: float) -> str:
+    """As YAML reads it back, where there may be none."""
+    return f"{value:.6g}" if np.isfinite(value) else ".nan"
 
 
 def read_parameters(path: Path | str) -> Parameters:
@@ -57,12 +65,15 @@ def read_parameters(path: Path | str) -> Parameters:
 
 
 def summary(path: Path | str) -> dict:
-    """A cell's row: gains, S*, loss, and how many parameters ended on a bound.
+    """A cell's row: gains, errors, loss, and how many parameters ended on a bound.
+
+    `mse_rad2` is the error of positions alone, `s_star` the study's S* over positions and
+    velocities.
 
     Raises:
         ArtefactError: `write_parameters` did not make that file.
     """
-    numbers = ("kp", "kd", "mse_rad2", "loss")
+    numbers = ("kp", "kd", "mse_rad2", "mse_dq_rad2_s2", "s_star", "loss")
     content = read_yaml(path, WHAT, (*numbers, "on_bound"))
     with reading(path, WHAT):
         return {key: float(content[key]) for key in numbers} | {
@@ -71,12 +82,20 @@ def summary(path: Path | str) -> dict:
         }
 
 
-def write_losses(found: Identified, cell: Cell, path: Path | str) -> None:
-    """Write the least loss so far of each iteration, columns `LOSS_COLUMNS`."""
+def loss_table(losses: np.ndarray, cells: Sequence[Cell | Recording]) -> "pd.DataFrame":
+    """Losses (iterations, ncell) as rows, columns `LOSS_COLUMNS`.
+
+    Args:
+        cells: or the recordings of cells, whose joints have one gain.
+    """
     import pandas as pd
 
-    table = pd.DataFrame({"iteration": np.arange(len(found.losses)), "loss": found.losses})
-    write_table(table.assign(kp=cell.kp, kd=cell.kd)[list(LOSS_COLUMNS)], path)
+    gains = [(float(np.ravel(c.kp)[0]), float(np.ravel(c.kd)[0])) for c in cells]
+    parts = [
+        pd.DataFrame({"kp": kp, "kd": kd, "iteration": np.arange(len(losses)), "loss": column})
+        for (kp, kd), column in zip(gains, losses.T, strict=True)
+    ]
+    return pd.concat(parts, ignore_index=True)[list(LOSS_COLUMNS)]
 
 
 def write_trace(recording: Recording, found: Identified, cell: Cell, path: Path | str) -> None:

@@ -17,16 +17,18 @@ class Metadata(Typed):
     """What is no tensor."""
 
     action_scale: list[Annotated[Number, Field(gt=0)]]
+    clipped: bool = True
 
 
 @dataclass(frozen=True, eq=False)
 class GaussianMLP(Policy):
-    """Sees one observation and answers with one action, each element in [-1, 1].
+    """Sees one observation and answers with one action.
 
     Attributes:
         mean, deviation: (nobs,) of observations while training.
         weights, biases: of each layer, (nout, nin) and (nout,).
         action_scale: (nact,) α.
+        clipped: whether each element of an action is kept in [-1, 1].
     """
 
     mean: np.ndarray
@@ -34,6 +36,7 @@ class GaussianMLP(Policy):
     weights: tuple[np.ndarray, ...]
     biases: tuple[np.ndarray, ...]
     action_scale: np.ndarray
+    clipped: bool = True
 
     name = "gaussian_mlp"
     history = 1
@@ -57,7 +60,8 @@ class GaussianMLP(Policy):
         for weight, bias in hidden:
             x = x @ weight.T + bias
             x = np.where(x > 0, x, np.expm1(np.minimum(x, 0)))
-        return np.clip(x @ last[0].T + last[1], -1.0, 1.0)[:, None]
+        action = x @ last[0].T + last[1]
+        return (np.clip(action, -1.0, 1.0) if self.clipped else action)[:, None]
 
     def tensors(self) -> dict[str, np.ndarray]:
         """See `Policy.tensors`."""
@@ -67,12 +71,13 @@ class GaussianMLP(Policy):
 
     def metadata(self) -> dict[str, Any]:
         """See `Policy.metadata`."""
-        return {"action_scale": self.action_scale.tolist()}
+        return {"action_scale": self.action_scale.tolist(), "clipped": self.clipped}
 
     @classmethod
     def restored(cls, tensors: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
         """See `Policy.restored`."""
-        scale = np.array(check(Metadata, metadata).action_scale, float)
+        known_metadata = check(Metadata, metadata)
+        scale = np.array(known_metadata.action_scale, float)
         count = sum(name.startswith("weight") for name in tensors)
         layers = [(f"weight{i}", f"bias{i}") for i in range(max(1, count))]
         known = {"mean", "deviation", *(name for pair in layers for name in pair)}
@@ -100,4 +105,5 @@ class GaussianMLP(Policy):
             weights=tuple(tensors[weight] for weight, _ in layers),
             biases=tuple(tensors[bias] for _, bias in layers),
             action_scale=scale,
+            clipped=known_metadata.clipped,
         )

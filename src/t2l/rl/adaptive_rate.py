@@ -1,7 +1,7 @@
 """A learning rate that keeps policies near the one that acted, as in the study's PPO.
 
-Schulman et al. (2017), section 4, adapt a penalty by the KL divergence; here it is the rate, after
-every minibatch, by the rule of the PPO that robot learning commonly uses (rsl_rl).
+Schulman et al. (2017), section 4, adapt a penalty by the KL divergence; here it is the rate, once
+an epoch, by the rule and with the bounds of skrl's KLAdaptiveLR, which the study uses.
 """
 
 import torch
@@ -10,7 +10,7 @@ from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.policies import ActorCriticPolicy
 
 TARGET_KL = 0.01
-BOUNDS = (1e-5, 1e-2)
+BOUNDS = (1e-6, 1e-2)
 FACTOR = 1.5
 
 
@@ -38,26 +38,38 @@ class WatchedPolicy(ActorCriticPolicy):
 class AdaptiveRate:
     """The learning rate of a PPO with a `WatchedPolicy` and a `RememberingBuffer`.
 
-    It falls where the KL divergence from the policy that acted is above twice `TARGET_KL`, and
-    rises where it is below half of it.
+    After each epoch it falls where the KL divergence from the policy that acted, the mean over the
+    epoch's minibatches, is above twice `TARGET_KL`, and rises where it is below half of it.
 
     Attributes:
         rate: the current one.
-        kl: divergence in the last minibatch, by the estimator r − 1 − ln r.
+        kl: divergence in the last whole epoch, by the estimator r − 1 − ln r.
     """
 
-    def __init__(self, ppo: PPO, rate: float):
-        self.rate, self.kl = rate, 0.0
-        self._ppo = ppo
-        ppo.lr_schedule = lambda _: self.rate
-        ppo.policy.watch = self._adapt
+    def __init__(self, ppo: PPO, rate: float, minibatches: int):
+        """Begin.
 
-    def _adapt(self, log_prob: torch.Tensor) -> None:
+        Args:
+            minibatches: of an epoch.
+        """
+        self.rate, self.kl = rate, 0.0
+        self._ppo, self._minibatches, self._found = ppo, minibatches, []
+        ppo.lr_schedule = lambda _: self.rate
+        ppo.policy.watch = self._watch
+
+    def _watch(self, log_prob: torch.Tensor) -> None:
+        if len(self._found) == self._minibatches:
+            self.adapt(sum(self._found) / self._minibatches)
+            self._found.clear()
         log_ratio = log_prob - self._ppo.rollout_buffer.minibatch.old_log_prob
-        self.kl = float((torch.expm1(log_ratio) - log_ratio).mean())
-        if self.kl > 2 * TARGET_KL:
+        self._found.append(float((torch.expm1(log_ratio) - log_ratio).mean()))
+
+    def adapt(self, kl: float) -> None:
+        """Take in the divergence of an epoch."""
+        self.kl = kl
+        if kl > 2 * TARGET_KL:
             self.rate = max(self.rate / FACTOR, BOUNDS[0])
-        elif 0 < self.kl < TARGET_KL / 2:
+        elif 0 < kl < TARGET_KL / 2:
             self.rate = min(self.rate * FACTOR, BOUNDS[1])
         for group in self._ppo.policy.optimizer.param_groups:
             group["lr"] = self.rate

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from t2l.rl.environments import Environments
 
-# the number of an update, and how the policy does after it
-Report = Callable[[int, Evaluation], None]
+# the number of an update, the policy after it, and how that does
+Report = Callable[[int, Policy, Evaluation], None]
 
 
 class TrainingError(T2LError):
@@ -53,7 +53,7 @@ class Algorithm(ABC):
         environments: "Environments",
         judges: "Environments",
         settings: Settings,
-        report: Report = lambda update, evaluation: None,
+        report: Report = lambda update, policy, evaluation: None,
         threads: int = 1,
     ) -> Trained:
         """Train in `environments`, judge in `judges`, which are not staggered.

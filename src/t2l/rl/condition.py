@@ -1,9 +1,11 @@
 """Under which condition a policy is trained and deployed."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from t2l.gains import Cell
+from t2l.rl.choice import Choice
 from t2l.tasks import Rewarded, make_task
 
 
@@ -19,6 +21,7 @@ class Condition:
         policy_rate_hz: how often the policy acts, in simulation and on the robot.
         randomisation: by which fraction parameters differ from environment to environment while
             training.
+        action_scales: those that are known, see `given`; with any, nothing is searched.
     """
 
     name: str
@@ -27,11 +30,29 @@ class Condition:
     randomisation: float
     actions: Mapping[str, Any]
     parameters: Mapping[str, Any]
+    action_scales: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
     def from_entry(cls, entry: Mapping[str, Any]) -> "Condition":
         """The condition of a checked configuration's entry, with its task's parameters."""
         return cls(**entry)
+
+    @property
+    def searched(self) -> bool:
+        """Whether trials look for action scales."""
+        return not self.action_scales
+
+    def cells(self, cells: Iterable[Cell]) -> list[Cell]:
+        """Those that it has of a study's cells."""
+        given = {Cell(entry["kp"], entry["kd"]) for entry in self.action_scales}
+        return [cell for cell in cells if self.searched or cell in given]
+
+    def given(self, cell: Cell) -> Choice | None:
+        """The action scales that are known for a cell."""
+        for entry in self.action_scales:
+            if Cell(entry["kp"], entry["kd"]) == cell:
+                return Choice(tuple(map(float, entry["rad"])))
+        return None
 
     def make_task(self) -> Rewarded:
         """The task.

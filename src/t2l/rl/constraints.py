@@ -1,4 +1,4 @@
-"""What a deployed policy must not do: rates at which it leaves the robot's limits."""
+"""What a deployed policy must not do: leave the robot's limits, or jitter where it should rest."""
 
 import math
 from collections.abc import Mapping
@@ -8,10 +8,16 @@ import numpy as np
 
 from t2l.robots import Robot
 
-NAMES = ("position", "velocity", "torque", "torque_rate")
+LIMITS = ("position", "velocity", "torque", "torque_rate")
+# what makes an episode infeasible: a limit exceeded at some instant, or jitter at its end
+NAMES = (*LIMITS, "jitter")
 
-# largest tolerated share of instants, the study's
-TOLERATED = {"position": 0.0, "velocity": 0.0, "torque": 0.0, "torque_rate": 0.2}
+# largest tolerated share of episodes: the study's; of jitter none, as of the hard limits
+TOLERATED = {"position": 0.0, "velocity": 0.0, "torque": 0.0, "torque_rate": 0.2, "jitter": 0.0}
+
+# the study's, section IV-D: standard deviation of a joint's velocity over the last seconds
+JITTER_RAD_S = 0.04
+JITTER_WINDOW_S = 2.0
 
 
 def violations(
@@ -22,7 +28,7 @@ def violations(
     period_s: float,
     robot: Robot,
 ) -> np.ndarray:
-    """Which limits a robot exceeds at an instant, on any joint: (n, 4) bool in order of `NAMES`.
+    """Which limits a robot exceeds at an instant, on any joint: (n, 4) bool in order of `LIMITS`.
 
     Args:
         q, dq: (n, njoint), rad and rad/s.
@@ -30,7 +36,7 @@ def violations(
             and a period earlier.
         robot: whose limits they are.
     """
-    exceeded = np.empty((len(q), len(NAMES), q.shape[1]), bool)
+    exceeded = np.empty((len(q), len(LIMITS), q.shape[1]), bool)
     low, high = robot.position_limit.T
     np.logical_or(q < low, q > high, out=exceeded[:, 0])
     np.greater(np.abs(dq), robot.velocity_limit, out=exceeded[:, 1])
@@ -40,12 +46,32 @@ def violations(
     return exceeded.any(axis=2)
 
 
+def jitter(dq: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Largest standard deviation of a joint's velocity over the last `JITTER_WINDOW_S`: (n,) rad/s.
+
+    Args:
+        dq: (nsample, n, njoint) rad/s at `rate_hz`, whole rollouts; a shorter one counts whole.
+    """
+    window = dq[-round(JITTER_WINDOW_S * rate_hz) :]
+    return window.std(axis=0).max(axis=1)
+
+
 @dataclass(frozen=True)
 class Evaluation:
-    """Success rate over episodes, and the share of instants that violated each constraint."""
+    """How episodes went.
+
+    Attributes:
+        success: share of episodes at the goal at their end, without jitter.
+        rates: by name in `NAMES`, the share of episodes that violated it at any instant.
+    """
 
     success: float
     rates: Mapping[str, float]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every rate is tolerated."""
+        return all(self.rates[name] <= TOLERATED[name] for name in NAMES)
 
     @property
     def objective(self) -> float:
@@ -55,6 +81,6 @@ class Evaluation:
         the constraints c that are not.
         """
         excess = [self.rates[name] - TOLERATED[name] for name in NAMES]
-        if all(value <= 0 for value in excess):
+        if self.feasible:
             return 1.0 + self.success
         return self.success * math.prod(max(0.0, 1.0 - max(0.0, value)) for value in excess)

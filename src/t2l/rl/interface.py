@@ -10,14 +10,28 @@ from t2l.sim.controllers.joint_pd import COMMAND_PREFIX
 from t2l.tasks import Rewarded
 
 
-def observe(q: np.ndarray, dq: np.ndarray, remaining: np.ndarray, action: np.ndarray) -> np.ndarray:
-    """What a policy sees, (n, nobs) float32: state, what is left to do, and its last action."""
-    return np.concatenate([q, dq, remaining, action], axis=1).astype(np.float32)
+def observe(
+    q: np.ndarray,
+    dq: np.ndarray,
+    remaining: np.ndarray,
+    action: np.ndarray,
+    memory: np.ndarray | None = None,
+) -> np.ndarray:
+    """What a policy sees, (n, nobs) float32: state, what is left to do, and its last action.
+
+    Args:
+        memory: what else its next action depends on, see `ActionSpace.memory`.
+    """
+    parts = [q, dq, remaining, action] + ([] if memory is None else [memory])
+    return np.concatenate(parts, axis=1).astype(np.float32)
 
 
-def observation_names(task: Rewarded) -> list[str]:
-    """Names of an observation's columns."""
-    return [*task.observation_names, *(f"action.{joint}" for joint in task.robot.joints)]
+def observation_names(task: Rewarded, actions: ActionSpace | None = None) -> list[str]:
+    """Names of an observation's columns, those of the actions' memory among them."""
+    joints = task.robot.joints
+    remembers = actions is not None and actions.reference == "commanded"
+    ahead = [f"ahead.{joint}" for joint in joints] if remembers else []
+    return [*task.observation_names, *(f"action.{joint}" for joint in joints), *ahead]
 
 
 def steps_held(rate_hz: float, policy_rate_hz: float, of_what: str) -> int:
@@ -35,13 +49,23 @@ def steps_held(rate_hz: float, policy_rate_hz: float, of_what: str) -> int:
     return round(steps)
 
 
-def scale_per_joint(action_scale: tuple[float, float], robot: Robot) -> np.ndarray:
-    """(njoint,) rad: α of proximal joints and of the others."""
-    return np.where(robot.proximal, *action_scale)
+def scale_per_joint(action_scale: tuple[float, ...], robot: Robot) -> np.ndarray:
+    """(njoint,) rad: α of each joint, from those of `Robot.scale_groups`.
+
+    Raises:
+        ConfigurationError: not one number above 0 for each group.
+    """
+    groups = robot.scale_groups
+    if len(action_scale) != len(groups) or not all(0 < scale < np.inf for scale in action_scale):
+        raise ConfigurationError(
+            f"action scale: found {list(action_scale)}; allowed: a number above 0 for each of "
+            f"{', '.join(groups)}"
+        )
+    return np.array(action_scale, float)[robot.scale_group]
 
 
 def action_space(condition: Condition, robot: Robot, scale: np.ndarray) -> ActionSpace:
-    """What actions in [-1, 1] mean under a condition.
+    """What actions mean under a condition.
 
     Commands stay within the joints' ranges: soft gains take them far ahead of the arm, and no robot
     accepts what lies beyond.
@@ -54,4 +78,7 @@ def action_space(condition: Condition, robot: Robot, scale: np.ndarray) -> Actio
     """
     section = dict(condition.actions)
     names = [f"{COMMAND_PREFIX}{joint}" for joint in robot.joints]
-    return ACTIONS.find(section.pop("kind"))(names, scale, robot.position_limit, **section)
+    space = ACTIONS.find(section.pop("kind"))
+    if "home" in space.references:
+        section["home"] = robot.home
+    return space(names, scale, robot.position_limit, **section)

@@ -1,27 +1,15 @@
-"""What a study of trials came to: its best trial's policy. It loads without torch."""
+"""What a study of trials came to: the choice of its best one. It loads without torch."""
 
-import logging
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import optuna
 from optuna.trial import FrozenTrial, TrialState
 
-from t2l.artefacts import read_table, reading
-from t2l.errors import ArtefactError, T2LError
-from t2l.names import is_plain
-from t2l.policies import Policy, checkpoint
-from t2l.rl.choice import Choice
+from t2l.errors import T2LError
+from t2l.rl.choice import Choice, scale_names
 from t2l.rl.constraints import NAMES, Evaluation
-from t2l.rl.trials import FINISHED, POLICY, TRAINING, count
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-log = logging.getLogger(__name__)
-
-SCALES = ("action_scale_proximal", "action_scale_distal")
+from t2l.rl.trials import FINISHED, count
+from t2l.robots import Robot
 
 
 class TuningError(T2LError):
@@ -29,69 +17,42 @@ class TuningError(T2LError):
 
 
 class UnfinishedError(TuningError):
-    """A study with fewer usable trials than are wanted."""
+    """A study with fewer trials than are wanted."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Best:
     """The best trial of a study."""
 
     number: int
     choice: Choice
     evaluation: Evaluation
-    policy: Policy
-    history: "pd.DataFrame"
 
 
-def best(study: optuna.Study, store: Path | str, trials: int) -> Best:
-    """The best of a study's trials whose files can be read; a warning tells of the others.
+def best(study: optuna.Study, robot: Robot, trials: int) -> Best:
+    """The best of a study's complete trials.
 
     Raises:
-        UnfinishedError: fewer than `trials` have finished, or are worth nothing without files.
-        TuningError: none of them gave a policy.
+        UnfinishedError: fewer than `trials` have finished.
+        TuningError: none of them was completed.
     """
-    readable, broken = sort_by_files(study, store)
     done = count(study, *FINISHED)
-    if done - len(broken) < trials:
-        lost = f", the files of {len(broken)} of them unusable: {broken[0][1]}" if broken else ""
+    if done < trials:
         raise UnfinishedError(
-            f"study {study.study_name}: found {done} trials that finished{lost}; allowed: {trials}"
+            f"study {study.study_name}: found {done} trials that finished; allowed: {trials}"
         )
-    if not readable:
+    complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+    if not complete:
         raise TuningError(
             f"study {study.study_name}: found {done} trials that finished, 0 of them with a "
             f"policy; allowed: {trials}, at least one with a policy"
         )
-    return max(readable, key=lambda entry: entry[0].value)[1]
+    return _of_trial(max(complete, key=lambda trial: trial.value), robot)
 
 
-def sort_by_files(
-    study: optuna.Study, store: Path | str
-) -> tuple[list[tuple[FrozenTrial, Best]], list[tuple[FrozenTrial, str]]]:
-    """Trials that gave a policy: those whose files can be read, and the others with the reason."""
-    readable, broken = [], []
-    for trial in study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,)):
-        try:
-            readable.append((trial, _of_trial(trial, Path(store))))
-        except ArtefactError as error:
-            log.warning("trial %d cannot be used: %s", trial.number, error.complaint)
-            broken.append((trial, error.complaint))
-    return readable, broken
-
-
-def _of_trial(trial: FrozenTrial, store: Path) -> Best:
-    attributes = trial.user_attrs
-    with reading(store, f"what trial {trial.number} came to"):
-        policy = checkpoint.load(store / _plain(attributes[POLICY]))
-        history = read_table(store / _plain(attributes[TRAINING]), ("update", "steps", "reward"))
-        weights = {name: value for name, value in trial.params.items() if name not in SCALES}
-        scales = tuple(float(trial.params[name]) for name in SCALES)
-        rates = {name: float(attributes[name]) for name in NAMES}
-        evaluation = Evaluation(float(attributes["success"]), rates)
-    return Best(trial.number, Choice(scales, weights), evaluation, policy, history)
-
-
-def _plain(name: str) -> str:
-    if not is_plain(name):
-        raise ValueError(f"found {name!r} as the name of a file")
-    return name
+def _of_trial(trial: FrozenTrial, robot: Robot) -> Best:
+    known = trial.params | trial.user_attrs
+    weights = {name: v for name, v in trial.params.items() if not name.startswith("action_scale_")}
+    choice = Choice(tuple(float(known[name]) for name in scale_names(robot)), weights)
+    evaluation = Evaluation(float(known["success"]), {name: float(known[name]) for name in NAMES})
+    return Best(trial.number, choice, evaluation)

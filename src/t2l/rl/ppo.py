@@ -1,10 +1,14 @@
 """PPO (Schulman et al. 2017) of stable-baselines3 with the study's hyper-parameters."""
 
+from itertools import pairwise
+
 import numpy as np
 import torch
+from gymnasium import spaces
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecNormalize
 from torch.distributions import Normal
 
@@ -21,10 +25,11 @@ EPOCHS = 5
 GAMMA = 0.99
 MIN_LOG_STD = -3.0
 FIRST_RATE = 1e-3
+HIDDEN = [64, 64]
 
 
 class ProximalPolicyOptimisation(Algorithm):
-    """Two layers of 64 ELU units for the policy, and as many for the value."""
+    """Two layers of 64 ELU units, which policy and value share or have each for itself."""
 
     name = "ppo"
 
@@ -33,13 +38,13 @@ class ProximalPolicyOptimisation(Algorithm):
         environments: Environments,
         judges: Environments,
         settings: Settings,
-        report: Report = lambda update, evaluation: None,
+        report: Report = lambda update, policy, evaluation: None,
         threads: int = 1,
     ) -> Trained:
         """See `Algorithm.train`."""
-        model = make_model(environments, settings.seed)
+        model = make_model(environments, settings.seed, settings.shared_network)
         listener = _Listener(
-            AdaptiveRate(model, FIRST_RATE),
+            AdaptiveRate(model, FIRST_RATE, MINIBATCHES),
             Progress(judges, settings, report),
             settings.evaluate_every,
             threads,
@@ -54,8 +59,15 @@ class ProximalPolicyOptimisation(Algorithm):
         return listener.progress.trained()
 
 
-def make_model(environments: Environments, seed: int) -> PPO:
-    """A model that has not learned yet, with normalised observations and rewards."""
+def make_model(environments: Environments, seed: int, shared: bool = True) -> PPO:
+    """A model that has not learned yet, with normalised observations and rewards.
+
+    Args:
+        shared: whether policy and value share their hidden layers.
+    """
+    layers = {"features_extractor_class": _Hidden, "net_arch": []} if shared else {
+        "net_arch": HIDDEN
+    }  # fmt: skip
     model = PPO(
         _BoundedPolicy,
         VecNormalize(environments, clip_obs=CLIPPED_AT, gamma=GAMMA),
@@ -68,9 +80,10 @@ def make_model(environments: Environments, seed: int) -> PPO:
         clip_range=0.2,
         clip_range_vf=0.2,
         ent_coef=0.01,
+        vf_coef=1.0,
         max_grad_norm=1.0,
         policy_kwargs={
-            "net_arch": [64, 64],
+            **layers,
             "activation_fn": torch.nn.ELU,
             "optimizer_kwargs": {"fused": True},
         },
@@ -86,16 +99,31 @@ def make_model(environments: Environments, seed: int) -> PPO:
 def export(model: PPO) -> GaussianMLP:
     """The policy of a model of `make_model` as it is, which acts by its mean."""
     statistics = model.get_vec_normalize_env()
-    layers = [
-        layer for layer in model.policy.mlp_extractor.policy_net if hasattr(layer, "weight")
-    ] + [model.policy.action_net]
+    own = model.policy.mlp_extractor.policy_net
+    hidden = own if len(own) else model.policy.features_extractor.layers
+    layers = [*(layer for layer in hidden if hasattr(layer, "weight")), model.policy.action_net]
     return GaussianMLP(
         mean=statistics.obs_rms.mean.copy(),
         deviation=np.sqrt(statistics.obs_rms.var + statistics.epsilon),
         weights=tuple(layer.weight.detach().double().numpy().copy() for layer in layers),
         biases=tuple(layer.bias.detach().double().numpy().copy() for layer in layers),
         action_scale=np.broadcast_to(statistics.venv.actions.scale, model.action_space.shape),
+        clipped=bool(model.action_space.high.max() <= 1),
     )
+
+
+class _Hidden(BaseFeaturesExtractor):
+    """Hidden layers that policy and value share, one linear layer each on top."""
+
+    def __init__(self, observation_space: spaces.Box):
+        super().__init__(observation_space, HIDDEN[-1])
+        sizes = [observation_space.shape[0], *HIDDEN]
+        self.layers = torch.nn.Sequential()
+        for before, after in pairwise(sizes):
+            self.layers.append(torch.nn.Linear(before, after)).append(torch.nn.ELU())
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        return self.layers(observations)
 
 
 class _BoundedPolicy(WatchedPolicy):

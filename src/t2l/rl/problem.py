@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.identify.actuator_parameters import Parameters
 from t2l.rl.choice import Choice
@@ -37,9 +36,15 @@ class Problem:
         return self.condition.make_task()
 
     def environments(
-        self, choice: Choice, n: int, seed: int, training: bool = False, threads: int = 1
+        self,
+        choice: Choice,
+        settings: Settings,
+        n: int,
+        seed: int,
+        training: bool = False,
+        threads: int = 1,
     ) -> "Environments":
-        """`n` environments; only those for training are randomised and staggered.
+        """`n` environments; only those for training are randomised, staggered and noisy.
 
         Raises:
             ConfigurationError: an action scale or the policy's rate is not allowed.
@@ -48,10 +53,6 @@ class Problem:
         from t2l.rl.environments import Environments
 
         condition, robot = self.condition, self.task.robot
-        if not all(0 < scale < np.inf for scale in choice.action_scale):
-            raise ConfigurationError(
-                f"action scale: found {choice.action_scale}; allowed: two numbers above 0"
-            )
         scale = scale_per_joint(choice.action_scale, robot)
         return Environments(
             self.task.reweighted(choice.reward_weights), self.cell, self.parameters,
@@ -59,6 +60,9 @@ class Problem:
             policy_rate_hz=condition.policy_rate_hz, horizon_s=self.horizon_s,
             rate_hz=self.rate_hz, threads=threads,
             randomisation=condition.randomisation if training else 0.0, staggered=training,
+            clipped=settings.clip_actions,
+            noise=(settings.observation_noise_rad, settings.observation_noise_rad_s)
+            if training else (0.0, 0.0),
         )  # fmt: skip
 
     def study_name(self, search: Search, settings: Settings, seed: int) -> str:

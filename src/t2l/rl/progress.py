@@ -54,8 +54,9 @@ class Progress:
         )
         if self._best is None or found.objective > self._best[1].objective:
             self._best = policy, found
-        self.enough = found.objective >= 1 + self._settings.enough
-        self._report(update, found)
+        enough = self._settings.enough
+        self.enough = enough is not None and found.objective >= 1 + enough
+        self._report(update, policy, found)
         return found
 
     def trained(self) -> Trained:

@@ -15,7 +15,9 @@ from optuna.trial import FrozenTrial, TrialState
 
 from t2l.artefacts import parsing
 from t2l.errors import ArtefactError, T2LError, writing
+from t2l.rl.choice import scale_names
 from t2l.rl.settings import JOURNAL
+from t2l.robots import Robot
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,10 +26,8 @@ if TYPE_CHECKING:
 # heartbeats of its own for databases only, and none for the journal or for `ask` and `tell`.
 SILENCE_S = 900.0
 
-# what a trial leaves in the artifact store
-POLICY, TRAINING = "policy.safetensors", "training.parquet"
 # of a trial's attributes, what says nothing about it to a reader of the table
-_INTERNAL = ("worker", "seen", POLICY, TRAINING)
+_INTERNAL = ("worker", "seen")
 
 FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
 
@@ -182,3 +182,11 @@ def table(study: optuna.Study) -> "pd.DataFrame":
             for trial in study.get_trials(deepcopy=False, states=FINISHED)
         ]
     )
+
+
+def no_trials(robot: Robot) -> "pd.DataFrame":
+    """The table of a study that searched nothing."""
+    import pandas as pd
+
+    numbers = ("number", "objective", "success", *scale_names(robot))
+    return pd.DataFrame({name: pd.Series(dtype=float) for name in numbers} | {"state": []})

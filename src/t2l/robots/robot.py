@@ -142,6 +142,19 @@ class Robot(ABC):
         return self._joined("torque_rate_limit")
 
     @cached_property
+    def scale_groups(self) -> tuple[str, ...]:
+        """Names of the groups of joints that share an action scale, as `scale_group` counts them.
+
+        A robot with other groups than these overrides both.
+        """
+        return ("proximal", "distal") if not self.proximal.all() else ("proximal",)
+
+    @cached_property
+    def scale_group(self) -> np.ndarray:
+        """(njoint,) which of `scale_groups` each joint is in."""
+        return np.where(self.proximal, 0, 1)
+
+    @cached_property
     def proximal(self) -> np.ndarray:
         """(njoint,) bool, which joints share the first action scale."""
         return np.concatenate(

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 import pandas as pd
 import statsmodels.api as sm
-from statsmodels.stats.proportion import proportion_confint
 
 from t2l.gains import Cell, Grid
 from t2l.names import heading
@@ -16,7 +16,12 @@ from t2l.stats.rank_tests import rank_sum_p
 from t2l.stats.text import estimate, p_over_cells, p_value, rate
 from t2l.stats.verdict import ALPHA
 
-COLUMNS = ("kp", "kd", "trajectory_error", "jitter_failure", "jitter_failure_sim")
+COLUMNS = (
+    "kp", "kd", "seed", "trajectory_error", "jitter_failure", "jitter_failure_sim", "stopped"
+)  # fmt: skip
+# a real robot never agrees with a simulator to less than (10 µrad)²; errors of 0 have no logarithm
+LEAST_ERROR = 1e-10
+RESAMPLES = 10_000
 # of columns that LaTeX writes otherwise
 HEADERS = {
     "Error in G^SO": r"Error in $\mathcal{G}^{\mathrm{SO}}$",
@@ -30,38 +35,52 @@ CELL_COLUMNS = ("kp", "kd", "success_sim_100")
 
 @dataclass(frozen=True)
 class LogErrorFit:
-    """ln error = intercept + kp · log2 Kp + kd · log2 Kd, with standard errors.
+    """ln error = intercept + kp · log2 Kp + kd · log2 Kd, with standard errors and two-sided p.
 
     NaN where the data determine nothing: one gain only, or fewer cells than coefficients.
     """
 
-    intercept: float
-    kp: float
-    kd: float
-    kp_error: float
-    kd_error: float
+    intercept: float = nan
+    kp: float = nan
+    kd: float = nan
+    kp_error: float = nan
+    kd_error: float = nan
+    kp_p: float = nan
+    kd_p: float = nan
 
 
-def log_error_regression(kp: np.ndarray, kd: np.ndarray, error: np.ndarray) -> LogErrorFit:
-    """Ordinary least squares, one row a rollout; standard errors are clustered by cell.
+def of_policies(rollouts: pd.DataFrame) -> pd.DataFrame:
+    """One row a policy: kp, kd, seed, the mean of E, and its logarithm as `log`.
 
-    Rollouts of a cell share a policy and a simulator, so that they are not independent.
+    The study averages E over the rollouts of a cell before it takes the logarithm. An E that is not
+    a number makes its policy's mean none: nothing is left out unseen.
+    """
+    error = rollouts.groupby(["kp", "kd", "seed"], as_index=False).trajectory_error.agg(
+        lambda values: values.mean(skipna=False)
+    )
+    return error.assign(log=np.log(np.maximum(error.trajectory_error, LEAST_ERROR)))
+
+
+def log_error_regression(policies: pd.DataFrame) -> LogErrorFit:
+    """Ordinary least squares over policies; standard errors are clustered by cell.
+
+    Policies of a cell share a simulator and action scales, so that they are not independent. p is
+    of Student's t with as many degrees of freedom as there are cells less one.
 
     Args:
-        kp, kd: (n,) gains of each rollout.
-        error: (n,) positive.
+        policies: as `of_policies` makes them.
     """
-    gains = np.column_stack([kp, kd])
+    gains = policies[["kp", "kd"]].to_numpy(float)
     design = sm.add_constant(np.log2(gains), has_constant="add")
     _, cluster = np.unique(gains, axis=0, return_inverse=True)
-    cells = cluster.max() + 1
-    if np.linalg.matrix_rank(design) < 3 or cells < 4:
-        return LogErrorFit(*[float("nan")] * 5)
-    model = sm.OLS(np.log(error), design)
-    fit = model.fit() if cells == len(error) else model.fit(
-        cov_type="cluster", cov_kwds={"groups": cluster}
+    cells = cluster.max() + 1 if len(cluster) else 0
+    if cells < 4 or np.linalg.matrix_rank(design) < 3 or policies.log.isna().any():
+        return LogErrorFit()
+    model = sm.OLS(policies.log.to_numpy(), design)
+    fit = model.fit() if cells == len(policies) else model.fit(
+        cov_type="cluster", cov_kwds={"groups": cluster.ravel()}, use_t=True
     )  # fmt: skip
-    return LogErrorFit(*fit.params, *fit.bse[1:])
+    return LogErrorFit(*map(float, (*fit.params, *fit.bse[1:], *fit.pvalues[1:])))
 
 
 def transfer_table(
@@ -73,20 +92,20 @@ def transfer_table(
         rollouts: per condition, one row a rollout with columns `COLUMNS`.
 
     Returns:
-        One row a condition: error_so, error_rest as means over rollouts, how many of them; beta_kp,
-        beta_kd of ln error per doubling with standard errors; p_rollouts and p_cells of the
-        one-sided Mann-Whitney U test that error is greater in G^SO, over rollouts as in the study
-        and over the cells' geometric means, Bonferroni-corrected for the conditions. cells_so and
-        cells_rest say over how many, least_p_cells what they can attain at best; where that
-        exceeds α, p_cells is NaN.
+        One row a condition: error_so, error_rest as means over rollouts, how many of rollouts and
+        cells they are; beta_kp, beta_kd of ln error per doubling with standard errors; p_rollouts
+        and p_cells of the one-sided Mann-Whitney U test that error is greater in G^SO, over
+        rollouts as in the study and over the cells' geometric means, Bonferroni-corrected for the
+        conditions. least_p_cells is what p_cells can attain at best; where that exceeds α, p_cells
+        is NaN.
     """
     rows = []
     for name, table in rollouts.items():
-        known = table[np.isfinite(table.trajectory_error) & (table.trajectory_error > 0)]
-        inside = _stiff_overdamped(known, grid)
-        error = known.trajectory_error.to_numpy()
-        fit = log_error_regression(known.kp.to_numpy(), known.kd.to_numpy(), error)
-        cells = known.assign(log=np.log(error)).groupby(["kp", "kd"], as_index=False)["log"].mean()
+        inside = _stiff_overdamped(table, grid)
+        error = table.trajectory_error.to_numpy()
+        policies = of_policies(table)
+        fit = log_error_regression(policies)
+        cells = policies.groupby(["kp", "kd"], as_index=False)["log"].mean()
         among = _stiff_overdamped(cells, grid)
         n_so, n_rest, tests = int(among.sum()), int((~among).sum()), len(rollouts)
         p_cells = bonferroni(rank_sum_p(cells.log[among], cells.log[~among]), tests)
@@ -96,15 +115,17 @@ def transfer_table(
                 "condition": name,
                 "error_so": error[inside].mean() if inside.any() else np.nan,
                 "rollouts_so": int(inside.sum()),
+                "cells_so": n_so,
                 "error_rest": error[~inside].mean() if (~inside).any() else np.nan,
                 "rollouts_rest": int((~inside).sum()),
+                "cells_rest": n_rest,
+                "policies": len(policies),
+                "stopped_rate": (table.stopped != "").mean(),
                 "beta_kp": fit.kp,
                 "beta_kp_se": fit.kp_error,
                 "beta_kd": fit.kd,
                 "beta_kd_se": fit.kd_error,
                 "p_rollouts": bonferroni(rank_sum_p(error[inside], error[~inside]), tests),
-                "cells_so": n_so,
-                "cells_rest": n_rest,
                 "least_p_cells": least,
                 "p_cells": reportable(p_cells, least, alpha),
             }
@@ -115,10 +136,10 @@ def transfer_table(
 def jitter_table(
     rollouts: Mapping[str, pd.DataFrame], rates_hz: Mapping[str, float]
 ) -> pd.DataFrame:
-    """How often rollouts jitter, by policy period, with 95 % Wilson intervals.
+    """How often rollouts jitter, by policy period, with 95 % bootstrap intervals over cells.
 
-    Of rollouts that were not stopped too early to tell; beside it how often they jitter in
-    simulation, where a policy that shakes by itself shows.
+    Of all rollouts: one that was stopped counts as jitter, and how many were is reported apart.
+    Beside it how often they jitter in simulation, where a policy that shakes by itself shows.
 
     Args:
         rollouts: per condition, one row a rollout with columns `COLUMNS`.
@@ -126,33 +147,41 @@ def jitter_table(
     """
     rows = []
     for name, hertz in sorted(rates_hz.items(), key=lambda item: 1 / item[1]):
-        failed = rollouts[name].jitter_failure.astype(float).dropna()
-        low = high = np.nan
-        if len(failed):
-            low, high = proportion_confint(failed.sum(), len(failed), method="wilson")
+        table = rollouts[name]
+        by_cell = table.groupby(["kp", "kd"]).jitter_failure.mean().to_numpy(float)
+        low, high = bootstrap_interval(by_cell)
         rows.append(
             {
                 "condition": name,
                 "period_s": 1 / hertz,
-                "jitter_rate": failed.mean(),
-                "jitter_rate_sim": rollouts[name].jitter_failure_sim.astype(float).mean(),
+                "jitter_rate": by_cell.mean(),
+                "jitter_rate_sim": table.jitter_failure_sim.mean(),
+                "stopped_rate": (table.stopped != "").mean(),
                 "lower": low,
                 "upper": high,
-                "rollouts": len(failed),
+                "cells": len(by_cell),
+                "rollouts": len(table),
             }
         )
     return pd.DataFrame(rows)
+
+
+def bootstrap_interval(values: np.ndarray) -> tuple[float, float]:
+    """95 % of the mean of units, by their bootstrap."""
+    draw = np.random.default_rng(0).integers(0, len(values), (RESAMPLES, len(values)))
+    low, high = np.quantile(values[draw].mean(axis=1), [0.025, 0.975])
+    return float(low), float(high)
 
 
 def existence_table(cells: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataFrame:
     """Success rate of the best policy in its simulator, a row a condition, a column a corner.
 
     Args:
-        cells: per condition, one row a cell with columns `CELL_COLUMNS`.
+        cells: per condition, one row a policy with columns `CELL_COLUMNS`.
     """
     rows = []
     for name, table in cells.items():
-        by_cell = table.set_index(["kp", "kd"]).success_sim_100
+        by_cell = table.groupby(["kp", "kd"]).success_sim_100.max()
         corners = {
             f"{grid.region(cell)} {cell}": by_cell.get((cell.kp, cell.kd), np.nan)
             for cell in grid.corners
@@ -168,6 +197,9 @@ def printable_transfer(table: pd.DataFrame) -> pd.DataFrame:
             "Condition": [heading(name) for name in table.condition],
             "Error in G^SO": [_number(v) for v in table.error_so],
             "Error outside": [_number(v) for v in table.error_rest],
+            "Cells": [f"{a} + {b}" for a, b in zip(table.cells_so, table.cells_rest, strict=True)],
+            "Policies": [str(n) for n in table.policies],
+            "Stopped": [rate(v) for v in table.stopped_rate],
             "β log2 Kp": [
                 estimate(*row) for row in zip(table.beta_kp, table.beta_kp_se, strict=True)
             ],
@@ -193,6 +225,8 @@ def printable_jitter(table: pd.DataFrame) -> pd.DataFrame:
                 f"{100 * low:.1f} to {100 * high:.1f} %"
                 for low, high in zip(table.lower, table.upper, strict=True)
             ],
+            "Stopped": [rate(value) for value in table.stopped_rate],
+            "Cells": [str(n) for n in table.cells],
             "Rollouts": [str(n) for n in table.rollouts],
             "Jitter in simulation": [rate(value) for value in table.jitter_rate_sim],
         }

@@ -1,18 +1,24 @@
 """Reaching a goal and holding it: joint positions, or the pose of the tool."""
 
 from collections.abc import Mapping
-from copy import copy
-from typing import Annotated
+from typing import Annotated, Literal
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 from pydantic import Field
 
-from t2l.errors import ConfigurationError
 from t2l.robots import make_robot
 from t2l.robots.kinematics import ToolKinematics, site_pose
 from t2l.robots.plant import position_controlled
+from t2l.tasks.reach_rewards import (
+    ISAACLAB,
+    JOINT_WEIGHTS,
+    PROGRESS,
+    TOOL_WEIGHTS,
+    fine,
+    penalties,
+)
 from t2l.tasks.task import Rewarded
 from t2l.typed import Number, Typed
 
@@ -31,6 +37,11 @@ class ReachParameters(Typed):
     goal_spread_rad: Number = Field(
         0.4, gt=0, le=2, description="goals lie this far from home at most, at every joint, rad"
     )
+    reward: Literal["progress", "isaaclab"] = Field(
+        PROGRESS,
+        description="`progress`: pays for coming closer at once; `isaaclab`: the terms and weights "
+        "of IsaacLab's template, as in the study",
+    )
 
 
 class Reach(Rewarded):
@@ -40,10 +51,16 @@ class Reach(Rewarded):
         robot: name of a robot.
         start_spread_rad: standard deviation of starts about the robot's home.
         goal_spread_rad: half the width of the range of goals about it.
+        reward: what it pays, see `t2l.tasks.reach_rewards`.
     """
 
-    def __init__(self, robot: str, start_spread_rad: float, goal_spread_rad: float):
+    weights_of: Mapping[str, Mapping[str, float]]
+
+    def __init__(
+        self, robot: str, start_spread_rad: float, goal_spread_rad: float, reward: str = PROGRESS
+    ):
         self.robot = make_robot(robot)
+        self.kind_of_reward, self.weights = reward, self.weights_of[reward]
         self.start_spread_rad, self.goal_spread_rad = start_spread_rad, goal_spread_rad
         joints = self.robot.joints
         self.robot_observation_size = 2 * len(joints)
@@ -72,18 +89,6 @@ class Reach(Rewarded):
         low, high = (np.clip(home + s * self.goal_spread_rad, *inner) for s in (-1, 1))
         return rng.uniform(low, high, (n, home.size))
 
-    def reweighted(self, weights: Mapping[str, float]) -> "Reach":
-        """See `Rewarded.reweighted`."""
-        unknown = [weight for weight in weights if weight not in self.weights]
-        if unknown:
-            raise ConfigurationError(
-                f"reward weights of {self.name}: found {', '.join(unknown)}; allowed: "
-                f"{', '.join(self.weights)}"
-            )
-        other = copy(self)
-        other.weights = {**self.weights, **weights}
-        return other
-
 
 class JointReachParameters(ReachParameters):
     """Of a goal for the joints."""
@@ -99,9 +104,7 @@ class JointReach(Reach):
     name = "joint_reach"
     instruction = "Move every joint to its goal and hold it there."
     parameters = JointReachParameters
-    weights: Mapping[str, float] = {
-        "distance": 0.4, "near": 1.0, "progress": 2.0, "velocity": 0.1, "change": 0.02
-    }  # fmt: skip
+    weights_of = JOINT_WEIGHTS
 
     def __init__(self, tolerance_rad: float, **of_reach):
         super().__init__(**of_reach)
@@ -132,13 +135,15 @@ class JointReach(Reach):
         at once and moves no optimum (Ng, Harada and Russell, 1999).
         """
         near, w = self.tolerance_rad / 2, self.weights
+        if self.kind_of_reward == ISAACLAB:
+            away = np.linalg.norm(remaining, axis=1)
+            return -w["distance"] * away + fine(w, away) - penalties(w, dq, change)
         rate = (np.tanh(remaining / near) * (before - remaining)).sum(axis=1) / period_s
         return (
             -w["distance"] * np.abs(remaining).sum(axis=1)
             + w["near"] * np.exp(-((remaining / near) ** 2)).mean(axis=1)
             + w["progress"] * rate
-            - w["velocity"] * (dq**2).sum(axis=1)
-            - w["change"] * (change**2).sum(axis=1)
+            - penalties(w, dq, change)
         )
 
 
@@ -161,15 +166,13 @@ class EndEffectorReach(Reach):
     parameters = EndEffectorReachParameters
     goal_size = 12
     remaining_names = ("x", "y", "z", "rx", "ry", "rz")
-    weights: Mapping[str, float] = {
-        "position": 4.0, "orientation": 1.0, "near": 1.0, "progress": 1.0,
-        "velocity": 0.1, "change": 0.02,
-    }  # fmt: skip
+    weights_of = TOOL_WEIGHTS
     # the study tunes the weights of this task's reward, and of no other reaching task
-    tuned = tuple(weights)
+    tuned = tuple(dict.fromkeys(name for weights in weights_of.values() for name in weights))
 
     def __init__(self, position_tolerance_m: float, orientation_tolerance_rad: float, **of_reach):
         super().__init__(**of_reach)
+        self.tuned = tuple(self.weights)
         self.position_tolerance_m = position_tolerance_m
         self.orientation_tolerance_rad = orientation_tolerance_rad
 
@@ -196,6 +199,9 @@ class EndEffectorReach(Reach):
         """See `Rewarded.reward`; progress is weighed as distance is."""
         w = self.weights
         away, turned = self._sizes(remaining)
+        if self.kind_of_reward == ISAACLAB:
+            paid = fine(w, away) - w["position"] * away - w["orientation"] * turned
+            return paid - penalties(w, dq, change)
         was_away, was_turned = self._sizes(before)
         near = np.exp(-((away / self.position_tolerance_m) ** 2)) + np.exp(
             -((turned / self.orientation_tolerance_rad) ** 2)
@@ -206,8 +212,7 @@ class EndEffectorReach(Reach):
             - w["orientation"] * turned
             + w["near"] * near / 2
             + w["progress"] * rate / period_s
-            - w["velocity"] * (dq**2).sum(axis=1)
-            - w["change"] * (change**2).sum(axis=1)
+            - penalties(w, dq, change)
         )
 
     @staticmethod

@@ -13,6 +13,7 @@ TASKS: Registry[Task] = Registry(
         "block_stack": "t2l.tasks.block_stack:BlockStack",
         "joint_reach": "t2l.tasks.reach:JointReach",
         "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
+        "pose_hold": "t2l.tasks.pose_hold:PoseHold",
     },
 )
 

@@ -6,18 +6,21 @@ reinforcement says what it pays (`Rewarded`). A task may do both.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from copy import copy
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import ArrayLike
 
+from t2l.errors import ConfigurationError
 from t2l.robots import Robot
 from t2l.typed import Typed
 
 if TYPE_CHECKING:
+    from t2l.tasks.disturbance import Disturbance
     from t2l.tasks.waypoints import Waypoint
 
 
@@ -208,10 +211,22 @@ class Rewarded(Task):
             change: (n, naction), by how much the action differs from the one before.
         """
 
-    @abstractmethod
-    def reweighted(self, weights: Mapping[str, float]) -> "Rewarded":
+    def disturbance(self, batch: Batch, generator: np.random.Generator) -> "Disturbance | None":
+        """What acts on the robots of a batch while they learn; nothing, unless a task says so."""
+        return None
+
+    def reweighted(self, weights: Mapping[str, float]) -> Self:
         """The task with some weights of its reward replaced.
 
         Raises:
             ConfigurationError: the reward has no such weight.
         """
+        unknown = [weight for weight in weights if weight not in self.weights]
+        if unknown:
+            raise ConfigurationError(
+                f"reward weights of {self.name}: found {', '.join(unknown)}; allowed: "
+                f"{', '.join(self.weights)}"
+            )
+        other = copy(self)
+        other.weights = {**self.weights, **weights}
+        return other

@@ -14,7 +14,7 @@ from t2l.hardware.backend import PositionControlled
 from t2l.hardware.features import State
 from t2l.hardware.guard import Guard, Workspace
 from t2l.policies import Policy
-from t2l.rl.constraints import NAMES, violations
+from t2l.rl.constraints import LIMITS, violations
 from t2l.rl.interface import observe, steps_held
 from t2l.sim.batch import make_batch
 from t2l.sim.controllers.joint_pd import pd_torque
@@ -27,13 +27,14 @@ LOG_RATE_HZ = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Rollouts:
-    """What `n` robots measured at `LOG_RATE_HZ`; NaN after a robot was stopped.
+    """What `n` robots measured at `LOG_RATE_HZ`; NaN after the instant at which one was stopped.
 
     Attributes:
         time: (nsample,) s; the policy decides every `hold` samples.
-        q, dq, q_des: (nsample, n, njoint).
+        q, dq: (nsample, n, njoint); of a robot that was stopped, the last is what stopped it.
+        q_des: (nsample, n, njoint), what was sent.
         observation, action: (ndecision, n, nobs) and (ndecision, n, naction), at each decision.
-        violated: (nsample, n, nconstraint) bool, in order of `t2l.rl.constraints.NAMES`.
+        violated: (nsample, n, nconstraint) bool, in order of `t2l.rl.constraints.LIMITS`.
         success: (n,) bool, at the end of those that were not stopped.
         stopped: why each robot was stopped, or nothing.
     """
@@ -88,7 +89,7 @@ def deploy(
         if kept and (part := _kept(kept, size)):
             parts.append(part)
             continue
-        guard = Guard(task.robot, robot.n, cell, 1 / LOG_RATE_HZ, workspace)
+        guard = Guard(task.robot, robot.n, 1 / LOG_RATE_HZ, workspace)
         run = _Run(robot, policy, task, actions, cell, goals[rows], guard)
         try:
             parts.append(run.through(starts[rows], hold, decisions))
@@ -123,7 +124,8 @@ class _Run:
         for sample in range(decisions * hold):
             deciding = sample % hold == 0
             if deciding:
-                observation = observe(state.q, state.dq, self.remaining(state), previous)
+                memory = self.actions.memory(state.q, wanted)
+                observation = observe(state.q, state.dq, self.remaining(state), previous, memory)
                 action = self.policy.action(observation)
                 wanted = self.actions.command(action, state.q, wanted)
                 previous = action
@@ -131,6 +133,8 @@ class _Run:
             self.stop_where_needed(wanted, state)
             held = np.where(running[:, None] & ~self.running[:, None], state.q, held)
             q_des = np.where(self.running[:, None], wanted, held)
+            for name, value in (("q", state.q), ("dq", state.dq)):
+                logged[name].append(_without(value, ~running))
             if not self.running.any():
                 break
             if deciding:
@@ -139,8 +143,7 @@ class _Run:
             torque = pd_torque(q_des, state.q, state.dq, kp, kd)
             found = violations(state.q, state.dq, torque, before, 1 / LOG_RATE_HZ, self.task.robot)
             before = torque
-            for name, value in (("q", state.q), ("dq", state.dq), ("q_des", q_des)):
-                logged[name].append(_without(value, ~self.running))
+            logged["q_des"].append(_without(q_des, ~self.running))
             logged["violated"].append(found & self.running[:, None])
             self.robot.send(q_des, 1 / LOG_RATE_HZ)
             state = self.robot.read()
@@ -149,8 +152,8 @@ class _Run:
         success = self.task.success(self.remaining(state)) & self.running
         njoint, naction = starts.shape[1], len(self.actions.names)
         sizes = {
-            "q": njoint, "dq": njoint, "q_des": njoint, "violated": len(NAMES), "action": naction,
-            "observation": len(self.task.observation_names) + naction,
+            "q": njoint, "dq": njoint, "q_des": njoint, "violated": len(LIMITS), "action": naction,
+            "observation": observation.shape[1],
         }  # fmt: skip
         arrays = {
             name: _padded(rows, decisions * (1 if name in ("observation", "action") else hold),
@@ -221,7 +224,7 @@ def _read(path: Path, size: tuple[int, ...]) -> Rollouts:
     decisions, hold, n, njoint, naction = size
     samples = decisions * hold
     shapes = {
-        "time": (samples,), "violated": (samples, n, len(NAMES)), "success": (n,), "stopped": (n,),
+        "time": (samples,), "violated": (samples, n, len(LIMITS)), "success": (n,), "stopped": (n,),
         "action": (decisions, n, naction),
     } | {name: (samples, n, njoint) for name in ("q", "dq", "q_des")}  # fmt: skip
     kinds = {"violated": "b", "success": "b", "stopped": "U"}

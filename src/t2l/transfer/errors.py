@@ -7,34 +7,50 @@ import numpy as np
 
 from t2l.gains import Cell
 from t2l.policies import Policy
-from t2l.rl.constraints import NAMES
+from t2l.rl.constraints import JITTER_RAD_S, LIMITS, jitter
 from t2l.transfer.deploy import LOG_RATE_HZ, Rollouts
 
 if TYPE_CHECKING:
     import pandas as pd
 
-# the study's: standard deviation of a joint's velocity over the last seconds of a rollout
-JITTER_RAD_S = 0.04
-JITTER_WINDOW_S = 2.0
-
 TRACE_SIGNALS = ("q", "dq", "q_des")
 ROLLOUT_COLUMNS = (
-    "kp", "kd", "rollout", "trajectory_error", "nn_error", "jitter_rad_s", "jitter_failure",
-    "jitter_rad_s_sim", "jitter_failure_sim", "success", "success_sim", "stopped", "duration_s",
+    "kp", "kd", "seed", "rollout", "trajectory_error", "nn_error", "jitter_rad_s",
+    "jitter_failure", "jitter_rad_s_sim", "jitter_failure_sim", "success", "success_sim",
+    "stopped", "stopped_sim", "duration_s",
 )  # fmt: skip
 
 
 def trajectory_error(real: Rollouts, sim: Rollouts) -> np.ndarray:
-    """E = mean over time of ‖q_sim − q_real‖² + ‖q̇_sim − q̇_real‖², (n,), the study's.
+    """E, (n,): mean over joints and time of (q_sim − q_real)² + (q̇_sim − q̇_real)².
 
-    Over the instants at which neither was stopped; NaN where there is none.
+    The study's (section IV-C), whose published cells are means over joints. Over the whole
+    horizon: a robot that was stopped counts as standing where it was until the end, so that no
+    rollout is left out and none is judged by its motion alone.
     """
-    squares = ((sim.q - real.q) ** 2).sum(axis=2) + ((sim.dq - real.dq) ** 2).sum(axis=2)
-    return _mean(squares)
+    squares = [
+        (one - other) ** 2
+        for one, other in zip(*map(standing_where_stopped, (sim, real)), strict=True)
+    ]
+    return sum(squares).mean(axis=(0, 2))
+
+
+def standing_where_stopped(rollouts: Rollouts) -> tuple[np.ndarray, np.ndarray]:
+    """q and q̇ (nsample, n, njoint) with stopped robots held still where they were stopped."""
+    q, dq = rollouts.q.copy(), rollouts.dq.copy()
+    for i in np.flatnonzero([bool(reason) for reason in rollouts.stopped]):
+        known = np.flatnonzero(np.isfinite(q[:, i]).all(axis=1))
+        last = known[-1] if len(known) else 0
+        q[last + 1 :, i] = q[last, i]
+        dq[last + 1 :, i] = 0.0
+    return q, dq
 
 
 def nn_error(policy: Policy, real: Rollouts, sim: Rollouts) -> np.ndarray:
-    """RMS over time and joints of π(s_sim) − π(s_real) on the two sequences of states, (n,)."""
+    """RMS over time and joints of π(s_sim) − π(s_real) on the two sequences of states, (n,).
+
+    Over the decisions that both took; NaN where one was stopped before its first.
+    """
     ndecision, n, nobs = real.observation.shape
     here, there = (
         policy.action(run.observation.reshape(-1, nobs)).reshape(ndecision, n, -1)
@@ -43,49 +59,48 @@ def nn_error(policy: Policy, real: Rollouts, sim: Rollouts) -> np.ndarray:
     return np.sqrt(_mean(((there - here) ** 2).mean(axis=2)))
 
 
-def jitter(rollouts: Rollouts) -> np.ndarray:
-    """Largest standard deviation of any joint's velocity over the last 2 s, (n,) rad/s.
+def shaking(rollouts: Rollouts) -> np.ndarray:
+    """`t2l.rl.constraints.jitter` of rollouts, (n,) rad/s; NaN where a robot was stopped."""
+    return jitter(rollouts.dq, LOG_RATE_HZ)
 
-    NaN where a rollout was stopped before it lasted that long.
+
+def rollout_table(
+    policy: Policy, cell: Cell, seed: int, real: Rollouts, sim: Rollouts
+) -> "pd.DataFrame":
+    """One row a rollout: `ROLLOUT_COLUMNS`, and by limit how many samples of either violated it.
+
+    A rollout fails by jitter where it jitters or was stopped; a success does neither.
+
+    Args:
+        seed: of the policy's training.
     """
-    window = round(JITTER_WINDOW_S * LOG_RATE_HZ)
-    found = []
-    for dq in rollouts.dq.transpose(1, 0, 2):
-        moved = dq[np.isfinite(dq).all(axis=1)][-window:]
-        found.append(moved.std(axis=0).max() if len(moved) == window else np.nan)
-    return np.array(found)
-
-
-def rollout_table(policy: Policy, cell: Cell, real: Rollouts, sim: Rollouts) -> "pd.DataFrame":
-    """One row a rollout: `ROLLOUT_COLUMNS`, and by constraint how often either violated it."""
     import pandas as pd
 
-    shaking, failed = {}, {}
+    of_each = {}
     for suffix, run in (("", real), ("_sim", sim)):
-        deviation = jitter(run)
-        failure = pd.array(deviation > JITTER_RAD_S, "boolean")
-        failure[np.isnan(deviation)] = pd.NA
-        shaking[f"jitter_rad_s{suffix}"] = deviation
-        failed[f"jitter_failure{suffix}"] = failure
-    counts = {
-        f"violations_{name}{suffix}": run.violated[:, :, i].sum(axis=0)
-        for suffix, run in (("", real), ("_sim", sim))
-        for i, name in enumerate(NAMES)
-    }
+        deviation = shaking(run)
+        stopped = np.array([bool(reason) for reason in run.stopped])
+        failed = stopped | (deviation > JITTER_RAD_S)
+        of_each |= {
+            f"jitter_rad_s{suffix}": deviation,
+            f"jitter_failure{suffix}": failed,
+            f"success{suffix}": run.success & ~failed,
+            f"stopped{suffix}": list(run.stopped),
+        }
+        of_each |= {
+            f"violations_{name}{suffix}": run.violated[:, :, i].sum(axis=0)
+            for i, name in enumerate(LIMITS)
+        }
     return pd.DataFrame(
         {
             "kp": cell.kp,
             "kd": cell.kd,
+            "seed": seed,
             "rollout": np.arange(len(real.success)),
             "trajectory_error": trajectory_error(real, sim),
             "nn_error": nn_error(policy, real, sim),
-            **shaking,
-            **failed,
-            "success": real.success,
-            "success_sim": sim.success,
-            "stopped": list(real.stopped),
-            "duration_s": np.isfinite(real.q[:, :, 0]).sum(axis=0) / LOG_RATE_HZ,
-            **counts,
+            **of_each,
+            "duration_s": np.isfinite(real.q_des[:, :, 0]).sum(axis=0) / LOG_RATE_HZ,
         }
     )
 

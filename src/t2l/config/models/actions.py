@@ -17,10 +17,10 @@ class Actions(Typed):
         "`task_pose`: a pose of each tool, for operational-space control, with gains in 1/s² and "
         "1/s; `task_delta`: a change of it; or one of your own",
     )
-    reference: Annotated[Literal["measured", "commanded"] | None, Given] = Field(
+    reference: Annotated[Literal["measured", "commanded", "home"] | None, Given] = Field(
         None,
-        description="with a change: from what is `measured` (also without this key), or from what "
-        "was `commanded` before",
+        description="with a change: from what is `measured` (also without this key), from what "
+        "was `commanded` before, or, of joints, from the robot's `home`",
     )
 
 

@@ -15,18 +15,18 @@ from t2l.config.models.cloning import (
     Training,
     Variant,
 )
+from t2l.config.models.decoupling import Decoupling
 from t2l.config.models.diagnosis import Diagnosis
+from t2l.config.models.experiment import RobotAblation, SimToReal, TransferDecision
+from t2l.config.models.landscape import Landscape
+from t2l.config.models.learning import ReinforcementLearning, Tuning
 from t2l.config.models.scoreboard import Scoreboard
 from t2l.config.models.transfer import (
     Deployment,
     Identification,
     RecordingGrid,
     Recordings,
-    ReinforcementLearning,
     Robot,
-    SampleEfficiency,
-    SimToReal,
-    Tuning,
 )
 from t2l.config.quantities import LARGEST_SEED, Given, Paths
 from t2l.typed import Integer, Name, Typed, Unique
@@ -100,10 +100,10 @@ class Configuration(Typed):
     robot: Robot = _section(Robot, "the robot at the other end")
     recordings: Recordings = _section(
         Recordings,
-        "the motion that is recorded for identification, a sine of 0.5 Hz on all joints",
+        "the motion that is recorded for identification, about home on all joints",
     )
     identification: Identification = _section(
-        Identification, "CMA-ES on the spectral error, for each cell"
+        Identification, "of the actuators of the training simulators"
     )
     reinforcement_learning: ReinforcementLearning = _section(
         ReinforcementLearning,
@@ -113,8 +113,26 @@ class Configuration(Typed):
         Tuning, "Optuna's search for action scales, a study for each cell and condition"
     )
     deployment: Deployment = _section(Deployment, "rollouts of tuned policies")
-    sample_efficiency: SampleEfficiency = _section(
-        SampleEfficiency, "training again at the corners, with the tuned action scales"
+    robot_ablation: Annotated[RobotAblation | None, Given] = Field(
+        None,
+        description="which effect of the virtual robot makes policies shake: each is left out in "
+        "turn; without this section none is",
+    )
+    transfer_decision: Annotated[TransferDecision | None, Given] = Field(
+        None,
+        description="how it is decided whether the study's claim about transfer is reproduced; a "
+        "study that is too small for its own rule is refused; without this section nothing is "
+        "decided",
+    )
+    landscape: Annotated[Landscape | None, Given] = Field(
+        None,
+        description="how easily action scales are found at the corners, and whether they work "
+        "again; without this section it is not asked",
+    )
+    decoupling: Annotated[Decoupling | None, Given] = Field(
+        None,
+        description="policies that hold a pose more stiffly, or more softly, than their gains; "
+        "without this section there are none",
     )
     scoreboard: Annotated[Scoreboard | None, Given] = Field(
         None,

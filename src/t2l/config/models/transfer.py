@@ -1,15 +1,13 @@
 """Sections of sim-to-real transfer."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_origin
 
 from pydantic import ConfigDict, Field, create_model
 
-from t2l.config.models.actions import RelativeActions
 from t2l.config.models.grid import CompliantUpTo, Dampings, Grid, OverdampedFrom, Stiffnesses
-from t2l.config.quantities import LARGEST_SEED, Bounds, Given, Point, Text
+from t2l.config.quantities import Given, Point, Text
 from t2l.hardware import BACKENDS
-from t2l.rl.settings import JOURNAL
-from t2l.typed import Integer, Name, Number, Typed
+from t2l.typed import Integer, Number, Typed, Unique
 
 
 class RecordingGrid(Grid):
@@ -19,46 +17,6 @@ class RecordingGrid(Grid):
     kd: Dampings = [1, 8, 24]
     compliant_up_to_kp: CompliantUpTo = 128
     overdamped_from_kd: OverdampedFrom = 8
-
-
-class Condition(Typed):
-    """An entry of `sim_to_real.conditions`; see `t2l.rl.condition.Condition`."""
-
-    name: Name = Field(description="name of a folder in `results/STUDY/sim_to_real/`")
-    task: Name = Field(description="name of a file in `config/tasks/`, of a task with a reward")
-    actions: RelativeActions = Field(
-        default_factory=RelativeActions,
-        description="what the output of the policy, between -1 and 1, means",
-    )
-    policy_rate_hz: Number = Field(
-        50.0,
-        gt=0,
-        ge=1,
-        le=100,
-        description="rate of the policy, Hz, a divisor of 100 and of `identification.rate_hz`",
-    )
-    randomisation: Number = Field(
-        0.0,
-        ge=0,
-        lt=1,
-        description="fraction by which parameters vary between environments while training",
-    )
-
-
-class SimToReal(Typed):
-    """What is transferred."""
-
-    cells: Literal["all", "corners_and_centre"] = Field(
-        "corners_and_centre", description="which cells of `recording_grid` are run"
-    )
-    conditions: Annotated[list[Condition], Field(max_length=100)] = Field(
-        [
-            Condition(name="joint_reach", task="joint_reach"),
-            Condition(name="joint_reach_100_hz", task="joint_reach", policy_rate_hz=100),
-        ],
-        description="under what policies are trained and deployed; the figures show trajectories "
-        "and trials of the first",
-    )
 
 
 class RobotSection(Typed):
@@ -77,14 +35,24 @@ class RobotSection(Typed):
     )
 
 
-# the library's back ends take text alone; the one that is named checks it: `t2l.config.robot`
+_Texts = Annotated[list[Text], Field(max_length=100), Unique]
+
+
+def _written(annotation: type) -> type:
+    """What a key of a back end is written as; the one that is named checks it: `t2l.config.robot`.
+
+    The library's back ends take text alone, or lists of it.
+    """
+    return _Texts if get_origin(annotation) is list else Text
+
+
 Robot = create_model(
     "Robot",
     __base__=RobotSection,
     __doc__=RobotSection.__doc__,
     **{
         key: (
-            Annotated[Text | None, Given],
+            Annotated[_written(field.annotation) | None, Given],
             Field(None, description=f"with `{name}`: {field.description}"),
         )
         for name in BACKENDS.known
@@ -96,94 +64,54 @@ Robot = create_model(
 class Recordings(Typed):
     """The motion that is recorded for identification."""
 
-    amplitude_rad: Number = Field(0.1, gt=0, le=0.3, description="its amplitude, rad")
+    # the study's text says 0.1; the commands and the motions that it published are of 0.15
+    amplitude_rad: Number = Field(
+        0.15, gt=0, le=0.3, description="its amplitude, rad; of a multisine at least"
+    )
     duration_s: Number = Field(4, ge=1, le=60, description="how long it is recorded, s")
+    excitation: Literal["sine", "multisine"] = Field(
+        "sine",
+        description="`sine`: the study's, of 0.5 Hz on all joints; `multisine`: many frequencies, "
+        "so large that a joint that does not move feels three times `breakaway_nm`, within the "
+        "robot's limits",
+    )
+    highest_hz: Number = Field(
+        5.0, ge=1, le=10, description="highest frequency of the multisine, Hz"
+    )
+    # the published recordings of the FR3: 1.2 N·m in sliding, and 1.3 times that at rest
+    breakaway_nm: Number = Field(
+        1.5, gt=0, le=1000, description="torque that breaks the joints loose, N·m"
+    )
 
 
 class Identification(Typed):
-    """By CMA-ES."""
+    """Of the actuators of the training simulator."""
 
-    iterations: Integer = Field(200, ge=1, le=100_000, description="generations")
+    gains: Literal["known", "free"] = Field(
+        "known",
+        description="`known`: the gains are those that are commanded, times one scale of torque a "
+        "joint; armature, friction and scale are fitted to all cells at once by least squares. "
+        "`free`: the study's way, six parameters a joint for each cell alone, by CMA-ES",
+    )
+    iterations: Integer = Field(
+        200, ge=1, le=100_000, description="generations of CMA-ES; rounds of least squares at most"
+    )
     # simulations side by side, 100 kB each
-    population: Integer = Field(32, ge=4, le=10_000, description="simulations in each generation")
+    population: Integer = Field(
+        32, ge=4, le=10_000, description="simulations in each generation of CMA-ES"
+    )
     sigma: Number = Field(
         3.0,
         gt=0,
         le=10,
-        description="first standard deviation, where the range of every parameter is 0 to 10 "
-        "(gains by their logarithm)",
+        description="first standard deviation of CMA-ES, where the range of every parameter is 0 "
+        "to 10 (gains by their logarithm)",
     )
     rate_hz: Integer = Field(
         100,
         ge=50,
         le=1000,
         description="rate of the training simulator's physics, Hz, a multiple of 50",
-    )
-
-
-class ReinforcementLearning(Typed):
-    """In the identified simulator."""
-
-    algorithm: Name = Field(
-        "ppo", description="`ppo`, with the hyper-parameters of the study; or one of yours"
-    )
-    # simulations side by side, 100 kB each
-    environments: Integer = Field(
-        512, ge=4, le=16_384, description="arms that are simulated side by side"
-    )
-    updates: Integer = Field(
-        120,
-        ge=1,
-        le=100_000,
-        description="updates of the policy at most, each after 24 steps of every environment",
-    )
-    evaluate_every: Integer = Field(
-        10, ge=1, le=100_000, description="updates between evaluations; the best policy is kept"
-    )
-    enough: Number = Field(
-        0.98,
-        gt=0,
-        le=1,
-        description="success rate, with every constraint kept, at which the training of a trial "
-        "ends",
-    )
-    horizon_s: Number = Field(
-        8, ge=1, le=60, description="length of an episode, and of a rollout on the robot, s"
-    )
-    seed: Integer = Field(
-        42, ge=0, le=LARGEST_SEED, description="seed of training; 42 is the study's"
-    )
-
-
-class Tuning(Typed):
-    """By Optuna."""
-
-    # Optuna reads all of a study's trials again for each
-    trials: Integer = Field(
-        2,
-        ge=1,
-        le=10_000,
-        description="trials of a study; more of them continue it, and so does a run after a kill",
-    )
-    startup: Integer = Field(
-        1,
-        ge=1,
-        le=10_000,
-        description="trials before sampler and pruner judge by earlier ones; a trial whose "
-        "objective is below 0.1 half-way, which only breaking the limits can bring about, is ended "
-        "too, once another is complete",
-    )
-    workers: Integer = Field(1, ge=1, le=1_000, description="jobs that share a study")
-    storage: Text = Field(
-        JOURNAL,
-        description="`journal`: a file beside the results of the cell; or the URL of a database "
-        "that all workers reach",
-    )
-    action_scale: Bounds = Field([0.002, 5.0], description="bounds of both action scales, rad")
-    reward_weights: dict[Text, Bounds] = Field(
-        {"position": [0.5, 8.0], "orientation": [0.1, 2.0]},
-        description="bounds of those weights of the end-effector task's reward that are tuned, by "
-        "name",
     )
 
 
@@ -206,17 +134,4 @@ class Deployment(Typed):
     workspace_upper_m: Point = Field(
         [0.855, 0.855, 1.19],
         description="upper corner of that box, m; the default is the reach of the arm",
-    )
-
-
-class SampleEfficiency(Typed):
-    """Of training again."""
-
-    # a job each, at every corner in every condition
-    seeds: Integer = Field(1, ge=1, le=100, description="how often")
-    updates: Integer = Field(
-        60, ge=1, le=100_000, description="updates of the policy, without an early end"
-    )
-    passed: Number = Field(
-        0.95, ge=0, le=1, description="success rate that the tuned policy must have"
     )

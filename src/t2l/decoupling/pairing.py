@@ -1,0 +1,84 @@
+"""A controller's gains, and the behaviour that a policy on top of them is trained for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from t2l.gains import Cell
+from t2l.identify.actuator_parameters import Parameters
+from t2l.rl.choice import Choice
+from t2l.rl.condition import Condition
+from t2l.rl.problem import Problem
+from t2l.tasks import Rewarded, make_task
+
+POLICY_RATE_HZ = 50.0
+PHYSICS_RATE_HZ = 100.0  # of the study's simulator
+
+
+@dataclass(frozen=True, eq=False)
+class Pairing:
+    """Gains and a reward, see `t2l.tasks.pose_hold.PoseHold`.
+
+    Attributes:
+        name: of its folder.
+        kp, kd: gains, N·m/rad and N·m·s/rad.
+        actions: what the policy's output means, see `t2l.actions`.
+        lambda_rad2: λ.
+        change: α.
+    """
+
+    name: str
+    kp: float
+    kd: float
+    actions: Mapping[str, Any]
+    lambda_rad2: float
+    change: float
+
+    @property
+    def cell(self) -> Cell:
+        """The gains."""
+        return Cell(self.kp, self.kd)
+
+    def choice(self, task: Rewarded, torque_share: float) -> Choice:
+        """Action scales with which a full action asks every joint for a share of its torque limit.
+
+        The scale of a group of joints is that of its weakest joint.
+        """
+        robot = task.robot
+        scale = torque_share * robot.torque_limit / self.kp
+        groups = range(len(robot.scale_groups))
+        weakest = tuple(float(scale[robot.scale_group == group].min()) for group in groups)
+        return Choice(weakest, {"lambda_rad2": self.lambda_rad2, "change": self.change})
+
+    def problem(
+        self, name: str, parameters: Mapping[str, Any], horizon_s: float, **actions: Any
+    ) -> Problem:
+        """The task of that name and file in a simulator with the pairing's gains.
+
+        Args:
+            actions: what they mean, in place of the pairing's.
+        """
+        condition = Condition(
+            name=self.name, task=name, policy_rate_hz=POLICY_RATE_HZ, randomisation=0.0,
+            actions=actions or self.actions, parameters=parameters,
+        )  # fmt: skip
+        plant = ideal_plant(make_task(parameters), self.cell)
+        return Problem(condition, self.cell, plant, PHYSICS_RATE_HZ, horizon_s)
+
+
+def ideal_plant(task: Rewarded, cell: Cell) -> Parameters:
+    """Joints of the robot's own inertias, without friction, under the gains as they are.
+
+    Friction would hold the arm against a part of every force, and be taken for stiffness.
+    """
+    joints = np.zeros(len(task.robot.joints))
+    return {
+        "stiffness": joints + cell.kp,
+        "damping": joints + cell.kd,
+        "armature": task.model.dof_armature[task.arm_dofs],
+        "static_friction": joints,
+        "dynamic_friction_ratio": joints,
+        "viscous_friction": joints,
+    }

@@ -1,0 +1,52 @@
+"""From what was chosen to a policy, and how it does."""
+
+from t2l.policies import Policy
+from t2l.rl.algorithm import Report, Trained
+from t2l.rl.choice import Choice
+from t2l.rl.constraints import Evaluation
+from t2l.rl.evaluate import evaluate
+from t2l.rl.feedback import feedback_gain
+from t2l.rl.problem import Problem
+from t2l.rl.registry import ALGORITHMS
+from t2l.rl.settings import Settings
+
+EPISODES = 100  # that judge a policy, the study's number
+SELECTING_EPISODES = 50  # that choose the best policy of a training
+
+
+def learn(
+    problem: Problem,
+    choice: Choice,
+    settings: Settings,
+    report: Report = lambda update, policy, evaluation: None,
+    threads: int = 1,
+) -> Trained:
+    """Train a policy, see `Algorithm.train`, and keep the best of it by episodes of its own."""
+    seed = settings.seed
+    return ALGORITHMS.find(settings.algorithm)().train(
+        problem.environments(choice, settings, settings.environments, seed, True, threads),
+        problem.environments(choice, settings, SELECTING_EPISODES, seed + 1, threads=threads),
+        settings,
+        report,
+        threads,
+    )
+
+
+def judge(
+    problem: Problem, choice: Choice, settings: Settings, policy: Policy, threads: int = 1
+) -> Evaluation:
+    """How a policy does over `EPISODES` that neither trained nor chose it."""
+    judges = problem.environments(choice, settings, EPISODES, settings.seed + 2, threads=threads)
+    return evaluate(policy, judges)
+
+
+def learn_and_judge(
+    problem: Problem, choice: Choice, settings: Settings, threads: int = 1
+) -> tuple[Trained, Evaluation, float]:
+    """A policy, how it does, and its feedback gain in the simulator."""
+    trained = learn(problem, choice, settings, threads=threads)
+    evaluation = judge(problem, choice, settings, trained.policy, threads)
+    judges = problem.environments(
+        choice, settings, SELECTING_EPISODES, settings.seed + 3, threads=threads
+    )
+    return trained, evaluation, feedback_gain(trained.policy, judges)

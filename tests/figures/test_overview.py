@@ -1,0 +1,62 @@
+import numpy as np
+import pandas as pd
+
+from t2l.figures.decoupling import stiffness_over_training
+from t2l.figures.regimes import regimes
+from t2l.figures.responses import responses
+from t2l.figures.sample_efficiency import sample_efficiency
+from t2l.gains import Grid
+from t2l.hardware import open_backend
+from t2l.hardware.steps import COLUMNS, STEP_RAD, step_responses
+from t2l.robots import make_robot
+
+GRID = Grid(kp=(16, 512), kd=(2, 24), compliant_up_to_kp=128, overdamped_from_kd=8)
+
+
+def test_seeds_of_a_cell_are_averaged_in_the_regimes():
+    cloning = pd.DataFrame(
+        [(c.kp, c.kd, s) for c in GRID.cells for s in (0.2, 0.6)], columns=["kp", "kd", "success"]
+    )
+    transfer = pd.DataFrame(
+        [(c.kp, c.kd, 1.0, e) for c in GRID.cells for e in (0.01, 0.03)],
+        columns=["kp", "kd", "success_sim", "trajectory_error"],
+    )
+    figure = regimes(cloning, GRID, transfer, GRID)
+    images = [axes.images[0].get_array() for axes in figure.axes[:3]]
+    for image, value in zip(images, (0.4, 1.0, 0.02), strict=True):
+        np.testing.assert_allclose(image, np.full((2, 2), value))
+
+
+def test_an_overdamped_stiff_arm_settles_where_it_is_stepped_to():
+    with open_backend({"backend": "virtual"}, make_robot("fr3")) as arm:
+        table = step_responses(arm, GRID.cells[-1])
+    assert tuple(table.columns) == COLUMNS
+    assert list(dict.fromkeys(table.joint)) == ["fr3_joint4", "fr3_joint7"]
+    before, after = table[table.time < -0.005], table[table.time > 1.5]
+    assert (before.q_des == 0).all()
+    np.testing.assert_allclose(before.q, 0, atol=2e-3)
+    np.testing.assert_allclose(after.q_des, STEP_RAD)
+    np.testing.assert_allclose(after.q, STEP_RAD, atol=5e-3)
+    figure = responses({"step": {cell: table for cell in GRID.corners}}, GRID)
+    assert [axes.get_title() for axes in figure.axes[:4]] == [
+        f"{GRID.region(cell)}: {cell}" for cell in GRID.corners
+    ]
+
+
+def test_bands_are_over_configurations_and_seeds():
+    curves = pd.DataFrame(
+        [(c, s, 1e6, r, 0.5, 16, 24) for (c, s), r in {(1, 1): 1, (1, 2): 3, (4, 1): 5}.items()],
+        columns=["configuration", "seed", "steps", "reward", "success", "kp", "kd"],
+    )
+    figure = sample_efficiency(curves, GRID)
+    assert figure.axes[0].lines[0].get_ydata().tolist() == [3]
+    assert "3 runs of 2 configurations" in figure.axes[0].lines[0].get_label()
+
+
+def test_stiffness_is_the_median_over_directions_and_seeds():
+    def seed(*stiffness):
+        return pd.DataFrame({"update": 10, "stiffness_n_m": stiffness, "passive_n_m": 30.0})
+
+    figure = stiffness_over_training({"soft_arm": {1: seed(100, 200, 900), 2: seed(150, 250)}})
+    assert figure.axes[0].lines[0].get_ydata().tolist() == [200]
+    assert figure.axes[0].get_title().endswith("2 seeds")

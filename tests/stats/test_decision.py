@@ -1,0 +1,110 @@
+"""The rule comes out each way on tables that are planted so, and on nothing else."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from t2l.gains import Cell
+from t2l.stats.decision import (
+    CANNOT_BE_TOLD,
+    NOT_REPRODUCED,
+    REPRODUCED,
+    Rule,
+    decide,
+    least_attainable_p,
+    printable_decision,
+    published_errors,
+)
+
+CELLS = [Cell(kp, kd) for kd in (2, 8, 16, 24) for kp in (16, 128, 512)]
+RULE = Rule("joint_reach", 0.05, 128, 8, cells=11, seeds=3, success=0.9)
+
+
+def planted(slope_kp=0.3, slope_kd=0.3, jitter_so=0.8, jitter_rest=0.1, in_simulation=0.0, seed=0):
+    """Rollouts and policies of the cells above with effects of given sizes."""
+    draw = np.random.default_rng(seed)
+    rollouts, policies = [], []
+    for cell in CELLS:
+        inside, own = cell.kp >= 128 and cell.kd >= 8, draw.normal(0, 0.2)
+        for number in (1, 2, 3):
+            log = slope_kp * np.log2(cell.kp) + slope_kd * np.log2(cell.kd) + own
+            log += draw.normal(0, 0.2)
+            rate = (jitter_so if inside else jitter_rest) + draw.uniform(-0.05, 0.05)
+            policies.append((cell.kp, cell.kd, number, 1.0, np.exp(log)))
+            for i in range(10):
+                error = np.exp(log + draw.normal(0, 0.1)) / 1e3
+                shakes = (i < 10 * rate, i < 10 * in_simulation)
+                rollouts.append((cell.kp, cell.kd, number, error, *shakes, ""))
+    columns = ["kp", "kd", "seed", "trajectory_error", "jitter_failure", "jitter_failure_sim"]
+    return (
+        pd.DataFrame(rollouts, columns=[*columns, "stopped"]),
+        pd.DataFrame(policies, columns=["kp", "kd", "seed", "success_sim_100", "feedback_gain"]),
+    )
+
+
+def verdict(table):
+    assert table.what.iloc[-1] == "verdict"
+    return table.holds.iloc[-1]
+
+
+def test_a_planted_trend_is_found():
+    table = decide(*planted(), RULE)
+    assert verdict(table) == REPRODUCED
+    assert table.holds[:3].tolist() == ["yes"] * 3
+    assert table.found[0] == pytest.approx(0.3, abs=0.1)
+    assert (table.cells[0], table.policies[0]) == (12, 36)
+    # made to follow E
+    assert table.found[4] > 0.9
+    assert "reproduced" in printable_decision(table).to_string()
+
+
+@pytest.mark.parametrize(
+    "absent",
+    [
+        {"slope_kp": 0.0},
+        {"slope_kd": 0.0},
+        {"slope_kp": -0.3},
+        {"jitter_so": 0.1},
+        # shakes by itself
+        {"in_simulation": 0.8, "jitter_rest": 0.8},
+    ],
+    ids=str,
+)
+def test_what_is_not_there_is_not_found(absent):
+    assert verdict(decide(*planted(**absent), RULE)) == NOT_REPRODUCED
+
+
+def test_chance_is_seldom_taken_for_the_trend():
+    nothing = {"slope_kp": 0.0, "slope_kd": 0.0, "jitter_so": 0.1}
+    found = [verdict(decide(*planted(**nothing, seed=seed), RULE)) for seed in range(10)]
+    assert found.count(REPRODUCED) == 0
+
+
+def test_policies_that_fail_in_their_own_simulator_are_left_out():
+    rollouts, policies = planted()
+    one = (policies.kp == 16) & (policies.kd == 2)
+    policies.loc[one & (policies.seed == 1), "success_sim_100"] = 0.5
+    table = decide(rollouts, policies, RULE)
+    assert (table.cells[0], table.policies[0], verdict(table)) == (12, 35, REPRODUCED)
+    policies.loc[one, "success_sim_100"] = 0.5
+    assert decide(rollouts, policies, RULE).cells[0] == 11
+    policies.loc[policies.kd == 2, "success_sim_100"] = 0.5
+    assert verdict(decide(rollouts, policies, RULE)) == CANNOT_BE_TOLD
+    policies["success_sim_100"] = 0.0
+    assert verdict(decide(rollouts, policies, RULE)) == CANNOT_BE_TOLD
+
+
+def test_the_least_p_of_a_comparison_is_known_beforehand():
+    assert least_attainable_p(6, 6) == pytest.approx(1 / 924)
+    assert least_attainable_p(1, 4) == 0.2
+    assert np.isnan(least_attainable_p(0, 5))
+    # six cells all above six others
+    assert decide(*planted(), RULE).p[2] == pytest.approx(1 / 924)
+
+
+def test_the_studys_own_errors_are_known_by_cell():
+    published = published_errors().set_index(["kp", "kd"]).published
+    assert len(published) == 49
+    # the two greatest of the page: (512, 16) and (16, 24)
+    assert published.nlargest(2).index.tolist() == [(512, 16), (16, 24)]
+    assert published[512, 24] == pytest.approx(0.0138, rel=0.01)

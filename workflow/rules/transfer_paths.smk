@@ -1,0 +1,63 @@
+"""Which policies there are in the chain of transfer, and where their artefacts live."""
+
+TUNING = STUDY.sections["tuning"]
+HORIZON_S = STUDY.sections["reinforcement_learning"]["horizon_s"]
+TRAINING_SETTINGS = {
+    key: value
+    for key, value in STUDY.sections["reinforcement_learning"].items()
+    if key != "horizon_s"
+}
+CONDITION_NAMES = [entry["name"] for entry in CONDITIONS]
+POLICY_SEEDS = range(1, 1 + STUDY.sections["sim_to_real"]["seeds"])
+DECISION = STUDY.sections.get("transfer_decision")
+ABLATION = STUDY.sections.get("robot_ablation")
+# of each condition, by its name
+CELLS_OF = {
+    condition.name: [cell.name for cell in condition.cells(STUDY.transfer_cells)]
+    for condition in STUDY.conditions
+}
+
+
+def of_conditions(path: str, conditions: list[str], cells: list[str] = TRANSFER_CELLS) -> list[str]:
+    """The paths of an artefact for the cells of conditions, and for the seeds if it has them."""
+    return [
+        each
+        for condition in conditions
+        for each in expand(
+            path,
+            condition=condition,
+            cell=[cell for cell in CELLS_OF[condition] if cell in cells],
+            seed=POLICY_SEEDS,
+        )
+    ]
+
+
+def of_one_condition(path: str):
+    """An input function: `of_conditions` of the wildcard."""
+    return lambda wildcards: of_conditions(path, [wildcards.condition])
+
+
+def workers(wildcards) -> list[str]:
+    """What says that a cell's trials are done, where there are any."""
+    if wildcards.condition not in SEARCHED:
+        return []
+    return expand(of_condition("worker_{worker}.txt"), **wildcards, worker=range(TUNING["workers"]))
+
+
+SEARCHED = [condition.name for condition in STUDY.conditions if condition.searched]
+
+
+def of_ablated(path: str, **effect: str) -> list[str]:
+    """The paths of an artefact for the policies whose robot is ablated."""
+    if not (ABLATION and STUDY.conditions):
+        return []
+    return expand(
+        path,
+        condition=ABLATION["condition"],
+        cell=[Cell(**entry).name for entry in ABLATION["cells"]],
+        seed=POLICY_SEEDS,
+        **effect,
+    )
+
+
+ABLATED = {f"without_{effect}": effect for effect in (ABLATION or {}).get("effects", [])}
