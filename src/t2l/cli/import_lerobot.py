@@ -19,7 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = DESCRIPTION
     parser.add_argument("dataset", type=Path, metavar="DATASET", help="folder with meta and data")
     parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument("--robot", required=True, help="a name, or the path of an MJCF file")
+    parser.add_argument(
+        "--robot", required=True, help="a name, or the path of an MJCF or URDF file"
+    )
     parser.add_argument(
         "--joints",
         type=_words,
