@@ -12,7 +12,7 @@ from tests.conftest import ROOT
 
 LAYERS = [
     {"cli", "config", "figures", "report", "stats"},
-    {"bc", "diagnose", "export", "response", "rl", "transfer"},
+    {"bc", "diagnose", "drift", "export", "response", "rl", "transfer"},
     {"identify"},
     {"demos", "policies", "effects"},
     {"tasks"},

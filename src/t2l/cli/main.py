@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from t2l.cli import (
     adopt,
+    check,
     compare,
     diagnose,
     effects,
@@ -28,6 +29,7 @@ COMMANDS = {
     "explain": explain,
     "effects": effects,
     "gains": gains,
+    "check": check,
     "export": export,
     "record": record,
     "import-csv": import_csv,
