@@ -16,6 +16,7 @@ from t2l.cli import (
     gains,
     import_csv,
     import_lerobot,
+    import_rosbag,
     record,
 )
 from t2l.cli.extras import extra_of
@@ -34,6 +35,7 @@ COMMANDS = {
     "record": record,
     "import-csv": import_csv,
     "import-lerobot": import_lerobot,
+    "import-rosbag": import_rosbag,
 }
 
 

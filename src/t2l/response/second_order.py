@@ -22,13 +22,14 @@ from scipy.signal import lfilter
 from t2l.identify.block_bootstrap import blocks
 
 Z95 = 1.96
+CLEAR = 3.0  # standard errors: a data set has many joints, and one in 370 of no delay passes
 # rad/s and 1: from far slower to far faster than a joint moves; they only bound the search
 FREQUENCIES, DAMPINGS = (0.3, 3000.0), (0.01, 100.0)
 NEAR = 1.05  # times a bound
 LONGEST_DELAY_S = 0.5
 # where searches begin: an octave and a half apart, a basin of the error is wider
 STARTS = [(w, z) for w in 2.0 ** np.arange(0, 9, 1.5) for z in (0.15, 0.7, 3.0)]
-TRIED = 3  # of the starts, the best
+TRIED = 2  # of the starts, the best
 FINER = 8  # grid periods in a row's, where the rows are not evenly spaced
 EVEN = 1e-3  # of a row's period
 
@@ -98,8 +99,9 @@ class SecondOrder:
 def fit(tracks: Sequence[Track]) -> SecondOrder:
     """ω and ζ with which the system moves as the tracks do, all of one joint under one loop.
 
-    Delay and gain join the fit, the one that lowers the error most first, while their 95 %
-    interval excludes 0 and 1: a forward selection.
+    Delay and gain join the fit, the one that lowers the error most first, while they are
+    `CLEAR` standard errors from 0 and 1 and Schwarz's criterion (1978) asks for them: a forward
+    selection. Where damping is high, a delay taken in by chance would leave ω open.
     """
     best = _search(tracks, delay=False, gain=False)
     while True:
@@ -109,7 +111,8 @@ def fit(tracks: Sequence[Track]) -> SecondOrder:
                 wider = _search(
                     tracks, **{e: e == extra or e in best.extras for e in EXTRAS}, start=best.x
                 )
-                if wider.distance(extra) > Z95 and wider.cost < best.cost:
+                gained = len(best.q) * np.log(best.cost / wider.cost)
+                if wider.distance(extra) > CLEAR and gained > np.log(len(best.q)):
                     tried.append(wider)
         if not tried:
             return best.result(tracks)
