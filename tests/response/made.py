@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.response.second_order import Track, respond
+from t2l.response.track import Track, respond
 
 
 def commands(duration_s=6.0, rate_hz=50.0, seed=0):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from t2l.response.second_order import Track, fit, respond
+from t2l.response.second_order import fit
+from t2l.response.track import Track, respond
 from tests.diagnose import made as plants
 from tests.response.made import commands, rows
 

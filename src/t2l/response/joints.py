@@ -9,7 +9,8 @@ from t2l.response.lag import Lag, lag
 from t2l.response.motions import Motions
 from t2l.response.overshoot import Overshoot, overshoot
 from t2l.response.region import STIFF_FROM_HZ, Region, region
-from t2l.response.second_order import SecondOrder, Track, fit
+from t2l.response.second_order import SecondOrder, fit
+from t2l.response.track import Track
 
 MOST_ROWS = 60_000  # that a fit looks at: more narrow no interval that matters
 STILL = 1e-6  # of the commands' own size: a joint whose commands change less is not asked
