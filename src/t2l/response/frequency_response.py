@@ -12,6 +12,7 @@ from scipy.signal import csd, welch
 
 SEGMENTS = 3  # fewest that are averaged over: one alone is always coherent
 LONGEST_SEGMENT_S = 8.0  # resolves 0.13 Hz
+FLANK = 0.3  # of a neighbour's power: Hann's window gives the neighbours of a tone a quarter of its
 LEAST_POWER = 1e-3  # of the largest in the commands: below, there is no command to answer
 
 
@@ -55,7 +56,8 @@ def frequency_response(
         count += segments
     if count == 0 or not np.max(power) > 0:
         return None
-    held = (power > LEAST_POWER * np.max(power)) & (hz > 0)
+    beside = np.maximum(np.r_[0.0, power[:-1]], np.r_[power[1:], 0.0])
+    held = (power > LEAST_POWER * np.max(power)) & (power > FLANK * beside) & (hz > 0)
     if not held.any():
         return None
     power, motion, cross = power[held], motion[held], cross[held]
