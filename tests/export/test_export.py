@@ -114,6 +114,12 @@ def test_an_effect_of_ones_own_is_not_carried_until_it_says_how(robot, tmp_path)
     files = (tmp_path / "rubber.py",)
     content, _, _ = exported(tmp_path / "out", robot, value, files=files)
     assert list(content["not_carried"]) == ["rubber"]
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own/rubber.py").write_text(OWN)
+    files = (tmp_path / "own/rubber.py",)
+    content, error, _ = exported(tmp_path / "out", robot, value, files=files)
+    assert content["by_callback"] == ["rubber"]
+    assert error < 2e-4  # t2l takes the angle at the beginning of a step, the callback halfway
 
 
 def test_ranges_are_of_fields_that_mujoco_has(robot, tmp_path):
