@@ -22,10 +22,10 @@ include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/identification.smk"
 include: "workflow/rules/transfer_paths.smk"
 include: "workflow/rules/sim_to_real.smk"
-include: "workflow/rules/scoreboard.smk"
 include: "workflow/rules/landscape.smk"
 include: "workflow/rules/overview.smk"
 include: "workflow/rules/decoupling.smk"
+include: "workflow/rules/scoreboard.smk"
 
 
 localrules:

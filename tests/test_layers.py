@@ -13,14 +13,7 @@ from tests.conftest import ROOT
 LAYERS = [
     {"cli", "config", "figures", "report", "scoreboard", "stats"},
     {
-        "attenuation",
-        "bc",
-        "decoupling",
-        "diagnose",
-        "drift",
-        "export",
-        "response",
-        "rl",
+        *("attenuation", "bc", "decoupling", "diagnose", "drift", "export", "response", "rl"),
         "transfer",
     },
     {"identify"},

@@ -141,3 +141,58 @@ def test_a_file_that_is_not_mjcf_is_named(tmp_path, text):
     path.write_text(text)
     with pytest.raises(ConfigurationError, match=r"odd\.xml: MuJoCo cannot read it"):
         plant.load(str(path), ["a"])
+
+
+URDF = """<robot name="arm">
+  <link name="base"/>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/><child link="upper"/><origin xyz="0 0 0.8"/><axis xyz="0 1 0"/>
+    <limit lower="-2.6" upper="2.6" effort="30" velocity="4"/>
+    <dynamics damping="0.05" friction="0.1"/>
+  </joint>
+  <link name="upper">
+    <inertial><origin xyz="0 0 -0.15"/><mass value="0.6"/>
+      <inertia ixx="4e-3" iyy="4e-3" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><geometry><mesh filename="package://arm/upper.stl"/></geometry></visual>
+    <collision><geometry><mesh filename="package://arm/upper_c.stl"/></geometry></collision>
+  </link>
+</robot>"""
+MJCF_OF_IT = """<mujoco><compiler angle="radian"/><worldbody><body name="upper" pos="0 0 0.8">
+  <joint name="shoulder" axis="0 1 0" range="-2.6 2.6" actuatorfrcrange="-30 30" damping="0.05"
+    frictionloss="0.1"/>
+  <inertial pos="0 0 -0.15" mass="0.6" diaginertia="4e-3 4e-3 1e-4"/>
+</body></worldbody></mujoco>"""
+
+
+def test_a_urdf_without_its_meshes_is_the_plant_of_the_same_mjcf(tmp_path):
+    models = []
+    for name, text in (("arm.urdf", URDF), ("arm.xml", MJCF_OF_IT)):
+        (tmp_path / name).write_text(text)
+        spec = plant.load(str(tmp_path / name), ["shoulder"])
+        models.append(spec.compile())
+    for field in (
+        *("body_mass", "body_inertia", "body_ipos", "body_gravcomp", "jnt_range", "jnt_axis"),
+        *("jnt_actfrcrange", "dof_damping", "dof_frictionloss", "dof_armature"),
+    ):
+        assert np.array_equal(getattr(models[0], field), getattr(models[1], field)), field
+
+
+@pytest.mark.parametrize(
+    ("was", "spoilt", "said"),
+    [
+        ('value="0.6"', 'value="${m}"', "xacro arm.urdf"),
+        ("<inertial>", "<inertial_>", "link upper: found no <inertial>"),
+        ('value="0.6"', 'value="0"', "mass and inertia"),
+        ("</robot>", "", "arm.urdf: MuJoCo cannot read it"),
+    ],
+)
+def test_a_urdf_that_is_wrong_says_why(tmp_path, was, spoilt, said):
+    text = URDF.replace("<robot ", '<robot xmlns:xacro="http://wiki.ros.org/xacro" ')
+    path = tmp_path / "arm.urdf"
+    path.write_text(text.replace(was, spoilt).replace("</inertial>", spoilt_end(spoilt)))
+    with pytest.raises(ConfigurationError, match=said):
+        plant.compiled(plant.load(str(path), ["shoulder"]), str(path))
+
+
+def spoilt_end(spoilt):
+    return "</inertial_>" if spoilt == "<inertial_>" else "</inertial>"

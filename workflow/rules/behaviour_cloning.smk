@@ -15,7 +15,7 @@ EVERY_CELL = [
         artefact=["demonstrations", "replays.parquet"],
     ),
     *expand(
-        of_policy("{artefact}"),
+        of_clone("{artefact}"),
         task=TASKS,
         variant={like(name, *TRAINED) for name in VARIANTS},
         cell=CELLS,
@@ -23,7 +23,7 @@ EVERY_CELL = [
         artefact=["policy.safetensors", "losses.parquet"],
     ),
     *expand(
-        of_policy("{artefact}"),
+        of_clone("{artefact}"),
         task=TASKS,
         variant=VARIANTS,
         cell=CELLS,
@@ -40,8 +40,8 @@ if STUDY.sections["training_jobs"] == "policy":
         input:
             demonstrations=by_cell("demonstrations"),
         output:
-            policies=[of_policy("policy.safetensors")],
-            losses=[of_policy("losses.parquet")],
+            policies=[of_clone("policy.safetensors")],
+            losses=[of_clone("losses.parquet")],
         params:
             version=VERSION,
             task=task_parameters,
@@ -74,10 +74,10 @@ else:
             ),
         output:
             policies=expand(
-                of_policy("policy.safetensors"), cell=CELLS, seed=SEEDS, allow_missing=True
+                of_clone("policy.safetensors"), cell=CELLS, seed=SEEDS, allow_missing=True
             ),
             losses=expand(
-                of_policy("losses.parquet"), cell=CELLS, seed=SEEDS, allow_missing=True
+                of_clone("losses.parquet"), cell=CELLS, seed=SEEDS, allow_missing=True
             ),
         params:
             version=VERSION,
@@ -103,10 +103,10 @@ else:
 
 rule roll_out:
     input:
-        policy=by_policy("policy.safetensors"),
+        policy=by_clone("policy.safetensors"),
     output:
-        rollouts=of_policy("rollouts.parquet"),
-        traces=of_policy("traces.parquet"),
+        rollouts=of_clone("rollouts.parquet"),
+        traces=of_clone("traces.parquet"),
     params:
         version=VERSION,
         task=task_parameters,

@@ -40,7 +40,7 @@ def of_cell(artefact: str) -> str:
     return result("{task}", "{variant}", "{cell}", artefact)
 
 
-def of_policy(artefact: str) -> str:
+def of_clone(artefact: str) -> str:
     """The path of an artefact that every training seed of a cell has."""
     return of_cell(f"seed{{seed}}/{artefact}")
 
@@ -67,10 +67,10 @@ def by_cell(artefact: str):
     )
 
 
-def by_policy(artefact: str):
+def by_clone(artefact: str):
     """For `input`: an artefact of a policy, of the variant that makes it."""
     return lambda wildcards: expand(
-        of_policy(artefact), variant=like(wildcards.variant, *TRAINED), allow_missing=True
+        of_clone(artefact), variant=like(wildcards.variant, *TRAINED), allow_missing=True
     )[0]
 
 

@@ -83,7 +83,7 @@ rule frames_figure:
     input:
         demonstrations=DEMONSTRATIONS,
         traces=expand(
-            of_policy("traces.parquet"),
+            of_clone("traces.parquet"),
             variant=NOMINAL,
             cell=CELLS,
             seed=SEEDS[0],

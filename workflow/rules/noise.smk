@@ -10,13 +10,14 @@ HELD_NOISE = result("attenuation", "held_noise.parquet")
 # noise in rad is for commands in rad
 IN_RAD = ACTIONS.find(STUDY.sections["actions"]["kind"]).controller == "joint_pd"
 NOISY_TASKS = TASKS if IN_RAD else []
+EVERY_NOISY_REPLAY = expand(
+    result("{task}", "noise", "{cell}", "noisy_replays.parquet"), task=NOISY_TASKS, cell=CELLS
+)
 EVERY_NOISY_CELL = [
     HELD_NOISE,
+    *EVERY_NOISY_REPLAY,
     *expand(
-        result("{task}", "noise", "{cell}", "{artefact}.parquet"),
-        task=NOISY_TASKS,
-        cell=CELLS,
-        artefact=["noisy_replays", "noisy_traces"],
+        result("{task}", "noise", "{cell}", "noisy_traces.parquet"), task=NOISY_TASKS, cell=CELLS
     ),
 ]
 NOISE_FIGURES = [
@@ -44,7 +45,7 @@ rule held_noise:
         version=VERSION,
         cells=CELLS,
         robot=STUDY.sections["robot"]["name"],
-        decimation=STUDY.decimation,
+        decimation=VARIANTS[NOMINAL]["decimation"],
         seed=SEED,
         settings={
             key: ATTENUATION[key]
@@ -120,7 +121,7 @@ rule noisy_replays:
         version=VERSION,
         task=task_parameters,
         actions=STUDY.sections["actions"],
-        decimation=STUDY.decimation,
+        decimation=VARIANTS[NOMINAL]["decimation"],
         hold=STUDY.sections["retargeting"]["hold"],
         repetitions=ATTENUATION["replays"],
         seed=SEED,

@@ -47,7 +47,7 @@ rule responses_figure:
 
 rule regimes_figure:
     input:
-        cloning=expand(result("{task}", "cells.parquet"), task=TASKS),
+        cloning=expand(result("{task}", NOMINAL, "cells.parquet"), task=TASKS),
         transfer=expand(
             result("sim_to_real", "{condition}", "cells.parquet"), condition=CONDITION_NAMES[:1]
         ),

@@ -9,7 +9,9 @@ OTHER_STUDIES = STUDY.sections.get("scoreboard", {}).get("studies", [])
 
 # what this study makes, then what others have; a table that is not made is `not run`
 EVIDENCE = [
-    *expand(result("{task}", "cells.parquet"), task=TASKS),
+    *expand(result("{task}", "{variant}", "cells.parquet"), task=TASKS, variant=VARIANTS),
+    *EVERY_NOISY_REPLAY,
+    HELD_NOISE,
     *expand(
         result("{task}", "fidelity", "{cell}.parquet"),
         task=TASKS,
@@ -21,13 +23,14 @@ EVIDENCE = [
         condition=CONDITION_NAMES,
         table=["cells", "rollouts"],
     ),
-    *expand(of_condition("trials.parquet"), condition=CONDITION_NAMES, cell=SHOWN_CELLS),
-    *expand(
-        of_condition("seed_{seed}.parquet"),
-        condition=CONDITION_NAMES,
-        cell=SHOWN_CELLS,
-        seed=TRAINING_SEEDS,
+    *of_conditions(of_condition("trials.parquet"), SEARCHED, SHOWN_CELLS),
+    *of_conditions(of_policy("training.parquet"), CONDITION_NAMES, SHOWN_CELLS),
+    *(
+        expand(result("tables", "transfer_decision_{condition}.csv"), condition=DECISION["condition"])
+        if DECISION and STUDY.conditions
+        else []
     ),
+    *([result("decoupling", "trainings.parquet")] if DECOUPLING else []),
     *(str(path) for name in OTHER_STUDIES for path in found_in(Path("results") / name)),
 ]
 

@@ -12,14 +12,14 @@ rule summarise:
             allow_missing=True,
         ),
         losses=lambda wildcards: expand(
-            of_policy("losses.parquet"),
+            of_clone("losses.parquet"),
             variant=like(wildcards.variant, *TRAINED),
             cell=CELLS,
             seed=SEEDS,
             allow_missing=True,
         ),
         rollouts=expand(
-            of_policy("rollouts.parquet"), cell=CELLS, seed=SEEDS, allow_missing=True
+            of_clone("rollouts.parquet"), cell=CELLS, seed=SEEDS, allow_missing=True
         ),
     output:
         rollouts=result("{task}", "{variant}", "rollouts.parquet"),

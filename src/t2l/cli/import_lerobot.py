@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from t2l.cli.inputs import add_extensions, add_force
+from t2l.cli.words import integers, numbers, words
 
 HELP = "make a recording of each episode of a LeRobot data set"
 
@@ -19,18 +20,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = DESCRIPTION
     parser.add_argument("dataset", type=Path, metavar="DATASET", help="folder with meta and data")
     parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument("--robot", required=True, help="a name, or the path of an MJCF file")
+    parser.add_argument(
+        "--robot", required=True, help="a name, or the path of an MJCF or URDF file"
+    )
     parser.add_argument(
         "--joints",
-        type=_words,
+        type=words,
         required=True,
         metavar="A,B,...",
         help="the model's joints, found by name in the data set unless indices are given",
     )
     parser.add_argument(
-        "--kp", type=_numbers, required=True, help="N·m/rad, one number or one for each joint: 1,2"
+        "--kp", type=numbers, required=True, help="N·m/rad, one number or one for each joint: 1,2"
     )
-    parser.add_argument("--kd", type=_numbers, required=True, help="N·m·s/rad, likewise")
+    parser.add_argument("--kd", type=numbers, required=True, help="N·m·s/rad, likewise")
     parser.add_argument("--control-rate-hz", type=float, required=True)
     parser.add_argument(
         "--gravity-compensation",
@@ -44,9 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--degrees", action="store_true", help="positions and velocities are in degrees"
     )
-    parser.add_argument("--action-indices", type=_integers, metavar="I,J,...")
-    parser.add_argument("--state-indices", type=_integers, metavar="I,J,...")
-    parser.add_argument("--episodes", type=_integers, metavar="I,J,...", help="all unless given")
+    parser.add_argument("--action-indices", type=integers, metavar="I,J,...")
+    parser.add_argument("--state-indices", type=integers, metavar="I,J,...")
+    parser.add_argument("--episodes", type=integers, metavar="I,J,...", help="all unless given")
     parser.add_argument("--notes", default="", help="kept with every recording")
     parser.add_argument("--format", choices=("csv", "parquet"), default="csv")
     add_extensions(parser)
@@ -85,20 +88,3 @@ def run(arguments: argparse.Namespace) -> None:
         episodes=arguments.episodes,
     )
     write_recordings(recordings, arguments, [arguments.dataset])
-
-
-def _words(text: str) -> list[str]:
-    return [word.strip() for word in text.split(",")]
-
-
-def _integers(text: str) -> list[int]:
-    return [int(word) for word in text.split(",")]
-
-
-def _numbers(text: str) -> float | list[float]:
-    numbers = [float(word) for word in text.split(",")]
-    return numbers if len(numbers) > 1 else numbers[0]
-
-
-# what argparse calls them where they are wrong
-_integers.__name__, _numbers.__name__ = "whole numbers", "numbers"

@@ -7,12 +7,16 @@ from collections.abc import Sequence
 
 from t2l.cli import (
     adopt,
+    check,
     compare,
     diagnose,
     effects,
     explain,
+    export,
+    gains,
     import_csv,
     import_lerobot,
+    import_rosbag,
     record,
 )
 from t2l.cli.extras import extra_of
@@ -25,9 +29,13 @@ COMMANDS = {
     "adopt": adopt,
     "explain": explain,
     "effects": effects,
+    "gains": gains,
+    "check": check,
+    "export": export,
     "record": record,
     "import-csv": import_csv,
     "import-lerobot": import_lerobot,
+    "import-rosbag": import_rosbag,
 }
 
 

@@ -18,6 +18,10 @@ class Armature(Effect):
     source = "MuJoCo, XML reference, joint/armature"
     follows = "acceleration"
 
+    def export(self, to, joints, values):
+        for joint, inertia in zip(to.each(joints), values["inertia"], strict=True):
+            joint.armature = max(joint.armature + inertia, 0.0)
+
     def install(self, loop, rows, joints, values):
         loop.inertia_changed = True
         field, dofs = loop.batch.expand("dof_armature"), loop.dofs[joints]

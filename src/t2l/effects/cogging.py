@@ -28,6 +28,9 @@ class Cogging(Effect):
     source = "MuJoCo, DC motor technical note, section 1.2"
     follows = "position"
 
+    def export(self, to, joints, values):
+        to.call(self.name, ripple_over_angle, joints, values)
+
     def install(self, loop, rows, joints, values):
         at = rows, loop.columns(joints)
 
@@ -59,3 +62,9 @@ def _ripple(q: np.ndarray, torque: np.ndarray, periods: float) -> tuple[float, n
     parts = np.stack([np.sin(periods * q), np.cos(periods * q), np.ones_like(q)], axis=1)
     weights = np.linalg.lstsq(parts, torque, rcond=1e-6)[0]
     return float(np.mean((torque - parts @ weights) ** 2)), weights[:2]
+
+
+def ripple_over_angle(robot, joints, values):
+    """Add A sin(N q + φ)."""
+    angle = values["periods"] * robot.angle[joints] + values["phase"]
+    robot.torque[joints] += values["amplitude"] * np.sin(angle)

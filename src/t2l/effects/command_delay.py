@@ -19,6 +19,9 @@ class CommandDelay(Effect):
     source = "q_des(t − d), interpolated between two ticks of the loop"
     follows = "command velocity"
 
+    def export(self, to, joints, values):
+        to.delay_s[joints] += values["delay"]
+
     def install(self, loop, rows, joints, values):
         delayed, at = DelayLine(values["delay"] / loop.period_s), (rows, loop.columns(joints))
 

@@ -22,6 +22,9 @@ class CommandFilter(Effect):
     follows = "command velocity"
     order = 10
 
+    def export(self, to, joints, values):
+        to.lowpass_s[joints] += 1 / (2 * np.pi * values["cutoff"])
+
     def install(self, loop, rows, joints, values):
         keep = np.exp(-2 * np.pi * values["cutoff"] * loop.period_s)
         state, at = {}, (rows, loop.columns(joints))

@@ -19,6 +19,10 @@ class ControllerGains(Effect):
     source = "τ = a Kp (q_des − q) − b Kd q̇"
     follows = "torque"
 
+    def export(self, to, joints, values):
+        to.kp[joints] *= values["kp_factor"]
+        to.kd[joints] *= values["kd_factor"]
+
     def install(self, loop, rows, joints, values):
         loop.kp[rows, joints] *= values["kp_factor"]
         loop.kd[rows, joints] *= values["kd_factor"]

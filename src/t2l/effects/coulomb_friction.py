@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import Exported
 from t2l.sim.servo import ServoLoop
 
 HOLDS = 0.9999  # constraint impedance; MuJoCo's default of 0.9 lets a joint at rest creep
@@ -20,6 +21,9 @@ class CoulombFriction(Effect):
     signature = "the error follows the direction of motion and jumps at reversals"
     source = "MuJoCo, XML reference, joint/frictionloss"
     follows = "direction"
+
+    def export(self, to, joints, values):
+        export_friction(to, joints, values["torque"])
 
     def install(self, loop, rows, joints, values):
         field, dofs = loop.batch.expand("dof_frictionloss"), loop.dofs[joints]
@@ -50,3 +54,17 @@ def hold_at_rest(loop: ServoLoop, rows: slice, joints: np.ndarray, added: np.nda
     stiffest = 2 * batch.model.opt.timestep
     time = np.maximum(batch.model.dof_solref[dofs, 0], stiffest)
     reference[rows, dofs, 0] = time ** (1 - part) * stiffest**part
+
+
+def export_friction(to: Exported, joints: np.ndarray, added: np.ndarray) -> None:
+    """Write dry friction that holds at rest as `hold_at_rest` does."""
+    for joint, torque in zip(to.each(joints), added, strict=True):
+        own, more = joint.frictionloss, max(torque, 0.0)
+        part = more / (own + more + 1e-12) if own > 0 else 1.0
+        for end in (0, 1):
+            soft = 1 - joint.solimp_friction[end]
+            joint.solimp_friction[end] = 1 - soft ** (1 - part) * (1 - HOLDS) ** part
+        stiffest = 2 * to.period_s
+        time = max(joint.solref_friction[0], stiffest)
+        joint.solref_friction[0] = time ** (1 - part) * stiffest**part
+        joint.frictionloss = max(own + torque, 0.0)

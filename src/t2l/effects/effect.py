@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from t2l.effects.exported import Exported
 from t2l.sim.servo import ServoLoop
 
 Values = Mapping[str, np.ndarray]
@@ -103,6 +104,15 @@ class Effect(ABC):
     def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
         """Add to the plant's MjSpec what the effect on `joints` needs; by default nothing."""
         return
+
+    def export(self, to: Exported, joints: np.ndarray, values: Values) -> None:
+        """Write the effect into plain MJCF, and a callback where MuJoCo has no element for it.
+
+        Args:
+            joints: (k,) indices into `to.joints`.
+            values: for each parameter (k,), or one number if it is not per joint.
+        """
+        to.cannot_carry(self.name, "the effect does not say how it is exported")
 
     @abstractmethod
     def install(self, loop: ServoLoop, rows: slice, joints: np.ndarray, values: Values) -> None:

@@ -17,6 +17,14 @@ class EncoderOffset(Effect):
     follows = "gravity"
     coupled = True  # the links beyond hang elsewhere
 
+    def export(self, to, joints, values):
+        to.encoder_offset[joints] += values["offset"]
+        # ref is the position that the encoder tells where the MJCF's pose is
+        for joint, offset in zip(to.each(joints), values["offset"], strict=True):
+            joint.ref += offset
+            joint.springref += offset
+            joint.range = np.asarray(joint.range) + offset
+
     def install(self, loop, rows, joints, values):
         loop.encoder_offset[rows, joints] += values["offset"]
 

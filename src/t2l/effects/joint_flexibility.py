@@ -30,6 +30,18 @@ class JointFlexibility(Effect):
         for name in joints:
             two_mass.add_joint(spec, name, "flexibility")
 
+    def export(self, to, joints, values):
+        if to.gravity_compensation or values["encoder_on_link"] > 0.5:
+            to.cannot_carry(
+                self.name,
+                "MuJoCo compensates gravity at the spring too, or reads the encoder at the motor",
+            )
+            return
+        self.extend(to.spec, tuple(to.joints[j] for j in joints))
+        for i, j in enumerate(joints):
+            spring = to.spec.joint(f"{to.joints[j]}/flexibility")
+            spring.stiffness[0], spring.damping[0] = values["stiffness"][i], values["damping"][i]
+
     def install(self, loop, rows, joints, values):
         qpos, dofs = two_mass.addresses(loop, joints, "flexibility")
         stiffness = values["stiffness"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.coulomb_friction import hold_at_rest
+from t2l.effects.coulomb_friction import export_friction, hold_at_rest
 from t2l.effects.effect import Effect, Parameter
 
 
@@ -19,6 +19,12 @@ class LoadDependentFriction(Effect):
     signature = "the error follows the direction of motion and grows with the torque transmitted"
     source = "Duclusaud et al., Extended friction models for servo actuators, 2024, models M3, M5"
     follows = "load"
+
+    def export(self, to, joints, values):
+        export_friction(to, joints, values["motor"] + values["load"])
+        for joint, added in zip(to.each(joints), values["motor"] + values["load"], strict=True):
+            joint.frictionloss -= added
+        to.call(self.name, teeth_under_load, joints, values)
 
     def install(self, loop, rows, joints, values):
         hold_at_rest(loop, rows, joints, values["motor"] + values["load"])  # at 1 N·m
@@ -37,3 +43,9 @@ class LoadDependentFriction(Effect):
             {"motor": motor * one, "load": load * one}
             for motor, load in ((0.03, 0.0), (0.015, 0.015), (0.2, 0.0), (0.1, 0.1))
         ]
+
+
+def teeth_under_load(robot, joints, values):
+    """Add friction in proportion to the torque that the gears transmit."""
+    torque = values["motor"] * robot.motor[joints] + values["load"] * robot.load[joints]
+    robot.friction[joints] += np.abs(torque)

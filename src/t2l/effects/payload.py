@@ -42,6 +42,12 @@ class Payload(Effect):
             name=BODY, pos=position, mass=1e-6, inertia=(1e-9,) * 3, explicitinertial=True
         )
 
+    def export(self, to, joints, values):
+        self.extend(to.spec, to.joints)
+        body = to.spec.body(BODY)
+        body.mass = max(values["mass"], 1e-6)
+        body.ipos = [values[f"com_{axis}"] for axis in "xyz"]
+
     def install(self, loop, rows, joints, values):
         loop.inertia_changed = True
         body = loop.batch.model.body(BODY).id

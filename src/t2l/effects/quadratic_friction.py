@@ -14,6 +14,10 @@ class QuadraticFriction(Effect):
     source = "MuJoCo, XML reference, joint/damping, second coefficient"
     follows = "velocity squared"
 
+    def export(self, to, joints, values):
+        for joint, coefficient in zip(to.each(joints), values["coefficient"], strict=True):
+            joint.damping[1] += coefficient
+
     def install(self, loop, rows, joints, values):
         loop.batch.expand("dof_dampingpoly")[rows, loop.dofs[joints], 0] += values["coefficient"]
 

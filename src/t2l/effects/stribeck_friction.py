@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.coulomb_friction import hold_at_rest
+from t2l.effects.coulomb_friction import export_friction, hold_at_rest
 from t2l.effects.effect import Effect, Parameter
 
 
@@ -21,6 +21,12 @@ class StribeckFriction(Effect):
     source = "Canudas de Wit et al., A new model for control of systems with friction, 1995, eq. 4"
     contains = ("coulomb_friction",)
     follows = "direction"
+
+    def export(self, to, joints, values):
+        export_friction(to, joints, values["coulomb"] + values["extra_at_rest"])
+        for joint, extra in zip(to.each(joints), values["extra_at_rest"], strict=True):
+            joint.frictionloss -= extra
+        to.call(self.name, fade_with_velocity, joints, values)
 
     def install(self, loop, rows, joints, values):
         hold_at_rest(loop, rows, joints, values["coulomb"] + values["extra_at_rest"])
@@ -45,3 +51,9 @@ class StribeckFriction(Effect):
                 (0.5, 0.5, 0.1),
             )
         ]  # fmt: skip
+
+
+def fade_with_velocity(robot, joints, values):
+    """Add what breakaway has beyond friction in motion."""
+    speed = robot.dq[joints] / values["velocity"]
+    robot.friction[joints] += values["extra_at_rest"] * np.exp(-(speed**2))

@@ -21,6 +21,13 @@ class TorqueConstant(Effect):
     follows = "torque"
     order = 40
 
+    def export(self, to, joints, values):
+        to.kp[joints] *= values["factor"]
+        to.kd[joints] *= values["factor"]
+        to.limit[joints] *= values["factor"]
+        if to.gravity_compensation:
+            to.call(self.name, scale_gravity_compensation, joints, values)
+
     def install(self, loop, rows, joints, values):
         at = rows, loop.columns(joints)
 
@@ -32,3 +39,8 @@ class TorqueConstant(Effect):
     def starts(self, scales):
         one = np.ones_like(scales.torque)
         return [{"factor": factor * one} for factor in (0.95, 0.8, 0.6, 1.1, 1.3)]
+
+
+def scale_gravity_compensation(robot, joints, values):
+    """Let the motor deliver its fraction of gravity's torque too."""
+    robot.torque[joints] += (values["factor"] - 1) * robot.gravity[joints]

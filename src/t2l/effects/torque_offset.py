@@ -14,6 +14,9 @@ class TorqueOffset(Effect):
     source = "Newton; Gaz et al., Dynamic identification of the Franka Emika Panda, 2019"
     follows = "constant"
 
+    def export(self, to, joints, values):
+        to.constant[joints] += values["torque"]
+
     def install(self, loop, rows, joints, values):
         at = rows, loop.columns(joints)
 

@@ -19,6 +19,9 @@ class TorqueSaturation(Effect):
     follows = "torque"
     order = 20
 
+    def export(self, to, joints, values):
+        to.limit[joints] = np.minimum(to.limit[joints], values["limit"])
+
     def install(self, loop, rows, joints, values):
         at = rows, loop.columns(joints)
 

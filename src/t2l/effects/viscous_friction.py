@@ -16,6 +16,10 @@ class ViscousFriction(Effect):
     source = "MuJoCo, XML reference, joint/damping"
     follows = "velocity"
 
+    def export(self, to, joints, values):
+        for joint, damping in zip(to.each(joints), values["damping"], strict=True):
+            joint.damping[0] = max(joint.damping[0] + damping, 0.0)
+
     def install(self, loop, rows, joints, values):
         field, dofs = loop.batch.expand("dof_damping"), loop.dofs[joints]
         field[rows, dofs] = np.maximum(field[rows, dofs] + values["damping"], 0.0)

@@ -39,7 +39,9 @@ Rate = Annotated[Number, Field(gt=0, le=LARGEST_RATE_HZ, description="a number a
 class Metadata(Typed):
     """What a recording's YAML holds."""
 
-    robot: Annotated[str, Field(min_length=1, description="a name, or the path of an MJCF file")]
+    robot: Annotated[
+        str, Field(min_length=1, description="a name, or the path of an MJCF or URDF file")
+    ]
     joints: Annotated[
         tuple[Annotated[str, Field(min_length=1)], ...],
         BeforeValidator(_joint_names),
@@ -124,7 +126,7 @@ def _robot(value: str, path: Path) -> str:
     if model.is_file():
         return str(model)
     found = f"{describe(value)}{suggestion(value, names)}"
-    if value.endswith((".xml", ".mjcf")):
+    if value.endswith((".xml", ".mjcf", ".urdf")):
         found = f"{describe(value)}, but there is no file {model}"
-    allowed = f"{', '.join(names)}, or the path of an MJCF file, relative to this YAML"
+    allowed = f"{', '.join(names)}, or the path of an MJCF or URDF file, relative to this YAML"
     raise RecordingError(path, "key robot", found, allowed)

@@ -1,4 +1,4 @@
-"""Any robot that MuJoCo can load, reduced to the joints that a recording drives."""
+"""Any robot that MuJoCo can load, MJCF or URDF, reduced to the joints that a recording drives."""
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ from t2l.robots.robot import Robot
 
 
 def mjcf_path(robot: str) -> Path:
-    """The MJCF file of a known robot's name, or of a path.
+    """The MJCF file of a known robot's name, or the MJCF or URDF file of a path.
 
     Raises:
         ConfigurationError: neither a known name nor a file, or one that is not installed.
@@ -24,7 +24,8 @@ def mjcf_path(robot: str) -> Path:
     path = Path(robot)
     if not path.is_file():
         raise ConfigurationError(
-            f"robot: {robot!r} is neither a known name ({', '.join(names)}) nor an MJCF file"
+            f"robot: {robot!r} is neither a known name ({', '.join(names)}) nor an MJCF or "
+            "URDF file"
         )
     return path
 
@@ -114,14 +115,17 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
     serves to draw is not.
 
     Args:
-        robot: a known name or the path of an MJCF file.
+        robot: a known name or the path of an MJCF or URDF file. Of a URDF, MuJoCo takes effort
+            limits, damping and friction of joints; meshes are not needed.
 
     Raises:
-        ConfigurationError: no such robot, not MJCF, an unknown joint, or one that is neither a
-            hinge nor a slide.
+        ConfigurationError: no such robot, neither MJCF nor URDF, an unknown joint, one that is
+            neither a hinge nor a slide, or a link of a URDF without mass.
     """
     path = mjcf_path(robot)
     spec = _read(path)
+    if _root(path) == "robot":
+        _check_inertials(spec, path)
     allowed = [joint.name for joint in scalar_joints(robot)]
     for name in joints:
         if name not in allowed:
@@ -208,7 +212,32 @@ def _read(path: Path) -> mujoco.MjSpec:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         reason = " ".join(str(error).split())
+        if _root(path) == "robot" and b"xacro" in path.read_bytes():
+            reason = f"it is a xacro; allowed: what `xacro {path.name}` makes of it"
         raise ConfigurationError(f"{path}: MuJoCo cannot read it: {reason}") from None
+
+
+def _root(path: Path) -> str:
+    """The tag of an XML file: `mujoco` of an MJCF, `robot` of a URDF; "" if it is no XML."""
+    try:
+        return next(ElementTree.iterparse(path, events=("start",)))[1].tag
+    except (ElementTree.ParseError, OSError, ValueError, StopIteration):
+        return ""
+
+
+def _check_inertials(spec: mujoco.MjSpec, path: Path) -> None:
+    """Find a moving link of a URDF whose mass only a mesh could give.
+
+    Raises:
+        ConfigurationError: such a link.
+    """
+    for body in spec.bodies:
+        shapes = [geom.type != mujoco.mjtGeom.mjGEOM_MESH for geom in body.geoms]
+        if list(body.joints) and not body.explicitinertial and not all(shapes):
+            raise ConfigurationError(
+                f"{path}: link {body.name}: found no <inertial>; allowed: an <inertial> with mass "
+                "and inertia for every link that moves"
+            )
 
 
 def _keep_force_limit(spec: mujoco.MjSpec, actuator: mujoco.MjsActuator) -> None:

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 # by kind, below results/STUDY; the first that matches a path is its kind
 PATTERNS = {
     "training": "sim_to_real/{condition}/{cell}/seed{seed}/training.parquet",
-    "training_again": "sim_to_real/{condition}/{cell}/seed_{seed}.parquet",
     "trials": "sim_to_real/{condition}/{cell}/trials.parquet",
     "transfer": "sim_to_real/{condition}/rollouts.parquet",
     "policies": "sim_to_real/{condition}/cells.parquet",
@@ -25,7 +24,6 @@ PATTERNS = {
     "noise": "{task}/noise/{cell}/noisy_replays.parquet",
     "fidelity": "{task}/fidelity/{cell}.parquet",
     "cloning": "{task}/{variant}/cells.parquet",
-    "cloning_nominal": "{task}/cells.parquet",
 }
 _REGEX = {
     kind: re.compile(re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>[^/]+)", re.escape(pattern)))
@@ -56,11 +54,7 @@ def source_of(path: Path | str) -> Source | None:
     below = "/".join(parts[at + 2 :])
     for kind, regex in _REGEX.items():
         if match := regex.fullmatch(below):
-            fields = match.groupdict()
-            if kind == "cloning_nominal":
-                kind, fields = "cloning", fields | {"variant": "nominal"}
-            kind = "training" if kind == "training_again" else kind
-            return Source(Path(path), parts[at + 1], kind, tuple(sorted(fields.items())))
+            return Source(Path(path), parts[at + 1], kind, tuple(sorted(match.groupdict().items())))
     return None
 
 

@@ -207,9 +207,6 @@ def printable_transfer(table: pd.DataFrame) -> pd.DataFrame:
                 estimate(*row) for row in zip(table.beta_kd, table.beta_kd_se, strict=True)
             ],
             "p (rollouts)": [p_value(p) for p in table.p_rollouts],
-            "Cells": [
-                f"{so} + {rest}" for so, rest in zip(table.cells_so, table.cells_rest, strict=True)
-            ],
             "p (cells)": [p_over_cells(p) for p in table.p_cells],
         }
     )

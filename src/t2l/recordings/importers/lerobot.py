@@ -7,29 +7,23 @@ at its frame.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
-from pydantic import BaseModel, Field, ValidationError, field_validator
 
-from t2l.documents import read_json
 from t2l.errors import RecordingError
 from t2l.recordings.checks import COMMANDED, check_samples
-from t2l.recordings.metadata import LARGEST_RATE_HZ, check_metadata
+from t2l.recordings.importers.lerobot_dataset import (
+    ACTION,
+    STATE,
+    chosen,
+    find,
+    names_of,
+    read_episodes,
+    read_info,
+)
+from t2l.recordings.metadata import check_metadata
 from t2l.recordings.recording import Recording
-from t2l.typed import describe
-
-ACTION, STATE = "action", "observation.state"
-
-# how data sets name the part of a feature that holds a joint's quantity
-NAMES = {
-    COMMANDED: ("{}", "{}.pos", "q_des.{}"),
-    "q": ("{}", "{}.pos", "q.{}"),
-    "dq": ("{}.vel", "dq.{}"),
-    "tau": ("{}.effort", "{}.torque", "tau.{}"),
-}
 
 
 def read_lerobot(
@@ -56,14 +50,14 @@ def read_lerobot(
             no recording.
     """
     folder = Path(folder)
-    info = _read_info(folder)
+    info = read_info(folder)
     values = {"command_rate_hz": info.fps, **controller}
     metadata = check_metadata(values, folder)
     joints = metadata["joints"]
-    where = _find(folder, info.features, joints, action_indices, state_indices)
-    parts = _read_episodes(folder, info)
+    where = find(folder, info.features, joints, action_indices, state_indices)
+    parts = read_episodes(folder, info)
     recordings = []
-    for episode in _chosen(folder, sorted(parts), episodes):
+    for episode in chosen(folder, sorted(parts), episodes):
         frame, feature = parts[episode]
         factor = np.pi / 180 if degrees else 1.0
         signals = {
@@ -87,186 +81,38 @@ def read_lerobot(
     return recordings
 
 
-class Feature(BaseModel):
-    """A feature of a data set; what else it says is not needed."""
+def read_lerobot_positions(
+    folder: Path | str,
+    joints: Sequence[str] | None = None,
+    episodes: Sequence[int] | None = None,
+) -> tuple[tuple[str, ...], list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
+    """Commanded and measured positions of a data set, whatever its controller and units were.
 
-    shape: tuple[Annotated[int, Field(ge=1, le=100_000)], ...]
-    names: Any = None
+    Args:
+        joints: names in `action` and `observation.state`; by default all that are in both.
 
+    Returns:
+        The joints, and of each episode times (n,) s, commands and positions (n, njoint).
 
-class Info(BaseModel):
-    """What `meta/info.json` must say."""
-
-    codebase_version: str
-    fps: Annotated[float, Field(gt=0, le=LARGEST_RATE_HZ)]
-    total_frames: int | None = None
-    features: dict[str, Any]
-
-    @field_validator("features")
-    @classmethod
-    def _positions(cls, features: dict[str, Any]) -> dict[str, Any]:
-        return {
-            key: Feature.model_validate(value) if key in (ACTION, STATE) else value
-            for key, value in features.items()
-        }
-
-
-def _read_info(folder: Path) -> Info:
-    path = folder / "meta" / "info.json"
-    content = read_json(path, "a LeRobot data set's meta/info.json")
-    try:
-        found = Info.model_validate(content)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = ".".join(map(str, first["loc"])) or "the file"
-        where = f"key {key}" if first["loc"] else key
-        shown = "nothing" if first["type"] == "missing" else describe(first["input"])
-        allowed = f"what a LeRobot data set has there ({first['msg']})"
-        raise RecordingError(path, where, shown, allowed) from None
-    if not found.codebase_version.startswith("v3"):
-        raise RecordingError(
-            path,
-            "key codebase_version",
-            describe(found.codebase_version),
-            "v3.0; lerobot converts older data sets",
-        )
-    for key in (ACTION, STATE):
-        if key not in found.features:
-            raise RecordingError(
-                path,
-                f"key features.{key}",
-                "nothing",
-                f"{ACTION} and {STATE}, with joint positions",
-            )
-        if len(found.features[key].shape) != 1:
-            shape = describe(found.features[key].shape)
-            raise RecordingError(path, f"key features.{key}.shape", shape, "one number")
-    return found
-
-
-def _find(
-    folder: Path,
-    features: Mapping[str, Any],
-    joints: Sequence[str],
-    action_indices: Sequence[int] | None,
-    state_indices: Sequence[int] | None,
-) -> dict[str, tuple[str, list[int]]]:
-    """For every quantity that is there, the feature that holds it and the joints' places in it."""
-    found = {}
-    for kind, key, given in (
-        (COMMANDED, ACTION, action_indices),
-        ("q", STATE, state_indices),
-        ("dq", STATE, None),
-        ("tau", STATE, None),
-    ):
-        (size,) = features[key].shape
-        names = _names(features[key].names)
-        where = folder / "meta" / "info.json"
-        if given is not None:
-            if len(given) != len(joints) or not all(0 <= i < size for i in given):
-                raise RecordingError(
-                    where,
-                    f"indices into {key}",
-                    f"{list(given)}",
-                    f"{len(joints)}, one for each joint, from 0 to {size - 1}",
-                )
-            found[kind] = (key, list(given))
-            continue
-        indices = [_index(names, NAMES[kind], joint) for joint in joints]
-        if None not in indices:
-            found[kind] = (key, indices)
-        elif kind in (COMMANDED, "q"):
-            joint = joints[indices.index(None)]
-            listed = ", ".join(map(str, names)) or f"{size} numbers without names"
-            raise RecordingError(
-                where,
-                f"key features.{key}",
-                listed,
-                f"{joint} among the names, or the joints' indices given explicitly",
-            )
-    return found
-
-
-def _names(names: Any) -> list[str]:
-    # some data sets group their names: {motors: [...]}
-    groups = list(names.values()) if isinstance(names, Mapping) else [names]
-    return [str(n) for group in groups if isinstance(group, list) for n in group]
-
-
-def _index(names: Sequence[str], patterns: Sequence[str], joint: str) -> int | None:
-    for pattern in patterns:
-        if pattern.format(joint) in names:
-            return list(names).index(pattern.format(joint))
-    return None
-
-
-def _read_episodes(folder: Path, info: Info) -> dict[int, tuple[np.ndarray, dict[str, np.ndarray]]]:
-    """By episode: frame numbers (n,), and each feature (n, size)."""
-    where = folder / "data"
-    columns = [ACTION, STATE, "episode_index", "frame_index"]
-    try:
-        files = sorted(where.glob("*/*.parquet"))
-        table = pa.concat_tables(pq.read_table(file, columns=columns) for file in files)
-        missing = [name for name in columns if name not in table.column_names]
-        if missing:
-            raise RecordingError(where, f"column {missing[0]}", "nothing", ", ".join(columns))
-        numbers = {name: _numbers(table[name], name, where) for name in columns[2:]}
-        features = {
-            key: _matrix(table[key], info.features[key].shape[0], key, where)
-            for key in (ACTION, STATE)
-        }
-    # ValueError: no file at all
-    except (pa.ArrowException, OSError, ValueError) as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise RecordingError(
-            where, "the files", f"what cannot be read ({reason})", "Parquet files"
-        ) from None
-    total = len(table) if info.total_frames is None else info.total_frames
-    if len(table) != total or total == 0:
-        raise RecordingError(
-            where, "the files", f"{len(table)} frames", f"the {total} of meta/info.json"
-        )
-    parts = {}
-    episode_index, frame_index = numbers["episode_index"], numbers["frame_index"]
-    for episode in np.unique(episode_index):
-        rows = np.flatnonzero(episode_index == episode)
-        rows = rows[np.argsort(frame_index[rows], kind="stable")]
-        values = {key: value[rows] for key, value in features.items()}
-        parts[int(episode)] = (frame_index[rows].astype(float), values)
-    return parts
-
-
-def _numbers(column: pa.ChunkedArray, name: str, where: Path) -> np.ndarray:
-    """Whole numbers (n,)."""
-    if not pa.types.is_integer(column.type) or column.null_count:
-        found = f"{column.type} cells" + (", some empty" if column.null_count else "")
-        raise RecordingError(where, f"column {name}", found, "whole numbers")
-    return column.combine_chunks().to_numpy(zero_copy_only=False)
-
-
-def _matrix(column: pa.ChunkedArray, size: int, name: str, where: Path) -> np.ndarray:
-    """Numbers (n, size)."""
-    array = column.combine_chunks()
-    if isinstance(array, pa.ChunkedArray):
-        array = pa.concat_arrays(array.chunks)
-    rows = len(array)
-    listed = isinstance(array, pa.ListArray | pa.LargeListArray | pa.FixedSizeListArray)
-    flat = array.flatten() if listed else array
-    number = pa.types.is_floating(flat.type) or pa.types.is_integer(flat.type)
-    if not number or array.null_count or len(flat) != rows * size:
-        found = f"{array.type} cells" + (", some empty" if array.null_count else "")
-        if number and not array.null_count:
-            found = f"{len(flat)} numbers in {rows} rows"
-        raise RecordingError(where, f"column {name}", found, f"{size} numbers in each row")
-    return flat.to_numpy(zero_copy_only=False).astype(float).reshape(-1, size)
-
-
-def _chosen(folder: Path, there: Sequence[int], wanted: Sequence[int] | None) -> Sequence[int]:
-    if wanted is None:
-        return there
-    for episode in wanted:
-        if episode not in there:
-            raise RecordingError(
-                folder, f"episode {episode}", "nothing", f"{there[0]} to {there[-1]}"
-            )
-    return wanted
+    Raises:
+        RecordingError: the data set cannot be read, or joints or episodes are not in it.
+    """
+    folder = Path(folder)
+    info = read_info(folder)
+    actions, states = (names_of(info.features[key].names) for key in (ACTION, STATE))
+    if joints is None:
+        joints = [name for name in actions if name in states]
+        if not joints:
+            path = folder / "meta" / "info.json"
+            listed = f"{', '.join(actions) or 'none'} and {', '.join(states) or 'none'}"
+            allowed = f"joints of the same names in {ACTION} and {STATE}"
+            raise RecordingError(path, "names of features", listed, allowed)
+    where = find(folder, info.features, joints, None, None)
+    parts = read_episodes(folder, info)
+    rows = []
+    for episode in chosen(folder, sorted(parts), episodes):
+        frame, feature = parts[episode]
+        command, q = (feature[key][:, at] for key, at in (where[COMMANDED], where["q"]))
+        order = np.isfinite(command).all(axis=1)
+        rows.append((frame[order] / info.fps, command[order], q[order]))
+    return tuple(joints), rows
