@@ -42,6 +42,7 @@ rule all:
     default_target: True
     input:
         FIGURES,
+        REGIONS,
         NOISE_FIGURES,
         TRANSFER_FIGURES,
         OVERVIEW_FIGURES,
@@ -61,6 +62,7 @@ rule all:
 rule figures:
     input:
         FIGURES,
+        REGIONS,
         NOISE_FIGURES,
         TRANSFER_FIGURES,
         OVERVIEW_FIGURES,

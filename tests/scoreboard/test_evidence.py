@@ -13,10 +13,8 @@ CELLS = pd.DataFrame({"kp": [1.0], "kd": [2.0], "success": [0.5]})
     ("path", "kind", "fields"),
     [
         ("block_stack/chunk_1/cells.parquet", "cloning", {"variant": "chunk_1"}),
-        ("block_stack/cells.parquet", "cloning", {"task": "block_stack", "variant": "nominal"}),
         ("sim_to_real/joint_reach/cells.parquet", "policies", {"condition": "joint_reach"}),
         ("sim_to_real/joint_reach/rollouts.parquet", "transfer", {"condition": "joint_reach"}),
-        ("sim_to_real/a/kp16_kd2/seed_3.parquet", "training", {"seed": "3"}),
         ("sim_to_real/a/kp16_kd2/seed3/training.parquet", "training", {"seed": "3"}),
         ("tables/transfer_decision_joint_reach.csv", "decision", {"condition": "joint_reach"}),
         ("block_stack/noise/kp16_kd2/noisy_replays.parquet", "noise", {"cell": "kp16_kd2"}),
@@ -37,7 +35,7 @@ def test_other_files_are_no_evidence(path):
 
 def test_tables_are_found_and_the_first_study_counts(tmp_path):
     for study, success in (("mine", 0.1), ("other", 0.9)):
-        folder = tmp_path / "results" / study / "block_stack"
+        folder = tmp_path / "results" / study / "block_stack" / "nominal"
         folder.mkdir(parents=True)
         write_table(CELLS.assign(success=success), folder / "cells.parquet")
     (tmp_path / "results/other/block_stack/chunk_1").mkdir()
@@ -53,7 +51,7 @@ def test_tables_are_found_and_the_first_study_counts(tmp_path):
 
 
 def test_what_is_absent_is_named():
-    source = source_of(Path("results/mine/block_stack/cells.parquet"))
+    source = source_of(Path("results/mine/block_stack/nominal/cells.parquet"))
     evidence = Evidence([(source, CELLS)])
     with pytest.raises(AbsentError, match="no table of joint_reach transfer"):
         evidence.table("transfer", ("kp",), condition="joint_reach")

@@ -89,6 +89,13 @@ def of_policy(artefact: str) -> str:
     return of_condition(f"seed{{seed}}/{artefact}")
 
 
+def shared_actuators(wildcards) -> dict:
+    """What a cell's simulator takes from the fit to all cells, where there is one."""
+    if IDENTIFICATION["gains"] == "free":
+        return {}
+    return dict(rules.identify_actuators.output.items())
+
+
 def captioned(path: str, caption: str, category: str = "Behaviour cloning"):
     """An output that `snakemake --report` shows with a caption, its path relative to the rules."""
     # str: the flag must not stick to a path that other rules use as input

@@ -10,13 +10,6 @@ SHOWN_CELLS = [
 ]
 
 
-def shared_actuators(wildcards) -> dict:
-    """What a cell's simulator takes from the fit to all cells, where there is one."""
-    if IDENTIFICATION["gains"] == "free":
-        return {}
-    return dict(rules.identify_actuators.output.items())
-
-
 rule record_motion:
     input:
         lambda wildcards: recorded_files(ROBOT, wildcards.cell),

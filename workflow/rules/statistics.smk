@@ -1,6 +1,10 @@
 """From cells to one table per task, and to the study's table."""
 
-TABLES = multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex")
+REGIONS = [
+    *multiext(result("tables", "regions"), ".csv", ".md", ".tex"),
+    *expand(result("figures", "regions.{suffix}"), suffix=FORMATS),
+]
+TABLES = [*multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex"), *REGIONS[:3]]
 
 
 rule summarise:
@@ -60,3 +64,32 @@ rule statistics:
         "../envs/t2l.yaml"
     script:
         "../scripts/behaviour_cloning_table.py"
+
+
+rule regions:
+    input:
+        expand(
+            result("{task}", "{variant}", "cells.parquet"), task=TASKS, variant=VARIANTS
+        ),
+    output:
+        table=study_table("regions"),
+        figure=study_figure("regions"),
+    params:
+        version=VERSION,
+        # with several tasks a variant's name alone says too little
+        names=[
+            variant if len(TASKS) == 1 else f"{task} {variant}"
+            for task in TASKS
+            for variant in VARIANTS
+        ],
+        grid=STUDY.sections["grid"],
+    log:
+        result("logs", "regions.log"),
+    benchmark:
+        result("benchmarks", "regions.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/regions.py"

@@ -14,7 +14,7 @@ from t2l.typed import Invalid, Problem, check
 NOMINAL = "nominal"
 SECTIONS = tuple(Variant.model_fields)
 # names of folders beside those of variants
-TAKEN = (NOMINAL, "demonstrations", "fidelity")
+TAKEN = (NOMINAL, "demonstrations", "fidelity", "noise")
 
 
 def configurations(
