@@ -43,7 +43,8 @@ def loop(model, gains=GAINS, ticks=300, substeps=1, period_s=PERIOD_S, command=N
         kd=gains[:, 1:],
         start_q=np.full((n, 1), 0.3),
         start_dq=np.full((n, 1), 0.5),
-        gravity_compensation=np.zeros(n, bool),
+        compensated=np.zeros(n, bool),
+        balanced=np.zeros(n, bool),
         sample_ticks=np.arange(ticks + 1),
         coarseness=coarseness,
     )

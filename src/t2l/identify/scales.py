@@ -21,7 +21,7 @@ def scales(predictor: Predictor) -> Scales:
     command = samples.of([r.q_des for r in recordings])
     torque = kp[samples.recording, samples.joint] * (command - samples.q)
     torque -= kd[samples.recording, samples.joint] * velocity
-    compensated = np.array([r.gravity_compensation for r in recordings])
+    compensated = np.array([bool(r.gravity_compensation) for r in recordings])
     torque += np.where(compensated[samples.recording], gravity_torque(predictor), 0.0)
     njoint = len(predictor.joints)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from t2l.identify.initial_state import start_state
 from t2l.identify.samples import Samples
-from t2l.recordings.recording import Recording
+from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.sim.servo import Schedule
 
 
@@ -67,7 +67,8 @@ def _group(
         kd=np.array([r.kd for r in recordings]),
         start_q=np.array([q for q, _ in start]),
         start_dq=np.array([dq for _, dq in start]),
-        gravity_compensation=np.array([r.gravity_compensation for r in recordings]),
+        compensated=np.array([r.gravity_compensation is True for r in recordings]),
+        balanced=np.array([r.gravity_compensation == CONTINUOUS for r in recordings]),
         sample_ticks=sample_ticks,
         coarseness=coarseness,
     )

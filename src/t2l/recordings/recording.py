@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from t2l.gains import Cell
+
+CONTINUOUS = "continuous"
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +24,8 @@ class Recording:
         kd: N·m·s/rad, (njoint,).
         command_rate_hz: how often the commanded positions change.
         control_rate_hz: how often the controller evaluates its law.
-        gravity_compensation: whether the machine cancels gravity itself.
+        gravity_compensation: whether the machine cancels gravity itself: True if its control loop
+            does so at its ticks, `CONTINUOUS` if springs or a much faster loop do.
         time: s, (n,), strictly increasing; gaps are allowed.
         q_des: rad, (n, njoint), each row held until the next.
         q: rad, (n, njoint), NaN where not sampled.
@@ -39,7 +43,7 @@ class Recording:
     kd: np.ndarray
     command_rate_hz: float
     control_rate_hz: float
-    gravity_compensation: bool
+    gravity_compensation: bool | Literal["continuous"]
     time: np.ndarray
     q_des: np.ndarray
     q: np.ndarray

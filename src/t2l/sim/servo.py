@@ -1,6 +1,9 @@
 """Position-controlled joints as a robot runs them: torque held between the ticks of its loop.
 
-    τ_k = Kp (q_des − q_k) − Kd q̇_k + gravity compensation,   held for one period
+    τ_k = Kp (q_des − q_k) − Kd q̇_k + g(q_k),   held for one period
+
+with the gravity compensation g where the loop gives one. A machine that compensates elsewhere, by
+springs or by a much faster loop of its drives, does so continuously.
 
 The plant moves under finer or equal physics steps of dt. MuJoCo's single-step integrators evaluate
 forces at q and advance to q + dt v'. Moving the position dt/2 ahead before the steps and back
@@ -25,6 +28,7 @@ import mujoco
 import numpy as np
 
 from t2l.sim.batch import diverged, make_batch
+from t2l.sim.gravity import GravityCompensation
 
 MAX_TIMESTEP_S = 0.001
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
@@ -39,7 +43,8 @@ class Schedule:
         commands: (ntick, nrec, njoint) q_des at each tick, rad.
         kp, kd: (nrec, njoint), N·m/rad and N·m·s/rad.
         start_q, start_dq: (nrec, njoint), rad and rad/s.
-        gravity_compensation: (nrec,) bool.
+        compensated: (nrec,) bool, whether the loop compensates gravity.
+        balanced: (nrec,) bool, whether gravity is compensated continuously, elsewhere.
         sample_ticks: (nsample,) ticks at which the state is wanted, increasing.
         coarseness: periods of the real loop from tick to tick.
     """
@@ -50,7 +55,8 @@ class Schedule:
     kd: np.ndarray
     start_q: np.ndarray
     start_dq: np.ndarray
-    gravity_compensation: np.ndarray
+    compensated: np.ndarray
+    balanced: np.ndarray
     sample_ticks: np.ndarray
     coarseness: int = 1
 
@@ -72,10 +78,10 @@ class ServoLoop:
         ahead: (nsim, 1) s, how far the loop looks ahead to be no later than the real one.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
             what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
-        controller_filters: called with (tick, torque), change the controller's own torque, without
-            gravity compensation, in place.
-        motor_filters: called with (tick, torque), change the motor torque, gravity compensation
-            included, in place.
+        controller_filters: called with (tick, torque), change what the loop computes, the gravity
+            compensation that it gives included, in place.
+        motor_filters: called with (tick, torque), change the motor torque, any gravity
+            compensation included, in place.
         sensor_filters: called with (tick, q, dq), change what encoders read in place.
         joint_torques: called with (tick, q, dq, torque), add to the last in place.
         friction: called with (tick, dq, motor torque, level), add to each joint's Coulomb friction
@@ -145,7 +151,9 @@ class ServoLoop:
         """
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
-        gravity = self._gravity()
+        balance = self._balance()
+        compensated = np.tile(schedule.compensated, self.nvariant)[:, None]
+        gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
         kd = self._look_ahead()
         if self.inertia_changed:
             batch.set_const()
@@ -177,10 +185,14 @@ class ServoLoop:
             for change in self.command_filters:
                 change(tick, target)
             torque = self.kp * (target - measured) - kd * measured_dq
+            if gravity:
+                # masses are where the last step was halfway, and at the first tick where they start
+                since = self.period_s - (0.5 * dt if tick == 1 else 0.0)
+                torque += np.where(compensated, gravity(since, 0.5 * dt + self.ahead), 0.0)
             for change in self.controller_filters:
                 change(tick, torque)
-            held = gravity[:, self.dofs]
-            torque += held
+            carried = balance[:, self.dofs]
+            torque += carried
             for change in self.motor_filters:
                 change(tick, torque)
             if limited:
@@ -190,7 +202,7 @@ class ServoLoop:
                 for add in self.friction:
                     add(tick, dq, torque, level)
                 friction[:, self.dofs] = np.maximum(level, 0.0)
-            torque -= held
+            torque -= carried
             for add in self.joint_torques:
                 add(tick, q, dq, torque)
             applied[:, self.dofs] = torque
@@ -213,11 +225,12 @@ class ServoLoop:
             out_dq.reshape(order).transpose(1, 2, 0, 3),
         )
 
-    def _gravity(self) -> np.ndarray:
-        compensated = np.tile(self.schedule.gravity_compensation, self.nvariant)
-        if not compensated.all():
-            self.batch.expand("body_gravcomp")[~compensated] = 0.0
-            if not compensated.any():
+    def _balance(self) -> np.ndarray:
+        """What carries the weight continuously, (nsim, nv) N·m, kept up to date."""
+        balanced = np.tile(self.schedule.balanced, self.nvariant)
+        if not balanced.all():
+            self.batch.expand("body_gravcomp")[~balanced] = 0.0
+            if not balanced.any():
                 return np.zeros((self.batch.nsim, self.batch.model.nv))
         return self.batch.bind("qfrc_gravcomp")
 
