@@ -58,7 +58,8 @@ class Setup:
     Args:
         gains: settings (Kp, Kd), compliant to stiff, each one number or one per joint
             [N·m/rad, N·m·s/rad].
-        gravity_compensation: whether the motors also cancel the nominal model's gravity.
+        gravity_compensation: whether the motors also cancel the nominal model's gravity: True at
+            the controller's ticks, "continuous" at every physics step.
         command_rate_hz: rate of the commands.
         control_rate_hz: rate of the controller as the log tells it.
         sample_rate_hz: rate of the logged positions.
@@ -70,7 +71,7 @@ class Setup:
     """
 
     gains: tuple
-    gravity_compensation: bool
+    gravity_compensation: bool | str
     command_rate_hz: float = 50
     control_rate_hz: float = 1000
     sample_rate_hz: float = 200
@@ -454,6 +455,10 @@ CLEAN = (
     ),
     ("arm_500_hz", ARM, {"control_rate_hz": 500, "command_rate_hz": 100, "with_velocity": True}),
     ("arm_250_hz", ARM, {"control_rate_hz": 250, "sample_rate_hz": 250} | WITHOUT_COMPENSATION),
+    ("pendulum_held", PENDULUM, {"gravity_compensation": True}),
+    ("pendulum_balanced", PENDULUM, {"gravity_compensation": "continuous"}),
+    ("arm_250_hz_held", ARM, {"control_rate_hz": 250}),
+    ("arm_balanced", ARM, {"gravity_compensation": "continuous"}),
     ("arm_slow_recorder", ARM, {"sample_rate_hz": 40, "encoder_noise_rad": 2e-4}),
     ("fr3", FR3, {}),
     (

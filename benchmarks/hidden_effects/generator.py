@@ -3,11 +3,12 @@
 The machine is MuJoCo's integration (RK4, 4 kHz or more) of the MJCF, with the hidden effects'
 torques as applied forces at every physics step. Its controller ticks at the control rate:
 
-    τ = Kp (q_des − q) − Kd q̇,   held until the next tick;  q_des held until the next command.
+    τ = Kp (q_des − q) − Kd q̇ + g,   held until the next tick;  q_des held until the next command.
 
-Gravity compensation, where the machine has it, is the gravity torque of the nominal model at the
-true position of the links, at every physics step. It passes through the motor like the rest, and
-no motor gives more than the MJCF allows it.
+Gravity compensation g, where the machine has it, is the gravity torque of the nominal model at the
+true position of the links: at the controller's tick, or at every physics step where it is
+"continuous". It passes through the motor like the rest, and no motor gives more than the MJCF
+allows it.
 """
 
 import importlib.util
@@ -45,7 +46,8 @@ class Machine:
         joints: names, in the order of all arrays; every joint of the model.
         hidden: effects; those on the motor torque act in this order.
         physics_rate_hz: rate of integration.
-        gravity_compensation: whether the motors also cancel the nominal model's gravity.
+        gravity_compensation: whether the motors also cancel the nominal model's gravity; True at
+            the controller's ticks, "continuous" at every physics step.
         start: position at which to start [rad].
         clock_s: time of the session when the recording starts.
     """
@@ -56,7 +58,7 @@ class Machine:
         joints: Sequence[str],
         hidden: Sequence[HiddenEffect],
         physics_rate_hz: float,
-        gravity_compensation: bool,
+        gravity_compensation: bool | str,
         start: np.ndarray,
         clock_s: float = 0.0,
     ):
@@ -66,7 +68,8 @@ class Machine:
         self._nominal, self._nominal_data = self._compile(mjcf, ())
         self.model, self.data = self._compile(mjcf, hidden)
         self._link, self._motor = self._addresses()
-        self._gravity_compensation = gravity_compensation
+        self._at_ticks = gravity_compensation is True
+        self._continuous = gravity_compensation == "continuous"
         self.demand = np.zeros(len(self.joints))  # of the controller, N·m
         self.motor_torque = self.demand
         self._limits = motor_limits(mjcf, self.joints)
@@ -150,6 +153,10 @@ class Machine:
         mujoco.mj_rne(model, data, 0, self._gravity_data)  # at zero velocity
         return self._gravity_data[self._nominal_dofs]
 
+    def tick(self, demand: np.ndarray) -> None:
+        """Hold what the controller demands until the next tick [N·m]."""
+        self.demand = demand + self.gravity(self.data.qpos[self._link]) if self._at_ticks else demand
+
     def step(self, clock_runs: bool = True) -> None:
         """One physics step under the controller's last torque, `demand`."""
         data, half, motor, link = self.data, 0.5 * self.timestep_s, self._motor, self._link
@@ -157,7 +164,7 @@ class Machine:
         q_link = middle[link]
 
         torque = self.demand
-        if self._gravity_compensation:
+        if self._continuous:
             torque = torque + self.gravity(q_link)
         for effect in self._on_motor:
             torque = effect.motor(torque)
@@ -201,7 +208,7 @@ def record(
     command_rate_hz: float = 50,
     control_rate_hz: float = 1000,
     physics_rate_hz: float = 8000,
-    gravity_compensation: bool = False,
+    gravity_compensation: bool | str = False,
     hidden: Sequence[HiddenEffect] = (),
     encoder_resolution_rad: float = 0.0,
     encoder_noise_rad: float = 0.0,
@@ -222,7 +229,7 @@ def record(
         command_rate_hz: rate of the commands.
         control_rate_hz: rate of the controller, unless an effect says otherwise.
         physics_rate_hz: rate of integration, a multiple of all others.
-        gravity_compensation: whether the motors also cancel the nominal model's gravity.
+        gravity_compensation: as of `Machine`.
         hidden: effects that the nominal model lacks.
         encoder_resolution_rad: step of the logged positions; 0 for none.
         encoder_noise_rad: standard deviation of the noise in the logged positions.
@@ -256,7 +263,7 @@ def record(
     late = round(sum(effect.delay_s for effect in hidden) * physics_rate_hz)
 
     def tick(command):
-        machine.demand = kp * (command - machine.q) - kd * machine.dq
+        machine.tick(kp * (command - machine.q) - kd * machine.dq)
 
     ticks_per_tenth = int(np.ceil(0.1 * physics_rate_hz / per_tick))
     for _ in range(round(10 * SETTLE_AT_MOST_S)):
@@ -316,7 +323,7 @@ def write(
     kd: float | Sequence[float],
     command_rate_hz: float,
     control_rate_hz: float,
-    gravity_compensation: bool,
+    gravity_compensation: bool | str,
     notes: str = "",
 ) -> None:
     """Write a recording to `path`.csv and what its log tells to `path`.yaml.

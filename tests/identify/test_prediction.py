@@ -74,6 +74,8 @@ def without_dry_friction(robot, folder):
         ("pendulum", {}),
         ("pendulum", {"control_rate_hz": 250.0, "sample_rate_hz": 125}),
         ("two_joint_arm", {}),
+        ("two_joint_arm", {"gravity_compensation": "continuous"}),
+        ("two_joint_arm", {"control_rate_hz": 250.0, "sample_rate_hz": 125}),
         ("fr3", {"duration_s": 0.3}),
     ],
 )
