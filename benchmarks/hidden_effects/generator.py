@@ -155,7 +155,9 @@ class Machine:
 
     def tick(self, demand: np.ndarray) -> None:
         """Hold what the controller demands until the next tick [N·m]."""
-        self.demand = demand + self.gravity(self.data.qpos[self._link]) if self._at_ticks else demand
+        self.demand = (
+            demand + self.gravity(self.data.qpos[self._link]) if self._at_ticks else demand
+        )
 
     def step(self, clock_runs: bool = True) -> None:
         """One physics step under the controller's last torque, `demand`."""

@@ -84,7 +84,7 @@ def _without_one(
 def _with_simpler(
     model: Model, layout: Layout, u: np.ndarray, evidence: Evidence
 ) -> list[tuple[str, LeastSquares]]:
-    known, trials = model.known_effects(), []
+    known, trials = model.known_effects(evidence.train.joints), []
     present = {term.effect.name for term in layout.terms}
     for term in layout.terms:
         simpler = [known[n] for n in term.effect.contains if n in known and n not in present]

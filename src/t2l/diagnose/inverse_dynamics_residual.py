@@ -34,7 +34,9 @@ def missing_torque(predictor: Predictor, residual: np.ndarray) -> np.ndarray:
     damping = model.dof_damping[[model.joint(name).dofadr[0] for name in predictor.joints]]
     missing = kp[at] * position + (kd[at] + damping[samples.joint]) * velocity
     missing += joint_inertia(predictor)[samples.joint] * acceleration
-    hanging = ~np.array([bool(r.gravity_compensation) for r in predictor.recordings])[samples.recording]
+    hanging = ~np.array([bool(r.gravity_compensation) for r in predictor.recordings])[
+        samples.recording
+    ]
     if hanging.any():
         gravity = gravity_torque(predictor)
         missing += hanging * (gravity - gravity_torque(predictor, samples.q - residual))

@@ -193,5 +193,5 @@ def _sizes(layout: Layout, effect: Effect, starts, adopted_values) -> np.ndarray
         else:
             adopted = np.abs(adopted_values[slot.term.effect.name][name]).mean()
             sizes.append(max(adopted, slot.parameter.size))
-    least = np.array([1e-4 * (s.parameter.upper - s.parameter.lower) for s in layout.slots])
+    least = np.array([1e-4 * (s.parameter.upper - s.lower) for s in layout.slots])
     return np.maximum(np.array(sizes), np.minimum(least, 1e-2))

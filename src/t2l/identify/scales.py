@@ -49,6 +49,8 @@ def scales(predictor: Predictor) -> Scales:
         armature=model.dof_armature[dofs],
         friction=model.dof_frictionloss[dofs],
         damping=model.dof_damping[dofs],
+        plant=model,
+        joints=predictor.joints,
     )
 
 
