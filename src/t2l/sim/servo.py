@@ -76,6 +76,7 @@ class ServoLoop:
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
         ahead: (nsim, 1) s, how far the loop looks ahead to be no later than the real one.
+        command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
             what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
         controller_filters: called with (tick, torque), change what the loop computes, the gravity
@@ -114,6 +115,7 @@ class ServoLoop:
         self.encoder_offset = np.zeros_like(self.kp)
         late = (schedule.period_s - self.real_period_s) / 2
         self.ahead = np.full((len(self.kp), 1), late)
+        self.command_lead_s = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
@@ -165,7 +167,7 @@ class ServoLoop:
         wanted, taken = schedule.sample_ticks, 0
         limited = np.isfinite(self.motor_limits).any()
         least, most = self.motor_limits.T
-        recording = np.tile(np.arange(self.nrec), self.nvariant)
+        command = self._commands()
         if self.friction:
             friction = batch.expand("dof_frictionloss")
             constant_friction = friction[:, self.dofs]
@@ -181,7 +183,7 @@ class ServoLoop:
                 taken += 1
                 if taken == len(wanted):
                     break
-            target = schedule.commands[tick][recording]
+            target = command(tick)
             for change in self.command_filters:
                 change(tick, target)
             torque = self.kp * (target - measured) - kd * measured_dq
@@ -224,6 +226,25 @@ class ServoLoop:
             out_q.reshape(order).transpose(1, 2, 0, 3),
             out_dq.reshape(order).transpose(1, 2, 0, 3),
         )
+
+    def _commands(self) -> Callable[[int], np.ndarray]:
+        """q_des (nsim, njoint) in force at a tick, before any filter."""
+        commands = self.schedule.commands
+        recording = np.tile(np.arange(self.nrec), self.nvariant)
+        if not self.command_lead_s.any():
+            return lambda tick: commands[tick][recording]
+        lead = self.command_lead_s / self.period_s
+        whole = np.floor(lead + 1e-9).astype(int)
+        part, last, joint = lead - whole, len(commands) - 1, np.arange(len(self.joints))
+
+        def at(tick: int) -> np.ndarray:
+            now, next = (
+                commands[np.minimum(tick + n, last), recording[:, None], joint]
+                for n in (whole, whole + 1)
+            )
+            return now + part * (next - now)
+
+        return at
 
     def _balance(self) -> np.ndarray:
         """What carries the weight continuously, (nsim, nv) N·m, kept up to date."""
