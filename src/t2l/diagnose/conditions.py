@@ -49,6 +49,7 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
     command = predictor.samples.of([r.q_des for r in predictor.recordings])
     torque = kp[recording, joint] * (command - q) - kd[recording, joint] * dq
     torque += np.where(compensated[recording], gravity, 0.0)
+    torque *= samples.of([r.powered for r in predictor.recordings])
     rest = AT_REST * _rms_per_joint(dq, joint, len(predictor.joints))
     direction = np.where(np.abs(dq) > rest[joint], np.sign(dq), 0.0)
     return {

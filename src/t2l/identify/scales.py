@@ -23,6 +23,7 @@ def scales(predictor: Predictor) -> Scales:
     torque -= kd[samples.recording, samples.joint] * velocity
     compensated = np.array([bool(r.gravity_compensation) for r in recordings])
     torque += np.where(compensated[samples.recording], gravity_torque(predictor), 0.0)
+    torque *= samples.of([r.powered for r in recordings])
     njoint = len(predictor.joints)
 
     def per_joint(function, values):

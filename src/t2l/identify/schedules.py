@@ -51,11 +51,12 @@ def _group(
     last = max(int(np.ceil(r.duration_s / period - 1e-6)) for r in recordings)
     ticks, real = np.arange(last + 2), np.arange((last + 2) * coarseness)
     commands = np.empty((len(ticks), len(recordings), len(recordings[0].joints)))
+    powered = np.empty_like(commands)
     for column, recording in enumerate(recordings):
         elapsed = recording.time - recording.time[0]
         row = np.searchsorted(elapsed, real * real_period + 1e-6, side="right") - 1
-        held = recording.q_des[row].reshape(len(ticks), coarseness, -1)
-        commands[:, column] = held.mean(axis=1)
+        for signal, held in ((commands, recording.q_des), (powered, recording.powered)):
+            signal[:, column] = held[row].reshape(len(ticks), coarseness, -1).mean(axis=1)
     held = np.flatnonzero(np.isin(samples.recording, indices))
     below, rest = _ticks(samples.time[held], period)
     sample_ticks = np.unique(np.concatenate([[0], below, below + 1]))
@@ -71,6 +72,7 @@ def _group(
         balanced=np.array([r.gravity_compensation == CONTINUOUS for r in recordings]),
         sample_ticks=sample_ticks,
         coarseness=coarseness,
+        powered=None if powered.all() else powered,
     )
     column = {index: i for i, index in enumerate(indices)}
     record = np.array([column[r] for r in samples.recording[held]])

@@ -9,6 +9,7 @@ import numpy as np
 from t2l.gains import Cell
 
 CONTINUOUS = "continuous"
+SIGNALS = ("time", "q_des", "q", "dq", "tau", "current", "supply_voltage", "torque_enabled")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,10 @@ class Recording:
         q: rad, (n, njoint), NaN where not sampled.
         dq: rad/s, as q; None if never recorded.
         tau: N·m, as q; None if never recorded.
+        current: A, of the motors, as q; None if never recorded.
+        supply_voltage: V, as q; None if never recorded.
+        torque_enabled: 1 where the motor is on and 0 where it is off, as q but held until the next
+            one; None if it was on throughout.
         base_position: m, (3,), of the robot's base in the world of its model.
         notes: anything a person wants to remember.
     """
@@ -49,6 +54,9 @@ class Recording:
     q: np.ndarray
     dq: np.ndarray | None = None
     tau: np.ndarray | None = None
+    current: np.ndarray | None = None
+    supply_voltage: np.ndarray | None = None
+    torque_enabled: np.ndarray | None = None
     base_position: tuple[float, ...] | None = None
     notes: str = ""
 
@@ -60,9 +68,18 @@ class Recording:
     def beginning(self, duration_s: float) -> "Recording":
         """The rows before `duration_s`."""
         rows = self.time - self.time[0] < duration_s
-        measured = {name: getattr(self, name) for name in ("time", "q_des", "q", "dq", "tau")}
-        cut = {name: None if values is None else values[rows] for name, values in measured.items()}
-        return replace(self, **cut)
+        values = {name: getattr(self, name) for name in SIGNALS}
+        return replace(self, **{n: None if v is None else v[rows] for n, v in values.items()})
+
+    @property
+    def powered(self) -> np.ndarray:
+        """(n, njoint), 1.0 where the motor is on and 0.0 where it is off."""
+        if self.torque_enabled is None:
+            return np.ones_like(self.q_des)
+        known = ~np.isnan(self.torque_enabled)
+        last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], -1))
+        held = np.take_along_axis(self.torque_enabled, np.maximum(last, 0), axis=0)
+        return np.where(last < 0, 1.0, held)
 
     @property
     def cell(self) -> str:

@@ -47,6 +47,7 @@ class Schedule:
         balanced: (nrec,) bool, whether gravity is compensated continuously, elsewhere.
         sample_ticks: (nsample,) ticks at which the state is wanted, increasing.
         coarseness: periods of the real loop from tick to tick.
+        powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
     """
 
     period_s: float
@@ -59,6 +60,7 @@ class Schedule:
     balanced: np.ndarray
     sample_ticks: np.ndarray
     coarseness: int = 1
+    powered: np.ndarray | None = None
 
 
 class ServoLoop:
@@ -167,7 +169,7 @@ class ServoLoop:
         wanted, taken = schedule.sample_ticks, 0
         limited = np.isfinite(self.motor_limits).any()
         least, most = self.motor_limits.T
-        command = self._commands()
+        command, recording = self._commands(), np.tile(np.arange(self.nrec), self.nvariant)
         if self.friction:
             friction = batch.expand("dof_frictionloss")
             constant_friction = friction[:, self.dofs]
@@ -199,6 +201,9 @@ class ServoLoop:
                 change(tick, torque)
             if limited:
                 np.minimum(np.maximum(torque, least, out=torque), most, out=torque)
+            if schedule.powered is not None:
+                # what balances the weight elsewhere goes on
+                torque = carried + (torque - carried) * schedule.powered[tick][recording]
             if self.friction:
                 level = constant_friction.copy()
                 for add in self.friction:
