@@ -68,6 +68,7 @@ class Setup:
         encoder_noise_rad: standard deviation.
         encoder_resolution_rad: step of the logged positions.
         with_velocity: whether velocities are logged.
+        begin_s: how long the robot moves before the recording begins.
     """
 
     gains: tuple
@@ -80,6 +81,7 @@ class Setup:
     encoder_noise_rad: float = 1e-4
     encoder_resolution_rad: float = 1e-4
     with_velocity: bool = False
+    begin_s: float = 0.0
 
     @property
     def noise_rms_rad(self) -> float:
@@ -207,7 +209,8 @@ def recording(case: Case, index: int, hidden: tuple[HiddenEffect, ...]) -> pd.Da
     _, gain, kind, share = (TRAIN + HOLDOUT)[index]
     kp, kd = setup.gains[gain]
     motion, noise = np.random.default_rng([case.seed, index]).spawn(2)
-    move = COMMANDS[kind](motion, share * np.array(robot.amplitude), setup.duration_s)
+    moves_s = setup.begin_s + setup.duration_s
+    move = COMMANDS[kind](motion, share * np.array(robot.amplitude), moves_s)
     return record(
         robot.mjcf,
         robot.joints,
@@ -226,6 +229,7 @@ def recording(case: Case, index: int, hidden: tuple[HiddenEffect, ...]) -> pd.Da
         rng=noise,
         with_velocity=setup.with_velocity,
         session_time_s=index * setup.duration_s,
+        begin_s=setup.begin_s,
     )
 
 
@@ -305,6 +309,7 @@ def visibility(case: Case, folder: Path) -> list[dict]:
 PENDULUM, ARM, FR3 = "pendulum", "two_joint_arm", "fr3"
 
 WITHOUT_COMPENSATION = {"gravity_compensation": False}
+IN_MOTION = {"begin_s": 1.3}
 ARM_SOFT = {"gains": (((12, 4), (1.0, 0.25)), ((25, 8), (1.5, 0.4)), ((50, 16), (2.0, 0.6)))}
 FR3_SOFT = {"gains": ((64.0, 6.0), (120.0, 8.0), (250.0, 10.0))}
 
@@ -384,11 +389,25 @@ SINGLES = (
         JointFlexibility({"fr3_joint2": 1500.0, "fr3_joint4": 1000.0}, 2.0),
         {},
     ),
+    ("joint_flexibility", PENDULUM, JointFlexibility(30.0, 0.03), IN_MOTION),
+    (
+        "joint_flexibility",
+        ARM,
+        JointFlexibility({"shoulder": 80.0, "elbow": 30.0}, 0.05),
+        IN_MOTION,
+    ),
     ("backlash", PENDULUM, Backlash(0.01), {}),
     ("backlash", PENDULUM, Backlash(0.03), {}),
     ("backlash", PENDULUM, Backlash(0.02), {"gravity_compensation": True}),
     ("backlash", ARM, Backlash({"elbow": 0.03}), {}),
     ("backlash", FR3, Backlash({"fr3_joint1": 0.02}), {}),
+    ("backlash", ARM, Backlash({"elbow": 0.06}), {}),
+    ("backlash", ARM, Backlash({"elbow": 0.15}), {}),
+    ("backlash", ARM, Backlash({"shoulder": 0.05}), {}),
+    ("backlash", FR3, Backlash({"fr3_joint4": 0.03}), {}),
+    ("backlash", FR3, Backlash({"fr3_joint6": 0.1}), {}),
+    ("backlash", PENDULUM, Backlash(0.03), IN_MOTION),
+    ("backlash", ARM, Backlash({"elbow": 0.06}), IN_MOTION),
     ("cogging", PENDULUM, Cogging(0.01, 10), {}),
     ("cogging", PENDULUM, Cogging(0.05, 14), {}),
     ("cogging", ARM, Cogging({"shoulder": 0.15, "elbow": 0.06}, 20, 0.7), {}),

@@ -218,6 +218,7 @@ def record(
     rng: np.random.Generator | None = None,
     with_velocity: bool = False,
     session_time_s: float = 0.0,
+    begin_s: float = 0.0,
 ) -> pd.DataFrame:
     """Record the machine following commands, from rest under the first one.
 
@@ -238,7 +239,9 @@ def record(
         sample_rate_hz: rate of the logged positions; None for the command rate.
         rng: of the noise; needed where there is any.
         with_velocity: whether to log velocities, with `VELOCITY_NOISE_PER_S` times the noise.
-        session_time_s: time of the session when the recording starts.
+        session_time_s: time of the session when the machine starts.
+        begin_s: how long it follows the commands before the recording begins, which then begins in
+            motion; a multiple of the commands' period.
 
     Returns:
         One row at each command and each sample: `time`, `q_des.JOINT`, `q.JOINT` and perhaps
@@ -251,7 +254,7 @@ def record(
     per_tick, per_command, per_sample = (
         _steps(physics_rate_hz, rate) for rate in (control, command_rate_hz, sample_rate_hz)
     )
-    n_steps = round(duration_s * physics_rate_hz)
+    n_steps = round((begin_s + duration_s) * physics_rate_hz)
     commands = q_des(np.arange(0, n_steps, per_command) / physics_rate_hz)
     start = commands[0]
 
@@ -299,13 +302,14 @@ def record(
     if encoder_resolution_rad:
         q = np.round(q / encoder_resolution_rad) * encoder_resolution_rad
 
-    columns = {"time": rows / physics_rate_hz}
+    columns = {"time": rows / physics_rate_hz - begin_s}
     columns |= {f"q_des.{j}": commands[rows // per_command, i] for i, j in enumerate(joints)}
     for name, measured in {"q": q, "dq": dq}.items() if with_velocity else [("q", q)]:
         column = np.full((len(rows), n), np.nan)
         column[sampled] = measured
         columns |= {f"{name}.{j}": column[:, i] for i, j in enumerate(joints)}
-    return pd.DataFrame(columns)
+    table = pd.DataFrame(columns)
+    return table[rows >= round(begin_s * physics_rate_hz)].reset_index(drop=True)
 
 
 def _steps(physics_rate_hz: float, rate_hz: float) -> int:

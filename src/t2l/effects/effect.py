@@ -93,6 +93,7 @@ class Effect(ABC):
             only to the nearest.
         coupled: a joint's parameters move other joints about as much as its own, so that each
             joint's derivatives take simulations of their own.
+        hides_state: it has a far side that no encoder sees, which need not start at rest.
         order: effects on the same signal apply in this order, command to joint, each to what those
             before it left.
     """
@@ -107,6 +108,7 @@ class Effect(ABC):
     follows: str = ""
     rough_error: bool = False
     coupled: bool = False
+    hides_state: bool = False
     order: int = 0
 
     def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:

@@ -1,11 +1,13 @@
 """Recordings that one batch can hold: their commands at the ticks of one control loop."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from t2l.identify.initial_state import start_state
+from t2l.identify.hidden_state import WINDOW_S, Beginning
+from t2l.identify.initial_state import LEAST_RAD_S, start_state
+from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
 from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.sim.servo import Schedule
@@ -16,6 +18,7 @@ class Group:
     """Recordings of one loop rate and like length.
 
     Attributes:
+        beginning: of the recordings, if any of them begins in motion.
         recordings: indices.
         held: which samples are theirs, (k,) indices.
         wanted: for each of these its recording in the schedule, the index in `sample_ticks` of the
@@ -23,6 +26,7 @@ class Group:
     """
 
     schedule: Schedule
+    beginning: Beginning | None
     recordings: tuple[int, ...]
     held: np.ndarray
     wanted: tuple[np.ndarray, ...]
@@ -77,7 +81,22 @@ def _group(
     column = {index: i for i, index in enumerate(indices)}
     record = np.array([column[r] for r in samples.recording[held]])
     wanted = record, np.searchsorted(sample_ticks, below), rest, samples.joint[held]
-    return Group(schedule, tuple(indices), held, wanted)
+    beginning = _beginning(recordings, schedule, wanted, samples.q[held])
+    return Group(schedule, beginning, tuple(indices), held, wanted)
+
+
+def _beginning(
+    recordings: Sequence[Recording], schedule: Schedule, wanted: Sequence, measured: np.ndarray
+) -> Beginning | None:
+    moving = (np.abs(schedule.start_dq) > LEAST_RAD_S).any(axis=1)
+    if not moving.any():
+        return None
+    last = int(np.ceil(WINDOW_S / schedule.period_s))
+    ticks = schedule.sample_ticks[schedule.sample_ticks <= last]
+    early = np.flatnonzero((wanted[1] + 1 < len(ticks)) & moving[wanted[0]])
+    noise = max(noise_floor(list(recordings)), 1e-9)
+    schedule = replace(schedule, sample_ticks=ticks)
+    return Beginning(schedule, tuple(w[early] for w in wanted), measured[early], moving, noise)
 
 
 def _ticks(elapsed: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:

@@ -78,6 +78,9 @@ class ServoLoop:
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
         ahead: (nsim, 1) s, how far the loop looks ahead to be no later than the real one.
+        hidden_start: (nsim, njoint, 2) angle and velocity with which what no encoder sees starts,
+            beyond its rest under load, rad and rad/s.
+        play: (nsim, njoint) rad, within which it is free.
         command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
             what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
@@ -117,6 +120,8 @@ class ServoLoop:
         self.encoder_offset = np.zeros_like(self.kp)
         late = (schedule.period_s - self.real_period_s) / 2
         self.ahead = np.full((len(self.kp), 1), late)
+        self.hidden_start = np.zeros((*self.kp.shape, 2))
+        self.play = np.zeros_like(self.kp)
         self.command_lead_s = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
         self.controller_filters: list[Callable] = []
