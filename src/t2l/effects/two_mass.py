@@ -90,7 +90,7 @@ def start_under_load(
 
     def settle(loop):
         rest = angle(bias[rows, dofs])
-        beyond, velocity = np.moveaxis(loop.hidden_start[rows, joints], -1, 0)
+        beyond, velocity = np.moveaxis(loop.hidden_start[rows, joints, :2], -1, 0)
         most = np.maximum(np.abs(rest), farthest)
         start = np.clip(rest + beyond, -most, most)
         loop.batch.qpos[rows, qpos] = start

@@ -88,15 +88,14 @@ def _group(
 def _beginning(
     recordings: Sequence[Recording], schedule: Schedule, wanted: Sequence, measured: np.ndarray
 ) -> Beginning | None:
-    moving = (np.abs(schedule.start_dq) > LEAST_RAD_S).any(axis=1)
-    if not moving.any():
+    if (np.abs(schedule.start_dq) <= LEAST_RAD_S).all():
         return None
     last = int(np.ceil(WINDOW_S / schedule.period_s))
     ticks = schedule.sample_ticks[schedule.sample_ticks <= last]
-    early = np.flatnonzero((wanted[1] + 1 < len(ticks)) & moving[wanted[0]])
+    early = np.flatnonzero(wanted[1] + 1 < len(ticks))
     noise = max(noise_floor(list(recordings)), 1e-9)
     schedule = replace(schedule, sample_ticks=ticks)
-    return Beginning(schedule, tuple(w[early] for w in wanted), measured[early], moving, noise)
+    return Beginning(schedule, tuple(w[early] for w in wanted), measured[early], noise)
 
 
 def _ticks(elapsed: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:

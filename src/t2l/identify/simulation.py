@@ -53,7 +53,7 @@ def _at(wanted, q, dq, period) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _hidden(model, joints, beginning: Beginning, substeps, variants, threads) -> np.ndarray:
-    """Where the far sides start, (m, nrec, njoint, 2) rad and rad/s beyond rest."""
+    """Where the far sides start, (m, nrec, njoint, 3), as `ServoLoop.hidden_start`."""
     hiding = {
         j for layout, _ in variants for t in layout.terms if t.effect.hides_state for j in t.joints
     }

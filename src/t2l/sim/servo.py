@@ -78,8 +78,8 @@ class ServoLoop:
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
         ahead: (nsim, 1) s, how far the loop looks ahead to be no later than the real one.
-        hidden_start: (nsim, njoint, 2) angle and velocity with which what no encoder sees starts,
-            beyond its rest under load, rad and rad/s.
+        hidden_start: (nsim, njoint, 3) angle and velocity with which what no encoder sees starts,
+            beyond its rest under load, rad and rad/s, and what to add to `Schedule.start_dq`.
         play: (nsim, njoint) rad, within which it is free.
         command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
@@ -120,7 +120,7 @@ class ServoLoop:
         self.encoder_offset = np.zeros_like(self.kp)
         late = (schedule.period_s - self.real_period_s) / 2
         self.ahead = np.full((len(self.kp), 1), late)
-        self.hidden_start = np.zeros((*self.kp.shape, 2))
+        self.hidden_start = np.zeros((*self.kp.shape, 3))
         self.play = np.zeros_like(self.kp)
         self.command_lead_s = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
@@ -275,7 +275,8 @@ class ServoLoop:
     def _start(self) -> None:
         batch = self.batch
         batch.qpos[:, self.qpos] = self.start_q - self.encoder_offset
-        batch.qvel[:, self.dofs] = self._per_simulation(self.schedule.start_dq)
+        start_dq = self._per_simulation(self.schedule.start_dq)
+        batch.qvel[:, self.dofs] = start_dq + self.hidden_start[..., 2]
         batch.forward()
         for prepare in self.settle:
             prepare(self)
