@@ -20,13 +20,20 @@ class GravityCompensation:
     def __init__(self, batch: Batch, joints: tuple[str, ...]):
         model = batch.model
         ids = [model.joint(name).id for name in joints]
-        self.ids, bodies = ids, model.jnt_bodyid[ids]
+        bodies = model.jnt_bodyid[ids]
         weights = model.body_mass * model.body_gravcomp
-        self.moved = np.array([[_carries(model, b, i) for i in range(model.nbody)] for b in bodies])
-        self.moved = self.moved * weights
-        self.mass = self.moved.sum(axis=1)[:, None]
-        self.slides = model.jnt_type[ids] == mujoco.mjtJoint.mjJNT_SLIDE
-        self.gravity = model.opt.gravity
+        carried = np.array([[_carries(model, b, i) for i in range(model.nbody)] for b in bodies])
+        carried = carried * weights
+        slides = model.jnt_type[ids] == mujoco.mjtJoint.mjJNT_SLIDE
+        hinges = ~slides[:, None]
+        # of the flat places (3 nbody) and axes (3 njoint): one product each, as it is every tick
+        self.places = np.kron((carried * hinges).T, np.eye(3))
+        self.mass = np.repeat(carried.sum(axis=1), 3) * np.repeat(~slides, 3)
+        self.turn = np.kron(np.diag(~slides), _cross(model.opt.gravity).T)
+        self.along = np.kron(np.diag(carried.sum(axis=1) * slides), model.opt.gravity[:, None])
+        self.slides = slides.any()
+        in_a_row = ids == list(range(ids[0], ids[0] + len(ids)))
+        self.joints = slice(ids[0], ids[-1] + 1) if in_a_row else ids
         self.masses, self.anchors, self.axes = (
             batch.bind(name) for name in ("xipos", "xanchor", "xaxis")
         )
@@ -39,14 +46,20 @@ class GravityCompensation:
             since_s: from where the masses were at the last call to where they are now.
             ahead_s: (nsim, 1) or one for all.
         """
-        axes = self.axes[:, self.ids]
-        arms = self.moved @ self.masses - self.mass * self.anchors[:, self.ids]
-        torque = -np.einsum("sjk,sjk->sj", np.cross(self.gravity, axes), arms)
-        if self.slides.any():
-            force = -self.mass[:, 0] * (axes @ self.gravity)
-            torque = np.where(self.slides, force, torque)
+        n = len(self.masses)
+        axes = self.axes[:, self.joints].reshape(n, -1)
+        arms = self.masses.reshape(n, -1) @ self.places
+        arms -= self.mass * self.anchors[:, self.joints].reshape(n, -1)
+        torque = -((axes @ self.turn) * arms).reshape(n, -1, 3).sum(axis=-1)
+        if self.slides:
+            torque -= axes @ self.along
         last, self.last = self.last, torque
         return torque if last is None else torque + (torque - last) * (ahead_s / since_s)
+
+
+def _cross(vector: np.ndarray) -> np.ndarray:
+    """The matrix (3, 3) that takes x to `vector` × x."""
+    return np.cross(np.eye(3), -vector).T
 
 
 def _carries(model: mujoco.MjModel, body: int, other: int) -> bool:
