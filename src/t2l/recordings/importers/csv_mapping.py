@@ -189,16 +189,12 @@ def _each_source(value: Any, path: Path, prefix: str, kind: str, count: int) -> 
         raise refused("scale", value["scale"], "a number other than 0")
     offset = np.zeros(count) if part.offset is None else part.offset
     names = part.source
-    if kind in SHARED and isinstance(names, str) and names:
-        return [
-            Source(names, float(g * units[unit]), float(o))
-            for g, o in zip(sign * scale, offset, strict=True)
-        ]
+    shared = kind in SHARED and isinstance(names, str)
     # a robot with one joint may list it as well
-    if count == 1 and isinstance(names, str) and names:
-        names = [names]
+    if (count == 1 or shared) and isinstance(names, str) and names:
+        names = [names] * count
     fine = isinstance(names, list) and all(isinstance(n, str) and n for n in names)
-    if not fine or len(set(names)) < len(names):
+    if not fine or (len(set(names)) < len(names) and not shared):
         allowed = "a list of different columns of the CSV" if count > 1 else "a column of the CSV"
         raise refused("from", names, allowed)
     if len(names) != count:
