@@ -24,6 +24,9 @@ class ClockOffset(Effect):
     source = "q_des(t − δ), interpolated between two ticks of the loop"
     follows = "command velocity"
 
+    def export(self, to, joints, values):
+        return  # of the log, not of the robot
+
     def install(self, loop, rows, joints, values):
         loop.command_lead_s[rows, joints] -= values["offset"]
 
