@@ -70,7 +70,7 @@ def _sequences(recording: Recording) -> sysid.ModelSequences:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     for body in spec.bodies:
         if body.name != "world":
-            body.gravcomp = float(recording.gravity_compensation)
+            body.gravcomp = float(bool(recording.gravity_compensation))
     for joint, kp, kd in zip(recording.joints, recording.kp, recording.kd, strict=True):
         actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=kp, kv=kd)

@@ -58,7 +58,8 @@ class Setup:
     Args:
         gains: settings (Kp, Kd), compliant to stiff, each one number or one per joint
             [N·m/rad, N·m·s/rad].
-        gravity_compensation: whether the motors also cancel the nominal model's gravity.
+        gravity_compensation: whether the motors also cancel the nominal model's gravity: True at
+            the controller's ticks, "continuous" at every physics step.
         command_rate_hz: rate of the commands.
         control_rate_hz: rate of the controller as the log tells it.
         sample_rate_hz: rate of the logged positions.
@@ -67,10 +68,11 @@ class Setup:
         encoder_noise_rad: standard deviation.
         encoder_resolution_rad: step of the logged positions.
         with_velocity: whether velocities are logged.
+        begin_s: how long the robot moves before the recording begins.
     """
 
     gains: tuple
-    gravity_compensation: bool
+    gravity_compensation: bool | str
     command_rate_hz: float = 50
     control_rate_hz: float = 1000
     sample_rate_hz: float = 200
@@ -79,6 +81,7 @@ class Setup:
     encoder_noise_rad: float = 1e-4
     encoder_resolution_rad: float = 1e-4
     with_velocity: bool = False
+    begin_s: float = 0.0
 
     @property
     def noise_rms_rad(self) -> float:
@@ -206,7 +209,8 @@ def recording(case: Case, index: int, hidden: tuple[HiddenEffect, ...]) -> pd.Da
     _, gain, kind, share = (TRAIN + HOLDOUT)[index]
     kp, kd = setup.gains[gain]
     motion, noise = np.random.default_rng([case.seed, index]).spawn(2)
-    move = COMMANDS[kind](motion, share * np.array(robot.amplitude), setup.duration_s)
+    moves_s = setup.begin_s + setup.duration_s
+    move = COMMANDS[kind](motion, share * np.array(robot.amplitude), moves_s)
     return record(
         robot.mjcf,
         robot.joints,
@@ -225,6 +229,7 @@ def recording(case: Case, index: int, hidden: tuple[HiddenEffect, ...]) -> pd.Da
         rng=noise,
         with_velocity=setup.with_velocity,
         session_time_s=index * setup.duration_s,
+        begin_s=setup.begin_s,
     )
 
 
@@ -304,6 +309,7 @@ def visibility(case: Case, folder: Path) -> list[dict]:
 PENDULUM, ARM, FR3 = "pendulum", "two_joint_arm", "fr3"
 
 WITHOUT_COMPENSATION = {"gravity_compensation": False}
+IN_MOTION = {"begin_s": 1.3}
 ARM_SOFT = {"gains": (((12, 4), (1.0, 0.25)), ((25, 8), (1.5, 0.4)), ((50, 16), (2.0, 0.6)))}
 FR3_SOFT = {"gains": ((64.0, 6.0), (120.0, 8.0), (250.0, 10.0))}
 
@@ -383,11 +389,25 @@ SINGLES = (
         JointFlexibility({"fr3_joint2": 1500.0, "fr3_joint4": 1000.0}, 2.0),
         {},
     ),
+    ("joint_flexibility", PENDULUM, JointFlexibility(30.0, 0.03), IN_MOTION),
+    (
+        "joint_flexibility",
+        ARM,
+        JointFlexibility({"shoulder": 80.0, "elbow": 30.0}, 0.05),
+        IN_MOTION,
+    ),
     ("backlash", PENDULUM, Backlash(0.01), {}),
     ("backlash", PENDULUM, Backlash(0.03), {}),
     ("backlash", PENDULUM, Backlash(0.02), {"gravity_compensation": True}),
     ("backlash", ARM, Backlash({"elbow": 0.03}), {}),
     ("backlash", FR3, Backlash({"fr3_joint1": 0.02}), {}),
+    ("backlash", ARM, Backlash({"elbow": 0.06}), {}),
+    ("backlash", ARM, Backlash({"elbow": 0.15}), {}),
+    ("backlash", ARM, Backlash({"shoulder": 0.05}), {}),
+    ("backlash", FR3, Backlash({"fr3_joint4": 0.03}), {}),
+    ("backlash", FR3, Backlash({"fr3_joint6": 0.1}), {}),
+    ("backlash", PENDULUM, Backlash(0.03), IN_MOTION),
+    ("backlash", ARM, Backlash({"elbow": 0.06}), IN_MOTION),
     ("cogging", PENDULUM, Cogging(0.01, 10), {}),
     ("cogging", PENDULUM, Cogging(0.05, 14), {}),
     ("cogging", ARM, Cogging({"shoulder": 0.15, "elbow": 0.06}, 20, 0.7), {}),
@@ -454,6 +474,10 @@ CLEAN = (
     ),
     ("arm_500_hz", ARM, {"control_rate_hz": 500, "command_rate_hz": 100, "with_velocity": True}),
     ("arm_250_hz", ARM, {"control_rate_hz": 250, "sample_rate_hz": 250} | WITHOUT_COMPENSATION),
+    ("pendulum_held", PENDULUM, {"gravity_compensation": True}),
+    ("pendulum_balanced", PENDULUM, {"gravity_compensation": "continuous"}),
+    ("arm_250_hz_held", ARM, {"control_rate_hz": 250}),
+    ("arm_balanced", ARM, {"gravity_compensation": "continuous"}),
     ("arm_slow_recorder", ARM, {"sample_rate_hz": 40, "encoder_noise_rad": 2e-4}),
     ("fr3", FR3, {}),
     (

@@ -3,11 +3,12 @@
 The machine is MuJoCo's integration (RK4, 4 kHz or more) of the MJCF, with the hidden effects'
 torques as applied forces at every physics step. Its controller ticks at the control rate:
 
-    τ = Kp (q_des − q) − Kd q̇,   held until the next tick;  q_des held until the next command.
+    τ = Kp (q_des − q) − Kd q̇ + g,   held until the next tick;  q_des held until the next command.
 
-Gravity compensation, where the machine has it, is the gravity torque of the nominal model at the
-true position of the links, at every physics step. It passes through the motor like the rest, and
-no motor gives more than the MJCF allows it.
+Gravity compensation g, where the machine has it, is the gravity torque of the nominal model at the
+true position of the links: at the controller's tick, or at every physics step where it is
+"continuous". It passes through the motor like the rest, and no motor gives more than the MJCF
+allows it.
 """
 
 import importlib.util
@@ -45,7 +46,8 @@ class Machine:
         joints: names, in the order of all arrays; every joint of the model.
         hidden: effects; those on the motor torque act in this order.
         physics_rate_hz: rate of integration.
-        gravity_compensation: whether the motors also cancel the nominal model's gravity.
+        gravity_compensation: whether the motors also cancel the nominal model's gravity; True at
+            the controller's ticks, "continuous" at every physics step.
         start: position at which to start [rad].
         clock_s: time of the session when the recording starts.
     """
@@ -56,7 +58,7 @@ class Machine:
         joints: Sequence[str],
         hidden: Sequence[HiddenEffect],
         physics_rate_hz: float,
-        gravity_compensation: bool,
+        gravity_compensation: bool | str,
         start: np.ndarray,
         clock_s: float = 0.0,
     ):
@@ -66,7 +68,8 @@ class Machine:
         self._nominal, self._nominal_data = self._compile(mjcf, ())
         self.model, self.data = self._compile(mjcf, hidden)
         self._link, self._motor = self._addresses()
-        self._gravity_compensation = gravity_compensation
+        self._at_ticks = gravity_compensation is True
+        self._continuous = gravity_compensation == "continuous"
         self.demand = np.zeros(len(self.joints))  # of the controller, N·m
         self.motor_torque = self.demand
         self._limits = motor_limits(mjcf, self.joints)
@@ -150,6 +153,12 @@ class Machine:
         mujoco.mj_rne(model, data, 0, self._gravity_data)  # at zero velocity
         return self._gravity_data[self._nominal_dofs]
 
+    def tick(self, demand: np.ndarray) -> None:
+        """Hold what the controller demands until the next tick [N·m]."""
+        self.demand = (
+            demand + self.gravity(self.data.qpos[self._link]) if self._at_ticks else demand
+        )
+
     def step(self, clock_runs: bool = True) -> None:
         """One physics step under the controller's last torque, `demand`."""
         data, half, motor, link = self.data, 0.5 * self.timestep_s, self._motor, self._link
@@ -157,7 +166,7 @@ class Machine:
         q_link = middle[link]
 
         torque = self.demand
-        if self._gravity_compensation:
+        if self._continuous:
             torque = torque + self.gravity(q_link)
         for effect in self._on_motor:
             torque = effect.motor(torque)
@@ -201,7 +210,7 @@ def record(
     command_rate_hz: float = 50,
     control_rate_hz: float = 1000,
     physics_rate_hz: float = 8000,
-    gravity_compensation: bool = False,
+    gravity_compensation: bool | str = False,
     hidden: Sequence[HiddenEffect] = (),
     encoder_resolution_rad: float = 0.0,
     encoder_noise_rad: float = 0.0,
@@ -209,6 +218,7 @@ def record(
     rng: np.random.Generator | None = None,
     with_velocity: bool = False,
     session_time_s: float = 0.0,
+    begin_s: float = 0.0,
 ) -> pd.DataFrame:
     """Record the machine following commands, from rest under the first one.
 
@@ -222,14 +232,16 @@ def record(
         command_rate_hz: rate of the commands.
         control_rate_hz: rate of the controller, unless an effect says otherwise.
         physics_rate_hz: rate of integration, a multiple of all others.
-        gravity_compensation: whether the motors also cancel the nominal model's gravity.
+        gravity_compensation: as of `Machine`.
         hidden: effects that the nominal model lacks.
         encoder_resolution_rad: step of the logged positions; 0 for none.
         encoder_noise_rad: standard deviation of the noise in the logged positions.
         sample_rate_hz: rate of the logged positions; None for the command rate.
         rng: of the noise; needed where there is any.
         with_velocity: whether to log velocities, with `VELOCITY_NOISE_PER_S` times the noise.
-        session_time_s: time of the session when the recording starts.
+        session_time_s: time of the session when the machine starts.
+        begin_s: how long it follows the commands before the recording begins, which then begins in
+            motion; a multiple of the commands' period.
 
     Returns:
         One row at each command and each sample: `time`, `q_des.JOINT`, `q.JOINT` and perhaps
@@ -242,7 +254,7 @@ def record(
     per_tick, per_command, per_sample = (
         _steps(physics_rate_hz, rate) for rate in (control, command_rate_hz, sample_rate_hz)
     )
-    n_steps = round(duration_s * physics_rate_hz)
+    n_steps = round((begin_s + duration_s) * physics_rate_hz)
     commands = q_des(np.arange(0, n_steps, per_command) / physics_rate_hz)
     start = commands[0]
 
@@ -256,7 +268,7 @@ def record(
     late = round(sum(effect.delay_s for effect in hidden) * physics_rate_hz)
 
     def tick(command):
-        machine.demand = kp * (command - machine.q) - kd * machine.dq
+        machine.tick(kp * (command - machine.q) - kd * machine.dq)
 
     ticks_per_tenth = int(np.ceil(0.1 * physics_rate_hz / per_tick))
     for _ in range(round(10 * SETTLE_AT_MOST_S)):
@@ -290,13 +302,14 @@ def record(
     if encoder_resolution_rad:
         q = np.round(q / encoder_resolution_rad) * encoder_resolution_rad
 
-    columns = {"time": rows / physics_rate_hz}
+    columns = {"time": rows / physics_rate_hz - begin_s}
     columns |= {f"q_des.{j}": commands[rows // per_command, i] for i, j in enumerate(joints)}
     for name, measured in {"q": q, "dq": dq}.items() if with_velocity else [("q", q)]:
         column = np.full((len(rows), n), np.nan)
         column[sampled] = measured
         columns |= {f"{name}.{j}": column[:, i] for i, j in enumerate(joints)}
-    return pd.DataFrame(columns)
+    table = pd.DataFrame(columns)
+    return table[rows >= round(begin_s * physics_rate_hz)].reset_index(drop=True)
 
 
 def _steps(physics_rate_hz: float, rate_hz: float) -> int:
@@ -316,7 +329,7 @@ def write(
     kd: float | Sequence[float],
     command_rate_hz: float,
     control_rate_hz: float,
-    gravity_compensation: bool,
+    gravity_compensation: bool | str,
     notes: str = "",
 ) -> None:
     """Write a recording to `path`.csv and what its log tells to `path`.yaml.

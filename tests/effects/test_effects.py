@@ -2,6 +2,7 @@
 
 import dataclasses
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy.optimize import brentq
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
+from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.scales import scales
 from tests.diagnose.made import (
@@ -226,6 +228,32 @@ def test_without_compensation_payload_and_arm_weigh_together(tmp_path):
     assert KP * (0.8 - q) == pytest.approx((WEIGHT + 0.2 * GRAVITY * LENGTH) * np.sin(q), abs=1e-6)
 
 
+def test_a_payload_on_the_last_axis_starts_where_it_moves_the_joint(tmp_path):
+    robot = tmp_path / "bare.xml"
+    robot.write_text(Path(pendulum(tmp_path)).read_text().replace("attachment_site", "pivot"))
+    made = measured(recording(str(robot), swing()))
+    predictor = Predictor(str(robot), [made], threads=1)
+    payload = builtin()["payload"]
+    lay = layout(payload)
+    starts = payload.starts(scales(predictor))
+    q = predictor.predict([Request(lay, np.array([lay.encode({"payload": s}) for s in starts]))])[0]
+    assert (np.abs(q - made.q.ravel()).max(axis=1) > 1e-3).all()
+    assert max(s["mass"][0] for s in starts) > 10 * min(s["mass"][0] for s in starts)
+
+
+def test_no_fit_takes_away_more_than_the_robot_has(tmp_path):
+    model = Model(two_pendulums(tmp_path))
+    known = model.known_effects(("left", "right"))
+    has = {"armature": ARMATURE, "viscous_friction": DAMPING, "coulomb_friction": 0.01}
+    for name, own in has.items():
+        lay = layout(known[name], 2)
+        np.testing.assert_allclose(lay.lower, [-own, -own])
+        assert lay.encode({name: {known[name].parameters[0].name: np.array([-9.0])}})[0] == -own
+    # values of a model file of before stay within it too
+    adopted = Model(model.robot, {"armature": {"inertia": {"left": -0.45}}})
+    assert adopted.vector(("left", "right"))[1] == [-ARMATURE]
+
+
 def test_an_encoder_offset_moves_the_gravity_equilibrium(tmp_path):
     offset = 0.07
     q = at_rest(pendulum(tmp_path), {"encoder_offset": {"offset": {"hinge": offset}}})
@@ -400,6 +428,17 @@ def test_a_delay_between_ticks_lies_between_them(tmp_path):
         predict(made, {"command_delay": {"delay": d}}) for d in (0.023, 0.0234, 0.024)
     )
     np.testing.assert_allclose(between, 0.6 * less + 0.4 * more, atol=1e-6)
+
+
+def test_with_a_clock_offset_commands_are_in_force_before_their_stamps(tmp_path):
+    made = recording(pendulum(tmp_path), swing(), row_rate_hz=1000.0, duration_s=0.8)
+    rows = np.minimum(np.arange(len(made.time)) + 23, len(made.time) - 1)
+    early = dataclasses.replace(made, q_des=made.q_des[rows])
+    q = predict(made, {"clock_offset": {"offset": -0.023}})
+    np.testing.assert_allclose(q, predict(early), atol=1e-12)
+    between = predict(made, {"clock_offset": {"offset": -0.0234}})
+    more = predict(made, {"clock_offset": {"offset": -0.024}})
+    np.testing.assert_allclose(between, 0.6 * q + 0.4 * more, atol=1e-6)
 
 
 def test_a_late_command_is_filtered_too(tmp_path):

@@ -71,7 +71,8 @@ def plain(robot, tmp_path_factory):
 
 def test_without_effects_it_is_the_same_motion(plain):
     assert plain[False] < 1e-6
-    assert plain[True] < 2e-5
+    # MuJoCo compensates gravity where its leading position is, half a period after the loop's tick
+    assert plain[True] < 1e-4
 
 
 @pytest.mark.parametrize("name", VALUES)

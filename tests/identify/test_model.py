@@ -23,6 +23,18 @@ def bounds(parameter):
     return parameter.lower, parameter.upper
 
 
+def arm(folder):
+    """A robot of these joints, of which an effect may take away as much as its bounds allow."""
+    has = 'armature="5" damping="30" frictionloss="30"'
+    bodies = "".join(
+        f'<body><joint name="{name}" {has}/><geom size="0.1"/></body>' for name in JOINTS
+    )
+    path = folder / "arm.xml"
+    if not path.exists():
+        path.write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    return str(path)
+
+
 @st.composite
 def adopted(draw, joints=JOINTS):
     """Effects with values anywhere within their bounds, on some of the joints."""
@@ -64,8 +76,8 @@ def test_a_model_reads_as_it_was_written(tmp_path_factory, effects):
 
 @settings(deadline=None, max_examples=30)
 @given(adopted())
-def test_a_model_survives_the_way_to_a_vector_and_back(effects):
-    model = Model("fr3", effects)
+def test_a_model_survives_the_way_to_a_vector_and_back(tmp_path_factory, effects):
+    model = Model(arm(tmp_path_factory.getbasetemp()), effects)
     layout, u = model.vector(JOINTS)
     again = from_vector(model, layout, u, JOINTS)
     assert_alike(effects, again.effects)
@@ -99,7 +111,7 @@ def test_a_robots_path_is_kept_relative_to_the_file(tmp_path, folder):
 def test_a_person_can_write_one(tmp_path):
     path = tmp_path / "model.yaml"
     path.write_text(
-        "robot: fr3\neffects:\n  coulomb_friction:\n    torque: {elbow: 1}\n"
+        f"robot: {arm(tmp_path)}\neffects:\n  coulomb_friction:\n    torque: {{elbow: 1}}\n"
         "  command_delay:\n    delay: 0.012  # s\n"
     )
     model = read_model(path)

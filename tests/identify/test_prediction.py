@@ -29,7 +29,7 @@ def generated(robot, duration_s=0.5, **settings) -> Recording:
     kp, kd = setup.gains[1]
     home, size = np.array(robot.home), np.array(robot.amplitude)
     facts = {
-        "gravity_compensation": setup.gravity_compensation,
+        "gravity_compensation": settings.pop("gravity_compensation", setup.gravity_compensation),
         "control_rate_hz": settings.pop("control_rate_hz", 1000.0),
     }
     settings = {"sample_rate_hz": 100} | settings
@@ -74,6 +74,8 @@ def without_dry_friction(robot, folder):
         ("pendulum", {}),
         ("pendulum", {"control_rate_hz": 250.0, "sample_rate_hz": 125}),
         ("two_joint_arm", {}),
+        ("two_joint_arm", {"gravity_compensation": "continuous"}),
+        ("two_joint_arm", {"control_rate_hz": 250.0, "sample_rate_hz": 125}),
         ("fr3", {"duration_s": 0.3}),
     ],
 )

@@ -3,7 +3,7 @@ import pytest
 
 from t2l.errors import RecordingError
 from t2l.recordings import read_recording
-from t2l.recordings.checks import check_against_joint_ranges
+from t2l.recordings.checks import check_against_joint_ranges, check_samples
 from tests.recordings.made import recording, written
 
 CELLS = [
@@ -58,6 +58,27 @@ def test_velocities_of_some_joints_only_are_refused(tmp_path):
     files.rows = [row[:-1] for row in files.rows]
     files.save()
     with pytest.raises(RecordingError, match=r"column dq.b: found nothing; .* or of none"):
+        read_recording(files.table)
+
+
+SWITCHES = [
+    ({"torque_enabled": np.full((50, 2), 0.5)}, "column torque_enabled.a: found 0.5; allowed: 0"),
+    ({"supply_voltage": np.zeros((50, 2))}, "column supply_voltage.a: found 0; allowed: above 0 V"),
+    ({"current": np.full((50, 2), np.inf)}, "column current.a: found inf"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), SWITCHES)
+def test_a_switch_is_on_or_off_and_a_voltage_positive(changes, message):
+    with pytest.raises(RecordingError, match=message):
+        check_samples(recording(**changes))
+
+
+def test_one_column_for_all_joints_or_one_for_each(tmp_path):
+    files = written(tmp_path, supply_voltage=np.array([[7.0, 8.0]] * 50))
+    files.rows[0][-1] = "supply_voltage"
+    files.save()
+    with pytest.raises(RecordingError, match="column supply_voltage: found columns of single"):
         read_recording(files.table)
 
 

@@ -47,12 +47,15 @@ def recordings(draw):
         kp=one_each(gains),
         kd=one_each(gains),
         command_rate_hz=draw(rates),
-        gravity_compensation=draw(st.booleans()),
+        gravity_compensation=draw(st.sampled_from([True, False, "continuous"])),
         time=np.cumsum(steps),
         q_des=matrix(finite),
         q=matrix(finite),
         dq=matrix(measured) if draw(optional) else None,
         tau=matrix(measured) if draw(optional) else None,
+        current=matrix(measured) if draw(optional) else None,
+        supply_voltage=matrix(st.floats(1, 60) | st.just(np.nan)) if draw(optional) else None,
+        torque_enabled=matrix(st.sampled_from([0.0, 1.0, np.nan])) if draw(optional) else None,
         base_position=tuple(draw(st.lists(finite, min_size=3, max_size=3))),
         notes=draw(st.sampled_from(["", "Größe: 2 × 'x'", "two\nlines"])),
     )
@@ -172,3 +175,13 @@ def test_the_recordings_of_a_real_robot_are_read_in_no_time():
 def test_reading_imports_nothing_slow():
     code = "import sys, t2l.recordings; sys.exit('pandas' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_one_column_stands_for_all_joints_and_holds_until_the_next_value(tmp_path):
+    on = np.repeat(np.array([1.0] * 20 + [0.0] + [np.nan] * 29)[:, None], 2, axis=1)
+    files = written(tmp_path, torque_enabled=on, supply_voltage=np.full((50, 2), 7.4))
+    assert {"torque_enabled", "supply_voltage"} <= set(files.rows[0])
+    read = read_recording(files.table)
+    np.testing.assert_array_equal(read.torque_enabled, on)
+    np.testing.assert_array_equal(read.powered[:, 1], [1.0] * 20 + [0.0] * 30)
+    assert read.beginning(0.2).torque_enabled.shape == (10, 2)

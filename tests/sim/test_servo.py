@@ -43,7 +43,8 @@ def loop(model, gains=GAINS, ticks=300, substeps=1, period_s=PERIOD_S, command=N
         kd=gains[:, 1:],
         start_q=np.full((n, 1), 0.3),
         start_dq=np.full((n, 1), 0.5),
-        gravity_compensation=np.zeros(n, bool),
+        compensated=np.zeros(n, bool),
+        balanced=np.zeros(n, bool),
         sample_ticks=np.arange(ticks + 1),
         coarseness=coarseness,
     )
@@ -236,3 +237,29 @@ def test_a_start_in_motion_is_taken_from_measured_velocity(tmp_path):
         dq=dq[0][later, None],
     )
     np.testing.assert_allclose(predict(tail), q[0][later], atol=1e-9)
+
+
+def test_without_torque_a_joint_swings_freely(tmp_path):
+    made = recording(pendulum(tmp_path), hold(0.8), duration_s=0.6, kp=40.0, kd=1.0)
+    on = np.where(made.time < 0.2, 1.0, 0.0)[:, None]
+    on[3] = np.nan  # not sampled: as before
+    q = predict(dataclasses.replace(made, torque_enabled=on))
+    held = predict(made)
+    np.testing.assert_array_equal(q[:21], held[:21])
+
+    def free(_, x):
+        return x[1], (-WEIGHT * np.sin(x[0]) - DAMPING * x[1]) / INERTIA
+
+    start = [q[20], (held[20] - held[19]) / 0.01]
+    swings = solve_ivp(free, (0, 0.4), start, rtol=1e-9, t_eval=np.arange(41) * 0.01).y[0]
+    np.testing.assert_allclose(q[20:], swings, atol=5e-3)
+    assert abs(q[-1] - held[-1]) > 0.5
+
+
+def test_what_balances_the_weight_elsewhere_goes_on_without_torque():
+    compensated = (True, "continuous")
+    made = [arm_recording(gravity_compensation=g, name=str(g)) for g in compensated]
+    off = [dataclasses.replace(r, torque_enabled=np.zeros_like(r.q)) for r in made]
+    falls, balanced = predict(off).reshape(2, -1, 2)
+    np.testing.assert_allclose(balanced, np.tile(HOME, (len(balanced), 1)), atol=1e-9)
+    assert np.abs(falls[-1] - HOME).max() > 0.5

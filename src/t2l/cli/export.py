@@ -62,7 +62,11 @@ def run(arguments: argparse.Namespace) -> None:
         model, recordings, _ = read_recordings_and_model(arguments.logs, (), arguments.model)
         first = recordings[0]
         controller = Controller(
-            first.joints, first.kp, first.kd, first.control_rate_hz, first.gravity_compensation
+            first.joints,
+            first.kp,
+            first.kd,
+            first.control_rate_hz,
+            bool(first.gravity_compensation),
         )
     else:
         model = read_model(arguments.model)

@@ -8,8 +8,8 @@ from t2l.diagnose.candidate import TIED
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.multi_fidelity import with_coarser_ticks
 from t2l.diagnose.racing import fit_fully, moves_together
-from t2l.diagnose.starting_points import starting_points
-from t2l.effects.term import Layout
+from t2l.diagnose.starting_points import starting_points_of
+from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import drop_hopeless, run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model, from_vector
@@ -84,16 +84,17 @@ def _without_one(
 def _with_simpler(
     model: Model, layout: Layout, u: np.ndarray, evidence: Evidence
 ) -> list[tuple[str, LeastSquares]]:
-    known, trials = model.known_effects(), []
+    known, trials = model.known_effects(evidence.train.joints), []
     present = {term.effect.name for term in layout.terms}
     for term in layout.terms:
         simpler = [known[n] for n in term.effect.contains if n in known and n not in present]
         rest = Layout([t for t in layout.terms if t is not term])
         values = _values(layout, u)
-        guesses = starting_points(
-            evidence.screen, evidence.screen_mask, rest, rest.encode(values), simpler
-        )
-        for with_simpler, start, _ in guesses.values():
+        guesses = starting_points_of(
+            [Term(effect, term.joints) for effect in simpler],
+            evidence.screen, evidence.screen_mask, rest, rest.encode(values),
+        )  # fmt: skip
+        for with_simpler, start, _ in guesses:
             fit = _fit(with_simpler, _values(with_simpler, start), evidence.train.joints)
             trials.append((term.effect.name, fit))
     return trials

@@ -42,15 +42,14 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
     """
     samples = predictor.samples
     recording, joint = samples.recording, samples.joint
-    kp, kd, compensated = (
-        np.array([getattr(r, key) for r in predictor.recordings])
-        for key in ("kp", "kd", "gravity_compensation")
-    )
+    kp, kd = (np.array([getattr(r, key) for r in predictor.recordings]) for key in ("kp", "kd"))
+    compensated = np.array([bool(r.gravity_compensation) for r in predictor.recordings])
     series = Series(samples)
     gravity = gravity_torque(predictor)
     command = predictor.samples.of([r.q_des for r in predictor.recordings])
     torque = kp[recording, joint] * (command - q) - kd[recording, joint] * dq
     torque += np.where(compensated[recording], gravity, 0.0)
+    torque *= samples.of([r.powered for r in predictor.recordings])
     rest = AT_REST * _rms_per_joint(dq, joint, len(predictor.joints))
     direction = np.where(np.abs(dq) > rest[joint], np.sign(dq), 0.0)
     return {

@@ -32,9 +32,11 @@ def missing_torque(predictor: Predictor, residual: np.ndarray) -> np.ndarray:
     position, velocity, acceleration = derivatives(Series(samples), residual)
     model = predictor.model()
     damping = model.dof_damping[[model.joint(name).dofadr[0] for name in predictor.joints]]
-    missing = kp[at] * position + (kd[at] + damping[samples.joint]) * velocity
+    on = samples.of([r.powered for r in predictor.recordings])
+    missing = on * kp[at] * position + (on * kd[at] + damping[samples.joint]) * velocity
     missing += joint_inertia(predictor)[samples.joint] * acceleration
-    hanging = ~np.array([r.gravity_compensation for r in predictor.recordings])[samples.recording]
+    carried = np.array([bool(r.gravity_compensation) for r in predictor.recordings])
+    hanging = 1.0 - carried[samples.recording] * on
     if hanging.any():
         gravity = gravity_torque(predictor)
         missing += hanging * (gravity - gravity_torque(predictor, samples.q - residual))

@@ -8,8 +8,9 @@ import numpy as np
 from t2l.diagnose.candidate import Pair
 from t2l.diagnose.evidence import Evidence, some
 from t2l.diagnose.idle_joints import without_idle_joints
+from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
 from t2l.diagnose.pairs import best_pair
-from t2l.diagnose.starting_points import starting_points
+from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_best
@@ -71,19 +72,23 @@ def fit_all(
     screen, mask = evidence.screen, evidence.screen_mask
     diagonal = moves_together(evidence.train.joints)
     progress("first guesses", 0.0)
-    guesses = starting_points(screen, mask, adopted, u, effects)
-    progress("fitting every effect", 0.2)
     least = [max(slot.parameter.size, LEAST_SIZE) for slot in adopted.slots]
     so_far = LeastSquares(adopted, u, np.maximum(np.abs(u), least), diagonal)
     run([so_far], screen, mask, 0)
-    fits = {
-        name: LeastSquares(
+    residual = np.full(len(screen.samples), np.nan)
+    residual[mask] = so_far.residual
+    terms = terms_to_try(effects, adopted, screen, residual)
+    guesses = starting_points_of(terms, screen, mask, adopted, u)
+    progress("fitting every effect", 0.2)
+    tried = {
+        key_of(term): LeastSquares(
             layout, start, size, diagonal, tolerance=SCREENING_TOLERANCE,
-            given={key: c for key, c in so_far.columns().items() if key[0] != name},
+            given={key: c for key, c in so_far.columns().items() if key[0] != term.effect.name},
         )
-        for name, (layout, start, size) in guesses.items()
+        for term, (layout, start, size) in zip(terms, guesses, strict=True)
     }  # fmt: skip
-    run(list(fits.values()), screen, mask, ITERATIONS, drop_hopeless)
+    run(list(tried.values()), screen, mask, ITERATIONS, drop_hopeless)
+    fits = on_the_joints_that_show_it(tried, evidence)
     fits |= _searched(fits, evidence)
     pair = None
     if least_loss(fits) > (PARTIAL * floor) ** 2:

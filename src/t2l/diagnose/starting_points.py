@@ -16,10 +16,13 @@ from t2l.identify.scales import scales
 logger = logging.getLogger(__name__)
 
 
-def candidate_layout(adopted: Layout, effect: Effect, joints: int) -> Layout:
-    """The adopted terms and `effect` on all joints."""
-    others = [term for term in adopted.terms if term.effect.name != effect.name]
-    return Layout([*others, Term(effect, tuple(range(joints)))])
+Start = tuple[Layout, np.ndarray, np.ndarray]
+
+
+def candidate_layout(adopted: Layout, term: Term) -> Layout:
+    """The adopted terms and `term`, in place of any of the same effect."""
+    others = [other for other in adopted.terms if other.effect.name != term.effect.name]
+    return Layout([*others, term])
 
 
 def starting_points(
@@ -28,8 +31,22 @@ def starting_points(
     adopted: Layout,
     u_adopted: np.ndarray,
     effects: Sequence[Effect],
-) -> dict[str, tuple[Layout, np.ndarray, np.ndarray]]:
-    """For each effect its layout with the adopted ones, a start u and the size of its elements.
+) -> dict[str, Start]:
+    """By name, of each effect on all joints, what `starting_points_of` finds."""
+    every = tuple(range(len(predictor.joints)))
+    terms = [Term(effect, every) for effect in effects]
+    found = starting_points_of(terms, predictor, mask, adopted, u_adopted)
+    return {term.effect.name: start for term, start in zip(terms, found, strict=True)}
+
+
+def starting_points_of(
+    terms: Sequence[Term],
+    predictor: Predictor,
+    mask: np.ndarray,
+    adopted: Layout,
+    u_adopted: np.ndarray,
+) -> list[Start]:
+    """For each term its layout with the adopted ones, a start u and the size of its elements.
 
     Each joint takes the guess that lowers its own error most, a parameter of the robot the one
     that lowers the whole error; where none helps, the mildest.
@@ -39,29 +56,47 @@ def starting_points(
         for name, parameters in adopted.decode(u_adopted[None]).items()
     }
     njoint, samples = len(predictor.joints), predictor.samples
-    layouts = [candidate_layout(adopted, effect, njoint) for effect in effects]
+    layouts = [candidate_layout(adopted, term) for term in terms]
     so_far = predictor.predict([Request(adopted, u_adopted[None])])[0][0]
+    effects = list({term.effect.name: term.effect for term in terms}.values())
     read_off = _read_off(predictor, mask, effects, samples.q - so_far)
     sizes = scales(predictor)
-    guesses = [_starts(effect, sizes, njoint) + read_off[effect.name] for effect in effects]
+    guesses = {e.name: _starts(e, sizes, njoint) + read_off[e.name] for e in effects}
     requests = [
         Request(
             layout,
-            np.array([layout.encode({**adopted_values, effect.name: s}) for s in starts]),
+            np.array(
+                [
+                    layout.encode({**adopted_values, term.effect.name: _on_joints(term, guess)})
+                    for guess in guesses[term.effect.name]
+                ]
+            ),
         )
-        for effect, layout, starts in zip(effects, layouts, guesses, strict=True)
+        for term, layout in zip(terms, layouts, strict=True)
     ]
     predicted = predictor.predict(requests)
     residual = (so_far - samples.q)[mask]
     joint = samples.joint[mask]
-    found = {}
-    for effect, layout, starts, q in zip(effects, layouts, guesses, predicted, strict=True):
+    found = []
+    for term, layout, q in zip(terms, layouts, predicted, strict=True):
+        effect, starts = term.effect, guesses[term.effect.name]
         changed = (q - samples.q)[:, mask]
         _check_some_runs(effect, changed)
-        values = choose(effect, starts, residual, changed, joint, njoint)
-        size = _sizes(layout, effect, starts, adopted_values)
-        found[effect.name] = (layout, layout.encode({**adopted_values, effect.name: values}), size)
+        values = _on_joints(term, choose(effect, starts, residual, changed, joint, njoint))
+        size = _sizes(layout, effect, [_on_joints(term, s) for s in starts], adopted_values)
+        found.append((layout, layout.encode({**adopted_values, effect.name: values}), size))
     return found
+
+
+def _on_joints(term: Term, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Of values for all joints those that `term` has."""
+    joints = list(term.joints)
+    return {
+        p.name: np.ravel(values[p.name])[joints]
+        if p.per_joint and np.size(values[p.name]) > 1
+        else values[p.name]
+        for p in term.effect.parameters
+    }
 
 
 def _starts(effect: Effect, sizes: Scales, njoint: int) -> list[dict[str, np.ndarray]]:
@@ -193,5 +228,5 @@ def _sizes(layout: Layout, effect: Effect, starts, adopted_values) -> np.ndarray
         else:
             adopted = np.abs(adopted_values[slot.term.effect.name][name]).mean()
             sizes.append(max(adopted, slot.parameter.size))
-    least = np.array([1e-4 * (s.parameter.upper - s.parameter.lower) for s in layout.slots])
+    least = np.array([1e-4 * (s.parameter.upper - s.lower) for s in layout.slots])
     return np.maximum(np.array(sizes), np.minimum(least, 1e-2))

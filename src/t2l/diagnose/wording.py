@@ -138,7 +138,7 @@ def notes(candidate: Candidate, joints: tuple[str, ...]) -> list[str]:
         f"{name(i)} ends on its bound, {layout.theta(candidate.u)[i]:.4g} "
         f"{slots[i].parameter.unit}."
         for i in np.flatnonzero(at_bound & ~layout.rough)
-        if slots[i].parameter.lower != 0
+        if slots[i].lower != 0
     ]
     return sentences
 

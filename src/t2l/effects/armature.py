@@ -11,7 +11,14 @@ class Armature(Effect):
     name = "armature"
     title = "armature"
     parameters = (
-        Parameter("inertia", "kg·m²", -2.0, 20.0, "reflected inertia added to the MJCF's armature"),
+        Parameter(
+            "inertia",
+            "kg·m²",
+            -2.0,
+            20.0,
+            "reflected inertia added to the MJCF's armature",
+            adds_to="dof_armature",
+        ),
     )
     summary = "inertia of rotor and gears, reflected through the gear ratio squared"
     signature = "the error follows the acceleration"

@@ -29,6 +29,7 @@ class Backlash(Effect):
     contains = ("joint_flexibility",)  # closed teeth without play
     follows = "direction"
     rough_error = True
+    hides_state = True
 
     def extend(self, spec, joints):
         for name in joints:
@@ -54,7 +55,8 @@ class Backlash(Effect):
         def angle(load):
             return -np.sign(load) * half - compliance * load
 
-        two_mass.start_under_load(loop, rows, joints, (qpos, dofs), link, angle)
+        two_mass.start_under_load(loop, rows, joints, (qpos, dofs), link, angle, half)
+        loop.play[rows, joints] = values["play"]
 
     def starts(self, scales):
         one = np.ones_like(scales.torque)

@@ -15,7 +15,14 @@ class CoulombFriction(Effect):
     name = "coulomb_friction"
     title = "Coulomb friction"
     parameters = (
-        Parameter("torque", "N·m", -20.0, 50.0, "friction torque added to the MJCF's frictionloss"),
+        Parameter(
+            "torque",
+            "N·m",
+            -20.0,
+            50.0,
+            "friction torque added to the MJCF's frictionloss",
+            adds_to="dof_frictionloss",
+        ),
     )
     summary = "dry friction: a constant torque against the motion that holds the joint at rest"
     signature = "the error follows the direction of motion and jumps at reversals"

@@ -2,7 +2,8 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -19,7 +20,9 @@ class Parameter:
 
     Attributes:
         unit: SI, as written in reports.
-        lower, upper: bounds of the fit.
+        lower, upper: bounds of the fit; the lower one may be one a joint.
+        adds_to: the field of MjModel, (nv,), whose value of a joint it adds to. What a robot has in
+            all stays positive: see `within`.
         meaning: what it is, in a few words.
         neutral: the value at which the effect is absent (may be infinite); NaN if at none.
         log: fitted by its logarithm (positive quantities that span decades).
@@ -30,7 +33,7 @@ class Parameter:
 
     name: str
     unit: str
-    lower: float
+    lower: float | tuple[float, ...]
     upper: float
     meaning: str
     neutral: float = 0.0
@@ -38,6 +41,7 @@ class Parameter:
     per_joint: bool = True
     rough: bool = False
     size: float = 0.0
+    adds_to: str = ""
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,8 @@ class Scales:
         range: rad, how far the joint moves.
         kp, kd: largest gains over the recordings.
         armature, friction, damping: what the MJCF has already, kg·m², N·m and N·m·s/rad.
+        plant: the robot without effects, for what an effect wants to know of its shape.
+        joints: names of the driven joints.
     """
 
     torque: np.ndarray
@@ -67,6 +73,8 @@ class Scales:
     armature: np.ndarray
     friction: np.ndarray
     damping: np.ndarray
+    plant: mujoco.MjModel
+    joints: tuple[str, ...]
 
 
 class Effect(ABC):
@@ -85,6 +93,7 @@ class Effect(ABC):
             only to the nearest.
         coupled: a joint's parameters move other joints about as much as its own, so that each
             joint's derivatives take simulations of their own.
+        hides_state: it has a far side that no encoder sees, which need not start at rest.
         order: effects on the same signal apply in this order, command to joint, each to what those
             before it left.
     """
@@ -99,6 +108,7 @@ class Effect(ABC):
     follows: str = ""
     rough_error: bool = False
     coupled: bool = False
+    hides_state: bool = False
     order: int = 0
 
     def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
@@ -141,3 +151,22 @@ class Effect(ABC):
     def extends(self) -> bool:
         """Whether it changes the structure of the model."""
         return type(self).extend is not Effect.extend
+
+
+def within(effect: Effect, model: mujoco.MjModel, joints: tuple[str, ...]) -> Effect:
+    """`effect` with bounds that leave `joints` of a plant what is physically possible.
+
+    What a parameter adds to is taken away as a whole at most: no fit makes a negative inertia,
+    friction or damping of which the simulation would see zero.
+    """
+    if not any(parameter.adds_to for parameter in effect.parameters):
+        return effect
+    dofs = [model.joint(name).dofadr[0] for name in joints]
+    bounded = copy(effect)
+    bounded.parameters = tuple(
+        replace(p, lower=tuple(np.maximum(p.lower, -getattr(model, p.adds_to)[dofs]).tolist()))
+        if p.adds_to
+        else p
+        for p in effect.parameters
+    )
+    return bounded

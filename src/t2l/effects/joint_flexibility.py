@@ -25,6 +25,7 @@ class JointFlexibility(Effect):
     signature = "the response swings after fast motion at a frequency that no gain explains"
     source = "Spong, Modeling and control of elastic joint robots, 1987, eq. 15"
     follows = "acceleration"
+    hides_state = True
 
     def extend(self, spec, joints):
         for name in joints:

@@ -6,10 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 
 
 class LowRateLoop(Effect):
-    """The controller's torque is computed anew at a lower rate, and held between.
-
-    Gravity compensation goes on as it does in a loop that the log states at that rate.
-    """
+    """What the loop computes, gravity compensation included, is renewed at a lower rate."""
 
     name = "low_rate_loop"
     title = "low-rate control loop"

@@ -1,11 +1,14 @@
 """A mass at the flange that the controller does not know."""
 
+import mujoco
 import numpy as np
 
-from t2l.effects.effect import Effect, Parameter
+from t2l.effects.effect import Effect, Parameter, Scales
 
 SITES = ("attachment_site", "flange", "tip", "end_effector", "ee", "tcp")
 BODY = "payload"
+ON_AXIS_M = 1e-3  # a flange so near the last joint's axis, where a mass moves nothing
+USUAL_ARM_M = 0.3  # of a load about its joint
 
 
 class Payload(Effect):
@@ -56,8 +59,52 @@ class Payload(Effect):
         loop.batch.expand("body_ipos")[rows, body] = position
 
     def starts(self, scales):
-        mass = scales.torque.max() / (9.81 * 0.3)
+        centres, arm_m, factors = np.zeros((1, 3)), USUAL_ARM_M, (0.05, 0.3, 1.0)
+        if _distance(*_last_joint(scales), _flange(scales)) < ON_AXIS_M:
+            centres, arm_m = _around_the_axis(scales)
+            factors = (0.03, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0)  # mass and arm can trade
+        mass = scales.torque.max() / (9.81 * arm_m)
         return [
-            {"mass": np.array([factor * mass]), **{f"com_{a}": np.zeros(1) for a in "xyz"}}
-            for factor in (0.05, 0.3, 1.0)
+            {"mass": np.array([factor * mass])}
+            | {f"com_{axis}": centre[i : i + 1] for i, axis in enumerate("xyz")}
+            for factor in factors
+            for centre in centres
         ]
+
+
+def _last_joint(scales: Scales) -> tuple[np.ndarray, np.ndarray]:
+    """Axis and anchor in the frame of its body, (3,) each; no axis of a slide."""
+    model = scales.plant
+    joint = model.joint(scales.joints[-1]).id
+    slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+    return np.full(3, np.nan) if slides else model.jnt_axis[joint], model.jnt_pos[joint]
+
+
+def _distance(axis: np.ndarray, anchor: np.ndarray, point: np.ndarray) -> float:
+    return float(np.linalg.norm(np.cross(axis, point - anchor)))
+
+
+def _around_the_axis(scales: Scales) -> tuple[np.ndarray, float]:
+    """Places (n, 3) where a mass moves the last joint, as far out as its link, and that in m."""
+    model, (axis, anchor) = scales.plant, _last_joint(scales)
+    out = model.body_ipos[model.jnt_bodyid[model.joint(scales.joints[-1]).id]] - anchor
+    out = out - (out @ axis) * axis
+    if np.linalg.norm(out) < ON_AXIS_M:
+        out = USUAL_ARM_M * np.cross(axis, np.roll(axis, 1) + np.array([0.3, 0.2, 0.1]))
+    across = np.cross(axis, out)
+    places = [far * way for far in (1, 2) for way in (out, across, -out, -across)]
+    return np.array(places), float(np.linalg.norm(out))
+
+
+def _flange(scales: Scales) -> np.ndarray:
+    """Where the payload is put, in the frame of the last joint's body, (3,) m."""
+    model = scales.plant
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    body = model.jnt_bodyid[model.joint(scales.joints[-1]).id]
+    at = data.xpos[body]
+    for name in SITES:
+        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+        if site >= 0:
+            at = data.site_xpos[site]
+    return data.xmat[body].reshape(3, 3).T @ (at - data.xpos[body])

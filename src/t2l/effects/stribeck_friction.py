@@ -12,7 +12,14 @@ class StribeckFriction(Effect):
     name = "stribeck_friction"
     title = "Stribeck friction"
     parameters = (
-        Parameter("coulomb", "N·m", -20.0, 50.0, "friction in fast motion, added to the MJCF's"),
+        Parameter(
+            "coulomb",
+            "N·m",
+            -20.0,
+            50.0,
+            "friction in fast motion, added to the MJCF's",
+            adds_to="dof_frictionloss",
+        ),
         Parameter("extra_at_rest", "N·m", 0.0, 50.0, "by how much breakaway exceeds it"),
         Parameter("velocity", "rad/s", 0.002, 3.0, "velocity at which the excess fades", log=True),
     )

@@ -33,6 +33,12 @@ class Slot:
         """What it is in any layout: names of effect and parameter, and the joint."""
         return self.term.effect.name, self.parameter.name, self.joint
 
+    @property
+    def lower(self) -> float:
+        """Bound of the fit."""
+        lower = self.parameter.lower
+        return lower[self.joint] if isinstance(lower, tuple) else lower
+
 
 class Layout:
     """How the parameters of several terms lie in one vector u.
@@ -56,7 +62,7 @@ class Layout:
         ]
         self.log = np.array([slot.parameter.log for slot in self.slots], bool)
         self.rough = np.array([slot.parameter.rough for slot in self.slots], bool)
-        self.lower = self._scaled(np.array([slot.parameter.lower for slot in self.slots], float))
+        self.lower = self._scaled(np.array([slot.lower for slot in self.slots], float))
         self.upper = self._scaled(np.array([slot.parameter.upper for slot in self.slots], float))
         neutral = np.array([slot.parameter.neutral for slot in self.slots], float)
         self.neutral = np.clip(self._scaled(neutral), self.lower, self.upper)

@@ -73,20 +73,29 @@ def start_under_load(
     between: tuple[np.ndarray, np.ndarray],
     link,
     angle: Callable[[np.ndarray], np.ndarray],
+    farthest: np.ndarray | float = np.inf,
 ) -> None:
     """Start with the joints between at rest under their load, the encoder where it was measured.
+
+    Or as `ServoLoop.hidden_start` says, where a recording begins in motion.
 
     Args:
         between: qpos and dof addresses (k,), as of `addresses`.
         link: (nrow, 1), 1 where the encoder measures the link.
         angle: of the joints between (nrow, k), rad, from their loads (nrow, k), N·m.
+        farthest: (nrow, k) rad to either side; beyond, only the load bends them.
     """
     qpos, dofs = between
     bias = loop.batch.bind("qfrc_bias")  # before the start is computed, which fills it
 
     def settle(loop):
         rest = angle(bias[rows, dofs])
-        loop.batch.qpos[rows, qpos] = rest
-        loop.batch.qpos[rows, loop.qpos[joints]] -= link * rest
+        beyond, velocity = np.moveaxis(loop.hidden_start[rows, joints, :2], -1, 0)
+        most = np.maximum(np.abs(rest), farthest)
+        start = np.clip(rest + beyond, -most, most)
+        loop.batch.qpos[rows, qpos] = start
+        loop.batch.qpos[rows, loop.qpos[joints]] -= link * start
+        loop.batch.qvel[rows, dofs] = velocity
+        loop.batch.qvel[rows, loop.dofs[joints]] -= link * velocity
 
     loop.settle.append(settle)

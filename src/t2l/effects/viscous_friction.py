@@ -10,7 +10,16 @@ class ViscousFriction(Effect):
 
     name = "viscous_friction"
     title = "viscous friction"
-    parameters = (Parameter("damping", "N·m·s/rad", -20.0, 100.0, "damping added to the MJCF's"),)
+    parameters = (
+        Parameter(
+            "damping",
+            "N·m·s/rad",
+            -20.0,
+            100.0,
+            "damping added to the MJCF's",
+            adds_to="dof_damping",
+        ),
+    )
     summary = "friction proportional to velocity, as of grease and back-EMF"
     signature = "the error follows the velocity, in proportion"
     source = "MuJoCo, XML reference, joint/damping"

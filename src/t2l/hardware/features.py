@@ -1,6 +1,7 @@
 """What robots measure, and what a back end can do with them."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class Features:
         side_by_side: robots at once, at most; None for as many as memory holds.
         takes_commands: whether it can follow commands, of a motion or a policy.
         logs_cycles: whether it logs every cycle of its controller, see `Backend.log_cycles`.
-        gravity_compensation: whether the robot cancels its own gravity.
+        gravity_compensation: whether the robot cancels its own gravity, as of `Recording`.
         truth_known: whether `Backend.truth` tells what identification should find.
     """
 
@@ -58,5 +59,5 @@ class Features:
     side_by_side: int | None = None
     takes_commands: bool = True
     logs_cycles: bool = False
-    gravity_compensation: bool = True
+    gravity_compensation: bool | Literal["continuous"] = True
     truth_known: bool = False

@@ -26,7 +26,7 @@ from t2l.hardware.lugre import LuGre
 from t2l.hardware.motion import Motion
 from t2l.hardware.virtual_physics import EFFECTS, VirtualPhysics, read, without
 from t2l.hardware.virtual_signals import Noise, SetPoints
-from t2l.recordings.recording import Recording
+from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.robots import Robot, plant
 from t2l.seeds import generator
 from t2l.sim.batch import diverged, make_batch
@@ -239,7 +239,8 @@ class VirtualRobot(Backend):
 
 
 def _features(physics: VirtualPhysics) -> Features:
-    return Features(physics.control_rate_hz, truth_known=True)
+    # the plant itself carries its weight, at every physics step
+    return Features(physics.control_rate_hz, gravity_compensation=CONTINUOUS, truth_known=True)
 
 
 def _left(physics: VirtualPhysics, absent: Iterable[str]) -> VirtualPhysics:

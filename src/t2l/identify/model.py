@@ -14,21 +14,23 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
 
+import mujoco
 import numpy as np
 import yaml
 from pydantic import Field
 
 from t2l.artefacts import write_text
 from t2l.documents import read_yaml
-from t2l.effects.effect import Effect, Parameter
+from t2l.effects.effect import Effect, Parameter, within
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
 from t2l.robots import ROBOTS
-from t2l.robots.plant import mjcf_path
+from t2l.robots.plant import compiled, load, mjcf_path
 from t2l.typed import AsTuple, Invalid, Number, Typed, check, describe
 
 Values = Mapping[str, Mapping[str, Mapping[str, float] | float]]
@@ -48,13 +50,17 @@ class Model:
     effects: Values = field(default_factory=dict)
     effect_files: tuple[Path, ...] = ()
 
-    def known_effects(self) -> dict[str, Effect]:
-        """Every effect this model may use."""
-        return load_effects(self.effect_files)
+    def known_effects(self, joints: tuple[str, ...] = ()) -> dict[str, Effect]:
+        """Every effect this model may use, within what is possible for `joints` of the robot."""
+        known = load_effects(self.effect_files)
+        if not joints:
+            return known
+        bare = _bare(self.robot, joints, mjcf_path(self.robot).stat().st_mtime_ns)
+        return {name: within(effect, bare, joints) for name, effect in known.items()}
 
     def terms(self, joints: tuple[str, ...]) -> list[Term]:
         """The adopted effects on the joints they have values for."""
-        known = self.known_effects()
+        known = self.known_effects(joints)
         return [
             Term(known[name], _joints_with_values(values, known[name], joints))
             for name, values in self.effects.items()
@@ -72,6 +78,12 @@ class Model:
         }
         layout = Layout(terms)
         return layout, layout.encode(values)
+
+
+@lru_cache(maxsize=8)
+def _bare(robot: str, joints: tuple[str, ...], written: int) -> mujoco.MjModel:
+    """The robot without effects, of a file that was last `written` then."""
+    return compiled(load(robot, joints), robot)
 
 
 def from_vector(model: Model, layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> Model:

@@ -111,7 +111,7 @@ class Predictor:
                 ]
                 call = partial(
                     simulate, model, self.joints, group.schedule, self._substeps(model), variants,
-                    group.wanted, velocity,
+                    group.wanted, velocity, beginning=group.beginning,
                 )  # fmt: skip
                 jobs.append(
                     batches.Job(

@@ -21,8 +21,9 @@ def scales(predictor: Predictor) -> Scales:
     command = samples.of([r.q_des for r in recordings])
     torque = kp[samples.recording, samples.joint] * (command - samples.q)
     torque -= kd[samples.recording, samples.joint] * velocity
-    compensated = np.array([r.gravity_compensation for r in recordings])
+    compensated = np.array([bool(r.gravity_compensation) for r in recordings])
     torque += np.where(compensated[samples.recording], gravity_torque(predictor), 0.0)
+    torque *= samples.of([r.powered for r in recordings])
     njoint = len(predictor.joints)
 
     def per_joint(function, values):
@@ -49,6 +50,8 @@ def scales(predictor: Predictor) -> Scales:
         armature=model.dof_armature[dofs],
         friction=model.dof_frictionloss[dofs],
         damping=model.dof_damping[dofs],
+        plant=model,
+        joints=predictor.joints,
     )
 
 

@@ -1,13 +1,15 @@
 """Recordings that one batch can hold: their commands at the ticks of one control loop."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from t2l.identify.initial_state import start_state
+from t2l.identify.hidden_state import WINDOW_S, Beginning
+from t2l.identify.initial_state import LEAST_RAD_S, start_state
+from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
-from t2l.recordings.recording import Recording
+from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.sim.servo import Schedule
 
 
@@ -16,6 +18,7 @@ class Group:
     """Recordings of one loop rate and like length.
 
     Attributes:
+        beginning: of the recordings, if any of them begins in motion.
         recordings: indices.
         held: which samples are theirs, (k,) indices.
         wanted: for each of these its recording in the schedule, the index in `sample_ticks` of the
@@ -23,6 +26,7 @@ class Group:
     """
 
     schedule: Schedule
+    beginning: Beginning | None
     recordings: tuple[int, ...]
     held: np.ndarray
     wanted: tuple[np.ndarray, ...]
@@ -51,11 +55,12 @@ def _group(
     last = max(int(np.ceil(r.duration_s / period - 1e-6)) for r in recordings)
     ticks, real = np.arange(last + 2), np.arange((last + 2) * coarseness)
     commands = np.empty((len(ticks), len(recordings), len(recordings[0].joints)))
+    powered = np.empty_like(commands)
     for column, recording in enumerate(recordings):
         elapsed = recording.time - recording.time[0]
         row = np.searchsorted(elapsed, real * real_period + 1e-6, side="right") - 1
-        held = recording.q_des[row].reshape(len(ticks), coarseness, -1)
-        commands[:, column] = held.mean(axis=1)
+        for signal, held in ((commands, recording.q_des), (powered, recording.powered)):
+            signal[:, column] = held[row].reshape(len(ticks), coarseness, -1).mean(axis=1)
     held = np.flatnonzero(np.isin(samples.recording, indices))
     below, rest = _ticks(samples.time[held], period)
     sample_ticks = np.unique(np.concatenate([[0], below, below + 1]))
@@ -67,14 +72,30 @@ def _group(
         kd=np.array([r.kd for r in recordings]),
         start_q=np.array([q for q, _ in start]),
         start_dq=np.array([dq for _, dq in start]),
-        gravity_compensation=np.array([r.gravity_compensation for r in recordings]),
+        compensated=np.array([r.gravity_compensation is True for r in recordings]),
+        balanced=np.array([r.gravity_compensation == CONTINUOUS for r in recordings]),
         sample_ticks=sample_ticks,
         coarseness=coarseness,
+        powered=None if powered.all() else powered,
     )
     column = {index: i for i, index in enumerate(indices)}
     record = np.array([column[r] for r in samples.recording[held]])
     wanted = record, np.searchsorted(sample_ticks, below), rest, samples.joint[held]
-    return Group(schedule, tuple(indices), held, wanted)
+    beginning = _beginning(recordings, schedule, wanted, samples.q[held])
+    return Group(schedule, beginning, tuple(indices), held, wanted)
+
+
+def _beginning(
+    recordings: Sequence[Recording], schedule: Schedule, wanted: Sequence, measured: np.ndarray
+) -> Beginning | None:
+    if (np.abs(schedule.start_dq) <= LEAST_RAD_S).all():
+        return None
+    last = int(np.ceil(WINDOW_S / schedule.period_s))
+    ticks = schedule.sample_ticks[schedule.sample_ticks <= last]
+    early = np.flatnonzero(wanted[1] + 1 < len(ticks))
+    noise = max(noise_floor(list(recordings)), 1e-9)
+    schedule = replace(schedule, sample_ticks=ticks)
+    return Beginning(schedule, tuple(w[early] for w in wanted), measured[early], noise)
 
 
 def _ticks(elapsed: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:

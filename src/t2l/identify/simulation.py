@@ -8,6 +8,7 @@ import numpy as np
 from t2l.effects.blame import blaming
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
+from t2l.identify.hidden_state import Beginning
 from t2l.sim.servo import Schedule, ServoLoop
 
 
@@ -20,6 +21,7 @@ def simulate(
     wanted: Sequence[np.ndarray],
     velocity: bool = False,
     threads: int = 1,
+    beginning: Beginning | None = None,
 ) -> tuple[np.ndarray, ...]:
     """Position (m, k) of each variant at each wanted sample, NaN where it diverged.
 
@@ -30,16 +32,42 @@ def simulate(
         wanted: of each sample its recording in the schedule, the index in `sample_ticks` of the
             tick at or before it, the fraction of a period since, and its joint; (k,) each.
         velocity: return that too, likewise.
+        beginning: of recordings that begin in motion.
     """
+    hidden = None
+    if beginning is not None and any(e.hides_state for e in _taking_part(variants)):
+        hidden = _hidden(model, joints, beginning, substeps, variants, threads)
     with blaming(_taking_part(variants), "to simulate it"):
-        q, dq, period = _run(model, joints, schedule, substeps, variants, threads)
+        q, dq, period = _run(model, joints, schedule, substeps, variants, threads, hidden)
+    between, rate = _at(wanted, q, dq, period)
+    return (between, rate) if velocity else (between,)
+
+
+def _at(wanted, q, dq, period) -> tuple[np.ndarray, np.ndarray]:
+    """Position and velocity at the wanted samples."""
     recording, tick, rest, joint = wanted
     first = (slice(None), recording, tick, joint)
     second = (slice(None), recording, tick + 1, joint)
     between = _hermite(rest, period, q[first], q[second], dq[first], dq[second])
-    if not velocity:
-        return (between,)
     return between, (1 - rest) * dq[first] + rest * dq[second]
+
+
+def _hidden(model, joints, beginning: Beginning, substeps, variants, threads) -> np.ndarray:
+    """Where the far sides start, (m, nrec, njoint, 3), as `ServoLoop.hidden_start`."""
+    hiding = {
+        j for layout, _ in variants for t in layout.terms if t.effect.hides_state for j in t.joints
+    }
+    m = sum(len(u) for _, u in variants)
+
+    def predict(starts: np.ndarray) -> np.ndarray:
+        copies = list(variants) * (len(starts) // m)
+        run = _run(model, joints, beginning.schedule, substeps, copies, threads, starts)
+        return _at(beginning.wanted, *run)[0]
+
+    with blaming(_taking_part(variants), "to simulate it"):
+        loop = _loop(model, joints, beginning.schedule, substeps, variants, threads)
+        play = loop.play.reshape(m, loop.nrec, len(joints))
+        return beginning.estimate(predict, sorted(hiding), play)
 
 
 def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:
@@ -47,9 +75,17 @@ def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:
 
 
 def _run(
-    model, joints, schedule, substeps, variants, threads
+    model, joints, schedule, substeps, variants, threads, hidden: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Position and velocity of every variant, and the period from tick to tick, s."""
+    loop = _loop(model, joints, schedule, substeps, variants, threads)
+    if hidden is not None:
+        loop.hidden_start[:] = hidden.reshape(loop.hidden_start.shape)
+    return *loop.run(), loop.period_s
+
+
+def _loop(model, joints, schedule, substeps, variants, threads) -> ServoLoop:
+    """The loop of every variant, with their effects."""
     m = sum(len(u) for _, u in variants)
     loop = ServoLoop(model, joints, schedule, m, threads, substeps)
     at = 0
@@ -60,7 +96,7 @@ def _run(
             per_row = {k: loop.per_row(v) for k, v in values[term.effect.name].items()}
             term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
         at += len(u)
-    return *loop.run(), loop.period_s
+    return loop
 
 
 def _hermite(part, period, q0, q1, v0, v1) -> np.ndarray:

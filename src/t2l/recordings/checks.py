@@ -11,7 +11,15 @@ from t2l.recordings.recording import Recording
 from t2l.typed import LARGEST, suggestion
 
 # prefixes of the columns that belong to one joint
-COMMANDED, MEASURED = "q_des", ("q", "dq", "tau")
+COMMANDED = "q_des"
+UNITS = {
+    "q_des": "rad", "q": "rad", "dq": "rad/s", "tau": "N·m", "current": "A",
+    "supply_voltage": "V", "torque_enabled": "0 or 1",
+}  # fmt: skip
+MEASURED = tuple(kind for kind in UNITS if kind != COMMANDED)
+OPTIONAL = tuple(kind for kind in MEASURED if kind != "q")
+# a column without a joint stands for all of them
+SHARED = ("supply_voltage", "torque_enabled")
 
 # fewer than these say nothing about a response
 LEAST_SAMPLES = 10
@@ -36,7 +44,7 @@ def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> 
         raise RecordingError(
             path, "the header", f"one column, {columns[0]!r}", "columns separated by commas"
         )
-    known = ["time", *(f"{kind}.{j}" for kind in (COMMANDED, *MEASURED) for j in joints)]
+    known = ["time", *(f"{kind}.{j}" for kind in (COMMANDED, *MEASURED) for j in joints), *SHARED]
     for column in columns:
         if column not in known:
             raise RecordingError(
@@ -49,9 +57,15 @@ def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> 
             raise RecordingError(path, f"column {column}", "it twice", "each column once")
     if "time" not in columns:
         raise RecordingError(path, "column time", "nothing", "the time of every row, in s")
-    for kind, unit in ((COMMANDED, "rad"), ("q", "rad"), ("dq", "rad/s"), ("tau", "N·m")):
+    for kind, unit in UNITS.items():
         missing = [joint for joint in joints if f"{kind}.{joint}" not in columns]
-        optional = kind in ("dq", "tau")
+        if kind in columns:
+            if len(missing) < len(joints):
+                raise RecordingError(
+                    path, f"column {kind}", "columns of single joints too", "one or the other"
+                )
+            continue
+        optional = kind in OPTIONAL
         if missing and not (optional and len(missing) == len(joints)):
             allowed = f"{kind} of each of the {len(joints)} joints of the YAML, in {unit}"
             if optional:
@@ -100,7 +114,22 @@ def check_samples(recording: Recording) -> None:
                 f"{values[row, joint]:g}",
                 f"numbers up to {LARGEST:g}",
             )
+        _check_allowed(kind, values, recording, path)
     _check_enough(recording, path)
+
+
+def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Path | str) -> None:
+    """Whether switches are 0 or 1, and voltages above 0."""
+    allowed = {"torque_enabled": "0 or 1, or nothing", "supply_voltage": "above 0 V, or nothing"}
+    if kind not in allowed:
+        return
+    fine = values > 0 if kind == "supply_voltage" else np.isin(values, (0, 1))
+    bad = ~(fine | np.isnan(values))
+    if bad.any():
+        row, joint = np.argwhere(bad)[0]
+        column = f"{kind}.{recording.joints[joint]}"
+        found = f"{values[row, joint]:g}"
+        raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed[kind])
 
 
 def _check_time(time: np.ndarray, path: Path | str) -> None:

@@ -88,7 +88,9 @@ def _same_commands(first: Recording, second: Recording) -> bool:
     # midpoints: at an edge itself, rounding decides which command holds
     times = (edges[:-1] + np.diff(edges) / 2)[lasting]
     held = [
-        recording.q_des[np.searchsorted(clock, times, side="right") - 1]
+        np.hstack([recording.q_des, recording.powered])[
+            np.searchsorted(clock, times, side="right") - 1
+        ]
         for recording, clock in zip((first, second), clocks, strict=True)
     ]
     return len(times) > 0 and bool(np.all(np.abs(held[0] - held[1]) <= SAME_COMMAND_RAD))

@@ -4,8 +4,9 @@
 >>> recording.q_des.shape, recording.duration_s
 
 The table has a column `time` [s] and, for every joint of the YAML, `q_des.JOINT` [rad],
-`q.JOINT` [rad] and, if recorded, `dq.JOINT` [rad/s] and `tau.JOINT` [N·m]. An empty measured cell
-means that nothing was sampled there.
+`q.JOINT` [rad] and, if recorded, `dq.JOINT` [rad/s], `tau.JOINT` [N·m] and `current.JOINT` [A].
+`supply_voltage` [V] and `torque_enabled` (0 or 1) are one column, or one for each joint. An empty
+measured cell means that nothing was sampled there.
 """
 
 from collections.abc import Iterable
@@ -17,7 +18,7 @@ import yaml
 
 from t2l.documents import read_yaml
 from t2l.errors import RecordingError
-from t2l.recordings.checks import COMMANDED, MEASURED, check_columns, check_samples
+from t2l.recordings.checks import COMMANDED, MEASURED, SHARED, check_columns, check_samples
 from t2l.recordings.metadata import as_written, check_metadata
 from t2l.recordings.recording import Recording
 from t2l.recordings.table import read_numbers
@@ -45,6 +46,8 @@ def read_recording(path: Path | str) -> Recording:
     index = {column: i for i, column in enumerate(columns)}
 
     def signal(kind: str) -> np.ndarray | None:
+        if kind in index:
+            return np.repeat(numbers[:, index[kind], None], len(joints), axis=1)
         if f"{kind}.{joints[0]}" not in index:
             return None
         return np.ascontiguousarray(numbers[:, [index[f"{kind}.{joint}"] for joint in joints]])
@@ -126,13 +129,20 @@ def _write_table(recording: Recording, path: Path, format: str) -> None:
     columns = {"time": recording.time}
     for kind in (COMMANDED, *MEASURED):
         values = getattr(recording, kind)
-        if values is not None:
+        if values is not None and kind in SHARED and _same(values).all():
+            columns[kind] = values[:, 0]
+        elif values is not None:
             columns |= {f"{kind}.{joint}": values[:, i] for i, joint in enumerate(recording.joints)}
     table = pd.DataFrame(columns)
     if format == "csv":
         table.to_csv(path, index=False)
     else:
         table.to_parquet(path, index=False)
+
+
+def _same(values: np.ndarray) -> np.ndarray:
+    """(n, njoint) whether a joint's value is that of the first."""
+    return (values == values[:, :1]) | (np.isnan(values) & np.isnan(values[:, :1]))
 
 
 def _stem(path: Path) -> Path:

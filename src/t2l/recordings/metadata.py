@@ -2,7 +2,7 @@
 
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -10,11 +10,12 @@ from pydantic import BeforeValidator, Field
 from t2l.errors import RecordingError
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
-from t2l.recordings.recording import Recording
+from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.robots import ROBOTS
 from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion
 
 JOINTS_ALLOWED = "a list of different joint names, in the order of the columns"
+COMPENSATION_ALLOWED = f"true or false, or {CONTINUOUS}"
 
 # the slowest loop that holds a joint, and faster than any that a computer runs
 LEAST_CONTROL_RATE_HZ, LARGEST_RATE_HZ = 1, 100_000
@@ -25,6 +26,12 @@ def _joint_names(value: Any) -> tuple[str, ...]:
     if not fine or len(set(value)) < len(value):
         raise refuse(JOINTS_ALLOWED)
     return tuple(value)
+
+
+def _compensation(value: Any) -> bool | str:
+    if not isinstance(value, bool) and value != CONTINUOUS:
+        raise refuse(COMPENSATION_ALLOWED)
+    return value
 
 
 def _point(value: Any) -> tuple[float, ...]:
@@ -53,7 +60,11 @@ class Metadata(Typed):
     ]
     command_rate_hz: Rate
     control_rate_hz: Annotated[Rate, Field(ge=LEAST_CONTROL_RATE_HZ)]
-    gravity_compensation: Annotated[bool, Field(description="true or false")]
+    gravity_compensation: Annotated[
+        bool | Literal["continuous"],
+        BeforeValidator(_compensation),
+        Field(description=COMPENSATION_ALLOWED),
+    ]
     base_position: Annotated[tuple[Number, ...] | None, BeforeValidator(_point)] = None
     notes: str = ""
 
@@ -99,13 +110,18 @@ def as_written(recording: Recording, path: Path) -> dict[str, Any]:
         "kd": _one_or_each(recording.kd),
         "command_rate_hz": _plain(recording.command_rate_hz),
         "control_rate_hz": _plain(recording.control_rate_hz),
-        "gravity_compensation": bool(recording.gravity_compensation),
+        "gravity_compensation": _switch(recording.gravity_compensation),
     }
     if recording.base_position is not None:
         metadata["base_position"] = [float(x) for x in recording.base_position]
     if recording.notes:
         metadata["notes"] = recording.notes
     return metadata
+
+
+def _switch(value: Any) -> bool | str:
+    # a NumPy bool is none that YAML knows
+    return value if value == CONTINUOUS else bool(value)
 
 
 def _one_or_each(gains: np.ndarray) -> float | list[float]:

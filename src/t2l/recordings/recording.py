@@ -2,10 +2,14 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from t2l.gains import Cell
+
+CONTINUOUS = "continuous"
+SIGNALS = ("time", "q_des", "q", "dq", "tau", "current", "supply_voltage", "torque_enabled")
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,12 +25,17 @@ class Recording:
         kd: N·m·s/rad, (njoint,).
         command_rate_hz: how often the commanded positions change.
         control_rate_hz: how often the controller evaluates its law.
-        gravity_compensation: whether the machine cancels gravity itself.
+        gravity_compensation: whether the machine cancels gravity itself: True if its control loop
+            does so at its ticks, `CONTINUOUS` if springs or a much faster loop do.
         time: s, (n,), strictly increasing; gaps are allowed.
         q_des: rad, (n, njoint), each row held until the next.
         q: rad, (n, njoint), NaN where not sampled.
         dq: rad/s, as q; None if never recorded.
         tau: N·m, as q; None if never recorded.
+        current: A, of the motors, as q; None if never recorded.
+        supply_voltage: V, as q; None if never recorded.
+        torque_enabled: 1 where the motor is on and 0 where it is off, as q but held until the next
+            one; None if it was on throughout.
         base_position: m, (3,), of the robot's base in the world of its model.
         notes: anything a person wants to remember.
     """
@@ -39,12 +48,15 @@ class Recording:
     kd: np.ndarray
     command_rate_hz: float
     control_rate_hz: float
-    gravity_compensation: bool
+    gravity_compensation: bool | Literal["continuous"]
     time: np.ndarray
     q_des: np.ndarray
     q: np.ndarray
     dq: np.ndarray | None = None
     tau: np.ndarray | None = None
+    current: np.ndarray | None = None
+    supply_voltage: np.ndarray | None = None
+    torque_enabled: np.ndarray | None = None
     base_position: tuple[float, ...] | None = None
     notes: str = ""
 
@@ -56,9 +68,18 @@ class Recording:
     def beginning(self, duration_s: float) -> "Recording":
         """The rows before `duration_s`."""
         rows = self.time - self.time[0] < duration_s
-        measured = {name: getattr(self, name) for name in ("time", "q_des", "q", "dq", "tau")}
-        cut = {name: None if values is None else values[rows] for name, values in measured.items()}
-        return replace(self, **cut)
+        values = {name: getattr(self, name) for name in SIGNALS}
+        return replace(self, **{n: None if v is None else v[rows] for n, v in values.items()})
+
+    @property
+    def powered(self) -> np.ndarray:
+        """(n, njoint), 1.0 where the motor is on and 0.0 where it is off."""
+        if self.torque_enabled is None:
+            return np.ones_like(self.q_des)
+        known = ~np.isnan(self.torque_enabled)
+        last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], -1))
+        held = np.take_along_axis(self.torque_enabled, np.maximum(last, 0), axis=0)
+        return np.where(last < 0, 1.0, held)
 
     @property
     def cell(self) -> str:

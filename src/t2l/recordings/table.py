@@ -108,7 +108,8 @@ def _read_parquet(path: Path, check_columns: Callable) -> tuple[list[str], pa.Ta
         ) from None
     check_columns(table.column_names)
     for field in table.schema:
-        if not any(fits(field.type) for fits in NUMERIC):
+        switch = field.name.startswith("torque_enabled") and pa.types.is_boolean(field.type)
+        if not switch and not any(fits(field.type) for fits in NUMERIC):
             raise RecordingError(path, f"column {field.name}", f"{field.type} cells", ALLOWED_CELL)
     numbers = pa.schema([(name, pa.float64()) for name in table.column_names])
     return table.column_names, table.cast(numbers, safe=False)

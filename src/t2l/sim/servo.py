@@ -1,6 +1,9 @@
 """Position-controlled joints as a robot runs them: torque held between the ticks of its loop.
 
-    τ_k = Kp (q_des − q_k) − Kd q̇_k + gravity compensation,   held for one period
+    τ_k = Kp (q_des − q_k) − Kd q̇_k + g(q_k),   held for one period
+
+with the gravity compensation g where the loop gives one. A machine that compensates elsewhere, by
+springs or by a much faster loop of its drives, does so continuously.
 
 The plant moves under finer or equal physics steps of dt. MuJoCo's single-step integrators evaluate
 forces at q and advance to q + dt v'. Moving the position dt/2 ahead before the steps and back
@@ -25,6 +28,7 @@ import mujoco
 import numpy as np
 
 from t2l.sim.batch import diverged, make_batch
+from t2l.sim.gravity import GravityCompensation
 
 MAX_TIMESTEP_S = 0.001
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
@@ -39,9 +43,11 @@ class Schedule:
         commands: (ntick, nrec, njoint) q_des at each tick, rad.
         kp, kd: (nrec, njoint), N·m/rad and N·m·s/rad.
         start_q, start_dq: (nrec, njoint), rad and rad/s.
-        gravity_compensation: (nrec,) bool.
+        compensated: (nrec,) bool, whether the loop compensates gravity.
+        balanced: (nrec,) bool, whether gravity is compensated continuously, elsewhere.
         sample_ticks: (nsample,) ticks at which the state is wanted, increasing.
         coarseness: periods of the real loop from tick to tick.
+        powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
     """
 
     period_s: float
@@ -50,9 +56,11 @@ class Schedule:
     kd: np.ndarray
     start_q: np.ndarray
     start_dq: np.ndarray
-    gravity_compensation: np.ndarray
+    compensated: np.ndarray
+    balanced: np.ndarray
     sample_ticks: np.ndarray
     coarseness: int = 1
+    powered: np.ndarray | None = None
 
 
 class ServoLoop:
@@ -70,12 +78,16 @@ class ServoLoop:
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
         ahead: (nsim, 1) s, how far the loop looks ahead to be no later than the real one.
+        hidden_start: (nsim, njoint, 3) angle and velocity with which what no encoder sees starts,
+            beyond its rest under load, rad and rad/s, and what to add to `Schedule.start_dq`.
+        play: (nsim, njoint) rad, within which it is free.
+        command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
             what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
-        controller_filters: called with (tick, torque), change the controller's own torque, without
-            gravity compensation, in place.
-        motor_filters: called with (tick, torque), change the motor torque, gravity compensation
-            included, in place.
+        controller_filters: called with (tick, torque), change what the loop computes, the gravity
+            compensation that it gives included, in place.
+        motor_filters: called with (tick, torque), change the motor torque, any gravity
+            compensation included, in place.
         sensor_filters: called with (tick, q, dq), change what encoders read in place.
         joint_torques: called with (tick, q, dq, torque), add to the last in place.
         friction: called with (tick, dq, motor torque, level), add to each joint's Coulomb friction
@@ -108,6 +120,9 @@ class ServoLoop:
         self.encoder_offset = np.zeros_like(self.kp)
         late = (schedule.period_s - self.real_period_s) / 2
         self.ahead = np.full((len(self.kp), 1), late)
+        self.hidden_start = np.zeros((*self.kp.shape, 3))
+        self.play = np.zeros_like(self.kp)
+        self.command_lead_s = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
@@ -145,7 +160,9 @@ class ServoLoop:
         """
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
-        gravity = self._gravity()
+        balance = self._balance()
+        compensated = np.tile(schedule.compensated, self.nvariant)[:, None]
+        gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
         kd = self._look_ahead()
         if self.inertia_changed:
             batch.set_const()
@@ -157,7 +174,7 @@ class ServoLoop:
         wanted, taken = schedule.sample_ticks, 0
         limited = np.isfinite(self.motor_limits).any()
         least, most = self.motor_limits.T
-        recording = np.tile(np.arange(self.nrec), self.nvariant)
+        command, recording = self._commands(), np.tile(np.arange(self.nrec), self.nvariant)
         if self.friction:
             friction = batch.expand("dof_frictionloss")
             constant_friction = friction[:, self.dofs]
@@ -173,24 +190,31 @@ class ServoLoop:
                 taken += 1
                 if taken == len(wanted):
                     break
-            target = schedule.commands[tick][recording]
+            target = command(tick)
             for change in self.command_filters:
                 change(tick, target)
             torque = self.kp * (target - measured) - kd * measured_dq
+            if gravity:
+                # masses are where the last step was halfway, and at the first tick where they start
+                since = self.period_s - (0.5 * dt if tick == 1 else 0.0)
+                torque += np.where(compensated, gravity(since, 0.5 * dt + self.ahead), 0.0)
             for change in self.controller_filters:
                 change(tick, torque)
-            held = gravity[:, self.dofs]
-            torque += held
+            carried = balance[:, self.dofs]
+            torque += carried
             for change in self.motor_filters:
                 change(tick, torque)
             if limited:
                 np.minimum(np.maximum(torque, least, out=torque), most, out=torque)
+            if schedule.powered is not None:
+                # what balances the weight elsewhere goes on
+                torque = carried + (torque - carried) * schedule.powered[tick][recording]
             if self.friction:
                 level = constant_friction.copy()
                 for add in self.friction:
                     add(tick, dq, torque, level)
                 friction[:, self.dofs] = np.maximum(level, 0.0)
-            torque -= held
+            torque -= carried
             for add in self.joint_torques:
                 add(tick, q, dq, torque)
             applied[:, self.dofs] = torque
@@ -213,11 +237,31 @@ class ServoLoop:
             out_dq.reshape(order).transpose(1, 2, 0, 3),
         )
 
-    def _gravity(self) -> np.ndarray:
-        compensated = np.tile(self.schedule.gravity_compensation, self.nvariant)
-        if not compensated.all():
-            self.batch.expand("body_gravcomp")[~compensated] = 0.0
-            if not compensated.any():
+    def _commands(self) -> Callable[[int], np.ndarray]:
+        """q_des (nsim, njoint) in force at a tick, before any filter."""
+        commands = self.schedule.commands
+        recording = np.tile(np.arange(self.nrec), self.nvariant)
+        if not self.command_lead_s.any():
+            return lambda tick: commands[tick][recording]
+        lead = self.command_lead_s / self.period_s
+        whole = np.floor(lead + 1e-9).astype(int)
+        part, last, joint = lead - whole, len(commands) - 1, np.arange(len(self.joints))
+
+        def at(tick: int) -> np.ndarray:
+            now, next = (
+                commands[np.minimum(tick + n, last), recording[:, None], joint]
+                for n in (whole, whole + 1)
+            )
+            return now + part * (next - now)
+
+        return at
+
+    def _balance(self) -> np.ndarray:
+        """What carries the weight continuously, (nsim, nv) N·m, kept up to date."""
+        balanced = np.tile(self.schedule.balanced, self.nvariant)
+        if not balanced.all():
+            self.batch.expand("body_gravcomp")[~balanced] = 0.0
+            if not balanced.any():
                 return np.zeros((self.batch.nsim, self.batch.model.nv))
         return self.batch.bind("qfrc_gravcomp")
 
@@ -231,7 +275,8 @@ class ServoLoop:
     def _start(self) -> None:
         batch = self.batch
         batch.qpos[:, self.qpos] = self.start_q - self.encoder_offset
-        batch.qvel[:, self.dofs] = self._per_simulation(self.schedule.start_dq)
+        start_dq = self._per_simulation(self.schedule.start_dq)
+        batch.qvel[:, self.dofs] = start_dq + self.hidden_start[..., 2]
         batch.forward()
         for prepare in self.settle:
             prepare(self)

@@ -51,6 +51,16 @@ def test_units_signs_scales_and_offsets_are_undone(files):
     assert recording.dq is None
 
 
+def test_one_column_may_be_the_supply_of_all_joints(files):
+    table, mapping, _ = files
+    lines = table.read_text().splitlines()
+    table.write_text("\n".join([lines[0] + ",mV", *(line + ",7400" for line in lines[1:])]))
+    columns = MAPPING["columns"] | {"supply_voltage": {"from": "mV", "unit": "mV"}}
+    mapping.write_text(yaml.safe_dump(MAPPING | {"columns": columns}))
+    recording = read_mapped(table, read_mapping(mapping))
+    np.testing.assert_allclose(recording.supply_voltage, np.full_like(Q, 7.4))
+
+
 def test_the_command_writes_recordings(files, tmp_path, capsys):
     table, mapping, _ = files
     out = tmp_path / "out"

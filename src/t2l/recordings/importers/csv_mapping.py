@@ -10,7 +10,8 @@ every column of the recording comes from:
       q.elbow: {from: pos_1, unit: deg, sign: -1}
 
 A quantity of all joints takes a list of columns, one for each joint, and one joint's takes one.
-A number becomes ``sign · scale · number · unit + offset``, with the offset in s, rad, rad/s or N·m.
+`supply_voltage` and `torque_enabled` may take one column for all joints.
+A number becomes ``sign · scale · number · unit + offset``, with the offset in SI and radians.
 Time is shifted to begin at zero.
 """
 
@@ -26,19 +27,19 @@ from pydantic import Field
 
 from t2l.documents import read_yaml
 from t2l.errors import RecordingError
-from t2l.recordings.checks import COMMANDED, MEASURED, check_samples
+from t2l.recordings.checks import COMMANDED, MEASURED, OPTIONAL, SHARED, check_samples
 from t2l.recordings.importers.units import FACTORS
 from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
 from t2l.recordings.per_joint import per_joint
-from t2l.recordings.recording import Recording
+from t2l.recordings.recording import SIGNALS, Recording
 from t2l.typed import Typed, describe, suggestion
 
 
 class MappingFile(Metadata):
     """A mapping as it is written: a recording's YAML, and where its columns come from."""
 
-    columns: Annotated[dict[str, Any], Field(description="the keys time, q_des, q, dq, tau")]
+    columns: Annotated[dict[str, Any], Field(description=f"the keys {', '.join(SIGNALS)}")]
     separator: Annotated[str, Field(min_length=1, max_length=10)] = ","
     decimal: Literal[".", ","] = "."
     held_commands: bool = False
@@ -188,11 +189,12 @@ def _each_source(value: Any, path: Path, prefix: str, kind: str, count: int) -> 
         raise refused("scale", value["scale"], "a number other than 0")
     offset = np.zeros(count) if part.offset is None else part.offset
     names = part.source
+    shared = kind in SHARED and isinstance(names, str)
     # a robot with one joint may list it as well
-    if count == 1 and isinstance(names, str) and names:
-        names = [names]
+    if (count == 1 or shared) and isinstance(names, str) and names:
+        names = [names] * count
     fine = isinstance(names, list) and all(isinstance(n, str) and n for n in names)
-    if not fine or len(set(names)) < len(names):
+    if not fine or (len(set(names)) < len(names) and not shared):
         allowed = "a list of different columns of the CSV" if count > 1 else "a column of the CSV"
         raise refused("from", names, allowed)
     if len(names) != count:
@@ -210,7 +212,7 @@ def _check_complete(sources: AnyMapping, joints: tuple[str, ...], path: Path) ->
         raise RecordingError(path, "key columns.time", "nothing", "the column that holds the time")
     for kind in (COMMANDED, *MEASURED):
         missing = [joint for joint in joints if f"{kind}.{joint}" not in sources]
-        optional = kind in ("dq", "tau")
+        optional = kind in OPTIONAL
         if missing and not (optional and len(missing) == len(joints)):
             raise RecordingError(
                 path,
