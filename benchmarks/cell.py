@@ -15,8 +15,9 @@ from t2l.actions import make_control
 from t2l.demos.replay import replay
 from t2l.gains import Cell
 from t2l.policies import POLICIES, Episode
+from t2l.policies.validation import split
 
-TARGET = "results/paper/block_stack/cells/{}/rollouts.parquet"
+TARGET = "results/paper/block_stack/nominal/{}/seed0/rollouts.parquet"
 
 
 def run() -> pd.DataFrame:
@@ -46,14 +47,14 @@ def run() -> pd.DataFrame:
     task = block_stack()
     control = make_control({"kind": "joint_target"}, Cell(256, 8), task.robot, task.model)
     section = {**paper()["training"], "epochs": 5}
-    policy = POLICIES.find(section.pop("policy"))
+    policy, fraction = POLICIES.find(section.pop("policy")), section.pop("validation_fraction")
     settings = policy.settings(**section)
     replays = replay(task, demonstrations(task, 100), control, 10, threads=2)
     episodes = [Episode(r.observation, np.column_stack([r.action, r.gripper])) for r in replays]
     seconds = {}
     for count in (100, 50, 25):
         start = time.perf_counter()
-        policy.fit(episodes[:count], settings, seed=0)
+        policy.fit(*split(episodes[:count], fraction, 0), settings, seed=0)
         seconds[count] = time.perf_counter() - start
     for count in (50, 25):
         rows.append(

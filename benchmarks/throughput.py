@@ -107,6 +107,7 @@ def _policy(task: Task) -> Policy:
     """The nominal policy, hardly trained, and that on standing still, so that no rollout ends."""
     section = {**paper()["training"], "epochs": 1}
     policy = POLICIES.find(section.pop("policy"))
+    del section["validation_fraction"]
     rng = np.random.default_rng(0)
     still = np.array([*task.robot.home, *task.opened])
     episodes = [
@@ -116,4 +117,4 @@ def _policy(task: Task) -> Policy:
         )
         for _ in range(2)
     ]
-    return policy.fit(episodes, policy.settings(**section), seed=0)[0]
+    return policy.fit(episodes[:1], episodes[1:], policy.settings(**section), seed=0)[0]

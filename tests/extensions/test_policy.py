@@ -6,6 +6,7 @@ import pytest
 from t2l.config import effective
 from t2l.errors import ArtefactError
 from t2l.policies import POLICIES, checkpoint
+from t2l.policies.validation import split
 from t2l.typed import Invalid
 from tests.policies.made import episodes
 
@@ -15,11 +16,12 @@ NAME = "nearest_neighbour"
 def test_it_is_trained_kept_and_acts_as_any_other(tmp_path):
     section = effective({"study": "tests", "training": {"policy": NAME}})["training"]
     found = POLICIES.find(section.pop("policy"))
-    policy, losses = found.fit(episodes(), found.settings(**section), seed=0)
+    parts = split(episodes(), section.pop("validation_fraction"), seed=0)
+    policy, losses = found.fit(*parts, found.settings(**section), seed=0)
     assert losses.validation_loss.iloc[-1] < 0.1
     checkpoint.save(policy, tmp_path / "policy.safetensors")
     loaded = checkpoint.load(tmp_path / "policy.safetensors")
-    seen = episodes()[0]
+    seen = parts[0][0]
     np.testing.assert_array_equal(loaded.act(seen.observation[:, None])[:, 0], seen.action)
 
 

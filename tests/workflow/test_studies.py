@@ -1,15 +1,11 @@
-"""Every study that ships can be planned, from the files of the project alone."""
+"""Studies that ship can be planned, from the files of the project alone."""
 
 import re
 
 import pytest
 
-from tests.conftest import ROOT
-
-JOBS = {
-    "config": 120, "joint_deltas": 73, "paper": 1296, "smoke": 55, "transfer_conditions": 200,
-    "transfer_grid": 200, "ur5e": 96,
-}  # fmt: skip
+# those whose rules or sections no other has; that all of them can be read is tested elsewhere
+JOBS = {"config": 189, "landscape": 219, "paper": 3888, "transfer_decision": 437, "variants": 1549}
 
 
 def _planned(done):
@@ -21,9 +17,7 @@ def test_the_default_study_needs_no_flag(empty_project):
     assert _planned(empty_project.run_default("--dry-run")) == JOBS["config"]
 
 
-@pytest.mark.parametrize(
-    "name", sorted(path.stem for path in (ROOT / "config/studies").glob("*.yaml"))
-)
+@pytest.mark.parametrize("name", sorted(set(JOBS) - {"config"}))
 def test_a_study_is_planned_whole(empty_project, name):
     file = f"config/studies/{name}.yaml"
     assert _planned(empty_project.run_default("--dry-run", "--configfile", file)) == JOBS[name]

@@ -11,7 +11,8 @@ from t2l.jobs import job
 with job(snakemake):
     given, params = snakemake.input, snakemake.params
     cloning = [read_table(path, CLONING_COLUMNS) for path in given.cloning]
-    transfer = read_table(given.transfer, TRANSFER_COLUMNS)
+    # of the first condition
+    (transfer,) = (read_table(path, TRANSFER_COLUMNS) for path in given.transfer)
     figure = regimes(
         pd.concat(cloning)[list(CLONING_COLUMNS)],
         Grid.from_section(params.grid),
