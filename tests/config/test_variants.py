@@ -44,7 +44,7 @@ def test_a_variant_with_another_policy_has_that_policys_keys(config, tmp_path):
         ({"demonstrations": {"used": 101}}, "variants.a.demonstrations.used: found 101; allowed: "),
         (
             {"demonstrations": {"used": {"kp31_kd2": 5}}},
-            "variants.a.demonstrations.used.kp31_kd2: found a cell that is not in the grid (did you",
+            "variants.a.demonstrations.used.kp31_kd2: found a cell that is not in the grid (did",
         ),
         (
             {"demonstrations": {"used": {"kp32_kd2": 1}}},

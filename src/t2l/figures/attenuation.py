@@ -198,9 +198,11 @@ def _lines(axes: Axes, table: "pd.DataFrame", name: str) -> None:
 
 
 def _decades(axes: Axes) -> None:
-    """A logarithmic axis that has labels within a decade too."""
+    """A logarithmic axis that has labels within a decade too where it has few decades."""
     axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
+    low, high = axes.get_xlim()
+    within = (1, 3) if high / low < 100 else (1,)
+    axes.xaxis.set_major_locator(LogLocator(subs=within))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
 

@@ -29,7 +29,7 @@ def success_and_loss(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
         figure, axes = plt.subplots(1, 2, figsize=(width(grid), height(grid)))
         policies = int(cells.groupby(["kp", "kd"]).size().max())
         n = int(cells.rollouts.max())
-        of = f"{policies} policies, {n} rollouts each" if policies > 1 else f"{n} rollouts"
+        of = f"{policies} × {n} rollouts" if policies > 1 else f"{n} rollouts"
         heatmap(
             axes[0],
             *(matrix(cells, "success", grid), grid, "viridis", Normalize(0, 1)),
