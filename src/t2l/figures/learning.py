@@ -111,7 +111,7 @@ def training_curves(curves: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
                 if label not in labels:
                     handles, labels = [*handles, handle], [*labels, label]
         if handles:
-            figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
+            figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=8)
         seeds = len(np.unique(np.concatenate([t.seed for t in curves.values()])))
         figure.suptitle(
             f"Training with tuned action scales, {seeds} seed{'s' if seeds > 1 else ''}",
