@@ -1,9 +1,8 @@
 """``t2l import-rosbag``: recordings from ROS 2 bags and MCAP files."""
 
 import argparse
-from pathlib import Path
 
-from t2l.cli.inputs import add_extensions, add_force
+from t2l.cli.mapped import add_mapped, import_mapped
 
 HELP = "make recordings of ROS 2 bags or MCAP files"
 
@@ -16,27 +15,11 @@ is one to start from. It needs the package rosbags (pip install 't2l[ros]'), not
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
-    parser.description = DESCRIPTION
-    parser.add_argument("mapping", type=Path, metavar="MAPPING.yaml")
-    parser.add_argument("bags", type=Path, nargs="+", metavar="BAG")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument("--kp", type=float, help="stiffness instead of the mapping's, N·m/rad")
-    parser.add_argument("--kd", type=float, help="damping instead of the mapping's, N·m·s/rad")
-    parser.add_argument("--format", choices=("csv", "parquet"), default="csv")
-    add_extensions(parser)
-    add_force(parser)
+    add_mapped(parser, DESCRIPTION, "BAG")
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Check every bag, then write every recording.
-
-    Raises:
-        RecordingError: the mapping or a bag is wrong; nothing is written.
-    """
-    from t2l.cli.recordings import write_recordings
+    """See `import_mapped`."""
     from t2l.recordings.importers import read_bag, read_bag_mapping
 
-    gains = {key: value for key in ("kp", "kd") if (value := getattr(arguments, key)) is not None}
-    mapping = read_bag_mapping(arguments.mapping, **gains)
-    recordings = [read_bag(bag, mapping) for bag in arguments.bags]
-    write_recordings(recordings, arguments, [arguments.mapping, *arguments.bags])
+    import_mapped(arguments, read_bag_mapping, read_bag)
