@@ -37,7 +37,6 @@ from t2l.policies import checkpoint
 from t2l.policies.gaussian_mlp import GaussianMLP
 from t2l.rl.choice import Choice
 from t2l.rl.chosen import read_chosen, write_chosen
-from t2l.rl.constraints import NAMES, Evaluation
 from tests.policies.made import chunk_cvae, gaussian_mlp
 from tests.report.findings import compared
 from tests.rl.test_environments import PARAMETERS
@@ -210,12 +209,11 @@ def _network(path):
 
 
 def _chosen(path):
-    evaluation = Evaluation(0.9, dict.fromkeys(NAMES, 0.0))
-    write_chosen(path, Cell(128, 16), 3, Choice((0.2, 0.1), {"pace": 1.5}), evaluation)
+    write_chosen(path, Cell(128, 16), Choice((0.2, 0.1), {"pace": 1.5}), "trial 3")
 
 
 def _parameters(path):
-    found = Identified(PARAMETERS, np.array([1.0]), 0.1, np.zeros(1), np.zeros(1), ())
+    found = Identified(PARAMETERS, np.array([1.0]), 0.1, 0.2, np.zeros(1), np.zeros(1), [])
     write_parameters(found, Cell(128, 16), tuple(f"joint{i}" for i in range(7)), path)
 
 

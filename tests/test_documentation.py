@@ -28,7 +28,7 @@ PAGES = sorted(
 )
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 # options of tools that no page explains: pytest with Hypothesis
-OF_OTHERS = {"--hypothesis-profile"}
+OF_OTHERS = {"--config", "--hypothesis-profile"}
 
 each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
@@ -189,7 +189,9 @@ def snakemake_lines():
 
 
 def test_targets_of_snakemake_exist(snakemake_lines):
-    targets = {target for parsed in snakemake_lines.values() for target in parsed.targets}
+    # those of other configurations are not planned here
+    lines = [parsed for parsed in snakemake_lines.values() if not parsed.configfile]
+    targets = {target for parsed in lines for target in parsed.targets}
     assert {"figures", "diagnosis"} <= targets
     run = subprocess.run(
         [sys.executable, "-m", "snakemake", "-n", "--quiet", "--cores", "1", "--", *targets],

@@ -15,11 +15,17 @@ class ConfigurationError(T2LError):
     """A configuration key holds something that cannot be run."""
 
 
+# of where in a file something is wrong
+MOST_CHARACTERS = 500
+
+
 class InputError(ConfigurationError):
     """A file that a person gave holds something that cannot be used."""
 
     def __init__(self, path: Path | str, where: str, found: str, allowed: str):
-        super().__init__(f"{path}: {where}: found {found}; allowed: {allowed}")
+        # it may name what somebody has written, of any length
+        shown = where if len(where) <= MOST_CHARACTERS else f"{where[:MOST_CHARACTERS]}…"
+        super().__init__(f"{path}: {shown}: found {found}; allowed: {allowed}")
         self.path, self.where, self.found, self.allowed = path, where, found, allowed
 
 

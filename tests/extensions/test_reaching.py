@@ -10,7 +10,7 @@ from t2l.rl.condition import Condition
 from t2l.rl.constraints import NAMES
 from t2l.rl.problem import Problem
 from t2l.robots import make_robot
-from tests.defaults import shipped
+from tests.defaults import learning, shipped
 
 PARAMETERS = {
     name: np.full(3, value)
@@ -45,7 +45,7 @@ def test_it_reaches_in_an_identified_simulator(name):
         ),
     )  # fmt: skip
     problem = Problem(condition, Cell(128, 16), PARAMETERS, rate_hz=100.0, horizon_s=1.0)
-    environments = problem.environments(Choice((0.3, 0.2)), 4, seed=0)
+    environments = problem.environments(Choice((0.3, 0.2)), learning(), 4, seed=0)
     observation = environments.reset()
     assert observation.shape == (4, len(task.observation_names) + 3)
     for _ in range(environments.horizon):

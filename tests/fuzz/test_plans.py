@@ -15,7 +15,7 @@ from t2l.cli.main import main
 from t2l.hardware import BACKENDS
 from t2l.hardware.plan import plan_model
 from t2l.recordings.importers.csv_mapping import MappingFile
-from t2l.recordings.importers.lerobot import Info
+from t2l.recordings.importers.lerobot_dataset import Info
 from tests.conftest import ROOT
 from tests.fuzz.generate import as_bytes, damaged, spoilt
 from tests.fuzz.harness import check

@@ -104,7 +104,7 @@ def test_without_that_key_training_never_ends_early():
     settings = learning(environments=8, updates=2, evaluate_every=1)
     assert settings.enough is None
     start = make(n=4, horizon_s=0.1, action_scale=(1e-3, 1e-3))
-    PPO.train(make(n=8), start, settings, lambda update, _: seen.append(update))
+    PPO.train(make(n=8), start, settings, lambda update, *_: seen.append(update))
     assert seen == [1, 2]
 
 

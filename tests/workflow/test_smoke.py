@@ -63,7 +63,7 @@ def test_progress_says_what_is_done_and_what_is_left(smoke):
     numbers, totals, texts = zip(*lines, strict=True)
     assert set(totals) == {str(len(lines))}
     assert [int(n) for n in numbers] == list(range(1, len(lines) + 1))
-    assert re.search(r"train block_stack kp\d+_kd\d+  \d+ s", smoke.first.stdout)
+    assert re.search(r"train block_stack nominal kp\d+_kd\d+ 0  \d+ s", smoke.first.stdout)
     # from a quarter of the jobs on, at the latest, every line but the last says how long
     assert all(re.search(r"; about .+ left$", text) for text in texts[len(texts) // 4 : -1])
 

@@ -34,7 +34,7 @@ def test_more_trials_continue_a_study_and_one_cell_is_one_path(smoke):
     shutil.copytree(cell, kept)
     config = yaml.safe_load(yaml.safe_dump(smoke.config))
     config["tuning"]["trials"] += 1
-    target = "results/smoke/sim_to_real/joint_reach/kp512_kd1/rollouts.parquet"
+    target = "results/smoke/sim_to_real/joint_reach/kp512_kd1/seed1/rollouts.parquet"
     try:
         done = smoke.run("--", target, config=config)
         assert done.returncode == 0, done.stdout[-4000:]

@@ -97,7 +97,8 @@ def _beyond(robot: Robot, offsets: np.ndarray, kp: np.ndarray, kd: np.ndarray) -
         kd=np.broadcast_to(kd, shape),
         start_q=np.broadcast_to(robot.home, shape),
         start_dq=np.zeros(shape),
-        gravity_compensation=np.ones(len(offsets), bool),
+        compensated=np.ones(len(offsets), bool),
+        balanced=np.zeros(len(offsets), bool),
         sample_ticks=looks,
     )
     model = plant.load(robot.name, robot.joints).compile()

@@ -139,7 +139,8 @@ def _robot(value: str, path: Path) -> str:
     if value in names:
         return value
     model = (path.parent / value).resolve()
-    if model.is_file():
+    # os.path: of a name that is too long for a file, pathlib makes an error
+    if os.path.isfile(model):
         return str(model)
     found = f"{describe(value)}{suggestion(value, names)}"
     if value.endswith((".xml", ".mjcf", ".urdf")):

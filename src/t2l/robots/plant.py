@@ -1,5 +1,6 @@
 """Any robot that MuJoCo can load, MJCF or URDF, reduced to the joints that a recording drives."""
 
+import os
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -10,6 +11,9 @@ import numpy as np
 from t2l.errors import ConfigurationError
 from t2l.robots.registry import ROBOTS, make_robot
 from t2l.robots.robot import Robot
+
+# of a path in a message; more is no path
+MOST_CHARACTERS = 500
 
 
 def mjcf_path(robot: str) -> Path:
@@ -22,9 +26,10 @@ def mjcf_path(robot: str) -> Path:
     if robot in names:
         return make_robot(robot).mjcf()
     path = Path(robot)
-    if not path.is_file():
+    # os.path: of a name that is too long for a file, pathlib makes an error
+    if not os.path.isfile(path):
         raise ConfigurationError(
-            f"robot: {robot!r} is neither a known name ({', '.join(names)}) nor an MJCF or "
+            f"robot: {robot[:MOST_CHARACTERS]!r} is neither a known name ({', '.join(names)}) nor an MJCF or "
             "URDF file"
         )
     return path
