@@ -15,17 +15,20 @@ class ConfigurationError(T2LError):
     """A configuration key holds something that cannot be run."""
 
 
-# of where in a file something is wrong
-MOST_CHARACTERS = 500
+# of each part of what is wrong with a file
+MOST_CHARACTERS = 1000
 
 
 class InputError(ConfigurationError):
     """A file that a person gave holds something that cannot be used."""
 
     def __init__(self, path: Path | str, where: str, found: str, allowed: str):
-        # it may name what somebody has written, of any length
-        shown = where if len(where) <= MOST_CHARACTERS else f"{where[:MOST_CHARACTERS]}…"
-        super().__init__(f"{path}: {shown}: found {found}; allowed: {allowed}")
+        # each may name what somebody has written, of any length
+        place, there, instead = (
+            text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}…"
+            for text in (where, found, allowed)
+        )
+        super().__init__(f"{path}: {place}: found {there}; allowed: {instead}")
         self.path, self.where, self.found, self.allowed = path, where, found, allowed
 
 

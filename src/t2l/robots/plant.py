@@ -29,8 +29,8 @@ def mjcf_path(robot: str) -> Path:
     # os.path: of a name that is too long for a file, pathlib makes an error
     if not os.path.isfile(path):
         raise ConfigurationError(
-            f"robot: {robot[:MOST_CHARACTERS]!r} is neither a known name ({', '.join(names)}) nor an MJCF or "
-            "URDF file"
+            f"robot: {robot[:MOST_CHARACTERS]!r} is neither a known name ({', '.join(names)}) "
+            "nor an MJCF or URDF file"
         )
     return path
 
