@@ -1,63 +1,123 @@
-"""A policy per cell, and its rollouts."""
+"""The policies of each cell, one a training seed, and their rollouts.
+
+Variants that are trained on the same data share them, and those that are trained alike share their
+policies: the first of them has both.
+"""
 
 # Snakemake does not miss an intermediate artefact while what follows from it is there. Targets ask
 # for every one, so that a deleted one is made again.
-EVERY_CELL = expand(
-    of_cell("{artefact}"),
-    task=TASKS,
-    cell=CELLS,
-    artefact=[
-        "demonstrations",
-        "replays.parquet",
-        "policy.safetensors",
-        "losses.parquet",
-        "rollouts.parquet",
-        "traces.parquet",
-    ],
-)
+EVERY_CELL = [
+    *expand(
+        of_cell("{artefact}"),
+        task=TASKS,
+        variant={like(name, *LABELS) for name in VARIANTS},
+        cell=CELLS,
+        artefact=["demonstrations", "replays.parquet"],
+    ),
+    *expand(
+        of_policy("{artefact}"),
+        task=TASKS,
+        variant={like(name, *TRAINED) for name in VARIANTS},
+        cell=CELLS,
+        seed=SEEDS,
+        artefact=["policy.safetensors", "losses.parquet"],
+    ),
+    *expand(
+        of_policy("{artefact}"),
+        task=TASKS,
+        variant=VARIANTS,
+        cell=CELLS,
+        seed=SEEDS,
+        artefact=["rollouts.parquet", "traces.parquet"],
+    ),
+]
 
 
-rule train:
-    input:
-        demonstrations=of_cell("demonstrations"),
-    output:
-        policy=of_cell("policy.safetensors"),
-        losses=of_cell("losses.parquet"),
-    params:
-        version=VERSION,
-        task=task_parameters,
-        actions=STUDY.sections["actions"],
-        seed=SEED,
-        settings=STUDY.sections["training"],
-    log:
-        result("logs", "train", "{task}_{cell}.log"),
-    benchmark:
-        result("benchmarks", "train", "{task}_{cell}.tsv")
-    resources:
-        mem_mb=2000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/train.py"
+# the jobs of both rules make the same files; a configuration has one of them
+if STUDY.sections["training_jobs"] == "policy":
+
+    rule train:
+        input:
+            demonstrations=by_cell("demonstrations"),
+        output:
+            policies=[of_policy("policy.safetensors")],
+            losses=[of_policy("losses.parquet")],
+        params:
+            version=VERSION,
+            task=task_parameters,
+            actions=of_variant("actions"),
+            seed=SEED,
+            cells=lambda wildcards: [wildcards.cell],
+            seeds=lambda wildcards: [int(wildcards.seed)],
+            demonstrations=of_variant("demonstrations"),
+            settings=of_variant("training"),
+        log:
+            result("logs", "train", "{task}_{variant}_{cell}_seed{seed}.log"),
+        benchmark:
+            result("benchmarks", "train", "{task}_{variant}_{cell}_seed{seed}.tsv")
+        resources:
+            mem_mb=2000,
+        conda:
+            "../envs/t2l.yaml"
+        script:
+            "../scripts/train.py"
+
+else:
+
+    rule train_side_by_side:
+        input:
+            demonstrations=lambda wildcards: expand(
+                of_cell("demonstrations"),
+                variant=like(wildcards.variant, *LABELS),
+                cell=CELLS,
+                allow_missing=True,
+            ),
+        output:
+            policies=expand(
+                of_policy("policy.safetensors"), cell=CELLS, seed=SEEDS, allow_missing=True
+            ),
+            losses=expand(
+                of_policy("losses.parquet"), cell=CELLS, seed=SEEDS, allow_missing=True
+            ),
+        params:
+            version=VERSION,
+            task=task_parameters,
+            actions=of_variant("actions"),
+            seed=SEED,
+            cells=CELLS,
+            seeds=SEEDS,
+            demonstrations=of_variant("demonstrations"),
+            settings=of_variant("training"),
+        log:
+            result("logs", "train_side_by_side", "{task}_{variant}.log"),
+        benchmark:
+            result("benchmarks", "train_side_by_side", "{task}_{variant}.tsv")
+        resources:
+            mem_mb=8000,
+            gpu=1,
+        conda:
+            "../envs/t2l.yaml"
+        script:
+            "../scripts/train.py"
 
 
 rule roll_out:
     input:
-        policy=of_cell("policy.safetensors"),
+        policy=by_policy("policy.safetensors"),
     output:
-        rollouts=of_cell("rollouts.parquet"),
-        traces=of_cell("traces.parquet"),
+        rollouts=of_policy("rollouts.parquet"),
+        traces=of_policy("traces.parquet"),
     params:
         version=VERSION,
         task=task_parameters,
-        actions=STUDY.sections["actions"],
+        actions=of_variant("actions"),
         seed=SEED,
-        decimation=STUDY.decimation,
-        settings=STUDY.sections["rollouts"],
+        decimation=of_variant("decimation"),
+        settings=of_variant("rollouts"),
     log:
-        result("logs", "roll_out", "{task}_{cell}.log"),
+        result("logs", "roll_out", "{task}_{variant}_{cell}_seed{seed}.log"),
     benchmark:
-        result("benchmarks", "roll_out", "{task}_{cell}.tsv")
+        result("benchmarks", "roll_out", "{task}_{variant}_{cell}_seed{seed}.tsv")
     resources:
         mem_mb=2000,
     conda:

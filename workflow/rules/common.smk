@@ -36,8 +36,42 @@ def result(*parts: str) -> str:
 
 
 def of_cell(artefact: str) -> str:
-    """The path of an artefact that every cell of every task has."""
-    return result("{task}", "cells", "{cell}", artefact)
+    """The path of an artefact that every cell of a variant has."""
+    return result("{task}", "{variant}", "{cell}", artefact)
+
+
+def of_policy(artefact: str) -> str:
+    """The path of an artefact that every training seed of a cell has."""
+    return of_cell(f"seed{{seed}}/{artefact}")
+
+
+def of_variant(section: str):
+    """For `params`: a section of the configuration as the job's variant has it."""
+    return lambda wildcards: VARIANTS[wildcards.variant][section]
+
+
+def like(variant: str, *sections: str) -> str:
+    """The first variant with the same sections, which makes what follows from them for all."""
+    own = VARIANTS[variant]
+    return next(
+        name
+        for name, other in VARIANTS.items()
+        if all(other[section] == own[section] for section in sections)
+    )
+
+
+def by_cell(artefact: str):
+    """For `input`: an artefact of a cell, of the variant that makes it."""
+    return lambda wildcards: expand(
+        of_cell(artefact), variant=like(wildcards.variant, *LABELS), allow_missing=True
+    )
+
+
+def by_policy(artefact: str):
+    """For `input`: an artefact of a policy, of the variant that makes it."""
+    return lambda wildcards: expand(
+        of_policy(artefact), variant=like(wildcards.variant, *TRAINED), allow_missing=True
+    )[0]
 
 
 def of_transfer(artefact: str) -> str:
@@ -104,6 +138,13 @@ def wanted_diagnosis(wildcards) -> list[str]:
 VERSION = with_extensions(STUDY.sections.get("extensions", []))
 TASKS = STUDY.sections["tasks"]
 CONDITIONS = [asdict(condition) for condition in STUDY.conditions]
+VARIANTS = STUDY.variants
+# what decides what a policy is trained on, and how
+LABELS = ("actions", "retargeting")
+TRAINED = (*LABELS, "demonstrations", "training")
+# what the nominal's figures and tables show, and the other variants are compared with
+NOMINAL = next(iter(VARIANTS))
+SEEDS = list(range(STUDY.sections["training_seeds"]))
 CELLS = [cell.name for cell in STUDY.grid.cells]
 SEED = STUDY.sections["seed"]
 
@@ -121,3 +162,5 @@ onstart:
 wildcard_constraints:
     task="|".join(TASKS),
     cell=NAME_PATTERN,
+    variant="|".join(VARIANTS),
+    seed=r"\d+",

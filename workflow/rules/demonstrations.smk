@@ -8,7 +8,7 @@ rule demonstrate:
         version=VERSION,
         task=task_parameters,
         seed=SEED,
-        settings=STUDY.sections["demonstrations"],
+        settings={k: v for k, v in STUDY.sections["demonstrations"].items() if k != "used"},
     log:
         result("logs", "demonstrate", "{task}.log"),
     benchmark:
@@ -33,14 +33,13 @@ rule retarget:
     params:
         version=VERSION,
         task=task_parameters,
-        actions=STUDY.sections["actions"],
-        decimation=STUDY.decimation,
-        rate_hz=STUDY.sections["retargeting"]["policy_rate_hz"],
-        hold=STUDY.sections["retargeting"]["hold"],
+        actions=of_variant("actions"),
+        decimation=of_variant("decimation"),
+        settings=of_variant("retargeting"),
     log:
-        result("logs", "retarget", "{task}_{cell}.log"),
+        result("logs", "retarget", "{task}_{variant}_{cell}.log"),
     benchmark:
-        result("benchmarks", "retarget", "{task}_{cell}.tsv")
+        result("benchmarks", "retarget", "{task}_{variant}_{cell}.tsv")
     resources:
         mem_mb=2000,
     conda:

@@ -11,7 +11,7 @@ CORNERS = [cell.name for cell in STUDY.grid.corners]
 
 rule success_figure:
     input:
-        cells=result("{task}", "cells.parquet"),
+        cells=result("{task}", NOMINAL, "cells.parquet"),
     output:
         success=figure("success", "success"),
         replay=figure("replay", "replay"),
@@ -56,7 +56,9 @@ rule fidelity_figure:
 
 rule tracking_figure:
     input:
-        expand(of_cell("demonstrations"), cell=CORNERS, allow_missing=True),
+        expand(
+            of_cell("demonstrations"), variant=NOMINAL, cell=CORNERS, allow_missing=True
+        ),
     output:
         figure("tracking", "tracking"),
     params:
@@ -80,7 +82,13 @@ rule tracking_figure:
 rule frames_figure:
     input:
         demonstrations=DEMONSTRATIONS,
-        traces=expand(of_cell("traces.parquet"), cell=CELLS, allow_missing=True),
+        traces=expand(
+            of_policy("traces.parquet"),
+            variant=NOMINAL,
+            cell=CELLS,
+            seed=SEEDS[0],
+            allow_missing=True,
+        ),
     output:
         figure("frames", "frames"),
     params:

@@ -5,19 +5,32 @@ TABLES = multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex")
 
 rule summarise:
     input:
-        replays=expand(of_cell("replays.parquet"), cell=CELLS, allow_missing=True),
-        losses=expand(of_cell("losses.parquet"), cell=CELLS, allow_missing=True),
-        rollouts=expand(of_cell("rollouts.parquet"), cell=CELLS, allow_missing=True),
+        replays=lambda wildcards: expand(
+            of_cell("replays.parquet"),
+            variant=like(wildcards.variant, *LABELS),
+            cell=CELLS,
+            allow_missing=True,
+        ),
+        losses=lambda wildcards: expand(
+            of_policy("losses.parquet"),
+            variant=like(wildcards.variant, *TRAINED),
+            cell=CELLS,
+            seed=SEEDS,
+            allow_missing=True,
+        ),
+        rollouts=expand(
+            of_policy("rollouts.parquet"), cell=CELLS, seed=SEEDS, allow_missing=True
+        ),
     output:
-        rollouts=result("{task}", "rollouts.parquet"),
-        cells=result("{task}", "cells.parquet"),
+        rollouts=result("{task}", "{variant}", "rollouts.parquet"),
+        cells=result("{task}", "{variant}", "cells.parquet"),
     params:
         version=VERSION,
-        cells=CELLS,
+        seeds=SEEDS,
     log:
-        result("logs", "summarise", "{task}.log"),
+        result("logs", "summarise", "{task}_{variant}.log"),
     benchmark:
-        result("benchmarks", "summarise", "{task}.tsv")
+        result("benchmarks", "summarise", "{task}_{variant}.tsv")
     resources:
         mem_mb=1000,
     conda:
@@ -28,7 +41,7 @@ rule summarise:
 
 rule statistics:
     input:
-        rollouts=expand(result("{task}", "rollouts.parquet"), task=TASKS),
+        rollouts=expand(result("{task}", NOMINAL, "rollouts.parquet"), task=TASKS),
     output:
         csv=captioned(TABLES[0], "../report/table.rst"),
         markdown=TABLES[1],

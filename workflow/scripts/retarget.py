@@ -15,11 +15,9 @@ with job(snakemake):
     cell = Cell.from_name(snakemake.wildcards.cell)
     demonstrations = read_demonstrations(snakemake.input.demonstrations, task)
     control = make_control(snakemake.params.actions, cell, task.robot, task.model)
-    decimation = snakemake.params.decimation
-    replays = replay(
-        task, demonstrations, control, decimation, snakemake.params.hold, snakemake.threads
-    )
+    settings, decimation = snakemake.params.settings, snakemake.params.decimation
+    replays = replay(task, demonstrations, control, decimation, settings["hold"], snakemake.threads)
     kept = successful(replays, cell)
     path = Path(snakemake.output.demonstrations)
-    write_replays(kept, task, control.actions.names, snakemake.params.rate_hz, path)
+    write_replays(kept, task, control.actions.names, settings["policy_rate_hz"], path)
     write_table(replay_table(replays, cell), snakemake.output.replays)

@@ -1,24 +1,29 @@
-"""Train one cell's policy."""
+"""Train policies of cells and training seeds, side by side if there are several."""
 
+from t2l.actions import make_control
 from t2l.artefacts import write_table
-from t2l.demos.dataset import read_replays
+from t2l.bc.training import train
 from t2l.gains import Cell
 from t2l.jobs import job
-from t2l.policies import POLICIES, Episode, checkpoint
-from t2l.seeds import torch_seed
+from t2l.policies import checkpoint
 from t2l.tasks import make_task
 
 with job(snakemake):
-    task = make_task(snakemake.params.task)
-    cell = Cell.from_name(snakemake.wildcards.cell)
-    replays = read_replays(snakemake.input.demonstrations, task)
-    settings = dict(snakemake.params.settings)
-    kind = POLICIES.find(settings.pop("policy"))
-    policy, losses = kind.fit(
-        [Episode(*replay) for replay in replays],
-        kind.settings(**settings),
-        seed=torch_seed(snakemake.params.seed, "train", snakemake.wildcards.task, cell.name),
-        threads=snakemake.threads,
+    params, wildcards = snakemake.params, snakemake.wildcards
+    task = make_task(params.task)
+    cells = [Cell.from_name(name) for name in params.cells]
+    control = make_control(params.actions, cells[0], task.robot, task.model)
+    trained = train(
+        task,
+        dict(zip(cells, snakemake.input.demonstrations, strict=True)),
+        params.seeds,
+        (params.seed, "train", wildcards.task),
+        control.actions.names,
+        params.demonstrations.get("used"),
+        params.settings,
+        snakemake.threads,
     )
-    write_table(losses.assign(kp=cell.kp, kd=cell.kd), snakemake.output.losses)
-    checkpoint.save(policy, snakemake.output.policy)
+    outputs = zip(snakemake.output.policies, snakemake.output.losses, strict=True)
+    for (policy, losses), (policy_path, losses_path) in zip(trained, outputs, strict=True):
+        write_table(losses, losses_path)
+        checkpoint.save(policy, policy_path)

@@ -1,4 +1,4 @@
-"""One row per cell out of what its stages wrote."""
+"""One row per policy out of what its stages wrote."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,13 +7,16 @@ import pandas as pd
 
 from t2l.artefacts import read_table
 from t2l.bc.rollout import COLUMNS
+from t2l.bc.training import LOSS_COLUMNS
 
 CELL_COLUMNS = (
     "kp",
     "kd",
+    "seed",
     "replay_success",
     "replays",
     "validation_loss",
+    "validation_mse_rad2",
     "success",
     "rollouts",
     "time_to_success_s",
@@ -23,10 +26,10 @@ CELL_COLUMNS = (
 def summarise(
     replays: Sequence[Path | str], losses: Sequence[Path | str], rollouts: Sequence[Path | str]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """All rollouts of a task, and one row per cell with columns `CELL_COLUMNS`.
+    """All rollouts of a task's variant with their `seed`, and a row a policy: `CELL_COLUMNS`.
 
     Args:
-        replays, losses, rollouts: the tables of each cell, in the same order of cells.
+        replays, losses, rollouts: the tables of each policy, in the same order of policies.
 
     Raises:
         ArtefactError: a table is missing, cut short or foreign.
@@ -34,16 +37,19 @@ def summarise(
     rows, tables = [], []
     for replay_path, loss_path, rollout_path in zip(replays, losses, rollouts, strict=True):
         replayed = read_table(replay_path, ("success",))
-        loss = read_table(loss_path, ("epoch", "validation_loss"))
+        last = read_table(loss_path, LOSS_COLUMNS).sort_values("epoch").iloc[-1]
         table = read_table(rollout_path, COLUMNS)
-        tables.append(table)
+        seed = int(last.seed)
+        tables.append(table.assign(seed=seed))
         rows.append(
             (
                 table.kp.iloc[0],
                 table.kd.iloc[0],
+                seed,
                 replayed.success.mean(),
                 len(replayed),
-                loss.sort_values("epoch").validation_loss.iloc[-1],
+                last.validation_loss,
+                last.validation_mse_rad2,
                 table.success.mean(),
                 len(table),
                 table.time_to_success_s.mean(),

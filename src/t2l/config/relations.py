@@ -58,13 +58,12 @@ def _counts(configuration: Configuration) -> Iterator[Problem]:
         yield Problem(
             "demonstrations.max_attempts", str(most), f"at least demonstrations.count = {count}"
         )
+    yield from _used(configuration)
     replays = configuration.fidelity.replays
     if replays > count:
         yield Problem("fidelity.replays", str(replays), f"at most demonstrations.count = {count}")
-    if not isinstance(training, TrainingSettings):
-        return
     executed = configuration.rollouts.executed_actions
-    if executed > training.chunk:
+    if isinstance(training, TrainingSettings) and executed > training.chunk:
         yield Problem(
             "rollouts.executed_actions", str(executed), f"at most training.chunk = {training.chunk}"
         )
@@ -74,6 +73,21 @@ def _counts(configuration: Configuration) -> Iterator[Problem]:
             describe(training.validation_fraction),
             "a fraction that leaves demonstrations to train on",
         )
+
+
+def _used(configuration: Configuration) -> Iterator[Problem]:
+    section = configuration.demonstrations
+    by_cell = section.used if isinstance(section.used, dict) else {}
+    cells = [cell.name for cell in grid_of(configuration.grid).cells]
+    for name in by_cell:
+        if name not in cells:
+            found = f"a cell that is not in the grid{suggestion(name, cells)}"
+            yield Problem(f"demonstrations.used.{name}", found, ", ".join(cells))
+    numbers = by_cell or {"": section.used}
+    for name, used in numbers.items():
+        if used is not None and used > section.count:
+            key = f"demonstrations.used.{name}".removesuffix(".")
+            yield Problem(key, str(used), f"at most demonstrations.count = {section.count}")
 
 
 def _rates(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from t2l.config import files, relations, robot, sizes, storage
+from t2l.config import files, relations, robot, sizes, storage, variants
 from t2l.config.cells import fidelity_cells, grid_of, transfer_cells
 from t2l.config.models import Configuration
 from t2l.config.relations import SIMULATION_RATE_HZ
@@ -37,7 +37,8 @@ class Study:
         robot: what the robot at the other end can do.
         conditions: what policies are trained and deployed under; none where the robot is only
             recorded.
-        decimation: timesteps of the simulation per policy step.
+        variants: for each variant of behaviour cloning, the nominal first: its sections
+            `variants.SECTIONS`, and `decimation`, timesteps of the simulation per policy step.
     """
 
     sections: Mapping[str, Any]
@@ -48,7 +49,7 @@ class Study:
     transfer_cells: tuple[Cell, ...]
     robot: Features
     conditions: tuple[Condition, ...]
-    decimation: int
+    variants: Mapping[str, Mapping[str, Any]]
 
 
 def effective(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -98,8 +99,12 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     tasks, lines = _read_tasks(named, folder / "tasks")
     made = {name: make_task(task) for name, task in tasks.items()}
     cells = transfer_cells(configuration)
-    problems = [
-        *relations.problems(configuration, made),
+    nominal = relations.problems(configuration, made)
+    by_variant, problems = variants.configurations(config, configuration)
+    for name, variant in by_variant.items():
+        problems += variants.differing(name, relations.problems(variant, made), nominal)
+    problems += [
+        *nominal,
         *sizes.problems(configuration, made),
         *storage.problems(configuration.tuning.storage),
         *robot.problems(configuration.robot, cells),
@@ -121,8 +126,14 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         transfer_cells=cells,
         robot=(features := robot.features(configuration.robot)),
         conditions=conditions if features.takes_commands else (),
-        decimation=round(SIMULATION_RATE_HZ / configuration.retargeting.policy_rate_hz),
+        variants={name: _cloning(variant) for name, variant in by_variant.items()},
     )
+
+
+def _cloning(configuration: Configuration) -> dict[str, Any]:
+    sections = _sections(configuration)
+    decimation = round(SIMULATION_RATE_HZ / configuration.retargeting.policy_rate_hz)
+    return {name: sections[name] for name in variants.SECTIONS} | {"decimation": decimation}
 
 
 def _read_tasks(

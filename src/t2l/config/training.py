@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import Field, create_model
 
 from t2l.config.models import Configuration
-from t2l.config.models.cloning import PolicyName, Training
+from t2l.config.models.cloning import TrainedPolicy, Training
 from t2l.policies import POLICIES, ClonedPolicy
 from t2l.typed import Invalid, Problem, describe, suggestion
 
@@ -26,7 +26,7 @@ def configuration_model(config: Any) -> type[Configuration]:
     if name not in cloned:
         found = describe(name) + suggestion(name, cloned)
         raise Invalid([Problem("training.policy", found, ", ".join(cloned))])
-    training = create_model("Training", __base__=(POLICIES.find(name).settings, PolicyName))
+    training = create_model("Training", __base__=(POLICIES.find(name).settings, TrainedPolicy))
     return create_model(
         "Configuration",
         __base__=Configuration,

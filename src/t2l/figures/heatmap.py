@@ -23,16 +23,18 @@ def success_and_loss(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
     """Success rate of the cloned policy, and beside it its final validation loss.
 
     Args:
-        cells: one row per cell, columns `COLUMNS`; successes are fractions.
+        cells: one row per policy, columns `COLUMNS`; successes are fractions.
     """
     with styled():
         figure, axes = plt.subplots(1, 2, figsize=(width(grid), height(grid)))
+        policies = int(cells.groupby(["kp", "kd"]).size().max())
         n = int(cells.rollouts.max())
+        of = f"{policies} policies, {n} rollouts each" if policies > 1 else f"{n} rollouts"
         heatmap(
             axes[0],
             *(matrix(cells, "success", grid), grid, "viridis", Normalize(0, 1)),
             text=lambda v: f"{100 * v:.0f}",
-            label=f"success [% of {n} rollouts]",
+            label=f"success [% of {of}]",
             percent=True,
         )
         losses = matrix(cells, "validation_loss", grid)
@@ -51,7 +53,7 @@ def replay_success(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
     """Share of demonstrations that still succeed after retargeting, per cell.
 
     Args:
-        cells: one row per cell, columns `COLUMNS`; successes are fractions.
+        cells: one row per policy, columns `COLUMNS`; successes are fractions.
     """
     with styled():
         figure, axes = plt.subplots(figsize=(width(grid) / 2, height(grid)))
@@ -67,8 +69,8 @@ def replay_success(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
 
 
 def matrix(table: "pd.DataFrame", column: str, grid: Grid) -> np.ndarray:
-    """A column as (nkd, nkp), NaN where a cell has no row."""
-    by_cell = table.set_index(["kp", "kd"])[column]
+    """A column as (nkd, nkp): the mean over a cell's rows, NaN where it has none."""
+    by_cell = table.groupby(["kp", "kd"])[column].mean()
     values = [[by_cell.get((kp, kd), np.nan) for kp in grid.kp] for kd in grid.kd]
     return np.array(values, dtype=float)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 import numpy as np
 from pydantic import Field
 
-from t2l.policies.policy import ClonedPolicy, Episode
+from t2l.policies.policy import ClonedPolicy, Episode, TrainingSet
 from t2l.policies.training_settings import TrainingSettings
 from t2l.typed import Integer, Number, Typed, check
 
@@ -68,38 +68,51 @@ class ChunkCVAE(ClonedPolicy):
 
     @classmethod
     def fit(
-        cls, episodes: Sequence[Episode], settings: Settings, seed: int, threads: int = 1
+        cls,
+        training: Sequence[Episode],
+        validation: Sequence[Episode],
+        settings: Settings,
+        seed: int,
+        threads: int = 1,
     ) -> "tuple[Self, pd.DataFrame]":
         """See `ClonedPolicy.fit`.
 
         The table's losses are mean squared errors of normalised actions; `reconstruction` is the
         part of the training loss that is one.
         """
-        from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
-        from t2l.policies.training import reproducible, split, train
+        (made,) = cls.fit_side_by_side([TrainingSet(training, validation, seed)], settings, threads)
+        return made
 
-        with reproducible(seed, threads) as device:
-            training, validation = split(episodes, settings, seed, device)
-            sizes = Sizes(
-                observation_size=training.observation.shape[1],
-                action_size=training.action.shape[1],
-                history=settings.history,
-                chunk=settings.chunk,
-                latent=settings.latent,
-                hidden=settings.hidden,
-            )
-            network = ChunkCVAENetwork(sizes).to(device)
-            network.normalise_by(training.observation, training.action)
-            losses = train(
-                network,
-                lambda *windows: network.loss(
-                    *windows, settings.kl_weight, settings.observation_noise
-                ),
-                training,
-                validation,
-                settings,
-            )
-        return cls(network), losses
+    @classmethod
+    def fit_side_by_side(
+        cls, sets: Sequence[TrainingSet], settings: Settings, threads: int = 1
+    ) -> "list[tuple[Self, pd.DataFrame]]":
+        """See `ClonedPolicy.fit_side_by_side`."""
+        import torch
+
+        from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
+        from t2l.policies.training import Data, reproducible, train
+
+        with reproducible(threads) as device:
+            data = Data([e for s in sets for e in s.training], settings, device)
+            ends = np.cumsum([sum(len(e.action) for e in s.training) for s in sets]).tolist()
+            parts = [range(*span) for span in zip([0, *ends], ends, strict=False)]
+            networks = []
+            for part, member in zip(parts, sets, strict=True):
+                torch.manual_seed(member.seed)
+                sizes = Sizes(
+                    observation_size=data.observation.shape[1],
+                    action_size=data.action.shape[1],
+                    **settings.model_dump(include={"history", "chunk", "latent", "hidden"}),
+                )
+                # weights are drawn on the processor, so that they are the same on every device
+                network = ChunkCVAENetwork(sizes, settings.kl_weight, settings.observation_noise)
+                own = slice(part.start, part.stop)
+                network.to(device).normalise_by(data.observation[own], data.action[own])
+                networks.append(network)
+            validation = [Data(s.validation, settings, device) for s in sets]
+            losses = train(networks, data, parts, validation, settings, [s.seed for s in sets])
+        return [(cls(n), table) for n, table in zip(networks, losses, strict=True)]
 
     def act(self, history: np.ndarray) -> np.ndarray:
         """See `Policy.act`."""

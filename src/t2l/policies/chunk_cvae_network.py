@@ -21,8 +21,15 @@ class ChunkCVAENetwork(nn.Module):
     normalisation.
     """
 
-    def __init__(self, sizes: Sizes):
+    def __init__(self, sizes: Sizes, kl_weight: float = 0.0, observation_noise: float = 0.0):
+        """Weights are drawn by torch's generator.
+
+        Args:
+            kl_weight: weight, in the loss, of the divergence from the prior, per latent element.
+            observation_noise: standard deviation of noise on normalised observations, in the loss.
+        """
         super().__init__()
+        self.kl_weight, self.observation_noise = kl_weight, observation_noise
         self.sizes = s = sizes
         history_size, chunk_size = s.history * s.observation_size, s.chunk * s.action_size
         self.encoder = _mlp(history_size + chunk_size, s.hidden, 2 * s.latent)
@@ -38,32 +45,43 @@ class ChunkCVAENetwork(nn.Module):
             getattr(self, f"{name}_mean").copy_(values.mean(dim=0))
             getattr(self, f"{name}_scale").copy_(torch.where(scale > 1e-4, scale, 1.0))
 
+    def draws(self, n: int, generator: torch.Generator) -> tuple[torch.Tensor, torch.Tensor]:
+        """Standard normal numbers of n windows: on the history, on the latent."""
+        device = generator.device
+        return (
+            torch.randn(
+                n,
+                self.sizes.history * self.sizes.observation_size,
+                generator=generator,
+                device=device,
+            ),
+            torch.randn(n, self.sizes.latent, generator=generator, device=device),
+        )
+
     def loss(
         self,
         history: torch.Tensor,
         chunk: torch.Tensor,
-        kl_weight: float,
-        observation_noise: float = 0.0,
+        history_noise: torch.Tensor,
+        latent_noise: torch.Tensor,
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """Negative evidence bound up to constants, and its reconstruction part.
 
         Args:
             history: (n, history, observation_size).
             chunk: (n, chunk, action_size).
-            kl_weight: weight of the divergence from the prior, per latent element.
-            observation_noise: standard deviation of noise added to normalised observations.
+            history_noise, latent_noise: of `draws`.
 
         Returns:
             Two scalars: the training loss and the mean squared error of normalised actions.
         """
-        condition = self._condition(history)
-        condition = condition + observation_noise * torch.randn_like(condition)
+        condition = self._condition(history) + self.observation_noise * history_noise
         target = self._normalised_chunk(chunk)
         mean, log_variance = self.encoder(torch.cat([condition, target], dim=1)).chunk(2, dim=1)
-        latent = mean + torch.randn_like(mean) * (0.5 * log_variance).exp()
+        latent = mean + latent_noise * (0.5 * log_variance).exp()
         reconstruction = (self._decode(condition, latent) - target).square().mean()
         kl = 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance).mean()
-        return reconstruction + kl_weight * kl, reconstruction
+        return reconstruction + self.kl_weight * kl, reconstruction
 
     def prediction_error(self, history: torch.Tensor, chunk: torch.Tensor) -> torch.Tensor:
         """Mean squared error of normalised actions when acting, i.e. with a zero latent."""

@@ -21,6 +21,15 @@ class Episode:
     action: np.ndarray
 
 
+@dataclass(frozen=True)
+class TrainingSet:
+    """What one policy is trained on, and the seed of its random numbers."""
+
+    training: Sequence[Episode]
+    validation: Sequence[Episode]
+    seed: int
+
+
 class Policy(ABC):
     """From the latest observations to the next actions, of n episodes at once.
 
@@ -85,19 +94,29 @@ class ClonedPolicy(Policy):
     @classmethod
     @abstractmethod
     def fit(
-        cls, episodes: Sequence[Episode], settings: Typed, seed: int, threads: int = 1
+        cls,
+        training: Sequence[Episode],
+        validation: Sequence[Episode],
+        settings: Typed,
+        seed: int,
+        threads: int = 1,
     ) -> "tuple[Self, pd.DataFrame]":
         """Train from scratch; the same seed on the same machine gives the same policy.
 
         Args:
+            training: episodes to learn from, at least one.
+            validation: episodes to judge by, at least one.
             settings: an instance of `settings`.
             threads: of the processor that training may use.
 
         Returns:
             The policy, and one row an epoch: `epoch`, `training_loss`, `validation_loss`, and what
-            else there is to say. The validation loss is that of acting on whole episodes that were
-            held out.
-
-        Raises:
-            ValueError: there are too few episodes to hold one out.
+            else there is to say. The validation loss is that of acting on `validation`.
         """
+
+    @classmethod
+    def fit_side_by_side(
+        cls, sets: Sequence[TrainingSet], settings: Typed, threads: int = 1
+    ) -> "list[tuple[Self, pd.DataFrame]]":
+        """Train a policy on each set; a class that can, trains them all at once on a GPU."""
+        return [cls.fit(s.training, s.validation, settings, s.seed, threads) for s in sets]

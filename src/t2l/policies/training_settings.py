@@ -20,6 +20,3 @@ class TrainingSettings(Typed):
         1.0e-3, gt=0, le=10, description="peak of a one-cycle schedule of the learning rate"
     )
     weight_decay: Number = Field(1.0e-4, ge=0, le=10, description="weight decay of AdamW")
-    validation_fraction: Number = Field(
-        0.1, gt=0, lt=1, description="share of whole demonstrations that are held out"
-    )

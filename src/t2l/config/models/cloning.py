@@ -1,13 +1,16 @@
 """Sections of behaviour cloning."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from t2l.config.models.grid import CompliantUpTo, Dampings, Grid, OverdampedFrom, Stiffnesses
-from t2l.config.quantities import Gains
+from t2l.config.quantities import Gains, Given, Text
 from t2l.policies import chunk_cvae
 from t2l.typed import Integer, Name, Number, Typed, Unique
+
+# one to train on, one to judge by
+Uses = Annotated[Integer, Field(ge=2, le=5_000)]
 
 
 class CloningGrid(Grid):
@@ -31,6 +34,11 @@ class Demonstrations(Typed):
         ge=2,
         le=100_000,
         description="attempts after which an expert that falls short gives up and says its rate",
+    )
+    used: Annotated[Uses | dict[Text, Uses] | None, Given] = Field(
+        None,
+        description="how many of those that survive retargeting are trained on, the first ones: a "
+        "number, or one for each of some cells by its name, such as kp32_kd2; without it all",
     )
 
 
@@ -69,17 +77,20 @@ class Fidelity(Typed):
     )
 
 
-class PolicyName(Typed):
-    """What decides which other keys `training` has."""
+class TrainedPolicy(Typed):
+    """What `training` has whatever the policy, whose name decides which other keys there are."""
 
     policy: Name = Field(
         "chunk_cvae",
         description="`chunk_cvae`, a conditional variational autoencoder of action chunks, which "
         "the keys below are for; or a policy of yours, with the keys of its own settings",
     )
+    validation_fraction: Number = Field(
+        0.1, gt=0, lt=1, description="share of whole demonstrations that are held out"
+    )
 
 
-class Training(chunk_cvae.Settings, PolicyName):
+class Training(chunk_cvae.Settings, TrainedPolicy):
     """Of the policy, where none of the user's is named."""
 
 
@@ -98,3 +109,15 @@ class Rollouts(Typed):
         ge=1,
         description="actions of each chunk that are carried out before the policy is asked again",
     )
+
+
+class Variant(Typed):
+    """What differs from the nominal."""
+
+    demonstrations: Annotated[dict[Text, Any] | None, Given] = Field(
+        None, description="`used` alone: all variants share what was recorded"
+    )
+    actions: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
+    retargeting: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
+    training: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
+    rollouts: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")

@@ -1,6 +1,6 @@
 """The whole of a configuration file."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -12,6 +12,7 @@ from t2l.config.models.cloning import (
     Retargeting,
     Rollouts,
     Training,
+    Variant,
 )
 from t2l.config.models.diagnosis import Diagnosis
 from t2l.config.models.transfer import (
@@ -69,6 +70,22 @@ class Configuration(Typed):
     )
     training: Training = _section(Training, "training of the policy")
     rollouts: Rollouts = _section(Rollouts, "rollouts of cloned policies")
+    training_seeds: Integer = Field(
+        1,
+        ge=1,
+        le=100,
+        description="how many policies each cell has, each trained from a seed of its own",
+    )
+    training_jobs: Literal["policy", "variant"] = Field(
+        "policy",
+        description="what one job trains: a `policy`, or all policies of a task and a `variant` "
+        "side by side, which a GPU does in the time of one",
+    )
+    variants: Annotated[dict[Name, Variant], Field(max_length=100)] = Field(
+        {},
+        description="by a name each: what differs from all that is said elsewhere, which is the "
+        "variant `nominal`",
+    )
     recording_grid: RecordingGrid = _section(
         RecordingGrid,
         "the cells of sim-to-real transfer; the figures outline the stiff, overdamped region G^SO, "
