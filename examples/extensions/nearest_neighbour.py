@@ -26,16 +26,16 @@ class NearestNeighbour(ClonedPolicy):
         self.observation_size, self.action_size = seen.shape[1], done.shape[1]
 
     @classmethod
-    def fit(cls, episodes, settings, seed, threads=1):
-        *rest, last = episodes
+    def fit(cls, training, validation, settings, seed, threads=1):
         policy = cls(
             *(
-                np.concatenate([getattr(e, name)[:: settings.every] for e in rest])
+                np.concatenate([getattr(e, name)[:: settings.every] for e in training])
                 for name in ("observation", "action")
             )
         )
-        error = policy.action(last.observation) - last.action
-        loss = {"epoch": [1], "training_loss": [0.0], "validation_loss": [(error**2).mean()]}
+        error = [policy.action(e.observation) - e.action for e in validation]
+        loss = (np.concatenate(error) ** 2).mean()
+        loss = {"epoch": [1], "training_loss": [0.0], "validation_loss": [loss]}
         return policy, pd.DataFrame(loss)
 
     def act(self, history):

@@ -7,6 +7,7 @@ import numpy as np
 
 from t2l.policies import POLICIES, Episode
 from t2l.policies.gaussian_mlp import GaussianMLP
+from t2l.policies.validation import split
 
 
 def episodes(count: int = 10, length: int = 60) -> list[Episode]:
@@ -25,14 +26,19 @@ def settings(**changes):
     small = {
         "history": 2, "chunk": 3, "latent": 2, "hidden": [32, 32], "epochs": 30, "batch_size": 64,
         "learning_rate": 3e-3, "weight_decay": 0.0, "observation_noise": 0.0,
-        "validation_fraction": 0.2,
     }  # fmt: skip
     return POLICIES.find("chunk_cvae").settings(**small | changes)
 
 
+def fitted(given, seed: int = 1, **changes):
+    """A policy and its losses; a fifth of the episodes is held out."""
+    kind = POLICIES.find("chunk_cvae")
+    return kind.fit(*split(given, 0.2, seed), settings(**changes), seed)
+
+
 def chunk_cvae(**changes):
     """A policy after one epoch."""
-    return POLICIES.find("chunk_cvae").fit(episodes(), settings(epochs=1, **changes), seed=1)[0]
+    return fitted(episodes(), epochs=1, **changes)[0]
 
 
 def gaussian_mlp() -> GaussianMLP:
