@@ -9,7 +9,7 @@ from t2l.scoreboard.cloning import CELLS, NOMINAL, TASK, cells_of
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
 from t2l.stats.bootstrap import mean
-from t2l.stats.rank_tests import spearman
+from t2l.stats.rank import spearman
 from t2l.stats.verdict import Finding, correlated, every_at_most, greater, within
 
 VARIANCE_COLUMNS = ("plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "variance_rad2")

@@ -32,8 +32,6 @@ from t2l.stats.transfer import log_error_regression, of_policies
 REPRODUCED, NOT_REPRODUCED, CANNOT_BE_TOLD = "reproduced", "not reproduced", "cannot be told"
 DECISION_COLUMNS = ["what", "found", "error", "p", "cells", "policies", "holds"]
 POLICY_COLUMNS = ("kp", "kd", "seed", "success_sim_100", "feedback_gain")
-# arrangements that are all counted, where there are no more
-ARRANGEMENTS = 20_000
 
 
 @dataclass(frozen=True)

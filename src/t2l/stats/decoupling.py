@@ -7,19 +7,19 @@ seeds of each, this is p = 1/20 of an exact one-sided Mann-Whitney U test, the l
 """
 
 from collections.abc import Sequence
-from math import comb
 
 import numpy as np
 import pandas as pd
-from scipy.stats import mannwhitneyu
 
 from t2l.names import heading
+from t2l.stats.attainable import least_attainable_p, reportable
+from t2l.stats.rank_tests import rank_sum_p
 from t2l.stats.text import p_value
+from t2l.stats.verdict import ALPHA
 
 COLUMNS = (
     "pairing", "kp", "kd", "seed", "stiffness_n_m", "passive_n_m", "drift", "success",
 )  # fmt: skip
-ALPHA = 0.05
 HEADERS: dict[str, str] = {"Kp": "$K_p$", "Kd": "$K_d$", "p": "$p$"}
 
 
@@ -56,7 +56,9 @@ def decoupling_table(trainings: pd.DataFrame, order: Sequence[str]) -> pd.DataFr
                 "ratio": own.median() / others.median(),
                 "ratio_least": own.min() / others.max(),
                 "ratio_most": own.max() / others.min(),
-                "p": _greater(own.to_numpy(), others.to_numpy()),
+                "p": reportable(
+                    rank_sum_p(own, others), least_attainable_p(len(own), len(others)), ALPHA
+                ),
             }
         rows.append(row)
     return pd.DataFrame(rows)
@@ -91,9 +93,3 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
 
 def _times(ratio: float) -> str:
     return f"{ratio:.3g}" if pd.notna(ratio) else "–"
-
-
-def _greater(values: np.ndarray, others: np.ndarray) -> float:
-    if 1 / comb(len(values) + len(others), len(values)) > ALPHA:
-        return float("nan")
-    return float(mannwhitneyu(values, others, alternative="greater", method="exact").pvalue)

@@ -10,6 +10,8 @@ from math import comb, factorial, nan
 import numpy as np
 from scipy.stats import mannwhitneyu, permutation_test, rankdata, spearmanr
 
+from t2l.stats.rank import spearman
+
 MOST_ARRANGEMENTS = 20_000  # enumerated in well under a second
 
 
@@ -59,11 +61,3 @@ def rank_correlation(x: np.ndarray, y: np.ndarray, sign: int) -> tuple[float, fl
         n_resamples=MOST_ARRANGEMENTS,
     )
     return float(found.statistic), float(exact.pvalue)
-
-
-def spearman(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Spearman's ρ along the last axis; NaN for a constant."""
-    ranks = [rankdata(values, axis=-1) for values in (x, y)]
-    a, b = (r - r.mean(axis=-1, keepdims=True) for r in ranks)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return (a * b).sum(axis=-1) / np.sqrt((a**2).sum(axis=-1) * (b**2).sum(axis=-1))
