@@ -1,10 +1,12 @@
 from itertools import permutations
 from math import isnan
 
+import numpy as np
 import pytest
 from scipy.stats import mannwhitneyu, spearmanr
 
 from t2l.stats.attainable import (
+    bonferroni,
     least_attainable_p,
     least_rank_p,
     least_sign_p,
@@ -43,3 +45,9 @@ def test_no_design_has_no_p():
 def test_what_could_not_be_significant_is_not_reported():
     assert reportable(0.3, least=0.01, alpha=0.05) == 0.3
     assert isnan(reportable(0.2, least=0.2, alpha=0.05))
+
+
+def test_bonferroni_multiplies_and_stops_at_one():
+    assert bonferroni(0.01, 5) == pytest.approx(0.05)
+    assert bonferroni(0.4, 5) == 1.0
+    assert np.isnan(bonferroni(np.nan, 5))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+import statsmodels.api as sm
 
-from t2l.stats.logistic import logistic_regression
 from t2l.stats.slopes import log_slopes, share_slopes
 
 KP, KD = (a.ravel() for a in np.meshgrid([32, 128, 512, 2048], [2, 8, 32, 128]))
@@ -17,11 +17,12 @@ def test_coefficients_are_those_of_a_regression_over_rollouts():
     won = _successes(0.0)
     found = share_slopes(KP, KD, won, np.full(len(won), 100))
     success = np.concatenate([np.arange(100) < w for w in won])
-    rollouts = logistic_regression(np.repeat(KP, 100), np.repeat(KD, 100), success)
-    assert (found.kp, found.kd) == pytest.approx((rollouts.kp, rollouts.kd), abs=1e-6)
+    gains = np.log2(np.column_stack([np.repeat(KP, 100), np.repeat(KD, 100)]))
+    rollouts = sm.Logit(success, sm.add_constant(gains)).fit(disp=False)
+    assert (found.kp, found.kd) == pytest.approx(tuple(rollouts.params[1:]), abs=1e-6)
     assert found.freedom == 13
     # never narrower than binomial
-    assert found.kp_error >= rollouts.kp_error * 0.999
+    assert found.kp_error >= rollouts.bse[1] * 0.999
 
 
 def test_cells_that_scatter_widen_the_errors():
@@ -44,3 +45,8 @@ def test_what_cells_do_not_determine_is_not_a_number(won):
     assert np.isnan(share_slopes(KP, KD, np.full(16, won), np.full(16, 100)).kp)
     assert np.isnan(log_slopes(KP[:4], np.ones(4), np.arange(1.0, 5.0)).kp)
     assert log_slopes([1, 2, 4], [1, 2, 1], [1, 2, 3]).freedom == 0
+
+
+def test_gains_that_separate_success_have_no_slope():
+    won = np.where(KD > 16, 100, 0)
+    assert np.isnan(share_slopes(KP, KD, won, np.full(16, 100)).kd)

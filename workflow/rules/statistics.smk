@@ -45,7 +45,7 @@ rule summarise:
 
 rule statistics:
     input:
-        rollouts=expand(result("{task}", NOMINAL, "rollouts.parquet"), task=TASKS),
+        cells=expand(result("{task}", NOMINAL, "cells.parquet"), task=TASKS),
     output:
         csv=captioned(TABLES[0], "../report/table.rst"),
         markdown=TABLES[1],

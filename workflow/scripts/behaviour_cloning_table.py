@@ -6,11 +6,11 @@ from t2l.jobs import job
 from t2l.stats.table import COLUMNS, behaviour_cloning_table, printable, to_latex
 
 with job(snakemake):
-    rollouts = {
+    cells = {
         task: read_table(path, COLUMNS)
-        for task, path in zip(snakemake.params.tasks, snakemake.input.rollouts, strict=True)
+        for task, path in zip(snakemake.params.tasks, snakemake.input.cells, strict=True)
     }
-    table = behaviour_cloning_table(rollouts, Grid.from_section(snakemake.params.grid))
+    table = behaviour_cloning_table(cells, Grid.from_section(snakemake.params.grid))
     printed = printable(table)
     csv, markdown, latex = snakemake.output
     write_text(table.to_csv(index=False), csv)

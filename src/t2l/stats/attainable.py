@@ -7,6 +7,8 @@ that count. Where that is above the level α, the test decides nothing, and no p
 
 from math import comb, factorial, isnan, nan
 
+import numpy as np
+
 
 def least_attainable_p(n_inside: int, n_outside: int, tests: int = 1) -> float:
     """Of a one-sided permutation or Mann-Whitney test between two groups: 1 / C(n, n_inside).
@@ -31,6 +33,11 @@ def least_rank_p(n: int, tests: int = 1) -> float:
 def least_sign_p(n: int, tests: int = 1) -> float:
     """Of a one-sided sign or sign-flip test of n paired differences: 2⁻ⁿ."""
     return min(1.0, tests / 2**n)
+
+
+def bonferroni(p: float, tests: int) -> float:
+    """A p value corrected for `tests` tests; NaN stays NaN."""
+    return float(np.minimum(1.0, p * tests))
 
 
 def reportable(p: float, least: float, alpha: float) -> float:

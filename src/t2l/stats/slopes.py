@@ -1,5 +1,6 @@
 """How a cell's number changes per doubling of a gain, with cells as the unit of replication."""
 
+import warnings
 from dataclasses import dataclass
 from math import nan
 
@@ -7,6 +8,7 @@ import numpy as np
 import statsmodels.api as sm
 from numpy.typing import ArrayLike
 from statsmodels.genmod.families import Binomial
+from statsmodels.tools.sm_exceptions import PerfectSeparationWarning
 
 COEFFICIENTS = 3
 
@@ -41,7 +43,13 @@ def share_slopes(kp: ArrayLike, kd: ArrayLike, successes: ArrayLike, trials: Arr
     freedom = len(design) - COEFFICIENTS
     if freedom < 1 or np.linalg.matrix_rank(design) < COEFFICIENTS or won.sum() in (0, all_.sum()):
         return Slopes()
-    fit = sm.GLM(np.column_stack([won, all_ - won]), design, family=Binomial()).fit()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", PerfectSeparationWarning)
+        try:
+            fit = sm.GLM(np.column_stack([won, all_ - won]), design, family=Binomial()).fit()
+        except PerfectSeparationWarning:
+            return Slopes()
+    # without a maximum the errors explode long before the iterations stop
     if not fit.converged or not np.all(fit.bse < 1e3):
         return Slopes()
     scale = np.sqrt(max(1.0, fit.pearson_chi2 / freedom))

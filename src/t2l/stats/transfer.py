@@ -10,8 +10,7 @@ import statsmodels.api as sm
 
 from t2l.gains import Cell, Grid
 from t2l.names import heading
-from t2l.stats.attainable import least_attainable_p, reportable
-from t2l.stats.barnard import bonferroni
+from t2l.stats.attainable import bonferroni, least_attainable_p, reportable
 from t2l.stats.rank_tests import rank_sum_p
 from t2l.stats.text import estimate, p_over_cells, p_value, rate
 from t2l.stats.verdict import ALPHA

@@ -14,8 +14,13 @@ import numpy as np
 from scipy.stats import chi2_contingency, t
 from statsmodels.stats.proportion import proportion_confint
 
-from t2l.stats.attainable import least_attainable_p, least_rank_p, least_sign_p, reportable
-from t2l.stats.barnard import bonferroni
+from t2l.stats.attainable import (
+    bonferroni,
+    least_attainable_p,
+    least_rank_p,
+    least_sign_p,
+    reportable,
+)
 from t2l.stats.bootstrap import bootstrap_interval, difference, mean
 from t2l.stats.rank import spearman
 from t2l.stats.rank_tests import rank_correlation, rank_sum_p, sign_flip_p
