@@ -1,5 +1,6 @@
 """Tables that hold a trend, or none, as the stages of the workflow write them."""
 
+from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
 
@@ -7,23 +8,28 @@ import numpy as np
 import pandas as pd
 
 from t2l.published.numbers import splits
-from t2l.scoreboard.evidence import Evidence, source_of
+from t2l.scoreboard.evidence import Evidence, Source, source_of
 
 CLONING = list(product([32, 128, 512, 2048], [2, 8, 32, 128]))
 TRANSFER = list(product([16, 128, 512], [2, 8, 16, 24]))
 CORNERS = list(product([16, 512], [2, 24]))
 
 
-def evidence(**tables: pd.DataFrame) -> Evidence:
-    """Of tables by their paths below results/planted, with __ for a slash."""
+def evidence(study: str = "planted", **tables: pd.DataFrame) -> Evidence:
+    """Of tables by their paths below results/STUDY, with __ for a slash."""
+    return Evidence(read(study, tables))
+
+
+def read(study: str, tables: Mapping[str, pd.DataFrame]) -> list[tuple[Source, pd.DataFrame]]:
+    """The tables of one study with where each lies."""
     read = []
     for name, table in tables.items():
         ending = ".csv" if name.startswith("tables") else ".parquet"
-        path = Path("results/planted") / (name.replace("__", "/") + ending)
+        path = Path("results") / study / (name.replace("__", "/") + ending)
         source = source_of(path)
         assert source, path
         read.append((source, table))
-    return Evidence(read)
+    return read
 
 
 def frame(cells, kind, **columns) -> pd.DataFrame:

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from t2l.scoreboard.evidence import Evidence
 from t2l.scoreboard.table import CHAINS
 from t2l.stats.verdict import Verdict
 from tests.scoreboard.planted import (
@@ -16,6 +17,7 @@ from tests.scoreboard.planted import (
     deployed,
     evidence,
     frame,
+    read,
     transfer,
 )
 
@@ -139,6 +141,10 @@ def test_data_sizes():
     assert verdict("scaling", **tables(0.1)) is YES
     assert verdict("scaling", **tables(0.0)) is NO
     assert verdict("scaling", **tables(0.1, FOUR)) is OPEN
+    # another study's nominal, trained better, is no larger number of demonstrations
+    better = {"block_stack__nominal__cells": cloning(CO=0.9).assign(replays=100)}
+    both = Evidence([*read("main", better), *read("variants", tables(0.0))])
+    assert CLAIMS["scaling"].finding(both).verdict is NO
 
 
 def _variances(wrong=0.0, by_mass=0.0):

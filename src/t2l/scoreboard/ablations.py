@@ -50,21 +50,33 @@ def slopes(success: pd.DataFrame) -> np.ndarray:
 
 
 def _scaling(evidence: Evidence, published: Published, tests: int) -> Finding:
-    # the nominal replays every demonstration once
-    nominal = evidence.table("cloning", ("replays",), task=TASK, variant=NOMINAL)
-    sizes = {int(nominal.replays.max()): NOMINAL} | {
-        int(match[1]): name
-        for name in evidence.names("cloning", "variant")
-        if (match := SIZES.fullmatch(name))
-    }
-    if len(sizes) < FEWEST_SIZES:
-        raise AbsentError(f"fewer than {FEWEST_SIZES} numbers of demonstrations")
-    rows = pd.concat([cells_of(evidence, name).assign(size=n) for n, name in sizes.items()])
+    for study in evidence.studies:
+        own = evidence.only(study)
+        sizes = _sizes(own)
+        if len(sizes) >= FEWEST_SIZES:
+            break
+    else:
+        raise AbsentError(f"no study with {FEWEST_SIZES} numbers of demonstrations")
+    rows = pd.concat([cells_of(own, name).assign(size=n) for n, name in sizes.items()])
     table = rows.pivot(index=["region", "kp", "kd"], columns="size", values="success").dropna()
     co = table.index.get_level_values("region") == "CO"
     slope = slopes(table)
     found = greater(slope[co], slope[~co], tests=tests)
     return among(found, "{:+.3f} and {:+.3f} per doubling", slope[co], slope[~co])
+
+
+def _sizes(evidence: Evidence) -> dict[int, str]:
+    """Variants of a study by their number of demonstrations; trained alike but for it."""
+    try:
+        nominal = evidence.table("cloning", ("replays",), task=TASK, variant=NOMINAL)
+    except AbsentError:
+        return {}
+    # the nominal replays every demonstration once
+    return {int(nominal.replays.max()): NOMINAL} | {
+        int(match[1]): name
+        for name in evidence.names("cloning", "variant")
+        if (match := SIZES.fullmatch(name))
+    }
 
 
 def _persists(key: str, what: str, variant: str) -> Claim:

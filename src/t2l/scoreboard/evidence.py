@@ -90,6 +90,12 @@ class Evidence:
         """Whose results were read, in their order."""
         return list(dict.fromkeys(source.study for source, _ in self._tables))
 
+    def only(self, study: str) -> "Evidence":
+        """What one study has, for a claim that compares its variants with each other."""
+        return Evidence(
+            [(source, table) for source, table in self._tables if source.study == study]
+        )
+
     def names(self, kind: str, field: str) -> list[str]:
         """What stands in the paths of a kind, such as the variants of cloning."""
         found = (dict(s.fields).get(field, "") for s, _ in self._tables if s.kind == kind)
