@@ -4,7 +4,8 @@ import pytest
 from t2l.gains import Cell
 from t2l.stats.ablation import WHOLE, ablation_table, by_cell, printable_ablation
 
-INSIDE = {Cell(512, 8): True, Cell(512, 24): True, Cell(16, 2): False}
+STIFF = [Cell(kp, kd) for kp in (128, 512) for kd in (8, 24)]
+INSIDE = dict.fromkeys(STIFF, True) | {Cell(16, 2): False}
 
 
 def rollouts(shaking):
@@ -21,11 +22,11 @@ def test_what_an_effect_does_is_what_goes_with_it():
     soft = {Cell(16, 2): 1}
     cells = by_cell(
         {
-            WHOLE: rollouts({Cell(512, 8): 4, Cell(512, 24): 2, **soft}),
-            "latency": rollouts({Cell(512, 8): 0, Cell(512, 24): 1, **soft}),
+            WHOLE: rollouts(dict(zip(STIFF, [4, 2, 4, 2], strict=True)) | soft),
+            "latency": rollouts(dict(zip(STIFF, [0, 1, 0, 1], strict=True)) | soft),
         }
     )
-    assert len(cells) == 6
+    assert len(cells) == 10
     table = ablation_table(cells, INSIDE).set_index(["without", "region"])
     assert table.less[WHOLE, "G^SO"] == 0
     found = table.loc["latency", "G^SO"]
@@ -33,7 +34,8 @@ def test_what_an_effect_does_is_what_goes_with_it():
     assert found.less == pytest.approx((1.0 + 0.25) / 2)
     assert found.jitter_rate == pytest.approx(0.125)
     assert (found.lower, found.upper) == (0.25, 1.0)
-    assert (found.cells, found.policies) == (2, 4)
+    assert (found.cells, found.policies) == (4, 8)
     assert table.less["latency", "outside"] == 0
     printed = printable_ablation(table.reset_index())
     assert "+62 % (+25 to +100)" in printed.to_string()
+    assert "+0 % (too few cells)" in printed.to_string()

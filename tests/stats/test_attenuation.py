@@ -72,7 +72,7 @@ def test_success_that_follows_the_effective_error_is_found():
     cells = pd.DataFrame(
         {"kp": kp.ravel(), "kd": kd.ravel(), "loss": loss, "success": 1 - order / 20, "seeds": 3}
     )
-    table = effective_error_table({"block_stack": cells}, 0.02, rng).set_index("predictor")
+    table = effective_error_table({"block_stack": cells}, 0.02).set_index("predictor")
     assert table.rho["effective_error"] == pytest.approx(-1)
     assert table.stronger_low["damping_over_stiffness"] > 0
     assert set(table.cells) == {20}
@@ -91,7 +91,7 @@ def test_success_under_noise_by_region(tmp_path):
     columns = ["kp", "kd", "condition", "magnitude_rad", "success"]
     replays = {"block_stack": pd.DataFrame(rows, columns=columns)}
     undisturbed = {"block_stack": pd.DataFrame({"kp": 32, "kd": [2, 32], "replay_success": 1.0})}
-    table = noise_table(replays, undisturbed, GRID, np.random.default_rng(0))
+    table = noise_table(replays, undisturbed, GRID)
     same = table.set_index("condition").loc["same"]
     assert (same.success_co, same.success_cu) == (1.0, 0.5)
     assert (same.success_so, same.success_su) == (0.25, 0.0)
@@ -118,7 +118,7 @@ def test_the_studys_own_grids_give_the_published_ranks(tmp_path):
     path = tmp_path / "page.json"
     path.write_text(json.dumps({"taskData": page}))
     grids = {name: cells.assign(seeds=1) for name, cells in read_grids(path).items()}
-    table = effective_error_table(grids, 0.02, np.random.default_rng(0))
+    table = effective_error_table(grids, 0.02)
     rho = table[table.predictor == "effective_error"].rho
     assert len(rho) == 5
     assert (rho.min(), rho.max()) == (

@@ -11,7 +11,6 @@ from t2l.stats.decision import (
     REPRODUCED,
     Rule,
     decide,
-    least_attainable_p,
     printable_decision,
     published_errors,
 )
@@ -94,10 +93,7 @@ def test_policies_that_fail_in_their_own_simulator_are_left_out():
     assert verdict(decide(rollouts, policies, RULE)) == CANNOT_BE_TOLD
 
 
-def test_the_least_p_of_a_comparison_is_known_beforehand():
-    assert least_attainable_p(6, 6) == pytest.approx(1 / 924)
-    assert least_attainable_p(1, 4) == 0.2
-    assert np.isnan(least_attainable_p(0, 5))
+def test_the_best_separation_has_the_least_p():
     # six cells all above six others
     assert decide(*planted(), RULE).p[2] == pytest.approx(1 / 924)
 

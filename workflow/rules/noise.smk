@@ -97,7 +97,6 @@ rule effective_error:
         tasks=NOISY_TASKS,
         grid=STUDY.sections["grid"],
         rate_hz=STUDY.sections["retargeting"]["policy_rate_hz"],
-        seed=SEED,
     log:
         result("logs", "effective_error.log"),
     benchmark:
@@ -179,7 +178,6 @@ rule noise_table:
         version=VERSION,
         tasks=NOISY_TASKS,
         grid=STUDY.sections["grid"],
-        seed=SEED,
     log:
         result("logs", "noise_table.log"),
     benchmark:

@@ -7,7 +7,6 @@ from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
 from t2l.published.grids import read_grids
-from t2l.seeds import generator
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
 from t2l.stats.text import write_printed
 
@@ -21,8 +20,7 @@ with job(snakemake):
     for path in snakemake.input.get("published", []):
         for name, cells in read_grids(path).items():
             grids[f"study: {name}"] = cells.assign(seeds=1)
-    rng = generator(params.seed, "effective_error")
-    table = effective_error_table(grids, hold_s, rng)
+    table = effective_error_table(grids, hold_s)
     write_printed(table, printable_effective_error(table), snakemake.output.table)
     shown = {name: predictors(cells, hold_s) for name, cells in grids.items()}
     write(success(shown, table, Grid.from_section(params.grid)), snakemake.output.figure)

@@ -6,7 +6,6 @@ from t2l.artefacts import read_table
 from t2l.attenuation.noise import COLUMNS
 from t2l.gains import Grid
 from t2l.jobs import job
-from t2l.seeds import generator
 from t2l.stats.attenuation import noise_table, printable_noise
 from t2l.stats.text import write_printed
 
@@ -22,8 +21,5 @@ with job(snakemake):
         task: read_table(path, ("kp", "kd", "replay_success"))
         for task, path in zip(tasks, snakemake.input.cells, strict=True)
     }
-    table = noise_table(
-        *(replays, undisturbed, Grid.from_section(snakemake.params.grid)),
-        generator(snakemake.params.seed, "noise_table"),
-    )
+    table = noise_table(replays, undisturbed, Grid.from_section(snakemake.params.grid))
     write_printed(table, printable_noise(table), snakemake.output)

@@ -7,7 +7,8 @@ from t2l.config.models.experiment import Condition
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import find_backend
-from t2l.stats.decision import Rule, least_attainable_p
+from t2l.stats.attainable import least_attainable_p
+from t2l.stats.decision import Rule
 from t2l.tasks import Rewarded, Task
 from t2l.typed import Invalid, Problem, describe, suggestion
 
@@ -64,7 +65,7 @@ def decision(configuration: Configuration, cells: Sequence[Cell]) -> Iterator[Pr
     inside = int(rule.inside([c.kp for c in cells], [c.kd for c in cells]).sum())
     outside = len(cells) - inside
     least = least_attainable_p(inside, outside)
-    if not least <= rule.alpha:
+    if least > rule.alpha:
         p = f"whose least attainable p is {least:.2g}" if inside and outside else "no comparison"
         yield Problem(
             f"{key}.stiff_from_kp, {key}.overdamped_from_kd",

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 import pandas as pd
 
 from t2l.gains import Cell
+from t2l.stats.bootstrap import bootstrap_interval, mean
 from t2l.stats.text import rate
-from t2l.stats.transfer import bootstrap_interval
 
 WHOLE = "whole robot"
 COLUMNS = ("kp", "kd", "seed", "trajectory_error", "jitter_failure", "jitter_failure_sim")
@@ -50,7 +51,7 @@ def ablation_table(cells: pd.DataFrame, inside: Mapping[Cell, bool]) -> pd.DataF
     rows = []
     for (effect, where), part in cells.groupby(["effect", "inside"], sort=False):
         less = (whole - part.set_index(["kp", "kd"]).jitter_rate).dropna().to_numpy()
-        low, high = bootstrap_interval(less)
+        low, high = bootstrap_interval(mean, less)
         rows.append(
             {
                 "without": effect,
@@ -73,6 +74,8 @@ def printable_ablation(table: pd.DataFrame) -> pd.DataFrame:
     def spread(row: pd.Series) -> str:
         if row.without == WHOLE:
             return ""
+        if np.isnan(row.lower):
+            return f"{100 * row.less:+.0f} % (too few cells)"
         low, high = (f"{100 * value:+.0f}" for value in (row.lower, row.upper))
         return f"{100 * row.less:+.0f} % ({low} to {high})"
 

@@ -77,9 +77,7 @@ def printable_variance(table: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def effective_error_table(
-    grids: Mapping[str, pd.DataFrame], hold_s: float, rng: np.random.Generator
-) -> pd.DataFrame:
+def effective_error_table(grids: Mapping[str, pd.DataFrame], hold_s: float) -> pd.DataFrame:
     """Spearman's ρ of success with what could tell it.
 
     Args:
@@ -93,7 +91,7 @@ def effective_error_table(
     for name, cells in grids.items():
         table = predictors(cells, hold_s)
         values = {key: table[key].to_numpy() for key in PREDICTORS}
-        found, stronger = rank_correlations(values, table.success.to_numpy(), rng)
+        found, stronger = rank_correlations(values, table.success.to_numpy())
         for key, one in found.items():
             more = stronger.get(key, (np.nan, np.nan, np.nan))
             ends = (one.rho, one.low, one.high, one.cells)
@@ -130,7 +128,6 @@ def noise_table(
     replays: Mapping[str, pd.DataFrame],
     undisturbed: Mapping[str, pd.DataFrame],
     grid: Grid,
-    rng: np.random.Generator,
 ) -> pd.DataFrame:
     """Success of open-loop replays under noise by region, and how it follows Kp / Kd.
 
@@ -155,7 +152,7 @@ def noise_table(
             regions = [grid.region(Cell(*g)) for g in zip(cells.kp, cells.kd, strict=True)]
             success = cells.success.groupby(regions).mean()
             ratio = {"ratio": (cells.kp / cells.kd).to_numpy()}
-            rho = rank_correlations(ratio, cells.success.to_numpy(), rng)[0]["ratio"]
+            rho = rank_correlations(ratio, cells.success.to_numpy())[0]["ratio"]
             sizes = (own.magnitude_rad.min(), own.magnitude_rad.max()) if len(own) else (0.0, 0.0)
             by_region = (success.get(region, np.nan) for region in REGIONS)
             rows.append(

@@ -14,7 +14,7 @@ FEWEST = 3  # units in a group: one shows no spread, two a single difference
 def bootstrap_interval(
     statistic: Callable[..., np.ndarray], *samples: np.ndarray, paired: bool = False
 ) -> tuple[float, float]:
-    """The 95 % interval of a statistic; NaN for too few units.
+    """The 95 % interval of a statistic; NaN for too few units, or where one draw in 20 has none.
 
     Args:
         statistic: of arrays (draw, n), one for each sample, along the last axis.
@@ -31,7 +31,7 @@ def bootstrap_interval(
             index = generator.integers(len(array), size=(DRAWS, len(array)))
         drawn.append(array[index])
     values = statistic(*drawn)
-    if not np.isfinite(values).any():
+    if np.isfinite(values).mean() < 0.95:
         return nan, nan
     low, high = np.nanquantile(values, ENDS)
     return float(low), float(high)

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from math import comb, nan
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ import pandas as pd
 import yaml
 from scipy.stats import spearmanr
 
+from t2l.stats.attainable import least_attainable_p
 from t2l.stats.rank_tests import rank_sum_p
 from t2l.stats.text import p_value
 from t2l.stats.transfer import log_error_regression, of_policies
@@ -49,11 +50,6 @@ class Rule:
     def inside(self, kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
         """(n,) bool, which gains are in G^SO."""
         return (np.asarray(kp) >= self.stiff_from_kp) & (np.asarray(kd) >= self.overdamped_from_kd)
-
-
-def least_attainable_p(inside: int, outside: int) -> float:
-    """The smallest p that a one-sided test of ranks between two groups can give: 1 / C(n, k)."""
-    return 1 / comb(inside + outside, inside) if inside and outside else nan
 
 
 def decide(rollouts: pd.DataFrame, policies: pd.DataFrame, rule: Rule) -> pd.DataFrame:

@@ -1,12 +1,13 @@
 """Rank correlation over cells, with an interval that resamples cells."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import rankdata
 
-# 50 of them lie beyond either end of a 95 % interval, which places it to a tenth of its width
-RESAMPLES = 2000
+from t2l.stats.bootstrap import bootstrap_interval
+
 # of fewer cells many resamples hold the same two or three, which correlate perfectly
 FEWEST_CELLS = 8
 
@@ -38,7 +39,7 @@ def spearman(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def rank_correlations(
-    predictors: dict[str, np.ndarray], outcome: np.ndarray, rng: np.random.Generator
+    predictors: dict[str, np.ndarray], outcome: np.ndarray
 ) -> tuple[dict[str, RankCorrelation], dict[str, tuple[float, float, float]]]:
     """ρ of each predictor with the outcome, and by how much the first one's is the stronger.
 
@@ -51,29 +52,23 @@ def rank_correlations(
     Returns:
         By predictor: its correlation; and for all but the first |ρ_first| − |ρ| with its interval.
     """
-    n, names = len(outcome), list(predictors)
-    values = [np.asarray(predictors[name], float) for name in names]
-    outcome = np.asarray(outcome, float)
-    rho = np.array([spearman(value, outcome) for value in values])
-    drawn = np.full((RESAMPLES, len(names)), np.nan)
-    if n >= FEWEST_CELLS:
-        chosen = rng.integers(0, n, (RESAMPLES, n))
-        drawn = np.stack([spearman(value[chosen], outcome[chosen]) for value in values], axis=1)
-    ends = _interval(drawn)
+    first, *others = predictors
     found = {
-        name: RankCorrelation(float(rho[i]), *ends[i], cells=n) for i, name in enumerate(names)
+        name: RankCorrelation(*_with_interval(spearman, values, outcome), cells=len(outcome))
+        for name, values in predictors.items()
     }
-    stronger = np.abs(drawn[:, :1]) - np.abs(drawn)
-    ends = _interval(stronger)
     return found, {
-        name: (float(abs(rho[0]) - abs(rho[i])), *ends[i]) for i, name in enumerate(names) if i
+        name: _with_interval(_stronger, predictors[first], predictors[name], outcome)
+        for name in others
     }
 
 
-def _interval(drawn: np.ndarray) -> list[tuple[float, float]]:
-    """95 % of each column, NaN where fewer than 95 % of the draws are numbers."""
-    usual = np.isfinite(drawn).mean(axis=0) >= 0.95
-    return [
-        tuple(map(float, np.nanquantile(column, (0.025, 0.975)))) if fine else (np.nan, np.nan)
-        for column, fine in zip(drawn.T, usual, strict=True)
-    ]
+def _stronger(one: np.ndarray, other: np.ndarray, outcome: np.ndarray) -> np.ndarray:
+    return np.abs(spearman(one, outcome)) - np.abs(spearman(other, outcome))
+
+
+def _with_interval(statistic: Callable, *columns: np.ndarray) -> tuple[float, float, float]:
+    arrays = [np.asarray(column, float) for column in columns]
+    enough = len(arrays[0]) >= FEWEST_CELLS
+    ends = bootstrap_interval(statistic, *arrays, paired=True) if enough else (np.nan, np.nan)
+    return (float(statistic(*arrays)), *ends)

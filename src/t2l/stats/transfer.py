@@ -11,6 +11,7 @@ import statsmodels.api as sm
 from t2l.gains import Cell, Grid
 from t2l.names import heading
 from t2l.stats.attainable import bonferroni, least_attainable_p, reportable
+from t2l.stats.bootstrap import bootstrap_interval, mean
 from t2l.stats.rank_tests import rank_sum_p
 from t2l.stats.text import estimate, p_over_cells, p_value, rate
 from t2l.stats.verdict import ALPHA
@@ -20,7 +21,6 @@ COLUMNS = (
 )  # fmt: skip
 # a real robot never agrees with a simulator to less than (10 µrad)²; errors of 0 have no logarithm
 LEAST_ERROR = 1e-10
-RESAMPLES = 10_000
 # of columns that LaTeX writes otherwise
 HEADERS = {
     "Error in G^SO": r"Error in $\mathcal{G}^{\mathrm{SO}}$",
@@ -148,7 +148,7 @@ def jitter_table(
     for name, hertz in sorted(rates_hz.items(), key=lambda item: 1 / item[1]):
         table = rollouts[name]
         by_cell = table.groupby(["kp", "kd"]).jitter_failure.mean().to_numpy(float)
-        low, high = bootstrap_interval(by_cell)
+        low, high = bootstrap_interval(mean, by_cell)
         rows.append(
             {
                 "condition": name,
@@ -163,13 +163,6 @@ def jitter_table(
             }
         )
     return pd.DataFrame(rows)
-
-
-def bootstrap_interval(values: np.ndarray) -> tuple[float, float]:
-    """95 % of the mean of units, by their bootstrap."""
-    draw = np.random.default_rng(0).integers(0, len(values), (RESAMPLES, len(values)))
-    low, high = np.quantile(values[draw].mean(axis=1), [0.025, 0.975])
-    return float(low), float(high)
 
 
 def existence_table(cells: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataFrame:
