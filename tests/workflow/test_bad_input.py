@@ -69,6 +69,7 @@ def test_an_expert_that_fails_says_its_rate(empty_project):
     path.write_text(yaml.safe_dump({**task, "placement_tolerance_m": 1e-6}))
     config = empty_project.config
     config["demonstrations"] = {"count": 2, "max_attempts": 2}
+    config["fidelity"]["replays"] = 2
     done = empty_project.run("--", "results/smoke/tables/behaviour_cloning.csv")
     assert done.returncode != 0
     assert "the expert succeeded in 0 of 2 attempts (0 %), 2 successes are wanted" in done.stdout

@@ -86,7 +86,7 @@ WORK += ("identify", "tune", "train_policy", "deploy", "decouple")
     [
         ("rollouts", {"count": 9}, {"roll_out": 4, "noisy_replays": 4}),
         ("training", {"epochs": 5}, {"train": 4, "roll_out": 4, "noisy_replays": 4}),
-        ("fidelity", {"decimations": [1, 5]}, {"fidelity": 4}),
+        ("fidelity", {"decimations": [1, 5]}, {"fidelity": 2}),
         ("grid", {"compliant_up_to_kp": 64}, {}),
         (
             "grid",
