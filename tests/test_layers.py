@@ -98,3 +98,10 @@ def test_jobs_of_the_second_chain_that_do_not_train_do_without_torch(script):
     code = "\n".join(map(ast.unparse, imports)) + "\nimport sys; print('torch' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout.strip() == "False", done.stderr
+
+
+def test_reading_a_configuration_waits_for_no_statistics():
+    """Every command of Snakemake reads one."""
+    code = "import sys, t2l.config; print({'scipy.stats', 'statsmodels'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "set()", done.stderr
