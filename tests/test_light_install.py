@@ -12,9 +12,10 @@ import pytest
 import yaml
 from packaging.requirements import Requirement
 
+from t2l.recordings import write_recording
 from tests.conftest import ROOT
+from tests.diagnose.made import pendulum, swings
 
-EXAMPLE = ROOT / "examples/two_joint_arm/train/medium_steps.csv"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 # what a light installation must never bring
 HEAVY = (
@@ -82,19 +83,10 @@ def test_every_command_is_described(light):
         assert command in done.stdout
 
 
-def _beginning_of(example: Path, folder: Path) -> Path:
-    """The first second of a recording, whose robot stays where it is."""
-    table = example.read_text().splitlines(keepends=True)
-    recording = folder / example.name
-    recording.write_text("".join(table[:101]))
-    metadata = yaml.safe_load(example.with_suffix(".yaml").read_text())
-    metadata["robot"] = str((example.parent / metadata["robot"]).resolve())
-    recording.with_suffix(".yaml").write_text(yaml.safe_dump(metadata))
-    return recording
-
-
 def test_a_model_is_compared_diagnosed_and_mended(light, tmp_path):
-    recording = _beginning_of(EXAMPLE, tmp_path)
+    made = swings(pendulum(tmp_path), {}, duration_s=0.5, control_rate_hz=125.0)[0]
+    recording = tmp_path / "swing.csv"
+    write_recording(made, recording)
     done = t2l(light, "compare", recording, "--out", tmp_path / "compared")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "compared/report.html").stat().st_size > 1e6

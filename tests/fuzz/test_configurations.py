@@ -45,7 +45,7 @@ def study(path: str) -> None:
     read_study(copy.deepcopy(content), Path("config"))
 
 
-@settings(max_examples=700, **QUIET)
+@settings(max_examples=230, **QUIET)
 @given(data=st.data())
 def test_configurations(home, data):
     document = data.draw(spoilt(CONFIGURATION, Configuration))
@@ -53,7 +53,7 @@ def test_configurations(home, data):
     check(lambda: study("bad.yaml"), home, home / "out", ("bad.yaml", "config: "))
 
 
-@settings(max_examples=100, **QUIET)
+@settings(max_examples=60, **QUIET)
 @given(data=st.data())
 def test_tasks(home, data):
     (home / "sound.yaml").write_text(yaml.safe_dump({**CONFIGURATION, "tasks": ["bad"]}))

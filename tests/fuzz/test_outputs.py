@@ -61,7 +61,7 @@ def root(tmp_path_factory) -> Path:
     return root
 
 
-@settings(max_examples=250, **QUIET)
+@settings(max_examples=80, **QUIET)
 @given(data=st.data())
 def test_nothing_is_lost_whatever_is_there(root, data):
     home = root / "home"

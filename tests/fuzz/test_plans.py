@@ -60,7 +60,7 @@ def home(tmp_path_factory) -> Path:
     return home
 
 
-@settings(max_examples=250, **QUIET)
+@settings(max_examples=80, **QUIET)
 @given(data=st.data())
 def test_plans(home, data):
     (home / "bad.yaml").write_bytes(data.draw(as_bytes(data.draw(spoilt(PLAN, PLAN_FILE)))))
@@ -69,7 +69,7 @@ def test_plans(home, data):
     assert not (home / "out").exists()
 
 
-@settings(max_examples=200, **QUIET)
+@settings(max_examples=70, **QUIET)
 @given(data=st.data())
 def test_mappings(home, data):
     (home / "bad.yaml").write_bytes(data.draw(as_bytes(data.draw(spoilt(MAPPING, MappingFile)))))
@@ -78,7 +78,7 @@ def test_mappings(home, data):
     shutil.rmtree(home / "out", ignore_errors=True)
 
 
-@settings(max_examples=150, **QUIET)
+@settings(max_examples=60, **QUIET)
 @given(data=st.data())
 def test_tables_of_others(home, data):
     rows = [line.split(",") for line in (home / "sound.csv").read_text().splitlines()]
@@ -99,7 +99,7 @@ def test_tables_of_others(home, data):
     shutil.rmtree(home / "out", ignore_errors=True)
 
 
-@settings(max_examples=150, **QUIET)
+@settings(max_examples=60, **QUIET)
 @given(data=st.data())
 def test_data_sets(home, data):
     folder = home / "bad_set"

@@ -75,7 +75,7 @@ def clean(home: Path) -> None:
     shutil.rmtree(home / "out", ignore_errors=True)
 
 
-@settings(max_examples=450, **QUIET)
+@settings(max_examples=150, **QUIET)
 @given(data=st.data())
 def test_metadata(home, data):
     document = data.draw(spoilt(METADATA, Metadata))
@@ -87,7 +87,7 @@ def test_metadata(home, data):
     clean(home)
 
 
-@settings(max_examples=300, **QUIET)
+@settings(max_examples=100, **QUIET)
 @given(data=st.data())
 def test_tables(home, data):
     rows = table()
@@ -127,7 +127,7 @@ def test_tables(home, data):
     clean(home)
 
 
-@settings(max_examples=250, **QUIET)
+@settings(max_examples=80, **QUIET)
 @given(data=st.data())
 def test_models(home, data):
     document = data.draw(spoilt(MODEL, ModelFile))
@@ -169,7 +169,7 @@ REPLACED = [
 ]
 
 
-@settings(max_examples=100, **QUIET)
+@settings(max_examples=60, **QUIET)
 @given(data=st.data())
 def test_robots(home, data):
     text = MJCF

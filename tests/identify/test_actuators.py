@@ -12,7 +12,7 @@ from tests.defaults import identification
 
 
 def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
-    """Two seconds of the simulator itself."""
+    """A second of the simulator itself."""
     robot = make_robot("fr3")
     simulator = Simulator(robot, position_controlled(robot), 1, 100)
     simulator.set_parameters(
@@ -21,7 +21,7 @@ def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
             "static_friction": 0.3, "dynamic_friction_ratio": 0.8, "viscous_friction": 0.4,
         }
     )  # fmt: skip
-    time = np.arange(100) / 50
+    time = np.arange(50) / 50
     q_des = robot.home + 0.1 * np.sin(np.pi * time)[:, None]
     q, dq = simulator.simulate(q_des, robot.home, 0.0, nstep=2)
     recording = Recording(
@@ -34,11 +34,11 @@ def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
 
 def test_the_motion_is_reproduced_and_the_loss_never_rises():
     recording = made()
-    found = identify(recording, identification(iterations=200, population=24), seed=0)
+    found = identify(recording, identification(iterations=150, population=20), seed=0)
     swing = np.mean((recording.q - recording.q.mean(axis=0)) ** 2)
-    assert found.mse < 1e-3 * swing
+    assert found.mse < 2e-3 * swing
     assert np.all(np.diff(found.losses) <= 0)
-    assert len(found.losses) == 200
+    assert len(found.losses) == 150
     np.testing.assert_allclose(np.mean((found.q - recording.q) ** 2), found.mse)
 
 
@@ -58,7 +58,7 @@ def test_positions_alone_suffice_where_velocity_was_not_logged():
     ("recording", "message"),
     [
         (made(command_rate_hz=30.0), "command_rate_hz: found 30; allowed: a divisor"),
-        (made(q=np.full((100, 7), np.nan)), "q: found 0 rows"),
+        (made(q=np.full((50, 7), np.nan)), "q: found 0 rows"),
     ],
 )
 def test_a_recording_that_does_not_fit_is_refused(recording, message):

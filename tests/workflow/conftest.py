@@ -11,15 +11,19 @@ from tests.conftest import ROOT, configuration
 
 
 class Project:
-    """A copy of the workflow in a folder of its own."""
+    """A copy of the workflow in a folder of its own, or of a project that has run."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, like=None):
         self.folder = folder
-        for name in ("workflow", "config", "profiles"):
-            shutil.copytree(ROOT / name, folder / name)
-        shutil.copy(ROOT / "Snakefile", folder)
-        # recordings that config.yaml names
-        (folder / "examples").symlink_to(ROOT / "examples")
+        if like:
+            # with its modification times and Snakemake's records, so that nothing is outdated
+            shutil.copytree(like.folder, folder, symlinks=True, dirs_exist_ok=True)
+        else:
+            for name in ("workflow", "config", "profiles"):
+                shutil.copytree(ROOT / name, folder / name)
+            shutil.copy(ROOT / "Snakefile", folder)
+            # recordings that config.yaml names
+            (folder / "examples").symlink_to(ROOT / "examples")
         self.config = configuration("studies/smoke")
         self.results = folder / "results" / "smoke"
 
@@ -72,9 +76,15 @@ def empty_project(tmp_path):
     return Project(tmp_path)
 
 
+@pytest.fixture
+def copied(smoke, tmp_path):
+    """A copy of the smoke run, to be changed."""
+    return Project(tmp_path / "copy", like=smoke)
+
+
 @pytest.fixture(scope="session")
 def smoke(tmp_path_factory):
-    """The smoke configuration, run once; tests that change it put it back."""
+    """The smoke configuration, run once and left as it is."""
     project = Project(tmp_path_factory.mktemp("smoke"))
     project.first = project.run("--", "all")
     assert project.first.returncode == 0, project.first.stdout[-6000:]

@@ -27,7 +27,9 @@ from t2l.identify.uncertainty import uncertainty
 from t2l.recordings.recording import Recording
 
 ON_BOUND = 1e-3  # of a parameter's size
-NEAR = 0.1  # relative gain of a round, below which the cheap steps end
+# relative gain of a round, below which the cheap steps end, and then the others: less than
+# intervals by blocks of time can tell
+NEAR, SETTLED = 0.1, 0.005
 NAMES = tuple(parameter.name for parameter in Actuator.parameters)
 
 
@@ -84,7 +86,7 @@ def identify_actuators(
     near = LeastSquares(layout, start, size, diagonal=True, tolerance=NEAR)
     run([near], predictor, every, rounds, after_round)
     # joints with parallel axes drive each other: now every parameter has a column of its own
-    fit = LeastSquares(layout, near.u, size)
+    fit = LeastSquares(layout, near.u, size, tolerance=SETTLED)
     run([fit], predictor, every, rounds, after_round)
     if not np.isfinite(fit.loss):
         raise IdentificationError("the simulation of the recordings runs away under a first guess")
