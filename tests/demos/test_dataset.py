@@ -16,7 +16,6 @@ from t2l.demos.dataset import (
     write_demonstrations,
     write_replays,
 )
-from t2l.demos.lerobot_writer import statistics
 from t2l.demos.replay import replay
 from t2l.errors import ArtefactError, OutputError
 from t2l.gains import Cell
@@ -31,7 +30,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot.policies.act.configuration_act import ACTConfig
 from lerobot.policies.act.modeling_act import ACTPolicy
 
-root, other = sys.argv[1:]
+root, = sys.argv[1:]
 torch.manual_seed(0)
 dataset = LeRobotDataset(
     "t2l/block_stack", root=root, delta_timestamps={"action": [i / 50 for i in range(10)]}
@@ -63,22 +62,6 @@ for step, batch in zip(range(12), loader):
     losses.append(loss.item())
 assert sum(losses[-3:]) < sum(losses[:3]), losses
 print("losses", losses[0], losses[-1])
-
-# and writes the same frames itself
-dataset = LeRobotDataset("t2l/block_stack", root=root)
-written = LeRobotDataset.create(
-    "t2l/block_stack", fps=50, root=other, robot_type=dataset.meta.robot_type,
-    use_videos=False, features={k: v for k, v in dataset.meta.features.items() if k in keys},
-)
-episode = 0
-for i in range(len(dataset)):
-    frame = dataset[i]
-    if frame["episode_index"] != episode:
-        written.save_episode()
-        episode = int(frame["episode_index"])
-    written.add_frame({key: frame[key] for key in (*keys, "task")})
-written.save_episode()
-written.finalize()
 """
 
 
@@ -108,42 +91,16 @@ def test_replays_survive_the_disk(task, replay_set):
         np.testing.assert_array_equal(action[:, :7], r.command.astype(np.float32))
 
 
-def test_lerobot_trains_on_a_replay_set_and_writes_it_alike(replay_set, tmp_path):
-    ours, theirs = replay_set[0], tmp_path / "theirs"
-    environment = {**os.environ, "HF_HUB_OFFLINE": "1", "HF_HOME": str(tmp_path / "home")}
+def test_lerobot_trains_on_a_replay_set(replay_set, tmp_path):
+    environment = {**os.environ, "HF_HUB_OFFLINE": "1", "HF_HOME": str(tmp_path)}
     done = subprocess.run(
-        [sys.executable, "-c", TRAIN_WITH_LEROBOT, str(ours), str(theirs)],
+        [sys.executable, "-c", TRAIN_WITH_LEROBOT, str(replay_set[0])],
         capture_output=True,
         text=True,
         env=environment,
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert "losses" in done.stdout
-
-    files = [sorted(p.relative_to(r) for p in r.rglob("*.*")) for r in (ours, theirs)]
-    assert files[0] == files[1]
-    info, wanted = (json.loads((r / "meta/info.json").read_text()) for r in (ours, theirs))
-    assert info == wanted
-    for file in (path for path in files[0] if path.suffix == ".parquet"):
-        table, other = (pq.read_table(root / file) for root in (ours, theirs))
-        assert table.schema.equals(other.schema), file
-        kept = [name for name in table.column_names if not name.startswith("stats/")]
-        assert table.select(kept).equals(other.select(kept)), file
-    found, wanted = (json.loads((r / "meta/stats.json").read_text()) for r in (ours, theirs))
-    assert {key: list(of) for key, of in found.items()} == {k: list(of) for k, of in wanted.items()}
-    for key, of_column in found.items():
-        for name in ("min", "max", "mean", "count"):
-            # lerobot sums in single precision, its quantiles are those of bins
-            np.testing.assert_allclose(of_column[name], wanted[key][name], atol=1e-4)
-
-
-def test_statistics_are_those_of_numpy():
-    values = np.random.default_rng(0).normal(size=(500, 2))
-    found = statistics({"x": values.astype(np.float32), "n": np.arange(5)})
-    np.testing.assert_allclose(found["x"]["std"], values.std(axis=0), rtol=1e-6)
-    np.testing.assert_allclose(found["x"]["q90"], np.quantile(values, 0.9, axis=0), rtol=1e-6)
-    assert found["n"]["mean"] == [2.0]
-    assert found["n"]["count"] == [5]
 
 
 def _cut(path):

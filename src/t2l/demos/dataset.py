@@ -1,14 +1,21 @@
-"""Demonstrations and replays on disk: LeRobot data sets, without importing lerobot."""
+"""Demonstrations and replays on disk: LeRobot data sets.
 
-from collections.abc import Iterable, Mapping, Sequence
+lerobot writes them; reading takes the Parquet files they consist of, because importing lerobot
+costs seconds that most stages do not have to spend.
+"""
+
+import contextlib
+import logging
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from t2l.artefacts import read_arrow, read_json, reading, whole
 from t2l.demos.demonstration import Demonstration
-from t2l.demos.lerobot_writer import write_dataset
 from t2l.demos.replay import Replay
 from t2l.errors import ArtefactError
 from t2l.sim.batch import TIMESTEP_S
@@ -26,10 +33,10 @@ def write_demonstrations(demonstrations: Sequence[Demonstration], task: Task, pa
     """
     robot = task.robot
     joints, fingers = robot.joints, [j for gripper in robot.grippers for j in gripper.joints]
-    names = {
-        STATE: [*_named("q", joints), *_named("dq", joints), *fingers],
-        ENVIRONMENT: [f"qpos{i}" for i in task.object_qpos],
-        ACTION: [*_named("tau", joints), *_grippers(task)],
+    features = {
+        STATE: _feature("float64", [*_named("q", joints), *_named("dq", joints), *fingers]),
+        ENVIRONMENT: _feature("float64", [f"qpos{i}" for i in task.object_qpos]),
+        ACTION: _feature("float64", [*_named("tau", joints), *_grippers(task)]),
     }
     episodes = (
         {
@@ -41,7 +48,7 @@ def write_demonstrations(demonstrations: Sequence[Demonstration], task: Task, pa
         }
         for d in demonstrations
     )
-    _write(path, task, round(1 / TIMESTEP_S), names, "float64", episodes)
+    _write(path, task, round(1 / TIMESTEP_S), features, episodes)
 
 
 def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
@@ -85,17 +92,21 @@ def write_replays(
     Args:
         actions: names of an action's elements.
     """
-    seen, own = task.observation_names, task.robot_observation_size
-    names = {STATE: seen[:own], ENVIRONMENT: seen[own:], ACTION: [*actions, *_grippers(task)]}
+    names, own = list(task.observation_names), task.robot_observation_size
+    features = {
+        STATE: _feature("float32", names[:own]),
+        ENVIRONMENT: _feature("float32", names[own:]),
+        ACTION: _feature("float32", [*actions, *_grippers(task)]),
+    }
     episodes = (
         {
             STATE: r.observation[:, :own],
             ENVIRONMENT: r.observation[:, own:],
-            ACTION: np.concatenate([r.action, r.gripper], axis=1),
+            ACTION: np.concatenate([r.action, r.gripper], axis=1, dtype=np.float32),
         }
         for r in replays
     )
-    _write(path, task, fps, names, "float32", episodes)
+    _write(path, task, fps, features, episodes)
 
 
 def read_replays(path: Path | str, task: Task) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -124,16 +135,57 @@ def _named(quantity: str, joints: Sequence[str]) -> list[str]:
     return [f"{quantity}.{joint}" for joint in joints]
 
 
+def _feature(dtype: str, names: list[str]) -> dict[str, Any]:
+    return {"dtype": dtype, "shape": (len(names),), "names": names}
+
+
 def _write(
     path: Path,
     task: Task,
     fps: int,
-    names: Mapping[str, Sequence[str]],
-    dtype: str,
+    features: Mapping[str, Any],
     episodes: Iterable[Mapping[str, np.ndarray]],
 ) -> None:
-    with whole(path) as draft:
-        write_dataset(draft, fps, names, dtype, episodes, task.instruction, task.robot.name)
+    # nothing here is on the hub; without this lerobot asks it
+    os.environ.setdefault("HF_HUB_OFFLINE", "1")
+    logging.getLogger("lerobot").setLevel(logging.ERROR)
+    import datasets
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+    datasets.disable_progress_bars()
+    with whole(path) as draft, _no_images():
+        dataset = LeRobotDataset.create(
+            repo_id=f"t2l/{task.name}",
+            fps=fps,
+            features=dict(features),
+            root=draft,
+            robot_type=task.robot.name,
+            use_videos=False,
+        )
+        for episode in episodes:
+            for frame in zip(*episode.values(), strict=True):
+                dataset.add_frame(
+                    {**dict(zip(episode, frame, strict=True)), "task": task.instruction}
+                )
+            dataset.save_episode()
+        dataset.finalize()
+
+
+@contextlib.contextmanager
+def _no_images() -> Iterator[None]:
+    """Spare lerobot from looking for images in each row, nine tenths of the time of writing.
+
+    Upstream's limit: its writer (0.6) maps over all rows whether or not there are images, and has
+    no switch for it.
+    """
+    from lerobot.datasets import dataset_writer
+
+    embed = dataset_writer.embed_images
+    dataset_writer.embed_images = lambda dataset: dataset
+    try:
+        yield
+    finally:
+        dataset_writer.embed_images = embed
 
 
 def _read(path: Path, sizes: Mapping[str, int | None]) -> list[dict[str, np.ndarray]]:
