@@ -55,8 +55,8 @@ def test_what_its_back_end_does_not_take_is_named(config, refused, keys, message
 
 def test_missing_recordings_are_named(config, refused, tmp_path):
     config["robot"] = {"backend": "recorded", "recordings": str(tmp_path)}
-    assert "found no kp16_kd1, kp512_kd1, kp128_kd8 in" in refused(config)
-    assert "(and 2 more)" in refused(config)
+    assert "found no kp16_kd1, kp512_kd1, kp16_kd24 in" in refused(config)
+    assert "(and 1 more)" in refused(config)
 
 
 def test_a_back_end_of_a_users_own_has_its_own_keys(config, refused, tmp_path):
