@@ -50,9 +50,10 @@ def run(arguments: argparse.Namespace) -> None:
     inputs = [arguments.config, *python_files(arguments.extensions)]
     with output_folder(arguments.out, "t2l record", entries, inputs, force=None, once=True) as out:
         check_space(out, needed_bytes(plan))
+        duration_s = sum(motion.duration_s for motion in plan.motions)
         print(
-            f"{len(names)} recording{'s' if len(names) > 1 else ''} of "
-            f"{plan.motions[0].duration_s:.1f} s of {plan.robot.name} through "
+            f"{len(names)} recording{'s' if len(names) > 1 else ''}, {duration_s:.1f} s in all, of "
+            f"{plan.robot.name} through "
             f"{plan.backend.name}, within all limits",
             flush=True,
         )

@@ -72,6 +72,35 @@ def multisine(
     return amplitude * total / np.abs(total).max(axis=0)
 
 
+def triangle(time: np.ndarray, amplitude: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """Sweeps at constant speed from one reversal to the next, all joints in phase.
+
+    Args:
+        frequency_hz: (njoint,).
+
+    Returns:
+        rad, (n, njoint).
+    """
+    cycles = np.outer(time, frequency_hz)
+    return amplitude * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * cycles))
+
+
+def point_to_point(
+    time: np.ndarray, amplitude: np.ndarray, move_s: float, dwell_s: float
+) -> np.ndarray:
+    """Minimum-jerk moves from the start to one end, and then from end to end, with stops there.
+
+    Returns:
+        rad, (n, njoint).
+    """
+    period = move_s + dwell_s
+    number = np.floor(time / period + 1e-9)
+    target = np.where(number % 2 == 0, 1.0, -1.0)
+    origin = np.where(number == 0, 0.0, -target)
+    moved = smooth_step((time - number * period) / move_s)
+    return np.outer(origin + (target - origin) * moved, amplitude)
+
+
 def envelope(time: np.ndarray, duration_s: float, ramp_s: float) -> np.ndarray:
     """From 0 to 1 within the first `ramp_s` and back within the last, (n,).
 

@@ -88,13 +88,63 @@ class Multisine(Excitation):
         return excitation.multisine(time, self.amplitude_rad, frequencies, self.seed)
 
 
-KINDS: dict[str, type[Excitation]] = {"sine": Sine, "chirp": Chirp, "multisine": Multisine}
+class Triangle(Excitation):
+    """Constant speed between reversals."""
+
+    frequency_hz: Annotated[
+        per_joint(above=0, unit="Hz"), Field(description="numbers above 0, in Hz")
+    ]
+    frequency_keys = ("frequency_hz",)
+
+    def offsets(self, time: np.ndarray) -> np.ndarray:
+        """See `Excitation.offsets`."""
+        return excitation.triangle(time, self.amplitude_rad, self.frequency_hz)
+
+
+class PointToPoint(Excitation):
+    """Minimum-jerk moves with stops."""
+
+    move_s: Annotated[Number, Field(gt=0, description="a number above 0, in s")]
+    dwell_s: Annotated[Number, Field(ge=0, description="a number from 0 up, in s")]
+    frequency_keys = ()
+
+    def offsets(self, time: np.ndarray) -> np.ndarray:
+        """See `Excitation.offsets`."""
+        times = float(self.move_s), float(self.dwell_s)
+        return excitation.point_to_point(time, self.amplitude_rad, *times)
+
+
+class Hold(Excitation):
+    """A pose away from the start, which the ramps lead to and from."""
+
+    frequency_keys = ()
+
+    def offsets(self, time: np.ndarray) -> np.ndarray:
+        """See `Excitation.offsets`."""
+        return np.tile(self.amplitude_rad, (len(time), 1))
+
+
+KINDS: dict[str, type[Excitation]] = {
+    "sine": Sine,
+    "chirp": Chirp,
+    "multisine": Multisine,
+    "triangle": Triangle,
+    "point_to_point": PointToPoint,
+    "hold": Hold,
+}
 
 
 def offsets(
-    section: Mapping[str, Any], path: Path, njoint: int, rate: float
+    section: Mapping[str, Any],
+    path: Path,
+    njoint: int,
+    rate: float,
+    prefix: str = "excitation.",
 ) -> tuple[np.ndarray, str]:
     """Offsets from the start, (ncommand, njoint) rad at `rate` Hz, and the excitation in words.
+
+    Args:
+        prefix: of its keys in messages.
 
     Raises:
         RecordingError: a key of it is missing, unknown or wrong.
@@ -102,11 +152,11 @@ def offsets(
     kind = section.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
         shown = f"{describe(kind)}{suggestion(kind, list(KINDS)) if kind else ''}"
-        raise RecordingError(path, "key excitation.kind", shown, ", ".join(KINDS))
-    part = checked(KINDS[kind], section, path, "excitation.", context=njoint)
+        raise RecordingError(path, f"key {prefix}kind", shown, ", ".join(KINDS))
+    part = checked(KINDS[kind], section, path, prefix, context=njoint)
 
     def refused(key: str, shown: str, allowed: str) -> RecordingError:
-        return RecordingError(path, f"key excitation.{key}", shown, allowed)
+        return RecordingError(path, f"key {prefix}{key}", shown, allowed)
 
     if not part.amplitude_rad.any():
         raise refused("amplitude_rad", "0 for every joint", "above 0 for at least one")

