@@ -13,7 +13,17 @@ from tests.conftest import ROOT
 LAYERS = [
     {"cli", "config", "figures", "report", "scoreboard", "stats"},
     {
-        *("attenuation", "bc", "decoupling", "diagnose", "drift", "export", "response", "rl"),
+        *(
+            "attenuation",
+            "bc",
+            "decoupling",
+            "design",
+            "diagnose",
+            "drift",
+            "export",
+            "response",
+            "rl",
+        ),
         "transfer",
     },
     {"identify"},

@@ -17,6 +17,7 @@ from t2l.cli import (
     import_csv,
     import_lerobot,
     import_rosbag,
+    plan,
     record,
 )
 from t2l.cli.extras import extra_of
@@ -32,6 +33,7 @@ COMMANDS = {
     "gains": gains,
     "check": check,
     "export": export,
+    "plan": plan,
     "record": record,
     "import-csv": import_csv,
     "import-lerobot": import_lerobot,

@@ -105,11 +105,14 @@ def check_motion(robot: Robot, motion: Motion, torque: np.ndarray, path: Path) -
             raise RecordingError(path, where, found, f"{bounds.allowed(joint)} {bounds.unit}{more}")
 
 
-def motion_torque(robot: Robot, q_des: np.ndarray, rate_hz: float) -> np.ndarray:
+def motion_torque(
+    robot: Robot, q_des: np.ndarray, rate_hz: float, model: mujoco.MjModel | None = None
+) -> np.ndarray:
     """What moving along commands takes, by the model's inverse dynamics with its friction.
 
     Args:
         q_des: rad, (n, njoint), at `rate_hz`.
+        model: of the robot, where it is compiled already.
 
     Returns:
         N·m, (n, njoint), without signs.
@@ -117,7 +120,7 @@ def motion_torque(robot: Robot, q_des: np.ndarray, rate_hz: float) -> np.ndarray
     # central differences: commands have no noise that a filter would have to take away
     dq = np.gradient(q_des, 1 / rate_hz, axis=0)
     ddq = np.gradient(dq, 1 / rate_hz, axis=0)
-    model = robot.spec(gravity_compensation=True).compile()
+    model = model or robot.spec(gravity_compensation=True).compile()
     data = mujoco.MjData(model)
     joints = [model.joint(name) for name in robot.joints]
     qpos, dofs = (np.array([getattr(j, a)[0] for j in joints]) for a in ("qposadr", "dofadr"))

@@ -1,0 +1,132 @@
+"""An experiment: which motions to record, so that effects can be told apart."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.design.d_optimal import exchange, log_det
+from t2l.design.expected import Identifiability
+from t2l.design.identifiability import identifiability
+from t2l.design.library import Candidate, library, recording
+from t2l.design.safety import Safe, within_limits
+from t2l.design.sensitivity import Sensitivity
+from t2l.effects.effect import Effect
+from t2l.errors import ConfigurationError
+from t2l.hardware.guard import Workspace
+from t2l.hardware.plan import Setup
+from t2l.identify.model import Model
+
+FEWEST = 3  # motions: a diagnosis holds some of them out as a whole
+RANDOM = 100  # choices that the chosen one is compared with
+SEED = 0
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What an experiment is to be.
+
+    Attributes:
+        effects: that are to be told apart.
+        total_s: of all motions together; `motion_s` of each.
+        most_rad: largest offset from the start.
+        noise_rad: standard deviation of a measured position.
+        workspace: for the tool, in the frame of the robot's base.
+    """
+
+    effects: Sequence[Effect]
+    total_s: float
+    motion_s: float
+    most_rad: float
+    noise_rad: float
+    workspace: Workspace | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """The motions that were chosen of a library, and what they will tell.
+
+    Attributes:
+        chosen: in order of choice.
+        peaks: the largest part of a limit that each uses in simulation.
+        considered, unsafe: how many motions there were, and how many no size makes safe.
+        log_det: of the chosen ones; `best_single` of the best motion alone; `random` the mean of
+            random choices of as many.
+    """
+
+    chosen: list[Candidate]
+    peaks: list[float]
+    considered: int
+    unsafe: int
+    log_det: float
+    best_single: float
+    random: float
+    told: Identifiability
+
+
+def design(
+    setup: Setup,
+    model: Model,
+    wanted: Wanted,
+    progress: Progress = lambda what, fraction: None,
+) -> Experiment:
+    """The D-optimal choice of safe motions.
+
+    Raises:
+        ConfigurationError: no motion is safe, or no effect can be simulated.
+    """
+    progress("keeping motions within limits", 0.0)
+    every = library(setup, wanted.motion_s, wanted.most_rad)
+    safe = within_limits(setup, model, every, wanted.workspace)
+    if not safe.candidates:
+        raise ConfigurationError(
+            f"{setup.path}: found no motion around start_rad that keeps a margin to the limits of "
+            f"{setup.robot.name}; allowed: a start away from them, softer gains or a larger "
+            "workspace"
+        )
+    progress(f"what {len(safe.candidates)} motions tell of {len(wanted.effects)} effects", 0.2)
+    recordings = [recording(setup, c.motion(setup)) for c in safe.candidates]
+    together = [
+        one for one, c in zip(recordings, safe.candidates, strict=True)
+        if c.moved == "all" and c.amplitude_rad.any()
+    ]  # fmt: skip
+    shapes = len({c.shape for c in safe.candidates})
+    reference = (together or recordings)[:shapes]
+    sensitivity = Sensitivity(model, wanted.effects, reference, wanted.noise_rad)
+    if not sensitivity.presences:
+        raise ConfigurationError(
+            f"{setup.path}: the simulation runs away with every effect; allowed: gains that the "
+            "robot can be held by"
+        )
+    information = sensitivity.information(recordings)
+    progress("choosing", 0.9)
+    count = max(FEWEST, round(wanted.total_s / wanted.motion_s))
+    chosen = exchange(information, count)
+    told = identifiability(sensitivity, [recordings[i] for i in chosen])
+    return _experiment(safe, len(every), information, chosen, told)
+
+
+def _experiment(
+    safe: Safe,
+    considered: int,
+    information: np.ndarray,
+    chosen: list[int],
+    told: Identifiability,
+) -> Experiment:
+    rng = np.random.default_rng(SEED)
+    random = [
+        log_det(information[rng.choice(len(information), len(chosen), replace=False)].sum(axis=0))
+        for _ in range(RANDOM)
+    ]
+    return Experiment(
+        chosen=[safe.candidates[i] for i in chosen],
+        peaks=[float(safe.peaks[i]) for i in chosen],
+        considered=considered,
+        unsafe=considered - len(safe.candidates),
+        log_det=log_det(information[chosen].sum(axis=0)),
+        best_single=max(log_det(one) for one in information),
+        random=float(np.mean(random)),
+        told=told,
+    )

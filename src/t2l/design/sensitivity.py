@@ -1,0 +1,251 @@
+"""What each parameter of each effect changes in measured positions, by finite differences.
+
+Around the model, each effect is present at a plausible size, one at a time: of its first guesses
+the one whose response is nearest to `TYPICAL` times the noise. Where an effect has no derivative,
+its response is the difference that it makes as a whole. Columns are in units of the noise for a
+change of a parameter by its plausible size: of length one, it is as uncertain as it is large.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from t2l.effects.blame import blaming
+from t2l.effects.effect import Effect
+from t2l.effects.term import Layout, Slot, Term
+from t2l.identify.least_squares import LeastSquares
+from t2l.identify.model import Model
+from t2l.identify.prediction import Predictor, Request
+from t2l.identify.scales import scales
+from t2l.recordings.recording import Recording
+
+NOISE_RAD = 1e-4
+TYPICAL = 30.0  # times the noise: the middle, in logarithms, of what is to be found, 3 to 300
+LOOP_HZ = 250.0  # ticks as fast as this are fine enough for a derivative
+NUMBERS = 2e7  # of the matrix of one chunk of recordings: 160 MB
+
+
+@dataclass(frozen=True)
+class Presence:
+    """An effect at its plausible size, beside those that the model has.
+
+    Attributes:
+        layout, u: of all terms; `size` of each element of u.
+        own: (k,) which elements of u are its parameters.
+    """
+
+    effect: Effect
+    layout: Layout
+    u: np.ndarray
+    size: np.ndarray
+    own: np.ndarray
+
+    @property
+    def free(self) -> np.ndarray:
+        """(k,) those of `own` that have a derivative and are no more fixed than their bounds."""
+        layout = self.layout
+        loose = ~layout.rough & (layout.lower < layout.upper)
+        return self.own[loose[self.own]]
+
+
+@dataclass(frozen=True)
+class Column:
+    """What a column of a matrix of sensitivities is of.
+
+    Attributes:
+        slot: None for an effect as a whole, which has no derivatives.
+        joint: index; None for a parameter of the robot.
+        value: plausible, of the parameter itself; `size` its change that counts as large, of u.
+    """
+
+    effect: Effect
+    slot: Slot | None
+    joint: int | None
+    value: float
+    size: float
+
+
+@dataclass(frozen=True)
+class Responses:
+    """How some recordings would answer, in units of the noise.
+
+    Attributes:
+        recording, joint: (nsample,) indices of each sample, the former among all recordings.
+        columns: (nsample, ncolumn); `wholes` (nsample, neffect) of each effect at its size.
+    """
+
+    recording: np.ndarray
+    joint: np.ndarray
+    columns: np.ndarray
+    wholes: np.ndarray
+
+
+class Sensitivity:
+    """Sensitivities of a model to some effects.
+
+    Args:
+        reference: recordings, as the model predicts them, by which plausible sizes are chosen.
+        noise_rad: standard deviation of a measured position.
+
+    Attributes:
+        presences: the effects at their plausible sizes; those with which every simulation runs away
+            are left out.
+        columns: what the columns are of.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        effects: Sequence[Effect],
+        reference: Sequence[Recording],
+        noise_rad: float = NOISE_RAD,
+    ):
+        self.model, self.noise_rad = model, noise_rad
+        self.joints = reference[0].joints
+        self._adopted = model.vector(self.joints)
+        fitting = predicted(self._predictor(reference), *self._adopted)
+        self.presences = list(self._at_plausible_sizes(effects, fitting))
+        self.columns = [c for presence in self.presences for c in _columns(presence)]
+
+    def responses(self, recordings: Sequence[Recording]) -> Iterator[Responses]:
+        """Of all recordings, some of them at a time."""
+        numbers = [r.q.size * max(1, len(self.columns)) for r in recordings]
+        first = 0
+        while first < len(recordings):
+            held = np.cumsum(numbers[first:]) <= NUMBERS
+            last = first + max(1, int(held.sum()))
+            yield self._responses(recordings[first:last], first)
+            first = last
+
+    def information(self, recordings: Sequence[Recording]) -> np.ndarray:
+        """Fisher's information of each recording, (nrecording, ncolumn, ncolumn).
+
+        Under independent noise of equal size it is Jᵀ J / σ² (Kay, Fundamentals of statistical
+        signal processing, 1993, section 3.9).
+        """
+        found = np.zeros((len(recordings), len(self.columns), len(self.columns)))
+        for part in self.responses(recordings):
+            for number in np.unique(part.recording):
+                rows = part.columns[part.recording == number]
+                found[number] = rows.T @ rows
+        return found
+
+    def _predictor(self, recordings: Sequence[Recording]) -> Predictor:
+        rate = max(r.control_rate_hz for r in recordings)
+        return Predictor(
+            self.model.robot, recordings, coarseness=max(1, int(rate / LOOP_HZ + 1e-6))
+        )
+
+    def _responses(self, recordings: Sequence[Recording], first: int) -> Responses:
+        predictor = self._predictor(recordings)
+        joint = predictor.samples.joint
+        fits = [self._fit(presence) for presence in self.presences]
+        points = [fit.points() for fit in fits]
+        layout, u = self._adopted
+        asked = [Request(fit.layout, p) for fit, p in zip(fits, points, strict=True)]
+        (plain,), *moved = predictor.predict([Request(layout, u[None]), *asked])
+        wholes = np.zeros((len(joint), len(fits)))
+        blocks = [np.zeros((len(joint), 0))]
+        for i, (presence, fit, q) in enumerate(zip(self.presences, fits, moved, strict=True)):
+            wholes[:, i] = np.nan_to_num(q[0] - plain) / self.noise_rad
+            fit.receive(q - plain, joint)
+            if len(presence.free):
+                scaled = fit.jacobian[:, presence.free] * presence.size[presence.free]
+                blocks.append(np.nan_to_num(scaled) / self.noise_rad)
+            else:
+                blocks.append(_by_joint(presence, wholes[:, i], joint))
+        return Responses(
+            predictor.samples.recording + first, joint, np.concatenate(blocks, axis=1), wholes
+        )
+
+    def _fit(self, presence: Presence) -> LeastSquares:
+        free = np.zeros(len(presence.u), bool)
+        free[presence.free] = True
+        return LeastSquares(
+            presence.layout, presence.u.copy(), presence.size, diagonal=True, free=free
+        )
+
+    def _at_plausible_sizes(
+        self, effects: Sequence[Effect], predictor: Predictor
+    ) -> Iterator[Presence]:
+        layout, u = self._adopted
+        values = {
+            name: {k: v[0] for k, v in p.items()} for name, p in layout.decode(u[None]).items()
+        }
+        every, sizes = tuple(range(len(self.joints))), scales(predictor)
+        wholes, trials = [], []
+        for effect in effects:
+            others = [term for term in layout.terms if term.effect.name != effect.name]
+            wholes.append(Layout([*others, Term(effect, every)]))
+            with blaming([effect], "to make first guesses (starts)"):
+                guesses = list(effect.starts(sizes))
+            trials.append(
+                np.array([wholes[-1].encode({**values, effect.name: g}) for g in guesses])
+            )
+        found = predictor.predict([Request(w, t) for w, t in zip(wholes, trials, strict=True)])
+        for effect, whole, tried, q in zip(effects, wholes, trials, found, strict=True):
+            # one that ran away is NaN, and no guess
+            rms = np.sqrt(np.mean((q - predictor.samples.q) ** 2, axis=1))
+            if not np.isfinite(rms).any():
+                continue
+            far = np.abs(np.log(np.maximum(rms, 1e-12) / (TYPICAL * self.noise_rad)))
+            chosen = int(np.nanargmin(far))
+            own = np.array(
+                [i for i, s in enumerate(whole.slots) if s.term.effect.name == effect.name]
+            )
+            yield Presence(effect, whole, tried[chosen], _sizes(whole, tried, chosen), own)
+
+
+def predicted(predictor: Predictor, layout: Layout, u: np.ndarray) -> Predictor:
+    """A predictor of the same recordings whose measured positions are what a model predicts."""
+    (q,) = predictor.predict([Request(layout, u[None])])
+    measured = predictor.samples.by_row(np.where(np.isfinite(q[0]), q[0], predictor.samples.q))
+    return predictor.of(
+        [replace(r, q=m) for r, m in zip(predictor.recordings, measured, strict=True)]
+    )
+
+
+def _sizes(layout: Layout, tried: np.ndarray, chosen: int) -> np.ndarray:
+    """What counts as a large change of each element of u.
+
+    The distance of the chosen guess from absence, or of the guess nearest to it that has any; where
+    absence is a limit or nowhere, a factor of e or one unit; never less than the size that the
+    parameter itself states.
+
+    Args:
+        tried: (m, n) guesses.
+    """
+    away = np.abs(tried - layout.neutral)
+    nearest = np.where(away > 0, away, np.inf).min(axis=0)
+    size = np.where(away[chosen] > 0, away[chosen], nearest)
+    stated = np.array([slot.parameter.size for slot in layout.slots], float)
+    size = np.maximum(np.where(np.isfinite(size), size, 0.0), stated)
+    return np.where(size > 0, size, 1.0)
+
+
+def _columns(presence: Presence) -> list[Column]:
+    layout, effect = presence.layout, presence.effect
+    if not len(presence.free):
+        joints = {layout.slots[i].joint for i in presence.own}
+        return [
+            Column(effect, None, joint, 1.0, 1.0) for joint in sorted(joints, key=lambda j: j or 0)
+        ]
+    theta = layout.theta(presence.u)
+    return [
+        Column(
+            effect, layout.slots[i], layout.slots[i].joint, float(theta[i]), float(presence.size[i])
+        )
+        for i in presence.free
+    ]  # fmt: skip
+
+
+def _by_joint(presence: Presence, whole: np.ndarray, joint: np.ndarray) -> np.ndarray:
+    """(nsample, n) of an effect as a whole, a column for each joint that has it by itself."""
+    return np.stack(
+        [
+            whole if column.joint is None else np.where(joint == column.joint, whole, 0.0)
+            for column in _columns(presence)
+        ],
+        axis=1,
+    )
