@@ -208,6 +208,8 @@ def report(comparison: Comparison) -> dict[str, Any]:
         "noise_floor_rad": comparison.noise_floor_rad,
         "sentence": comparison.sentence,
         "robot": Path(comparison.model.robot).name,
+        # for the page, which draws it
+        "robot_file": comparison.model.robot,
         "effects": _plain(comparison.model.effects),
         "samples": len(errors.q),
         "logs": [

@@ -16,6 +16,8 @@ from t2l.figures.style import COLOURS
 from t2l.report import words
 from t2l.report.menus import menus
 from t2l.report.payload import COARSEST, payload
+from t2l.report.told import told
+from t2l.report.view import LIMITS, view
 
 
 def write_report(folder: Path | str) -> Path:
@@ -32,12 +34,18 @@ def write_report(folder: Path | str) -> Path:
 def render(found: Found) -> str:
     """The page as HTML."""
     template = _environment().get_template(f"{_story(found)}.html")
+    seen = view(found) if found.compared else None
     return template.render(
         found=found,
         titles=titles_of(found),
-        data=payload(found) | {"colours": COLOURS},
-        style=_asset("page.css"),
-        script=_asset("page.js"),
+        told=told(found),
+        data=payload(found) | {"colours": COLOURS, "view": seen},
+        view=seen,
+        view_limits=LIMITS,
+        three=_asset("vendor", "three.min.js") if seen else "",
+        view_script=_asset("templates", "view.js") if seen else "",
+        style=_asset("templates", "page.css"),
+        script=_asset("templates", "page.js"),
         plotly=Markup(get_plotlyjs()),
         **(_of_comparison(found) if found.compared else {"robot": "the robot"}),
     )
@@ -82,5 +90,5 @@ def _environment() -> Environment:
     return environment
 
 
-def _asset(name: str) -> Markup:
-    return Markup((files("t2l.report") / "templates" / name).read_text())
+def _asset(folder: str, name: str) -> Markup:
+    return Markup((files("t2l.report") / folder / name).read_text())
