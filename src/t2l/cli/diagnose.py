@@ -2,10 +2,11 @@
 
 import argparse
 
+from t2l.cli.beforehand import ENTRY as BEFOREHAND
 from t2l.cli.inputs import add_log_arguments
 from t2l.diagnose.files import DIAGNOSIS
 
-ENTRIES = (DIAGNOSIS, "models/", "figures/", "report.html")
+ENTRIES = (DIAGNOSIS, BEFOREHAND, "models/", "figures/", "report.html")
 
 HELP = "fit every known effect and judge each on held-out recordings"
 
@@ -22,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Diagnose, write, and say what is missing."""
+    from t2l.cli.beforehand import say_what_cannot_be_told
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.artefacts import write_diagnosis
     from t2l.diagnose.evidence import gather
@@ -32,6 +34,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        say_what_cannot_be_told(model, [*recordings, *holdout], out)
         evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
         evidence = telling(model, evidence)
         progress = progress_line()

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from t2l.effects.blame import blaming
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Slot, Term
+from t2l.identify.first_guesses import first_guesses
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
@@ -178,8 +178,7 @@ class Sensitivity:
         for effect in effects:
             others = [term for term in layout.terms if term.effect.name != effect.name]
             wholes.append(Layout([*others, Term(effect, every)]))
-            with blaming([effect], "to make first guesses (starts)"):
-                guesses = list(effect.starts(sizes))
+            guesses = first_guesses(effect, sizes, len(every))
             trials.append(
                 np.array([wholes[-1].encode({**values, effect.name: g}) for g in guesses])
             )

@@ -7,9 +7,10 @@ import numpy as np
 
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.effects.blame import blaming, described, shipped
-from t2l.effects.effect import Effect, Scales
+from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.errors import EffectError
+from t2l.identify.first_guesses import check_guess, first_guesses
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.scales import scales
 
@@ -61,7 +62,7 @@ def starting_points_of(
     effects = list({term.effect.name: term.effect for term in terms}.values())
     read_off = _read_off(predictor, mask, effects, samples.q - so_far)
     sizes = scales(predictor)
-    guesses = {e.name: _starts(e, sizes, njoint) + read_off[e.name] for e in effects}
+    guesses = {e.name: first_guesses(e, sizes, njoint) + read_off[e.name] for e in effects}
     requests = [
         Request(
             layout,
@@ -99,28 +100,6 @@ def _on_joints(term: Term, values: dict[str, np.ndarray]) -> dict[str, np.ndarra
     }
 
 
-def _starts(effect: Effect, sizes: Scales, njoint: int) -> list[dict[str, np.ndarray]]:
-    """An effect's first guesses, each parameter finite and of the shape it must have."""
-    with blaming([effect], "to make first guesses (starts)"):
-        starts = list(effect.starts(sizes))
-        if not starts:
-            raise ValueError("it returned none; allowed: at least one")
-        for start in starts:
-            _check_guess(effect, start, njoint)
-    return starts
-
-
-def _check_guess(effect: Effect, guess: dict[str, np.ndarray], njoint: int) -> None:
-    names = [parameter.name for parameter in effect.parameters]
-    if not isinstance(guess, dict) or set(guess) != set(names):
-        raise ValueError(f"found {guess!r}; allowed: a number or an array for {', '.join(names)}")
-    for parameter in effect.parameters:
-        value = np.asarray(guess[parameter.name], float)
-        np.broadcast_to(value, (njoint if parameter.per_joint else 1,))
-        if not np.isfinite(value).all():
-            raise ValueError(f"found {value} for {parameter.name}; allowed: finite numbers")
-
-
 def _check_some_runs(effect: Effect, error: np.ndarray) -> None:
     """Whether the model with an effect can be simulated at all; error (m, nsample) of m guesses."""
     if np.isfinite(error).all(axis=1).any():
@@ -151,7 +130,7 @@ def _read_off(
                 continue
             names = [parameter.name for parameter in effect.parameters]
             guess = {name: np.array([found[name] for found in of_joints]) for name in names}
-            _check_guess(effect, guess, len(of_joints))
+            check_guess(effect, guess, len(of_joints))
         guesses[effect.name].append(guess)
     return guesses
 

@@ -34,12 +34,12 @@ def write_report(folder: Path | str) -> Path:
 def render(found: Found) -> str:
     """The page as HTML."""
     template = _environment().get_template(f"{_story(found)}.html")
-    seen = view(found) if found.compared else None
+    seen, more = view(found) if found.compared else None, told(found)
     return template.render(
         found=found,
         titles=titles_of(found),
-        told=told(found),
-        data=payload(found) | {"colours": COLOURS, "view": seen},
+        told=more,
+        data=payload(found) | {"colours": COLOURS, "view": seen, "learned": more["curves"]},
         view=seen,
         view_limits=LIMITS,
         three=_asset("vendor", "three.min.js") if seen else "",
