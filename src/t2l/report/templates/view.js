@@ -165,4 +165,5 @@
   fit();
   show();
   body.dataset.view = "drawn";
+  window.t2lView = { get recording() { return recording; } };
 })();

@@ -1,0 +1,157 @@
+"""A pendulum's experiment: better than chance, safe, run by t2l record as it is written."""
+
+import json
+
+import numpy as np
+import pytest
+
+from t2l.cli.main import main
+from t2l.design.d_optimal import exchange, log_det
+from t2l.design.experiment import Wanted, design
+from t2l.design.identifiability import missing_effects, of_log
+from t2l.design.library import library, recording
+from t2l.design.safety import SAFE, within_limits
+from t2l.design.sensitivity import Sensitivity
+from t2l.hardware.guard import Workspace
+from t2l.hardware.limits import POSITION_MARGIN_RAD
+from t2l.hardware.plan import read_plan, read_setup
+from t2l.identify.model import Model
+from t2l.identify.prediction import Predictor, Request
+from tests.design.made import COULOMB, LIMITS, configuration
+from tests.diagnose.made import hold, swing, two_pendulums
+from tests.diagnose.made import recording as made_recording
+
+EFFECTS = ("coulomb_friction", "viscous_friction", "armature")
+
+
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory):
+    return read_setup(configuration(tmp_path_factory.mktemp("setup")))
+
+
+@pytest.fixture(scope="module")
+def model(setup):
+    return Model(setup.robot.name)
+
+
+@pytest.fixture(scope="module")
+def effects(setup, model):
+    known = {e.name: e for e in missing_effects(model, setup.robot.joints)}
+    return [known[name] for name in EFFECTS]
+
+
+def test_the_choice_beats_every_motion_alone_and_chance(setup, model, effects):
+    wanted = Wanted(effects, total_s=9.0, motion_s=3.0, most_rad=0.5, noise_rad=1e-4)
+    found = design(setup, model, wanted)
+    assert len(found.chosen) == len({c.name for c in found.chosen}) == 3
+    assert found.log_det > found.best_single
+    assert found.log_det > found.random
+    assert all(entry.told_together for entry in found.told.expected)
+    assert max(found.peaks) <= 1.0
+
+
+def test_an_exchange_finds_the_best_of_all_choices():
+    rng = np.random.default_rng(0)
+    columns = rng.normal(size=(8, 2, 4)) * rng.uniform(0.1, 3, size=(8, 1, 1))
+    information = columns.transpose(0, 2, 1) @ columns
+    chosen = exchange(information, 3)
+    everything = [
+        log_det(information[[a, b, c]].sum(axis=0))
+        for a in range(8) for b in range(a) for c in range(b)
+    ]  # fmt: skip
+    assert log_det(information[chosen].sum(axis=0)) == pytest.approx(max(everything))
+
+
+def test_no_motion_leaves_a_margin_in_simulation(tmp_path):
+    """The velocity limit binds here, and a box for the tool."""
+    setup = read_setup(
+        configuration(tmp_path, limits={**LIMITS, "velocity_rad_s": 1.0}, gains={"kp": 80, "kd": 1})
+    )
+    model = Model(setup.robot.name)
+    box = Workspace((-0.08, -1, 0.0), (0.08, 1, 2))
+    asked = library(setup, 2.0, 0.5)
+    safe = within_limits(setup, model, asked, box)
+    assert safe.candidates
+    smaller = [c.amplitude_rad[0] < 0.49 for c in safe.candidates if "small" not in c.name]
+    assert any(smaller)
+    motions = [c.motion(setup) for c in safe.candidates]
+    predictor = Predictor(model.robot, [recording(setup, m, 4) for m in motions])
+    layout, u = model.vector(setup.robot.joints)
+    (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
+    low, high = setup.robot.position_limit.T
+    assert np.abs(dq).max() <= SAFE * 1.0
+    assert (q > low + POSITION_MARGIN_RAD).all()
+    assert (q < high - POSITION_MARGIN_RAD).all()
+    # the tool is 0.25 m from the axis
+    assert np.abs(0.25 * np.sin(q)).max() <= 0.08
+
+
+def test_a_joint_that_stands_still_is_not_told(tmp_path):
+    robot = two_pendulums(tmp_path)
+    made = made_recording(
+        robot,
+        lambda t: np.stack([swing()(t), hold(0.0)(t)], axis=1),
+        kp=20.0, kd=0.8, duration_s=2.0,
+    )  # fmt: skip
+    rng = np.random.default_rng(0)
+    log = type(made)(**{**vars(made), "q": made.q_des + 1e-4 * rng.normal(size=made.q.shape)})
+    model = Model(robot)
+    known = {e.name: e for e in missing_effects(model, log.joints)}
+    told = of_log(model, [log], [known[name] for name in EFFECTS])
+    by_joint = {(e.effect, e.joint): e.told for e in told.expected}
+    assert all(by_joint[name, "left"] for name in EFFECTS)
+    assert not any(by_joint[name, "right"] for name in EFFECTS)
+    assert "This log cannot tell armature (inertia) of right" in told.sentences("This log")
+
+
+def test_a_delay_and_a_clock_offset_look_alike_without_gravity(setup, model):
+    known = {e.name: e for e in missing_effects(model, setup.robot.joints)}
+    pair = [known["command_delay"], known["clock_offset"], known["coulomb_friction"]]
+    motions = [c.motion(setup) for c in library(setup, 2.0, 0.3) if c.shape == "slow_multisine"]
+    recordings = [recording(setup, m) for m in motions]
+    sensitivity = Sensitivity(model, pair, recordings)
+    from t2l.design.identifiability import identifiability
+
+    found = identifiability(sensitivity, recordings).confounded
+    assert {found[0].first, found[0].second} == {"command delay", "clock offset"}
+    assert found[0].correlation > 0.98
+
+
+def test_a_plan_is_recorded_as_it_is_and_the_planted_effect_is_named(tmp_path, capsys):
+    path = configuration(tmp_path)
+    out = tmp_path / "plan"
+    tell = ["--tell", ",".join(EFFECTS), "--total-s", "6", "--motion-s", "2"]
+    main(["plan", str(path), *tell, "--out", str(out)])
+    numbers = json.loads((out / "plan.json").read_text())
+    assert numbers["log_det"]["chosen"] > numbers["log_det"]["mean_of_random_choices"]
+    assert (out / "figures/motions.png").stat().st_size > 0
+    names = [motion.name for motion in read_plan(out / "plan.yaml").motions]
+    assert [motion["name"] for motion in numbers["motions"]] == names
+    main(["record", str(out / "plan.yaml"), "--out", str(tmp_path / "logs")])
+    assert sorted(p.stem for p in (tmp_path / "logs").glob("*.csv")) == sorted(names)
+    capsys.readouterr()
+    main(["diagnose", str(tmp_path / "logs"), "--out", str(tmp_path / "found")])
+    said = capsys.readouterr().out
+    assert "This log cannot tell payload (com_y)" in said
+    found = json.loads((tmp_path / "found/diagnosis.json").read_text())
+    assert found["ranking"][0]["effect"] == "coulomb_friction"
+    value = found["ranking"][0]["parameters"]["hinge.torque"]["value"]
+    assert value == pytest.approx(COULOMB, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "message"),
+    [
+        ({}, ["--tell", "coulomb_frictoin"], "did you mean coulomb_friction"),
+        ({}, ["--motion-s", "0.1"], "--motion-s: found 0.1; allowed: 1 to"),
+        ({"gains": None}, [], "key gains: found nothing"),
+        ({"limits": None}, [], "key limits.velocity_rad_s: found nothing, and pendulum.xml"),
+        ({}, ["--workspace=5,5,5,6,6,6"], "found no motion around start_rad"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_mistakes_are_named(tmp_path, change, options, message):
+    path = configuration(tmp_path, **change)
+    with pytest.raises(SystemExit, match=message):
+        main(["plan", str(path), *options, "--out", str(tmp_path / "out")])
+    assert not (tmp_path / "out/plan.yaml").exists()
