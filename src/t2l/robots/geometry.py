@@ -9,7 +9,7 @@ MOST_TRIANGLES = 20_000  # of all bodies together: 0.3 MB in a page
 DRAWN_GROUPS = 2  # MuJoCo's own viewer shows groups up to this at first
 ROUND = 16  # corners of a circle
 STICK = 0.03  # thickness of a body without shapes, of the robot's extent
-CELLS = 4096  # along the longest side of a mesh, before its corners are merged
+FINEST = 4.0  # cells along the longest side of a mesh, over the root of its triangles
 _BOX = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 _BOX_FACES = np.array(
     [
@@ -61,19 +61,17 @@ def shapes(model: mujoco.MjModel, most_triangles: int = MOST_TRIANGLES) -> list[
 def fewer(vertices: np.ndarray, faces: np.ndarray, most: int) -> Triangles:
     """At most `most` triangles, or as few as merging corners leaves."""
     low, size = vertices.min(axis=0), max(np.ptp(vertices, axis=0).max(), 1e-9)
-    cells, found = CELLS, (vertices, faces)
+    # a flat side of n × n cells has 2 n² triangles: no finer grid leaves few enough
+    cells, found = int(FINEST * np.sqrt(max(most, 1))) + 1, (vertices, faces)
     while len(found[1]) > most and cells > 1:
-        cells = max(1, int(cells / 1.3))
-        place = np.floor((vertices - low) / size * cells).astype(np.int64)
-        _, merged = np.unique(place, axis=0, return_inverse=True)
-        merged = merged.ravel()
+        place = np.minimum((vertices - low) / size * cells, cells - 1).astype(np.int64)
+        _, merged = np.unique(place @ [cells * cells, cells, 1], return_inverse=True)
         count = np.bincount(merged)
         middle = np.stack([np.bincount(merged, column) / count for column in vertices.T], axis=1)
-        corners = merged[faces]
-        a, b, c = corners.T
-        kept = corners[(a != b) & (b != c) & (a != c)]
-        found = middle, np.unique(kept, axis=0) if len(kept) else kept
-    return found
+        a, b, c = corners = merged[faces].T
+        found = middle, corners.T[(a != b) & (b != c) & (a != c)]
+        cells = int(cells / 1.2)
+    return found if len(found[1]) <= most else (vertices[:0], faces[:0])
 
 
 def _in_body(model: mujoco.MjModel, geom: int) -> Triangles | None:

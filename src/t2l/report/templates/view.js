@@ -23,7 +23,7 @@
   renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
   const scene = new THREE.Scene(), extent = view.extent;
   scene.background = new THREE.Color("#f5f7f9");
-  scene.add(new THREE.HemisphereLight("#ffffff", "#b9c1ca", 0.95));
+  scene.add(new THREE.HemisphereLight("#ffffff", "#a9b2bc", 0.78));
   const sun = new THREE.DirectionalLight("#ffffff", 0.55);
   sun.position.set(1, -2, 3);
   scene.add(sun);
@@ -131,7 +131,7 @@
     const size = box.getSize(new THREE.Vector3());
     const wide = Math.hypot(size.x, size.y), half = Math.tan(camera.fov * Math.PI / 360);
     look.apart = 1.05 * wide;
-    look.far = wide / 2 + Math.max(0.6 * size.z, 1.1 * wide / camera.aspect) / half;
+    look.far = 0.3 * wide + Math.max(0.6 * size.z, wide / camera.aspect) / half;
     box.getCenter(look.centre);
     render();
   }
