@@ -8,15 +8,18 @@ import pytest
 from t2l.cli.main import main
 from t2l.design.d_optimal import exchange, log_det
 from t2l.design.experiment import Wanted, design
-from t2l.design.identifiability import missing_effects, of_log
+from t2l.design.identifiability import identifiability, missing_effects, of_log
 from t2l.design.library import library, recording
 from t2l.design.safety import SAFE, within_limits
 from t2l.design.sensitivity import Sensitivity
+from t2l.diagnose.evidence import gather
+from t2l.diagnose.ranking import MISSING, diagnose
 from t2l.hardware.guard import Workspace
 from t2l.hardware.limits import POSITION_MARGIN_RAD
 from t2l.hardware.plan import read_plan, read_setup
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
+from t2l.recordings import read_recordings
 from tests.design.made import COULOMB, LIMITS, configuration
 from tests.diagnose.made import hold, swing, two_pendulums
 from tests.diagnose.made import recording as made_recording
@@ -110,33 +113,45 @@ def test_a_delay_and_a_clock_offset_look_alike_without_gravity(setup, model):
     motions = [c.motion(setup) for c in library(setup, 2.0, 0.3) if c.shape == "slow_multisine"]
     recordings = [recording(setup, m) for m in motions]
     sensitivity = Sensitivity(model, pair, recordings)
-    from t2l.design.identifiability import identifiability
-
     found = identifiability(sensitivity, recordings).confounded
     assert {found[0].first, found[0].second} == {"command delay", "clock offset"}
     assert found[0].correlation > 0.98
 
 
-def test_a_plan_is_recorded_as_it_is_and_the_planted_effect_is_named(tmp_path, capsys):
-    path = configuration(tmp_path)
-    out = tmp_path / "plan"
-    tell = ["--tell", ",".join(EFFECTS), "--total-s", "6", "--motion-s", "2"]
-    main(["plan", str(path), *tell, "--out", str(out)])
-    numbers = json.loads((out / "plan.json").read_text())
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory):
+    """A folder with a plan and what `t2l record` made of it with a virtual robot."""
+    folder = tmp_path_factory.mktemp("planned")
+    tell = ["--tell", ",".join(EFFECTS), "--total-s", "4.5", "--motion-s", "1.5"]
+    main(["plan", str(configuration(folder)), *tell, "--out", str(folder / "plan")])
+    main(["record", str(folder / "plan/plan.yaml"), "--out", str(folder / "logs")])
+    return folder
+
+
+def test_a_plan_is_recorded_as_it_is(planned):
+    numbers = json.loads((planned / "plan/plan.json").read_text())
     assert numbers["log_det"]["chosen"] > numbers["log_det"]["mean_of_random_choices"]
-    assert (out / "figures/motions.png").stat().st_size > 0
-    names = [motion.name for motion in read_plan(out / "plan.yaml").motions]
+    assert (planned / "plan/figures/motions.png").stat().st_size > 0
+    names = [motion.name for motion in read_plan(planned / "plan/plan.yaml").motions]
     assert [motion["name"] for motion in numbers["motions"]] == names
-    main(["record", str(out / "plan.yaml"), "--out", str(tmp_path / "logs")])
-    assert sorted(p.stem for p in (tmp_path / "logs").glob("*.csv")) == sorted(names)
-    capsys.readouterr()
-    main(["diagnose", str(tmp_path / "logs"), "--out", str(tmp_path / "found")])
-    said = capsys.readouterr().out
-    assert "This log cannot tell payload (com_y)" in said
+    assert sorted(path.stem for path in (planned / "logs").glob("*.csv")) == sorted(names)
+
+
+def test_the_recordings_of_a_plan_name_the_planted_effect(planned, effects):
+    recordings = read_recordings([planned / "logs"])
+    model = Model(recordings[0].robot)
+    found = diagnose(model, gather(model.robot, recordings, threads=1), effects)
+    best = found.ranking[0]
+    assert (found.verdict, best.effect.name) == (MISSING, "coulomb_friction")
+    assert best.layout.theta(best.u)[0] == pytest.approx(COULOMB, rel=0.1)
+
+
+@pytest.mark.slow
+def test_among_all_effects_it_is_named_too(planned, tmp_path, capsys):
+    main(["diagnose", str(planned / "logs"), "--out", str(tmp_path / "found")])
+    assert "This log cannot tell payload (com_y)" in capsys.readouterr().out
     found = json.loads((tmp_path / "found/diagnosis.json").read_text())
     assert found["ranking"][0]["effect"] == "coulomb_friction"
-    value = found["ranking"][0]["parameters"]["hinge.torque"]["value"]
-    assert value == pytest.approx(COULOMB, rel=0.1)
 
 
 @pytest.mark.parametrize(

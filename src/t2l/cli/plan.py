@@ -59,6 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.inputs import progress_line
     from t2l.design.artefacts import write_experiment
     from t2l.design.experiment import Wanted, design
+    from t2l.errors import ConfigurationError
     from t2l.figures.design import expected_errors, experiment_motions
     from t2l.figures.style import write
     from t2l.hardware.plan import read_plan, read_setup
@@ -68,6 +69,11 @@ def run(arguments: argparse.Namespace) -> None:
 
     setup = read_setup(arguments.config)
     _check_numbers(arguments)
+    if arguments.workspace and not setup.robot.groups[0].tool_site:
+        raise ConfigurationError(
+            f"--workspace: found a robot without a site for its tool, {setup.robot.name}; allowed: "
+            "an MJCF with a site"
+        )
     model, effects = _model_and_effects(arguments, setup)
     inputs = [
         arguments.config, *([arguments.model] if arguments.model else []), *files(model.robot),

@@ -56,6 +56,8 @@ def within_limits(
         workspace: a box for the tool, in the frame of the robot's base.
     """
     inverse = setup.robot.spec(gravity_compensation=True).compile()
+    if workspace and _leaves(workspace, setup, setup.start[None]):
+        return Safe([], np.zeros(0))
     left = list(enumerate(candidates))
     safe: dict[int, tuple[Candidate, float]] = {}
     for _ in range(TRIES):
@@ -89,7 +91,6 @@ def _beyond(
         "dq": _narrowed(velocity_bounds(robot)),
         "torque": _narrowed(torque_bounds(robot)),
     }
-    tool = ToolKinematics(robot, 1) if workspace else None
     beyond, peaks = [], []
     for motion, (q, dq) in zip(motions, _simulated(setup, model, motions), strict=True):
         rows = len(q) // len(motion.q_des)
@@ -101,8 +102,8 @@ def _beyond(
             ("torque", predicted_torque(motion, needed)),
         )  # fmt: skip
         out = np.any([limits[key].outside(value).any(axis=0) for key, value in values], axis=0)
-        if tool is not None and not out.any():
-            out |= _leaves(workspace, tool, q)
+        if workspace and not out.any():
+            out |= _leaves(workspace, setup, q)
         beyond.append(out)
         peaks.append(max(_part(limits[key], value) for key, value in values))
     return np.array(beyond), np.array(peaks)
@@ -133,8 +134,9 @@ def _part(bounds: Bounds, values: np.ndarray) -> float:
     return float(np.max(np.abs(2 * values[:, known] - high - low) / (high - low)))
 
 
-def _leaves(workspace: Workspace, tool: ToolKinematics, q: np.ndarray) -> bool:
-    place = np.concatenate([tool.pose(row[None])[:, :3] for row in q])
+def _leaves(workspace: Workspace, setup: Setup, q: np.ndarray) -> bool:
+    """Whether the tool comes too close to the faces of a box, or beyond, at q (n, njoint)."""
+    place = ToolKinematics(setup.robot, len(q)).pose(q)[:, :3]
     low = np.array(workspace.lower) + WORKSPACE_MARGIN_M
     high = np.array(workspace.upper) - WORKSPACE_MARGIN_M
     return bool(((place < low) | (place > high)).any())
