@@ -20,6 +20,7 @@
   }
 
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+  renderer.setScissorTest(true);
   renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
   const scene = new THREE.Scene(), extent = view.extent;
   scene.background = new THREE.Color("#f5f7f9");
@@ -90,7 +91,6 @@
 
   // all that moves, as it is at some moments, and what stands, decide where the camera looks
   const box = new THREE.Box3();
-  recording = null;
   element("view-recording").addEventListener("change", () => { frame = 0; choose(); });
   if (element("view-model")) element("view-model").addEventListener("change", event => { model = Number(event.target.value); show(); });
   element("view-time").addEventListener("input", event => { stop(); frame = Number(event.target.value); show(); });
@@ -117,21 +117,23 @@
     const { turn, rise, far, centre } = look;
     camera.position.set(Math.cos(turn) * Math.cos(rise), Math.sin(turn) * Math.cos(rise), Math.sin(rise)).multiplyScalar(far).add(centre);
     camera.lookAt(centre);
-    // the two stand beside each other as the camera sees them
-    const aside = look.apart / 2;
-    robots[0].group.position.set(Math.sin(turn) * aside, -Math.cos(turn) * aside, 0);
-    robots[1].group.position.set(-Math.sin(turn) * aside, Math.cos(turn) * aside, 0);
-    renderer.render(scene, camera);
+    // each in its half, seen from the same side: what looks different is different
+    const { x: width, y: height } = renderer.getSize(new THREE.Vector2());
+    robots.forEach(({ group }, i) => {
+      robots.forEach(other => { other.group.visible = other.group === group; });
+      renderer.setViewport(i * width / 2, 0, width / 2, height);
+      renderer.setScissor(i * width / 2, 0, width / 2, height);
+      renderer.render(scene, camera);
+    });
   }
   function fit() {
     const width = stage.clientWidth, height = Math.max(260, Math.min(440, width * 0.55));
     renderer.setSize(width, height);
-    camera.aspect = width / height;
+    camera.aspect = width / 2 / height;
     camera.updateProjectionMatrix();
     const size = box.getSize(new THREE.Vector3());
     const wide = Math.hypot(size.x, size.y), half = Math.tan(camera.fov * Math.PI / 360);
-    look.apart = 1.05 * wide;
-    look.far = 0.3 * wide + Math.max(0.6 * size.z, wide / camera.aspect) / half;
+    look.far = wide / 2 + 0.55 * Math.max(size.z, wide / camera.aspect) / half;
     box.getCenter(look.centre);
     render();
   }
@@ -148,13 +150,11 @@
   canvas.addEventListener("wheel", event => { event.preventDefault(); look.far *= Math.exp(event.deltaY / 1000); render(); }, { passive: false });
   window.addEventListener("resize", fit);
 
-  look.apart = 0;
   choose();
   const moments = 12, last = recording.count - 1;
   for (let k = 0; k <= moments; k++) {
     frame = Math.round(k * last / moments);
     pose(robots[0], recording.poses[0]);
-    robots[0].group.position.set(0, 0, 0);
     scene.updateMatrixWorld(true);
     box.expandByObject(robots[0].group);
   }
