@@ -8,8 +8,10 @@ from t2l.hardware.excitation import (
     chirp,
     envelope,
     multisine,
+    point_to_point,
     sine,
     smooth_step,
+    triangle,
 )
 
 TIME = np.arange(501) / 50
@@ -62,3 +64,17 @@ def test_an_envelope_begins_and_ends_at_rest():
 def test_the_peak_velocity_of_a_smooth_step():
     part = np.linspace(0, 1, 10_001)
     assert np.gradient(smooth_step(part), part).max() == pytest.approx(SMOOTH_STEP_PEAK_VELOCITY)
+
+
+def test_a_triangle_has_one_speed_between_its_reversals():
+    q = triangle(TIME, AMPLITUDE, np.array([0.25, 0.5, 1.0]))
+    speed = np.abs(np.gradient(q[:, 0], TIME))
+    assert np.abs(q).max(axis=0) == pytest.approx(AMPLITUDE)
+    assert np.median(speed) == pytest.approx(4 * 0.25 * 0.1)
+    assert np.sum(np.diff(np.sign(np.diff(q[:, 0]))) != 0) == 5
+
+
+def test_moves_go_to_one_end_and_then_from_end_to_end_with_stops():
+    q = point_to_point(TIME, AMPLITUDE, 0.6, 0.4)
+    np.testing.assert_allclose(q[[0, 30, 49, 80, 99, 130]].T[0], [0, 0.1, 0.1, -0.1, -0.1, 0.1])
+    assert np.abs(np.diff(q[30:50], axis=0)).max() < 1e-12

@@ -144,3 +144,41 @@ def test_a_setting_beyond_a_limit_is_named(tmp_path):
     gains = [{"kp": 64, "kd": 4}, {"kp": 2000, "kd": 40}]
     with pytest.raises(RecordingError, match=r"multisine_kp2000_kd40: fr3_joint7 at .* to 12 N·m"):
         read_plan(write(tmp_path, gains=gains))
+
+
+MOVES = {"kind": "point_to_point", "amplitude_rad": 0.1, "duration_s": 4, "move_s": 1, "dwell_s": 0}
+NAMED = [
+    {"name": "slow", "gains": {"kp": 64, "kd": 4}, "excitation": SINE},
+    {"name": "quick", "gains": {"kp": 256, "kd": 12}, "excitation": MOVES},
+]
+ALONE = {"gains": None, "excitation": None, "motions": NAMED}
+
+
+def test_motions_may_differ_in_everything(tmp_path):
+    slow, quick = read_plan(write(tmp_path, **ALONE)).motions
+    assert (slow.name, quick.name) == ("multisine_slow", "multisine_quick")
+    assert (slow.kp[0], quick.kp[0]) == (64, 256)
+    assert (len(slow.q_des), len(quick.q_des)) == (101, 201)
+    offset = quick.q_des - quick.q_des[0]
+    np.testing.assert_allclose(offset[50], 0.1)  # at one end, after a second
+    np.testing.assert_allclose(offset[100], -0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"gains": PLAN["gains"]}, "key gains: found it beside motions; allowed: one of the two"),
+        ({"motions": []}, r"key motions: found \[\]; allowed: a list"),
+        ({"motions": [NAMED[0]] * 2}, r"key motions\[1\].name: found slow twice"),
+        ({"motions": [{**NAMED[0], "name": "a/b"}]}, r"key motions\[0\].name: found 'a/b'"),
+        (
+            {"motions": [{**NAMED[1], "excitation": {**MOVES, "move_s": 0}}]},
+            r"key motions\[0\].excitation.move_s: found 0; allowed: a number above 0",
+        ),
+        ({"limits": {"torque_nm": 5}}, "key limits: found it for fr3; allowed: the limits that"),
+    ],
+    ids=str,
+)
+def test_a_wrong_motion_is_named(tmp_path, change, message):
+    with pytest.raises(RecordingError, match=f"plan.yaml: {message}"):
+        read_plan(write(tmp_path, **ALONE | change))

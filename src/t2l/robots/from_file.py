@@ -89,8 +89,13 @@ def _torques(model: mujoco.MjModel, joints: Sequence[str]) -> np.ndarray:
 
 
 def _home(path: Path, model: mujoco.MjModel, joints: Sequence[str]) -> np.ndarray:
-    # the plant has no keyframes
-    whole = mujoco.MjModel.from_xml_path(str(path))
-    pose = whole.key_qpos[0] if whole.nkey else whole.qpos0
-    home = np.array([pose[whole.joint(name).qposadr[0]] for name in joints])
-    return np.clip(home, *plant.position_ranges(model, joints).T)
+    pose = {name: model.qpos0[model.joint(name).qposadr[0]] for name in joints}
+    try:
+        # the plant has no keyframes
+        whole = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError:
+        # meshes that only serve to draw are not there: no file with keyframes
+        whole = model
+    if whole.nkey:
+        pose = {name: whole.key_qpos[0][whole.joint(name).qposadr[0]] for name in joints}
+    return np.clip(list(pose.values()), *plant.position_ranges(model, joints).T)
