@@ -110,52 +110,47 @@ def _expected(column: Column, joints: Sequence[str], alone: float, together: flo
 
 def _confounded(sensitivity: Sensitivity, grams: np.ndarray, count: np.ndarray) -> list[Confounded]:
     """Pairs of effects neither of which contains the other, each once, the most alike first."""
-    presences, found = sensitivity.presences, []
-    for i, one in enumerate(presences):
-        for j in range(i):
-            names = one.effect.name, presences[j].effect.name
-            if names[0] in presences[j].effect.contains or names[1] in one.effect.contains:
+    effects = [presence.effect for presence in sensitivity.presences]
+    names = [column.effect.name for column in sensitivity.columns]
+    ncolumn, found = len(names), []
+    size = grams[:, range(ncolumn, grams.shape[1]), range(ncolumn, grams.shape[1])]
+    rms = np.sqrt(size / np.maximum(count, 1.0)[:, None])
+    alike = np.zeros((len(effects), *size.shape))
+    for j, other in enumerate(effects):
+        own = [i for i, name in enumerate(names) if name == other.name]
+        for joint, gram in enumerate(grams):
+            explained = _explained(gram[np.ix_(own, own)], gram[own, ncolumn:])
+            alike[j, joint] = explained / np.maximum(size[joint], np.finfo(float).tiny)
+    # on a joint where the noise hides it, an effect looks like any other
+    alike = np.where(rms > HIDDEN, np.sqrt(np.clip(alike, 0.0, 1.0)), 0.0)
+    for i, one in enumerate(effects):
+        for j, other in enumerate(effects[:i]):
+            if one.name in other.contains or other.name in one.contains:
                 continue
-            both = [
-                _nearest(sensitivity, grams, count, first, second)
-                for first, second in ((i, j), (j, i))
-            ]
-            worst = min(both, key=lambda pair: (pair.difference, -pair.correlation))
-            if worst.correlation > INSEPARABLE:
-                found.append(worst)
+            # either may imitate the other, on any joint
+            both = ((alike[k][:, m], rms[:, m], m, k) for k, m in ((i, j), (j, i)))
+            worst = max(both, key=lambda found: found[0].max())
+            joint = int(np.argmax(worst[0]))
+            correlation = float(worst[0][joint])
+            if correlation > INSEPARABLE:
+                difference = float(worst[1][joint] * np.sqrt(1 - correlation**2))
+                titles = effects[worst[2]].title, effects[worst[3]].title
+                found.append(
+                    Confounded(*titles, sensitivity.joints[joint], correlation, difference)
+                )
     return sorted(found, key=lambda pair: pair.difference)
 
 
-def _nearest(
-    sensitivity: Sensitivity, grams: np.ndarray, count: np.ndarray, first: int, second: int
-) -> Confounded:
-    """How well an effect imitates another at its plausible size, on the joint where it does best.
+def _explained(columns: np.ndarray, shared: np.ndarray) -> np.ndarray:
+    """Squares (m,) of the parts of m responses that a combination of some columns can be.
 
-    A joint on which the other does not show does not count.
+    Args:
+        columns: (k, k) inner products of the columns; `shared` (k, m) with the responses.
     """
-    ncolumn = len(sensitivity.columns)
-    one, other = (sensitivity.presences[i].effect for i in (first, second))
-    own = [i for i, c in enumerate(sensitivity.columns) if c.effect.name == other.name]
-    whole = ncolumn + first
-    best = Confounded(one.title, other.title, "", 0.0, np.inf)
-    for joint, gram in enumerate(grams):
-        square, samples = gram[whole, whole], max(count[joint], 1.0)
-        if square < HIDDEN**2 * samples:
-            continue
-        correlation = _correlation(gram[np.ix_(own, own)], gram[own, whole], square)
-        difference = float(np.sqrt((1 - correlation**2) * square / samples))
-        if correlation > best.correlation:
-            name = sensitivity.joints[joint]
-            best = Confounded(one.title, other.title, name, correlation, difference)
-    return best
-
-
-def _correlation(columns: np.ndarray, shared: np.ndarray, square: float) -> float:
-    """Of a response with the nearest combination of some columns, from their inner products."""
     norm = np.sqrt(np.maximum(np.diag(columns), np.finfo(float).tiny))
     scaled = columns / np.outer(norm, norm) + RIDGE * np.eye(len(norm))
-    explained = (shared / norm) @ np.linalg.pinv(scaled, hermitian=True) @ (shared / norm)
-    return float(np.sqrt(np.clip(explained / square, 0.0, 1.0)))
+    inverse = np.linalg.pinv(scaled, hermitian=True)
+    return np.einsum("km,kl,lm->m", shared / norm[:, None], inverse, shared / norm[:, None])
 
 
 def _spread(recordings: Sequence[Recording], count: int) -> list[Recording]:
