@@ -18,6 +18,8 @@ FLAGS = (
     "--headless",
     "--no-sandbox",
     "--disable-gpu",
+    # what takes its place in software is slow, and says so; see test_view.py
+    "--disable-3d-apis",
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
@@ -67,6 +69,9 @@ def test_a_browser_draws_every_plot_without_an_error(page, tmp_path):
     assert state == {"plots": str(expected), "plots-drawn": str(expected), "errors": "0"}
     assert done.stdout.count('class="main-svg"') >= expected
     assert not [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    if 'id="view"' in _told(page):
+        assert 'data-view="none"' in body
+        assert "This browser has no WebGL" in done.stdout
 
 
 def test_the_page_is_small_and_needs_no_network(page):
