@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.ranking import MISSING, diagnose
+from t2l.diagnose.ranking import MISSING, diagnose, telling
 from t2l.identify.model import Model
 from tests.diagnose.made import measured, pendulum, predict, recording, swing, swings, two_pendulums
 
@@ -32,7 +32,7 @@ def answer(recordings, names=FEW, substeps=1):
     model, joints = Model(recordings[0].robot), recordings[0].joints
     known = model.known_effects(joints)
     effects = None if names is None else [known[name] for name in names]
-    evidence = gather(model.robot, recordings, (), substeps, threads=1)
+    evidence = telling(model, gather(model.robot, recordings, (), substeps, threads=1))
     found = diagnose(model, evidence, effects)
     fitted = {}
     for candidate in found.ranking:

@@ -14,14 +14,16 @@ import numpy as np
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Slot, Term
 from t2l.identify.first_guesses import first_guesses
-from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
+from t2l.identify.samples import Samples
 from t2l.identify.scales import scales
 from t2l.recordings.recording import Recording
 
 NOISE_RAD = 1e-4
-TYPICAL = 30.0  # times the noise: the middle, in logarithms, of what is to be found, 3 to 300
+STEP = 0.1  # of a plausible size: more than roughness, less than what bends a response
+# times the noise: the largest effect that is to be found, and the middle, in logarithms, from 3 on
+LARGEST, TYPICAL = 300.0, 30.0
 LOOP_HZ = 250.0  # ticks as fast as this are fine enough for a derivative
 NUMBERS = 2e7  # of the matrix of one chunk of recordings: 160 MB
 
@@ -47,6 +49,44 @@ class Presence:
         layout = self.layout
         loose = ~layout.rough & (layout.lower < layout.upper)
         return self.own[loose[self.own]]
+
+    def points(self) -> np.ndarray:
+        """u (1 + m, n): the plausible one, and those that the differences are of."""
+        moved = [self.u.copy() for _ in self._together()]
+        for point, members in zip(moved, self._together(), strict=True):
+            point[members] += self._steps()[members]
+        return np.array([self.u, *moved])
+
+    def columns(self, q: np.ndarray, joint: np.ndarray) -> np.ndarray:
+        """(nsample, k) rad that a change of each of `free` by its size makes, in proportion.
+
+        Args:
+            q: (1 + m, nsample) rad, predicted at `points`; `joint` (nsample,) of the samples.
+        """
+        part = self._steps() / self.size
+        found = np.zeros((q.shape[1], len(self.u)))
+        for difference, members in zip(q[1:] - q[0], self._together(), strict=True):
+            for i in members:
+                alone = len(members) > 1 or self._alone(i)
+                own = not alone or joint == self.layout.slots[i].joint
+                found[:, i] = np.where(own, difference / part[i], 0.0)
+        return found[:, self.free]
+
+    def _steps(self) -> np.ndarray:
+        step = STEP * self.size
+        step = np.where(self.u + step > self.layout.upper, -step, step)
+        return np.where(self.u + step < self.layout.lower, self.layout.upper - self.u, step)
+
+    def _together(self) -> list[np.ndarray]:
+        """Index sets of elements that are moved at once, as each moves its own joint alone."""
+        groups: dict[tuple, list[int]] = {}
+        for i in self.free:
+            key = (self.layout.slots[i].parameter.name,) if self._alone(i) else (i,)
+            groups.setdefault(key, []).append(i)
+        return [np.array(group) for group in groups.values()]
+
+    def _alone(self, i: int) -> bool:
+        return self.layout.slots[i].joint is not None and not self.effect.coupled
 
 
 @dataclass(frozen=True)
@@ -139,31 +179,26 @@ class Sensitivity:
 
     def _responses(self, recordings: Sequence[Recording], first: int) -> Responses:
         predictor = self._predictor(recordings)
-        joint = predictor.samples.joint
-        fits = [self._fit(presence) for presence in self.presences]
-        points = [fit.points() for fit in fits]
+        samples = predictor.samples
         layout, u = self._adopted
-        asked = [Request(fit.layout, p) for fit, p in zip(fits, points, strict=True)]
+        asked = [Request(p.layout, p.points()) for p in self.presences]
         (plain,), *moved = predictor.predict([Request(layout, u[None]), *asked])
-        wholes = np.zeros((len(joint), len(fits)))
-        blocks = [np.zeros((len(joint), 0))]
-        for i, (presence, fit, q) in enumerate(zip(self.presences, fits, moved, strict=True)):
-            wholes[:, i] = np.nan_to_num(q[0] - plain) / self.noise_rad
-            fit.receive(q - plain, joint)
+        range_rad = np.maximum(_ranges(samples, plain), LARGEST * self.noise_rad)
+        wholes = np.zeros((len(samples), len(moved)))
+        blocks = [np.zeros((len(samples), 0))]
+        for i, (presence, q) in enumerate(zip(self.presences, moved, strict=True)):
+            whole = np.nan_to_num(q[0] - plain, nan=np.inf)
+            square = np.bincount(samples.recording, whole**2, len(recordings))
+            count = np.bincount(samples.recording, minlength=len(recordings))
+            tame = (square <= count * range_rad**2)[samples.recording]
+            wholes[tame, i] = whole[tame] / self.noise_rad
             if len(presence.free):
-                scaled = fit.jacobian[:, presence.free] * presence.size[presence.free]
-                blocks.append(np.nan_to_num(scaled) / self.noise_rad)
+                columns = np.nan_to_num(presence.columns(q, samples.joint)) / self.noise_rad
+                blocks.append(np.where(tame[:, None], columns, 0.0))
             else:
-                blocks.append(_by_joint(presence, wholes[:, i], joint))
+                blocks.append(_by_joint(presence, wholes[:, i], samples.joint))
         return Responses(
-            predictor.samples.recording + first, joint, np.concatenate(blocks, axis=1), wholes
-        )
-
-    def _fit(self, presence: Presence) -> LeastSquares:
-        free = np.zeros(len(presence.u), bool)
-        free[presence.free] = True
-        return LeastSquares(
-            presence.layout, presence.u.copy(), presence.size, diagonal=True, free=free
+            samples.recording + first, samples.joint, np.concatenate(blocks, axis=1), wholes
         )
 
     def _at_plausible_sizes(
@@ -194,6 +229,15 @@ class Sensitivity:
                 [i for i, s in enumerate(whole.slots) if s.term.effect.name == effect.name]
             )
             yield Presence(effect, whole, tried[chosen], _sizes(whole, tried, chosen), own)
+
+
+def _ranges(samples: Samples, q: np.ndarray) -> np.ndarray:
+    """The largest range of a joint in each recording, rad, of what is predicted.
+
+    A response larger than the motion itself is a loop that runs away: no measure of a parameter.
+    """
+    signals = samples.by_row(q)
+    return np.array([np.max(np.nanmax(s, axis=0) - np.nanmin(s, axis=0)) for s in signals])
 
 
 def predicted(predictor: Predictor, layout: Layout, u: np.ndarray) -> Predictor:
