@@ -60,7 +60,7 @@ def friction(tmp_path_factory):
     return recordings, answer(recordings)
 
 
-@QUICK
+@settings(QUICK, max_examples=1)
 @given(st.sampled_from(list(permutations(range(3)))[1:]))
 def test_the_order_of_recordings_does_not_matter(friction, order):
     recordings, before = friction
@@ -113,7 +113,8 @@ SIZES = st.floats(np.log(3), np.log(300)).map(lambda x: float(np.exp(x)))
 @QUICK
 @given(st.sampled_from(sorted(PLANTED)), SIZES)
 def test_an_effect_of_any_size_is_found_among_some(tmp_path_factory, name, size):
-    check_found(pendulum(tmp_path_factory.mktemp("planted")), name, size, PLANTED)
+    names = dict.fromkeys((*FEW, name))
+    check_found(pendulum(tmp_path_factory.mktemp("planted")), name, size, names)
 
 
 @pytest.mark.slow
