@@ -33,7 +33,7 @@ def numbers(experiment: Experiment) -> dict[str, Any]:
         "motions": [
             {
                 "name": c.name, "moves": c.moved, "shape": c.shape,
-                "amplitude_rad": c.section()["amplitude_rad"], "part_of_limits_used": peak,
+                "amplitude_rad": c.section()["amplitude_rad"], "part_of_what_is_safe": peak,
             }
             for c, peak in zip(experiment.chosen, experiment.peaks, strict=True)
         ],

@@ -50,7 +50,7 @@ class Experiment:
 
     Attributes:
         chosen: in order of choice.
-        peaks: the largest part of a limit that each uses in simulation.
+        peaks: the largest part of what is safe that each uses in simulation.
         considered, unsafe: how many motions there were, and how many no size makes safe.
         log_det: of the chosen ones; `best_single` of the best motion alone; `random` the mean of
             random choices of as many.

@@ -25,8 +25,9 @@ from t2l.robots.kinematics import ToolKinematics
 
 SAFE = 0.8  # of velocity and torque limits: the model is the one that is to be corrected
 WORKSPACE_MARGIN_M = 0.02  # likewise
-SMALLER = 0.8  # from one try to the next
-TRIES = 14  # down to 4 % of what the ranges leave
+# from one try to the next: at least, and at most where a motion is far beyond
+SMALLER, MUCH_SMALLER = 0.8, 0.3
+TRIES = 14  # down to 4 % of what the ranges leave, or less
 LOOKS_HZ = 200.0  # at the simulated state: a joint at 10 Hz is seen 20 times a period
 
 
@@ -35,8 +36,8 @@ class Safe:
     """Motions that keep the margins, and what was simulated of them.
 
     Attributes:
-        peaks: for each motion the largest part of a limit that it uses: of the room to the ends of
-            the ranges, of velocities, of torques.
+        peaks: for each motion the largest part that it uses of what is safe: of the room to the
+            ends of the ranges, of velocities, of torques.
     """
 
     candidates: list[Candidate]
@@ -63,35 +64,39 @@ def within_limits(
     for _ in range(TRIES):
         if not left:
             break
-        beyond, peaks = _beyond(setup, model, inverse, [c for _, c in left], workspace)
+        used, peaks = _used(setup, model, inverse, [c for _, c in left], workspace)
         tried, left = left, []
-        for (number, candidate), out, peak in zip(tried, beyond, peaks, strict=True):
-            if not out.any():
+        for (number, candidate), part, peak in zip(tried, used, peaks, strict=True):
+            if (part <= 1.0).all():
                 safe[number] = candidate, peak
                 continue
             # a joint at rest may be driven by the others
-            guilty = out & (candidate.amplitude_rad > 0)
-            which = guilty if guilty.any() else candidate.amplitude_rad > 0
-            left.append((number, candidate.scaled(np.where(which, SMALLER, 1.0))))
+            guilty = ~(part <= 1.0) & (candidate.amplitude_rad > 0)
+            part = part if guilty.any() else np.full_like(part, part.max())
+            smaller = np.clip(SMALLER / np.where(part > 0, part, np.inf), MUCH_SMALLER, SMALLER)
+            left.append((number, candidate.scaled(np.where(part <= 1.0, 1.0, smaller))))
     found = [safe[number] for number in sorted(safe)]
     return Safe([c for c, _ in found], np.array([peak for _, peak in found]))
 
 
-def _beyond(
+def _used(
     setup: Setup,
     model: Model,
     inverse: mujoco.MjModel,
     candidates: Sequence[Candidate],
     workspace: Workspace | None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which joints are beyond a margin, (n, njoint), and the largest part of a limit used, (n,)."""
+    """How much of what is safe each joint uses, (n, njoint), and the most of a limit, (n,).
+
+    More than 1 is not safe; infinite where a simulation ran away.
+    """
     robot, motions = setup.robot, [c.motion(setup) for c in candidates]
     limits = {
         "q": position_bounds(robot, POSITION_MARGIN_RAD),
         "dq": _narrowed(velocity_bounds(robot)),
         "torque": _narrowed(torque_bounds(robot)),
     }
-    beyond, peaks = [], []
+    used, peaks = [], []
     for motion, (q, dq) in zip(motions, _simulated(setup, model, motions), strict=True):
         rows = len(q) // len(motion.q_des)
         torque = motion.kp * (np.repeat(motion.q_des, rows, axis=0) - q) - motion.kd * dq
@@ -101,12 +106,12 @@ def _beyond(
             ("q", motion.q_des), ("q", q), ("dq", dq), ("dq", steps), ("torque", torque),
             ("torque", predicted_torque(motion, needed)),
         )  # fmt: skip
-        out = np.any([limits[key].outside(value).any(axis=0) for key, value in values], axis=0)
-        if workspace and not out.any():
-            out |= _leaves(workspace, setup, q)
-        beyond.append(out)
-        peaks.append(max(_part(limits[key], value) for key, value in values))
-    return np.array(beyond), np.array(peaks)
+        part = np.max([_part(limits[key], value) for key, value in values], axis=0)
+        peaks.append(float(part.max()))
+        if workspace and (part <= 1.0).all() and _leaves(workspace, setup, q):
+            part = np.full_like(part, 1.0 + np.finfo(float).eps)
+        used.append(part)
+    return np.array(used), np.array(peaks)
 
 
 def _simulated(
@@ -125,13 +130,15 @@ def _narrowed(bounds: Bounds) -> Bounds:
     return Bounds(bounds.names, SAFE * bounds.low, SAFE * bounds.high, bounds.unit)
 
 
-def _part(bounds: Bounds, values: np.ndarray) -> float:
-    """The largest distance from the middle of the bounds, over that of their ends."""
+def _part(bounds: Bounds, values: np.ndarray) -> np.ndarray:
+    """Of each joint the largest distance from the middle of its bounds, over that of their ends."""
     known = np.isfinite(bounds.high - bounds.low)
-    if not known.any():
-        return 0.0
-    low, high = bounds.low[known], bounds.high[known]
-    return float(np.max(np.abs(2 * values[:, known] - high - low) / (high - low)))
+    middle, half = np.zeros(len(known)), np.full(len(known), np.inf)
+    middle[known] = (bounds.high[known] + bounds.low[known]) / 2
+    half[known] = (bounds.high[known] - bounds.low[known]) / 2
+    part = np.abs(values - middle).max(axis=0) / half
+    # also of a joint without bounds
+    return np.where(np.isfinite(values).all(axis=0), part, np.inf)
 
 
 def _leaves(workspace: Workspace, setup: Setup, q: np.ndarray) -> bool:
