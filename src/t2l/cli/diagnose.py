@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.artefacts import write_diagnosis
     from t2l.diagnose.evidence import gather
-    from t2l.diagnose.ranking import diagnose
+    from t2l.diagnose.ranking import diagnose, telling
     from t2l.figures.diagnosis import draw_diagnosis
     from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
@@ -37,6 +37,7 @@ def run(arguments: argparse.Namespace) -> None:
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
         say_what_cannot_be_told(model, [*recordings, *holdout], out)
         evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
+        evidence = telling(model, evidence)
         progress = progress_line()
         diagnosis = diagnose(model, evidence, progress=progress)
         content = write_diagnosis(diagnosis, evidence, out)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.diagnose.settings import CERTAIN
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import Improvement
@@ -32,6 +33,7 @@ class Candidate:
         partner: the effect with which it explains far more than either alone.
         together: improvement of the two over the model so far, by validation.
         why: a sentence for people.
+        chosen_share: how often it is selected, over resamples of what is screened.
     """
 
     effect: Effect
@@ -47,11 +49,17 @@ class Candidate:
     together: Improvement | None = None
     why: str = ""
     test_rmse_rad: float | None = None
+    chosen_share: float = 0.0
 
     @property
     def term(self) -> Term:
         """The effect on the joints that have it."""
         return next(t for t in self.layout.terms if t.effect.name == self.effect.name)
+
+    @property
+    def certain(self) -> bool:
+        """Whether it is selected in at least half of the resamples."""
+        return self.chosen_share >= CERTAIN
 
     @property
     def justified(self) -> bool:

@@ -11,7 +11,8 @@ from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
-from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose
+from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
+from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.names import path_of
@@ -20,7 +21,6 @@ from t2l.robots import plant
 from t2l.typed import is_number
 from t2l.version import library
 
-MOST_EFFECTS = 8
 ERRORS = tuple(f"{part}_rmse_q_rad" for part in ("train", "validation", "test"))
 
 Progress = Callable[[str, float], None]
@@ -30,7 +30,8 @@ Progress = Callable[[str, float], None]
 class Step:
     """A model on the way: `effect` is what was added last, None for the model as it came.
 
-    `dropped` are effects that this one made superfluous.
+    `dropped` are effects that this one made superfluous; `chosen_share` is how often it was
+    selected over resamples, None for the model as it came.
     """
 
     effect: str | None
@@ -38,6 +39,7 @@ class Step:
     validation_rmse_rad: float
     test_rmse_rad: float
     dropped: tuple[str, ...] = ()
+    chosen_share: float | None = None
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,9 @@ def explain(
     Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
     run goes on with the step it was in.
     """
+    evidence = telling(model, evidence)
     steps, key = [], fingerprint(model, evidence)
-    added, dropped = None, []
+    added, dropped, share = None, [], None
     for number in range(MOST_EFFECTS + 1):
         where = folder / "steps" / str(number)
         content = _finished(where, key)
@@ -76,10 +79,10 @@ def explain(
         else:
             progress(f"step {number + 1}: kept from before", 1.0)
         baseline = content["baseline"]
-        steps.append(Step(added, *(baseline[key] for key in ERRORS), tuple(dropped)))
+        steps.append(Step(added, *(baseline[key] for key in ERRORS), tuple(dropped), share))
         if content["verdict"] != MISSING or number == MOST_EFFECTS:
             break
-        added = content["ranking"][0]["effect"]
+        added, share = (content["ranking"][0][key] for key in ("effect", "chosen_share"))
         model, dropped = _adopted(model, added, evidence, where, key)
         key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
@@ -146,6 +149,8 @@ def _finished(where: Path, key: str) -> dict | None:
                 return None
             if content["verdict"] == MISSING:
                 effect = content["ranking"][0]["effect"]
+                if not is_number(content["ranking"][0]["chosen_share"]):
+                    return None
                 if effect not in read_model(_model_with(where, effect)).effects:
                     return None
     except T2LError:
@@ -180,6 +185,7 @@ def as_json(explanation: Explanation) -> dict:
                 "validation_rmse_q_rad": step.validation_rmse_rad,
                 "test_rmse_q_rad": step.test_rmse_rad,
                 "dropped": list(step.dropped),
+                "chosen_share": step.chosen_share,
             }
             for step in explanation.steps
         ],

@@ -10,6 +10,8 @@ from t2l.diagnose.evidence import Evidence, some
 from t2l.diagnose.idle_joints import without_idle_joints
 from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
 from t2l.diagnose.pairs import best_pair
+from t2l.diagnose.responses import dictionary_of
+from t2l.diagnose.stability_selection import shares
 from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
@@ -46,11 +48,13 @@ class Fitted:
         fits: by the effect's name; leaders on the shortlist, the others on what is screened.
         leaders: the likeliest few, best first.
         pair: two effects that explain far more together.
+        shares: by name, how often an effect is selected over resamples.
     """
 
     fits: dict[str, LeastSquares]
     leaders: list[str]
     pair: Pair | None
+    shares: dict[str, float]
 
 
 def fit_all(
@@ -85,11 +89,16 @@ def fit_all(
             layout, start, size, diagonal, tolerance=SCREENING_TOLERANCE,
             given={key: c for key, c in so_far.columns().items() if key[0] != term.effect.name},
         )
-        for term, (layout, start, size) in zip(terms, guesses, strict=True)
+        for term, ((layout, start, size), _) in zip(terms, guesses, strict=True)
     }  # fmt: skip
     run(list(tried.values()), screen, mask, ITERATIONS, drop_hopeless)
     fits = on_the_joints_that_show_it(tried, evidence)
     fits |= _searched(fits, evidence)
+    mild = {key_of(term): response for term, (_, response) in zip(terms, guesses, strict=True)}
+    every = tuple(range(len(screen.joints)))
+    mild = {name: mild[name, every] for name in fits}
+    selections = list(dictionary_of(fits, mild, so_far, evidence).selections())
+    chosen = shares(selections, list(fits))
     pair = None
     if least_loss(fits) > (PARTIAL * floor) ** 2:
         progress("trying pairs of effects", 0.5)
@@ -100,7 +109,7 @@ def fit_all(
     # else they have seen all of it, with derivatives of their own
     if adopted.slots or evidence.shortlist is not screen:
         fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
-    return Fitted(fits, leaders, pair)
+    return Fitted(fits, leaders, pair, chosen)
 
 
 def fit_fully(
