@@ -83,7 +83,7 @@ def gather(
         tested, reports = train, "blocks of time"
     return Evidence(
         train, masks[0], validation, masks[1], tested, masks[2],
-        *_over_the_gains(train, masks[0], settings.MANY), *_screened(train, masks[0]),
+        *_over_the_gains(train, masks[0], settings.SHORTLISTED), *_screened(train, masks[0]),
         train, validation, f"validation: {chooses}; test: {reports}",
     )  # fmt: skip
 
