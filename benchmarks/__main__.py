@@ -1,6 +1,6 @@
 """Every benchmark in turn: `make bench`, or some by name: `python -m benchmarks throughput`.
 
-`python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE.csv]` takes some cases, and
+`python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE]` takes some cases, and
 puts an earlier table's errors and times beside the new ones.
 """
 

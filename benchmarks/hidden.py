@@ -61,7 +61,8 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser = argparse.ArgumentParser(prog="python -m benchmarks hidden", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="CASE", help="cases (default: all)")
     parser.add_argument("--processes", type=int, default=PROCESSES, metavar="N")
-    parser.add_argument("--earlier", type=Path, metavar="TABLE.csv", help="to compare with")
+    parser.add_argument("--earlier", type=Path, metavar="TABLE",
+                        help="table.csv or folder results/ of another run, to compare with")  # fmt: skip
     given = parser.parse_args(arguments)
     return run(given.names, given.processes, given.earlier)
 
@@ -72,12 +73,13 @@ def run(
     """One row a case; a summary is printed above.
 
     Args:
-        earlier: the table.csv of another run, whose errors and times stand beside the new ones.
+        earlier: table.csv, or the folder results/, of another run, whose errors and times stand
+            beside the new ones.
     """
     unknown = set(names) - {case.name for case in cases()}
     if unknown:
         raise SystemExit(f"no case {', '.join(sorted(unknown))}")
-    before = None if earlier is None else pd.read_csv(earlier)
+    before = None if earlier is None else read_table(earlier)
     chosen = [case for case in cases() if not names or case.name in names]
     # a process a core: spawned, so that its linear algebra keeps to one thread
     os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
@@ -98,6 +100,14 @@ def run(
             table[f"{column}, earlier"] = old[column].to_numpy()
     (FOLDER / "table.md").write_text(table.to_markdown(index=False) + "\n")
     return table
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """A table as `run` wrote it, or made of the results that it kept."""
+    if path.is_dir():
+        files = sorted(path.glob("*.json"))
+        return pd.DataFrame([row(json.loads(file.read_text())) for file in files])
+    return pd.read_csv(path)
 
 
 def judged(case) -> dict:
@@ -263,7 +273,7 @@ def row(result: dict) -> dict:
         "right": "yes" if right(result) else "NO",
         "adopted": " + ".join(result["adopted"]) or "nothing",
         "in the end": result["final_verdict"],
-        "chosen in": ", ".join(f"{share:.0%}" for share in result["chosen"]),
+        "chosen in": ", ".join(f"{share:.0%}" for share in result.get("chosen", [])),
         "before": mrad(result["before"]),
         "test error after": mrad(result["after"]),
         "seconds": f"{result['seconds']:.0f}",
