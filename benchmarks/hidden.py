@@ -61,8 +61,8 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser = argparse.ArgumentParser(prog="python -m benchmarks hidden", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="CASE", help="cases (default: all)")
     parser.add_argument("--processes", type=int, default=PROCESSES, metavar="N")
-    parser.add_argument("--earlier", type=Path, metavar="TABLE",
-                        help="table.csv or folder results/ of another run, to compare with")  # fmt: skip
+    earlier = "table.csv or folder results/ of another run, to compare with"
+    parser.add_argument("--earlier", type=Path, metavar="TABLE", help=earlier)
     given = parser.parse_args(arguments)
     return run(given.names, given.processes, given.earlier)
 
