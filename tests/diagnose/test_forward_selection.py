@@ -30,7 +30,7 @@ def robot(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def recordings(robot):
-    return swings(robot, HIDDEN, duration_s=0.5, control_rate_hz=125.0)
+    return swings(robot, HIDDEN, duration_s=1.0, control_rate_hz=125.0)
 
 
 def until(words):
