@@ -21,12 +21,13 @@ which is a damping of Kd + s Kp and an armature of s Kd more. On the motions of 
 """
 
 import copy
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
 
+from t2l.errors import EffectError
 from t2l.sim.batch import diverged, make_batch
 from t2l.sim.gravity import GravityCompensation
 
@@ -48,6 +49,8 @@ class Schedule:
         sample_ticks: (nsample,) ticks at which the state is wanted, increasing.
         coarseness: periods of the real loop from tick to tick.
         powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
+        clock_s: (nrec,) s, what the logs' clocks show at the first tick; None for zero.
+        logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
     """
 
     period_s: float
@@ -61,6 +64,8 @@ class Schedule:
     sample_ticks: np.ndarray
     coarseness: int = 1
     powered: np.ndarray | None = None
+    clock_s: np.ndarray | None = None
+    logged: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 class ServoLoop:
@@ -73,7 +78,7 @@ class ServoLoop:
     Attributes:
         batch: the simulations.
         real_period_s: of the loop that is simulated, by a coarser one or by itself.
-        dofs, qpos: (njoint,) addresses of the driven joints.
+        ids, dofs, qpos: (njoint,) indices and addresses of the driven joints.
         kp, kd: (nsim, njoint) gains the loop really uses.
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
@@ -93,6 +98,8 @@ class ServoLoop:
         friction: called with (tick, dq, motor torque, level), add to each joint's Coulomb friction
             level in N·m in place.
         settle: called once with the loop after the start state is set.
+        other_weight: (nsim,) bool, where gravity or masses are not the model's, which is all that
+            any compensation knows.
         inertia_changed: set by effects that write masses or armature, whose derived constants
             must then follow.
     """
@@ -113,6 +120,7 @@ class ServoLoop:
         self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
         self.nrec = len(schedule.kp)
         self.batch = make_batch(model, self.nrec * nvariant, threads)
+        self.ids = np.array([model.joint(name).id for name in joints])
         self.dofs = np.array([model.joint(name).dofadr[0] for name in joints])
         self.qpos = np.array([model.joint(name).qposadr[0] for name in joints])
         self.kp, self.kd = self._per_simulation(schedule.kp), self._per_simulation(schedule.kd)
@@ -130,6 +138,7 @@ class ServoLoop:
         self.joint_torques: list[Callable] = []
         self.friction: list[Callable] = []
         self.settle: list[Callable] = []
+        self.other_weight = np.zeros(len(self.kp), bool)
         self.inertia_changed = False
         self.motor_limits = torque_limits(model, joints)
 
@@ -137,6 +146,30 @@ class ServoLoop:
     def period_s(self) -> float:
         """From tick to tick."""
         return self.schedule.period_s
+
+    def clock_s(self, tick: int) -> np.ndarray:
+        """What the log's clock shows in the middle of a tick, (nsim, 1) s."""
+        start = np.zeros(self.nrec) if self.schedule.clock_s is None else self.schedule.clock_s
+        return np.tile(start, self.nvariant)[:, None] + (tick + 0.5) * self.period_s
+
+    def logged(self, column: str, tick: int) -> np.ndarray | None:
+        """An optional column at a tick, (nsim, njoint); None if a recording lacks it."""
+        values = self.schedule.logged.get(column)
+        return None if values is None else np.tile(values[tick], (self.nvariant, 1))
+
+    def needed(self, column: str, tick: int, by: str) -> np.ndarray:
+        """As `logged`.
+
+        Raises:
+            EffectError: a recording lacks it, which effect `by` cannot do without.
+        """
+        values = self.logged(column, tick)
+        if values is None:
+            raise EffectError(
+                f"effect {by}: it follows the column {column}, which a recording lacks; allowed: "
+                "recordings that have it"
+            )
+        return values
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:
         return np.tile(values, (self.nvariant, 1)).astype(float)
@@ -163,6 +196,7 @@ class ServoLoop:
         balance = self._balance()
         compensated = np.tile(schedule.compensated, self.nvariant)[:, None]
         gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
+        off_balance = self._off_balance()
         kd = self._look_ahead()
         if self.inertia_changed:
             batch.set_const()
@@ -215,6 +249,8 @@ class ServoLoop:
                     add(tick, dq, torque, level)
                 friction[:, self.dofs] = np.maximum(level, 0.0)
             torque -= carried
+            if off_balance:
+                torque += off_balance()
             for add in self.joint_torques:
                 add(tick, q, dq, torque)
             applied[:, self.dofs] = torque
@@ -264,6 +300,15 @@ class ServoLoop:
             if not balanced.any():
                 return np.zeros((self.batch.nsim, self.batch.model.nv))
         return self.batch.bind("qfrc_gravcomp")
+
+    def _off_balance(self) -> Callable[[], np.ndarray] | None:
+        """What carries the model's weight beyond what carries the real one, (nsim, njoint) N·m."""
+        wrong = self.other_weight & np.tile(self.schedule.balanced, self.nvariant)
+        if not wrong.any():
+            return None
+        real, nominal = self.batch.bind("qfrc_gravcomp"), GravityCompensation(self.batch, self.joints)
+        # both where the last step evaluated its forces
+        return lambda: wrong[:, None] * (nominal(self.period_s, 0.0) - real[:, self.dofs])
 
     def _look_ahead(self) -> np.ndarray:
         """Damping (nsim, njoint) with which the loop is no later than the real one."""
