@@ -62,9 +62,9 @@ class IntegralAction(Effect):
 
     def starts(self, scales):
         return [
-            {"gain": scales.kp / time_s, "limit": share * scales.peak_torque}
-            for time_s in (10.0, 1.0, 0.1)
-            for share in (0.2, 3.0)
+            {"gain": scales.kp / time_s, "limit": share * scales.torque}
+            for time_s in (4.0, 1.5, 0.5, 0.1)
+            for share in (0.3, 0.8, 10.0)
         ]
 
 

@@ -5,6 +5,8 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 
+TRIED_M = 0.03  # shift of a first guess
+
 
 class LinkInertia(Effect):
     """m → a m, c → c + δ, I_c → a b I_c, for the link that a joint moves.
@@ -68,12 +70,22 @@ class LinkInertia(Effect):
         def guess(mass, shift=(0.0, 0.0, 0.0)):
             return {
                 "mass_factor": mass * one,
-                **{f"com_{a}": s * one for a, s in zip("xyz", shift, strict=True)},
+                **{f"com_{a}": s + 0.0 * one for a, s in zip("xyz", shift, strict=True)},
                 "inertia_factor": one,
             }
 
-        shifts = [s * axis for axis in 0.03 * np.eye(3) for s in (1, -1)]
+        ways = _across(scales.plant, scales.joints)
+        shifts = [size * way for way in ways for size in (TRIED_M, -TRIED_M)]
         return [*map(guess, (0.9, 1.1, 0.5, 2.0)), *(guess(1.0, shift) for shift in shifts)]
+
+
+def _across(model: mujoco.MjModel, names: tuple[str, ...]) -> np.ndarray:
+    """Two directions across each joint's axis, (2, 3, njoint): along it a mass moves no torque."""
+    axes = np.array([model.jnt_axis[model.joint(name).id] for name in names])
+    least = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
+    first = np.cross(axes, least)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first.T, np.cross(axes, first).T])
 
 
 def _links(model: mujoco.MjModel, names: tuple[str, ...], joints: np.ndarray) -> list[int]:

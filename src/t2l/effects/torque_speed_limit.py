@@ -52,9 +52,10 @@ class TorqueSpeedLimit(Effect):
     def starts(self, scales):
         return [
             {"stall_torque": t * scales.peak_torque, "no_load_speed": s * scales.velocity}
-            for t in (0.3, 0.7, 1.2, 2.0)
-            for s in (2.0, 5.0, 15.0)
-        ]
+            for t, s in (
+                (0.3, 2.0), (0.3, 5.0), (0.3, 15.0), (0.7, 2.0), (0.7, 5.0), (1.2, 2.0), (2.0, 2.0),
+            )
+        ]  # fmt: skip
 
 
 def less_torque_at_speed(robot, joints, values):
