@@ -1,6 +1,7 @@
 """What was planted is found again, and what physics asks of the effects that robots really have."""
 
 import dataclasses
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -86,7 +87,7 @@ def test_what_follows_a_column_is_not_tried_without_it(tmp_path):
     effect = builtin()["friction_temperature"]
     assert not effect.may_act([made])
     assert not builtin()["joint_coupling"].may_act([made])
-    with pytest.raises(EffectError, match="friction_temperature.*temperature"):
+    with pytest.raises(EffectError, match=r"friction_temperature.*temperature"):
         predict(made, on_the_hinge("friction_temperature", TEMPERATURE["friction_temperature"][0]))
 
 
@@ -146,9 +147,7 @@ def test_a_leaning_base_turns_the_weight_and_no_compensation_knows(tmp_path, com
     tilt = {"base_tilt": {"roll": 0.0, "pitch": 0.1}}
     q = at_rest(pendulum(tmp_path), tilt, gravity_compensation=compensation)
     # a base that leans by +pitch about y carries the pendulum with it
-    load = brentq(
-        lambda q: KP * (0.8 - q) - WEIGHT * (np.sin(q + 0.1) - carried * np.sin(q)), 0, 1
-    )
+    load = brentq(lambda q: KP * (0.8 - q) - WEIGHT * (np.sin(q + 0.1) - carried * np.sin(q)), 0, 1)
     assert q == pytest.approx(load, abs=1e-6)
 
 
@@ -190,7 +189,7 @@ def test_an_integrator_leaves_no_lasting_error_until_it_is_clamped(tmp_path):
 def test_below_its_level_dahl_friction_is_a_spring(tmp_path):
     """A push far below Fc bends the bristles by what the first stiffness Fc / δ says."""
     bristles = on_the_hinge("dahl_friction", {"coulomb": 1.0, "presliding": 0.01})
-    made = recording(spinner(tmp_path), lambda t: np.where(t < 0.1, 0.0, 0.005), kp=KP, kd=1.5)
+    made = recording(spinner(tmp_path), lambda t: 0.005 * t, kp=KP, kd=0.1, row_rate_hz=1000.0)
     q = predict(made, bristles)[-1]
     push = KP * (0.005 - q)
     assert q == pytest.approx(-0.01 * np.log(1 - push), rel=0.02)
@@ -205,7 +204,7 @@ def test_bristles_do_not_depend_on_the_physics_step(tmp_path):
 def test_a_payload_leaves_its_start_on_a_body_whose_frame_is_at_the_pivot(tmp_path):
     """A mass at the pivot does nothing: the fit begins where it does."""
     robot = tmp_path / "bare.xml"
-    text = open(pendulum(tmp_path)).read()
+    text = Path(pendulum(tmp_path)).read_text()
     robot.write_text(text.replace("attachment_site", "nothing"))
     payload = {"payload": {"mass": 0.2, "com_x": 0.0, "com_y": 0.0, "com_z": -0.3}}
     found, error = recovered("payload", swings(str(robot), payload, NOISE_RAD, duration_s=1.0)[:2])

@@ -2,8 +2,11 @@
 
     ż = q̇ − σ0 |q̇| z / g(q̇),   τ = −(σ0 z + σ1 ż)
 
-Between two ticks z follows the motion exactly, were g constant: z → z_s + (z − z_s) e^(−σ0 |Δq| / g)
-with z_s = g sign(Δq) / σ0. Within a tick the bristles are the spring and the damper that they are
+Between two ticks z follows the motion exactly, were g constant,
+
+    z → z_s + (z − z_s) e^(−σ0 |Δq| / g),   z_s = g sign(Δq) / σ0.
+
+Within a tick the bristles are the spring and the damper that they are
 on average over the motion ahead. MuJoCo steps both with the joint, the damper implicitly, so that a
 stuck joint needs no smaller tick. No bristle is stiffer than the physics step resolves.
 """

@@ -1,6 +1,6 @@
 """Dry friction that is not alike in both directions."""
 
-from t2l.effects.coulomb_friction import export_friction, hold_at_rest
+from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 
 
@@ -32,16 +32,12 @@ class DirectionalFriction(Effect):
     def install(self, loop, rows, joints, values):
         both = 0.5 * (values["forward"] + values["backward"])
         offset = 0.5 * (values["backward"] - values["forward"])
-        hold_at_rest(loop, rows, joints, both)
+        loop.added_friction[rows, joints] += both
         at = rows, loop.columns(joints)
-
-        def level(tick, dq, motor, level):
-            level[at] += both
 
         def add(tick, q, dq, torque):
             torque[at] += offset
 
-        loop.friction.append(level)
         loop.joint_torques.append(add)
 
     def starts(self, scales):

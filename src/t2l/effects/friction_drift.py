@@ -3,7 +3,7 @@
 import numpy as np
 
 from t2l.effects import warming
-from t2l.effects.coulomb_friction import hold_at_rest
+from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 
 
@@ -24,15 +24,15 @@ class FrictionDrift(Effect):
     )  # fmt: skip
     summary = "dry friction that changes as the machine runs, as of grease that warms up"
     signature = "the error follows the direction of motion, and by how much changes with time"
-    source = "first-order warming; Bittencourt and Gunnarsson, Static friction in a robot joint, 2012"
+    source = "Bittencourt and Gunnarsson, Static friction in a robot joint, 2012"
     contains = ("coulomb_friction",)
     follows = "direction"
 
     def export(self, to, joints, values):
+        export_friction(to, joints, np.zeros(len(joints)))
         to.call(self.name, friction_that_drifts, joints, values)
 
     def install(self, loop, rows, joints, values):
-        hold_at_rest(loop, rows, joints, np.maximum(values["at_start"], values["at_end"]))
         here = rows, loop.columns(joints)
 
         def add(tick, dq, motor, level):

@@ -1,8 +1,5 @@
 """Dry friction that follows the logged temperature."""
 
-import numpy as np
-
-from t2l.effects.coulomb_friction import hold_at_rest
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.warming import REFERENCE_C
 
@@ -30,7 +27,6 @@ class FrictionTemperature(Effect):
         to.cannot_carry(self.name, "a simulator has no temperature")
 
     def install(self, loop, rows, joints, values):
-        hold_at_rest(loop, rows, joints, np.maximum(values["torque"], 0.0))
         here = rows, loop.columns(joints)
 
         def add(tick, dq, motor, level):

@@ -12,7 +12,7 @@ class TorqueConstantTemperature(Effect):
     name = "torque_constant_temperature"
     title = "torque constant that follows temperature"
     parameters = (
-        Parameter("factor", "1", 0.1, 5.0, "delivered over commanded torque at 25 °C", 1.0, log=True),
+        Parameter("factor", "1", 0.1, 5.0, "delivered over commanded, 25 °C, k", 1.0, log=True),
         Parameter("per_kelvin", "1/K", -0.02, 0.02, "change of it, α", size=1e-3),
     )
     summary = "the motor delivers less of the commanded torque the warmer it is"

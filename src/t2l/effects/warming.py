@@ -1,6 +1,6 @@
 """What changes while a machine warms up: from a first value to a last, by a time constant.
 
-    x(t) = x1 + (x0 − x1) e^(−t/T),   t of the log's clock, which recordings of a session share
+x(t) = x1 + (x0 − x1) e^(−t/T),   t of the log's clock, which recordings of a session share
 """
 
 import numpy as np

@@ -29,6 +29,7 @@ import numpy as np
 
 from t2l.errors import EffectError
 from t2l.sim.batch import diverged, make_batch
+from t2l.sim.dry_friction import AddedFriction, stiffen
 from t2l.sim.gravity import GravityCompensation
 
 MAX_TIMESTEP_S = 0.001
@@ -95,8 +96,8 @@ class ServoLoop:
             compensation included, in place.
         sensor_filters: called with (tick, q, dq), change what encoders read in place.
         joint_torques: called with (tick, q, dq, torque), add to the last in place.
-        friction: called with (tick, dq, motor torque, level), add to each joint's Coulomb friction
-            level in N·m in place.
+        added_friction: (nsim, njoint) N·m of Coulomb friction beside the MJCF's own.
+        friction: called with (tick, dq, motor torque, level), add to that in place.
         settle: called once with the loop after the start state is set.
         other_weight: (nsim,) bool, where gravity or masses are not the model's, which is all that
             any compensation knows.
@@ -117,6 +118,7 @@ class ServoLoop:
         self.nstep = int(np.ceil(self.real_period_s / MAX_TIMESTEP_S - 1e-9)) * substeps
         model = copy.copy(model)  # loops in other threads have a step of their own
         model.opt.timestep = schedule.period_s / self.nstep
+        stiffen(model, joints)
         self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
         self.nrec = len(schedule.kp)
         self.batch = make_batch(model, self.nrec * nvariant, threads)
@@ -131,6 +133,7 @@ class ServoLoop:
         self.hidden_start = np.zeros((*self.kp.shape, 3))
         self.play = np.zeros_like(self.kp)
         self.command_lead_s = np.zeros_like(self.kp)
+        self.added_friction = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
@@ -209,9 +212,9 @@ class ServoLoop:
         limited = np.isfinite(self.motor_limits).any()
         least, most = self.motor_limits.T
         command, recording = self._commands(), np.tile(np.arange(self.nrec), self.nvariant)
-        if self.friction:
-            friction = batch.expand("dof_frictionloss")
-            constant_friction = friction[:, self.dofs]
+        if self.friction or self.added_friction.any():
+            friction = AddedFriction(batch, self.joints)
+            friction.write(self.added_friction)
         for tick in range(int(wanted[-1]) + 1):
             q, dq = qpos[:, self.qpos], qvel[:, self.dofs]
             measured, measured_dq = q + self.encoder_offset, dq
@@ -244,10 +247,10 @@ class ServoLoop:
                 # what balances the weight elsewhere goes on
                 torque = carried + (torque - carried) * schedule.powered[tick][recording]
             if self.friction:
-                level = constant_friction.copy()
+                level = self.added_friction.copy()
                 for add in self.friction:
                     add(tick, dq, torque, level)
-                friction[:, self.dofs] = np.maximum(level, 0.0)
+                friction.write(level)
             torque -= carried
             if off_balance:
                 torque += off_balance()
@@ -306,7 +309,8 @@ class ServoLoop:
         wrong = self.other_weight & np.tile(self.schedule.balanced, self.nvariant)
         if not wrong.any():
             return None
-        real, nominal = self.batch.bind("qfrc_gravcomp"), GravityCompensation(self.batch, self.joints)
+        real = self.batch.bind("qfrc_gravcomp")
+        nominal = GravityCompensation(self.batch, self.joints)
         # both where the last step evaluated its forces
         return lambda: wrong[:, None] * (nominal(self.period_s, 0.0) - real[:, self.dofs])
 
