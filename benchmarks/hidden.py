@@ -1,9 +1,12 @@
 """What was hidden against what t2l named: every case of `benchmarks.hidden_effects`.
 
-Each case is explained once and kept in results/bench/hidden_effects until the code changes that
-explains it, so that an interrupted table goes on where it stopped.
+`python -m benchmarks.hidden [--test-seed N] [CASE ...]`: the development cases, or a test set that
+nobody has looked at, drawn from a seed. Each case is explained once and kept in
+results/bench/hidden_effects until the code changes that explains it, so that an interrupted table
+goes on where it stopped.
 """
 
+import argparse
 import hashlib
 import json
 import re
@@ -47,12 +50,25 @@ NUMBERS = {
     "JointFlexibility": ("stiffness", "stiffness"),
     "Backlash": ("width", "play"),
     "Cogging": ("periods", "periods"),
+    "ParallelSpring": ("stiffness", "stiffness"),
+    "BaseTilt": ("pitch", "pitch"),
+    "IntegralAction": ("gain", "gain"),
+    "VelocityFilter": ("frequency_hz", "cutoff"),
+    "DahlFriction": ("coulomb", "coulomb"),
+    "LugreFriction": ("coulomb", "coulomb"),
+    "DirectionalFriction": ("forward", "forward"),
+    "TorqueSpeedLimit": ("stall_torque", "stall_torque"),
+    "PeriodicTorque": ("frequency_hz", "frequency"),
+    "FrictionDrift": ("end_level", "at_end"),
+    "TorqueConstantDrift": ("at_end", "at_end"),
+    "FrictionTemperature": ("level", "torque"),
+    "TorqueConstantTemperature": ("per_kelvin", "per_kelvin"),
 }
 
 
-def run(names: list[str] | None = None) -> pd.DataFrame:
+def run(names: list[str] | None = None, test_seed: int | None = None) -> pd.DataFrame:
     """One row a case; a summary is printed above."""
-    chosen = [case for case in cases() if not names or case.name in names]
+    chosen = [case for case in cases(test_seed) if not names or case.name in names]
     with ProcessPoolExecutor(PROCESSES) as pool:
         results = []
         for result in pool.map(judged, chosen):
@@ -62,7 +78,8 @@ def run(names: list[str] | None = None) -> pd.DataFrame:
             )
     print("\n" + "\n".join(summary(results)) + "\n")
     table = pd.DataFrame([row(result) for result in results])
-    (FOLDER / "table.md").write_text(table.to_markdown(index=False) + "\n")
+    name = "table" if test_seed is None else f"table_test{test_seed}"
+    (FOLDER / f"{name}.md").write_text(table.to_markdown(index=False) + "\n")
     return table
 
 
@@ -234,3 +251,11 @@ def row(result: dict) -> dict:
         "noise": mrad(result["noise_floor"]),
         "parameter off by": "" if np.isnan(worst) else f"{worst:.1%}",
     }
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="CASE")
+    parser.add_argument("--test-seed", type=int)
+    asked = parser.parse_args()
+    print(run(asked.names, asked.test_seed).to_markdown(index=False))

@@ -53,7 +53,7 @@ class TorqueSpeedLimit(Effect):
         return [
             {"stall_torque": t * scales.peak_torque, "no_load_speed": s * scales.velocity}
             for t, s in (
-                (0.3, 2.0), (0.3, 5.0), (0.3, 15.0), (0.7, 2.0), (0.7, 5.0), (1.2, 2.0), (2.0, 2.0),
+                (0.3, 5.0), (0.3, 15.0), (0.7, 2.0), (0.7, 5.0), (1.2, 2.0), (2.0, 2.0), (0.3, 2.0),
             )
         ]  # fmt: skip
 
