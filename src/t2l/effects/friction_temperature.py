@@ -30,7 +30,7 @@ class FrictionTemperature(Effect):
         here = rows, loop.columns(joints)
 
         def add(tick, dq, motor, level):
-            warmer = loop.needed("temperature", tick, self.name)[here] - REFERENCE_C
+            warmer = loop.logged("temperature", tick, self.name)[here] - REFERENCE_C
             level[here] += values["torque"] + values["per_kelvin"] * warmer
 
         loop.friction.append(add)

@@ -30,7 +30,7 @@ class TorqueConstantTemperature(Effect):
         here = rows, loop.columns(joints)
 
         def change(tick, torque):
-            warmer = loop.needed("temperature", tick, self.name)[here] - REFERENCE_C
+            warmer = loop.logged("temperature", tick, self.name)[here] - REFERENCE_C
             torque[here] *= values["factor"] * (1 + values["per_kelvin"] * warmer)
 
         loop.motor_filters.append(change)

@@ -10,7 +10,7 @@ from t2l.identify.initial_state import LEAST_RAD_S, start_state
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
 from t2l.recordings.recording import CONTINUOUS, Recording
-from t2l.sim.servo import Schedule
+from t2l.sim.schedule import Schedule
 
 FOLLOWED = ("supply_voltage", "temperature")  # optional columns that effects may follow
 

@@ -21,52 +21,18 @@ which is a damping of Kd + s Kp and an armature of s Kd more. On the motions of 
 """
 
 import copy
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
 
-from t2l.errors import EffectError
 from t2l.sim.batch import diverged, make_batch
 from t2l.sim.dry_friction import AddedFriction, stiffen
 from t2l.sim.gravity import GravityCompensation
+from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """What a group of recordings with one loop rate commands and asks for.
-
-    Attributes:
-        period_s: the control loop's period, or `coarseness` of them: from tick to tick.
-        commands: (ntick, nrec, njoint) q_des at each tick, rad.
-        kp, kd: (nrec, njoint), N·m/rad and N·m·s/rad.
-        start_q, start_dq: (nrec, njoint), rad and rad/s.
-        compensated: (nrec,) bool, whether the loop compensates gravity.
-        balanced: (nrec,) bool, whether gravity is compensated continuously, elsewhere.
-        sample_ticks: (nsample,) ticks at which the state is wanted, increasing.
-        coarseness: periods of the real loop from tick to tick.
-        powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
-        clock_s: (nrec,) s, what the logs' clocks show at the first tick; None for zero.
-        logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
-    """
-
-    period_s: float
-    commands: np.ndarray
-    kp: np.ndarray
-    kd: np.ndarray
-    start_q: np.ndarray
-    start_dq: np.ndarray
-    compensated: np.ndarray
-    balanced: np.ndarray
-    sample_ticks: np.ndarray
-    coarseness: int = 1
-    powered: np.ndarray | None = None
-    clock_s: np.ndarray | None = None
-    logged: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 class ServoLoop:
@@ -152,27 +118,12 @@ class ServoLoop:
 
     def clock_s(self, tick: int) -> np.ndarray:
         """What the log's clock shows in the middle of a tick, (nsim, 1) s."""
-        start = np.zeros(self.nrec) if self.schedule.clock_s is None else self.schedule.clock_s
-        return np.tile(start, self.nvariant)[:, None] + (tick + 0.5) * self.period_s
+        return np.tile(self.schedule.clock_s_at(tick), self.nvariant)[:, None]
 
-    def logged(self, column: str, tick: int) -> np.ndarray | None:
-        """An optional column at a tick, (nsim, njoint); None if a recording lacks it."""
-        values = self.schedule.logged.get(column)
+    def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
+        """An optional column at a tick, (nsim, njoint); as `Schedule.column`."""
+        values = self.schedule.column(column, needed_by)
         return None if values is None else np.tile(values[tick], (self.nvariant, 1))
-
-    def needed(self, column: str, tick: int, by: str) -> np.ndarray:
-        """As `logged`.
-
-        Raises:
-            EffectError: a recording lacks it, which effect `by` cannot do without.
-        """
-        values = self.logged(column, tick)
-        if values is None:
-            raise EffectError(
-                f"effect {by}: it follows the column {column}, which a recording lacks; allowed: "
-                "recordings that have it"
-            )
-        return values
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:
         return np.tile(values, (self.nvariant, 1)).astype(float)
