@@ -114,7 +114,7 @@ class HiddenEffect:
         """What the controller adds for a position error [rad], once at each of its ticks [N·m]."""
         return 0.0
 
-    def velocity(self, v: np.ndarray, period_s: float) -> np.ndarray:
+    def seen_velocity(self, v: np.ndarray, period_s: float) -> np.ndarray:
         """The velocity that the controller damps by, given the real one [rad/s]; likewise."""
         return v
 

@@ -276,7 +276,7 @@ def record(
     def tick(command):
         velocity, error = machine.dq, command - machine.q
         for effect in hidden:
-            velocity = effect.velocity(velocity, period)
+            velocity = effect.seen_velocity(velocity, period)
         more = sum(effect.control(error, period) for effect in hidden)
         machine.tick(kp * error - kd * velocity + more)
 

@@ -99,7 +99,7 @@ class VelocityFilter(HiddenEffect):
     def start(self, plant):
         self.x = np.zeros(len(plant.joints))
 
-    def velocity(self, v, period_s):
+    def seen_velocity(self, v, period_s):
         self.x = self.x - np.expm1(-2 * np.pi * self.frequency_hz * period_s) * (v - self.x)
         return self.x
 
