@@ -40,7 +40,7 @@ class BaseTilt(Effect):
     def starts(self, scales):
         return [
             {"roll": np.array([roll]), "pitch": np.array([pitch])}
-            for size in (0.02, 0.15, 0.6)
+            for size in (0.03, 0.3)
             for roll, pitch in ((size, 0.0), (-size, 0.0), (0.0, size), (0.0, -size))
         ]
 

@@ -33,6 +33,6 @@ class DahlFriction(Effect):
         one = np.ones_like(scales.torque)
         return [
             {"coulomb": f * scales.torque, "presliding": d * one}
-            for f in (0.03, 0.3, 1.0)
+            for f in (0.05, 0.5)
             for d in (3e-4, 3e-3, 3e-2)
         ]

@@ -48,7 +48,7 @@ class FrictionDrift(Effect):
                 "time_constant": np.array([time_s]),
             }
             for time_s in warming.TIMES_S
-            for first, last in ((0.03, 0.01), (0.01, 0.03), (0.3, 0.1), (0.1, 0.3))
+            for first, last in ((0.1, 0.03), (0.03, 0.1))
         ]
 
 

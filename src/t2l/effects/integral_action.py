@@ -63,7 +63,7 @@ class IntegralAction(Effect):
     def starts(self, scales):
         return [
             {"gain": scales.kp / time_s, "limit": share * scales.torque}
-            for time_s in (4.0, 1.5, 0.5, 0.1)
+            for time_s in (4.0, 1.5, 0.4)
             for share in (0.3, 0.8, 10.0)
         ]
 

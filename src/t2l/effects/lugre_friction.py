@@ -44,12 +44,11 @@ class LugreFriction(Effect):
             {
                 "coulomb": f * scales.torque,
                 "extra_at_rest": f * scales.torque,
-                "velocity": np.maximum(fade * scales.velocity, 0.005),
+                "velocity": np.maximum(0.2 * scales.velocity, 0.005),
                 "presliding": d * one,
                 # a bristle of that stiffness, damped by 0.7
                 "damping": 1.4 * np.sqrt(2 * f * scales.torque / d * scales.inertia),
             }
             for f in (0.02, 0.2)
-            for fade in (0.1, 0.4)
             for d in (3e-4, 5e-3)
         ]

@@ -44,7 +44,7 @@ class TorqueConstantDrift(Effect):
         return [
             {"at_start": first * one, "at_end": last * one, "time_constant": np.array([time_s])}
             for time_s in warming.TIMES_S
-            for first, last in ((1.0, 0.9), (1.0, 0.6), (0.9, 1.0), (1.0, 1.1))
+            for first, last in ((1.0, 0.85), (0.85, 1.0))
         ]
 
 

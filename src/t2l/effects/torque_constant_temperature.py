@@ -31,7 +31,8 @@ class TorqueConstantTemperature(Effect):
 
         def change(tick, torque):
             warmer = loop.logged("temperature", tick, self.name)[here] - REFERENCE_C
-            torque[here] *= values["factor"] * (1 + values["per_kelvin"] * warmer)
+            share = np.maximum(1 + values["per_kelvin"] * warmer, 0.0)
+            torque[here] *= values["factor"] * share
 
         loop.motor_filters.append(change)
 
