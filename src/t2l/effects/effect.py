@@ -55,7 +55,7 @@ class Scales:
         velocity: RMS of the joint velocity, rad/s.
         peak_torque, peak_torque_rate: largest of them, N·m and N·m/s.
         control_rate_hz: the loop's rate by the log.
-        range: rad, how far the joint moves.
+        range, centre: rad, how far the joint moves, and its mean position.
         kp, kd: largest gains over the recordings.
         armature, friction, damping: what the MJCF has already, kg·m², N·m and N·m·s/rad.
         plant: the robot without effects, for what an effect wants to know of its shape.
@@ -69,6 +69,7 @@ class Scales:
     peak_torque_rate: np.ndarray
     control_rate_hz: float
     range: np.ndarray
+    centre: np.ndarray
     kp: np.ndarray
     kd: np.ndarray
     armature: np.ndarray

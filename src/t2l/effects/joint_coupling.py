@@ -59,8 +59,14 @@ class JointCoupling(Effect):
     def starts(self, scales):
         one = np.ones_like(scales.torque)
         stiffness = scales.torque / np.maximum(scales.range, 1e-3)
+        before = np.concatenate([scales.centre[:1], scales.centre[:-1]])
         return [
-            {"stiffness": f * stiffness, "damping": 0.0 * one, "ratio": r * one, "rest": 0.0 * one}
+            {
+                "stiffness": f * stiffness,
+                "damping": 0.0 * one,
+                "ratio": ratio * one,
+                "rest": scales.centre + ratio * before,  # slack in the middle of the motion
+            }
             for f in (0.1, 1.0)
-            for r in (1.0, -1.0)
+            for ratio in (1.0, -1.0)
         ]

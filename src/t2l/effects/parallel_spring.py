@@ -37,9 +37,8 @@ class ParallelSpring(Effect):
         stiffness[rows, ids] += values["stiffness"]
 
     def starts(self, scales):
-        one = np.ones_like(scales.torque)
         stiffness = scales.torque / np.maximum(scales.range, 1e-3)
-        return [{"stiffness": f * stiffness, "rest": 0.0 * one} for f in (0.1, 1.0)]
+        return [{"stiffness": f * stiffness, "rest": scales.centre} for f in (0.1, 1.0)]
 
     def read_off(self, q, torque, clock_s):
         slope, at_zero = np.polyfit(q, torque, 1)
