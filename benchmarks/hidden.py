@@ -1,7 +1,9 @@
 """What was hidden against what t2l named: every case of `benchmarks.hidden_effects`.
 
-Each case is explained once and kept in results/bench/hidden_effects until the code changes that
-explains it, so that an interrupted table goes on where it stopped.
+`python -m benchmarks.hidden [--test-seed N] [CASE ...]`: the development cases, or a test set that
+nobody has looked at, drawn from a seed. Each case is explained once and kept in
+results/bench/hidden_effects until the code changes that explains it, so that an interrupted table
+goes on where it stopped.
 """
 
 import argparse
@@ -53,6 +55,19 @@ NUMBERS = {
     "JointFlexibility": ("stiffness", "stiffness"),
     "Backlash": ("width", "play"),
     "Cogging": ("periods", "periods"),
+    "ParallelSpring": ("stiffness", "stiffness"),
+    "BaseTilt": ("pitch", "pitch"),
+    "IntegralAction": ("gain", "gain"),
+    "VelocityFilter": ("frequency_hz", "cutoff"),
+    "DahlFriction": ("coulomb", "coulomb"),
+    "LugreFriction": ("coulomb", "coulomb"),
+    "DirectionalFriction": ("forward", "forward"),
+    "TorqueSpeedLimit": ("stall_torque", "stall_torque"),
+    "PeriodicTorque": ("frequency_hz", "frequency"),
+    "FrictionDrift": ("end_level", "at_end"),
+    "TorqueConstantDrift": ("at_end", "at_end"),
+    "FrictionTemperature": ("level", "torque"),
+    "TorqueConstantTemperature": ("per_kelvin", "per_kelvin"),
 }
 
 
@@ -63,12 +78,17 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser.add_argument("--processes", type=int, default=PROCESSES, metavar="N")
     earlier = "table.csv or folder results/ of another run, to compare with"
     parser.add_argument("--earlier", type=Path, metavar="TABLE", help=earlier)
+    seed = "the test set that is drawn from this number, in place of the development cases"
+    parser.add_argument("--test-seed", type=int, metavar="N", help=seed)
     given = parser.parse_args(arguments)
-    return run(given.names, given.processes, given.earlier)
+    return run(given.names, given.processes, given.earlier, given.test_seed)
 
 
 def run(
-    names: Sequence[str] = (), processes: int = PROCESSES, earlier: Path | None = None
+    names: Sequence[str] = (),
+    processes: int = PROCESSES,
+    earlier: Path | None = None,
+    test_seed: int | None = None,
 ) -> pd.DataFrame:
     """One row a case; a summary is printed above.
 
@@ -76,11 +96,11 @@ def run(
         earlier: table.csv, or the folder results/, of another run, whose errors and times stand
             beside the new ones.
     """
-    unknown = set(names) - {case.name for case in cases()}
+    unknown = set(names) - {case.name for case in cases(test_seed)}
     if unknown:
         raise SystemExit(f"no case {', '.join(sorted(unknown))}")
     before = None if earlier is None else read_table(earlier)
-    chosen = [case for case in cases() if not names or case.name in names]
+    chosen = [case for case in cases(test_seed) if not names or case.name in names]
     # a process a core: spawned, so that its linear algebra keeps to one thread
     os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
     context = multiprocessing.get_context("spawn")
@@ -93,12 +113,13 @@ def run(
             )
     print("\n" + "\n".join(summary(results)) + "\n")
     table = pd.DataFrame([row(result) for result in results])
-    table.to_csv(FOLDER / "table.csv", index=False)
+    name = "table" if test_seed is None else f"table_test{test_seed}"
+    table.to_csv(FOLDER / f"{name}.csv", index=False)
     if before is not None:
         old = before.set_index("case").reindex(table["case"])
         for column in COMPARED:
             table[f"{column}, earlier"] = old[column].to_numpy()
-    (FOLDER / "table.md").write_text(table.to_markdown(index=False) + "\n")
+    (FOLDER / f"{name}.md").write_text(table.to_markdown(index=False) + "\n")
     return table
 
 
@@ -281,3 +302,11 @@ def row(result: dict) -> dict:
         "noise": mrad(result["noise_floor"]),
         "parameter off by": "" if np.isnan(worst) else f"{worst:.1%}",
     }
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="CASE")
+    parser.add_argument("--test-seed", type=int)
+    asked = parser.parse_args()
+    print(run(asked.names, asked.test_seed).to_markdown(index=False))

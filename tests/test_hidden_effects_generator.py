@@ -8,12 +8,14 @@ import pandas as pd
 import pytest
 import yaml
 from benchmarks.hidden_effects import effects as fx
+from benchmarks.hidden_effects import real_effects as rx
 from benchmarks.hidden_effects.cases import ROBOTS, cases, recording
 from benchmarks.hidden_effects.generator import Machine, record, write
 from scipy.integrate import solve_ivp
 
 MASS, LENGTH, ARMATURE, DAMPING, GRAVITY = 0.5, 0.25, 0.005, 0.02, 9.81
 INERTIA = MASS * LENGTH**2 + 1e-4 + ARMATURE
+WEIGHT = MASS * GRAVITY * LENGTH
 KP, KD = 20.0, 0.8
 JOINTS = ("hinge",)
 
@@ -281,3 +283,46 @@ def test_small_robots_touch_nothing():
     for name in ("pendulum", "two_joint_arm"):
         model = mujoco.MjModel.from_xml_path(str(ROBOTS[name].mjcf))
         assert not model.geom_contype.any()
+
+
+# ------------------------------------------------------------------------ what robots really have
+
+
+def at_rest(pendulum, *hidden, **settings):
+    """Where a pendulum held at 0.8 rad comes to rest."""
+    return run(pendulum, held(0.8), *hidden, duration_s=0.1, sample_rate_hz=50, **settings)[-1]
+
+
+@pytest.mark.parametrize(
+    ("hidden", "pull"),
+    [
+        (rx.ParallelSpring(0.7, 0.2), lambda q: -0.7 * (q - 0.2) - WEIGHT * np.sin(q)),
+        (rx.BaseTilt(0.0, 0.2), lambda q: -WEIGHT * np.sin(q + 0.2)),
+        (rx.IntegralAction(60.0, 0.5), lambda q: 0.5 - WEIGHT * np.sin(q)),
+    ],
+)
+def test_at_rest_the_torques_of_an_effect_balance(pendulum, hidden, pull):
+    q = at_rest(pendulum, hidden)
+    assert KP * (0.8 - q) + pull(q) == pytest.approx(0, abs=2e-3)
+
+
+def test_a_clock_that_is_early_shows_what_comes_later(pendulum):
+    early = run(pendulum, sine, rx.ClockOffset(0.02), duration_s=0.3)
+    np.testing.assert_allclose(early[:-20], run(pendulum, sine, duration_s=0.3)[20:], atol=1e-12)
+
+
+def test_a_session_is_logged_where_an_effect_needs_it(pendulum):
+    hidden = (rx.TorqueSpeedLimit(5.0, 20.0, 12.0, 0.5), rx.FrictionDrift(0.1, 0.0, 5.0))
+    frame = record(
+        pendulum, JOINTS, KP, KD, sine, duration_s=0.1, hidden=hidden, session_time_s=4.0
+    )
+    np.testing.assert_allclose(frame["time"].iloc[0], 4.0)
+    np.testing.assert_allclose(frame["supply_voltage"].iloc[0], 10.0)
+
+
+def test_a_seed_draws_one_test_set_and_no_other():
+    one, again, other = (cases(seed) for seed in (5, 5, 6))
+    assert one == again
+    same = [a.hidden == b.hidden for a, b in zip(one, other, strict=True) if a.hidden]
+    assert np.mean(same) < 0.05  # a rate of the loop may be drawn twice
+    assert not {c.name for c in one} & {c.name for c in cases()}

@@ -1,5 +1,6 @@
-"""Write test cases: `python -m benchmarks.hidden_effects OUT [CASE ...]`."""
+"""Write cases: `python -m benchmarks.hidden_effects OUT [--test-seed N] [CASE ...]`."""
 
+import argparse
 import sys
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -23,9 +24,9 @@ def write_case(case: Case, out: Path) -> float:
     return perf_counter() - began
 
 
-def main(out: Path, names: list[str]) -> None:
+def main(out: Path, names: list[str], test_seed: int | None) -> None:
     """Write cases, then print how visible their effects are."""
-    table = {case.name: case for case in cases()}
+    table = {case.name: case for case in cases(test_seed)}
     unknown = set(names) - set(table)
     if unknown:
         sys.exit(f"no case {', '.join(sorted(unknown))}; there are {', '.join(table)}")
@@ -45,6 +46,9 @@ def main(out: Path, names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
-        sys.exit(__doc__)
-    main(Path(sys.argv[1]), sys.argv[2:])
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("names", nargs="*", metavar="CASE")
+    parser.add_argument("--test-seed", type=int, help="of a test set that is drawn anew")
+    asked = parser.parse_args()
+    main(asked.out, asked.names, asked.test_seed)

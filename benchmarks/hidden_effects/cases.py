@@ -12,7 +12,9 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from benchmarks.hidden_effects import real_cases
 from benchmarks.hidden_effects.commands import COMMANDS
+from benchmarks.hidden_effects.drawn_cases import drawn
 from benchmarks.hidden_effects.effects import (
     ActuatorBandwidth,
     Armature,
@@ -134,6 +136,11 @@ ROBOTS = {
     ),
 }
 
+for _variant in ("bare_pendulum", "rubbing_pendulum"):
+    ROBOTS[_variant] = dataclasses.replace(
+        ROBOTS["pendulum"], mjcf=ROBOTS_FOLDER / f"{_variant}.xml"
+    )
+
 # Name of the recording, which of the gain settings, what is commanded, share of the amplitude.
 TRAIN = (
     ("compliant_multisine", 0, "multisine", 1.0),
@@ -188,7 +195,7 @@ class Case:
 def generator_digest() -> str:
     """Of the code that makes the recordings: what other code made is made anew."""
     digest = hashlib.sha256()
-    for name in ("commands", "effects", "generator"):
+    for name in ("commands", "effects", "real_effects", "generator"):
         digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
     return digest.hexdigest()[:16]
 
@@ -488,16 +495,21 @@ CLEAN = (
 )
 
 
-def cases() -> list[Case]:
-    """Every case: single effects, pairs, and clean ones; a seed follows from the name."""
+def cases(test_seed: int | None = None) -> list[Case]:
+    """The development cases, or the test cases of a seed.
+
+    Development has single effects, pairs and clean robots; each case's seed follows from its name.
+    """
+    if test_seed is not None:
+        return [Case(name, robot, hidden, seed) for name, robot, hidden, seed in drawn(test_seed)]
     table = []
     count = {}
-    for effect, robot, hidden, changes in SINGLES:
+    for effect, robot, hidden, changes in (*SINGLES, *real_cases.REAL):
         count[effect] = count.get(effect, 0) + 1
         table.append((f"{effect}_{count[effect]}_{robot}", robot, (hidden,), changes))
     for i, (robot, hidden, changes) in enumerate(PAIRS, start=1):
         table.append((f"pair_{i}_{robot}", robot, hidden, changes))
-    for name, robot, changes in CLEAN:
+    for name, robot, changes in (*CLEAN, *real_cases.CLEAN):
         table.append((f"clean_{name}", robot, (), changes))
     return [
         Case(name, robot, hidden, zlib.crc32(name.encode()), changes)

@@ -80,6 +80,8 @@ class HiddenEffect:
     """An effect that the nominal model lacks; the hooks do nothing unless overridden."""
 
     delay_s = 0.0
+    early_s = 0.0  # by which samples are stamped before they are taken
+    session_clock = False  # whether the log's clock must be the session's
 
     def change_model(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
         """Change the machine itself, before it is compiled."""
@@ -103,6 +105,22 @@ class HiddenEffect:
     def motor(self, torque: np.ndarray) -> np.ndarray:
         """Torque that the motors produce, given the one demanded [N·m]; once per physics step."""
         return torque
+
+    def motor_in_motion(self, torque: np.ndarray, v: np.ndarray, t: float) -> np.ndarray:
+        """Likewise, of a motor that knows its velocity [rad/s] and the session's time [s]."""
+        return torque
+
+    def control(self, error: np.ndarray, period_s: float) -> np.ndarray | float:
+        """What the controller adds for a position error [rad], once at each of its ticks [N·m]."""
+        return 0.0
+
+    def seen_velocity(self, v: np.ndarray, period_s: float) -> np.ndarray:
+        """The velocity that the controller damps by, given the real one [rad/s]; likewise."""
+        return v
+
+    def columns(self, t: np.ndarray) -> dict[str, np.ndarray]:
+        """What the log tells beside the motion, (K,) each at times (K,) [s] of the session."""
+        return {}
 
     def torque(self, state: State) -> np.ndarray:
         """Additional torque on the motor's side of the joints [N·m]; once per physics step."""

@@ -118,6 +118,7 @@ class Machine:
             return [e for e in hidden if getattr(type(e), hook) is not getattr(HiddenEffect, hook)]
 
         self._on_motor, self._on_joint = those_with("motor"), those_with("torque")
+        self._in_motion = those_with("motor_in_motion")
         self._two_mass, self._on_encoder = those_with("transmitted"), those_with("encoder")
         self._split = self._motor != self._link
         self._seen = self._motor.copy()
@@ -170,6 +171,8 @@ class Machine:
             torque = torque + self.gravity(q_link)
         for effect in self._on_motor:
             torque = effect.motor(torque)
+        for effect in self._in_motion:
+            torque = effect.motor_in_motion(torque, data.qvel[motor], self.clock_s)
         torque = np.clip(torque, *self._limits)
         self.motor_torque = torque
 
@@ -267,8 +270,15 @@ def record(
         kp, kd = effect.gains(kp, kd)
     late = round(sum(effect.delay_s for effect in hidden) * physics_rate_hz)
 
+    period = 1.0 / control
+    early = round(sum(effect.early_s for effect in hidden) * physics_rate_hz)
+
     def tick(command):
-        machine.tick(kp * (command - machine.q) - kd * machine.dq)
+        velocity, error = machine.dq, command - machine.q
+        for effect in hidden:
+            velocity = effect.seen_velocity(velocity, period)
+        more = sum(effect.control(error, period) for effect in hidden)
+        machine.tick(kp * error - kd * velocity + more)
 
     ticks_per_tenth = int(np.ceil(0.1 * physics_rate_hz / per_tick))
     for _ in range(round(10 * SETTLE_AT_MOST_S)):
@@ -283,14 +293,15 @@ def record(
 
     rows = np.union1d(np.arange(0, n_steps, per_command), np.arange(0, n_steps, per_sample))
     sampled = rows % per_sample == 0
-    at_sample = set(rows[sampled].tolist())
+    at_sample = set((rows[sampled] + early).tolist())
     q, dq = [], []
-    for step in range(int(rows[-1]) + 1):
+    for step in range(int(rows[-1]) + early + 1):
         if step in at_sample:
             q.append(machine.q)
             dq.append(machine.dq)
         if step % per_tick == 0:
-            tick(commands[max(0, step - late) // per_command])
+            now = max(0, step - late) // per_command
+            tick(commands[min(now, len(commands) - 1)])
         machine.step()
     q, dq = np.array(q), np.array(dq)
     if not np.isfinite(q).all():
@@ -308,6 +319,11 @@ def record(
         column = np.full((len(rows), n), np.nan)
         column[sampled] = measured
         columns |= {f"{name}.{j}": column[:, i] for i, j in enumerate(joints)}
+    session = session_time_s + rows / physics_rate_hz
+    for effect in hidden:
+        columns |= effect.columns(session)
+    if any(effect.session_clock for effect in hidden):
+        columns["time"] = session
     table = pd.DataFrame(columns)
     return table[rows >= round(begin_s * physics_rate_hz)].reset_index(drop=True)
 

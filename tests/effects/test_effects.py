@@ -46,6 +46,7 @@ ALMOST_ABSENT = {
     ),
     "command_filter": ({"cutoff": 300.0}, 2e-3),
     "joint_flexibility": ({"stiffness": 2e3, "damping": 1.0, "encoder_on_link": 0.0}, 2e-3),
+    "velocity_filter": ({"cutoff": 500.0}, 1e-3),
     "payload": ({"mass": 0.0, "com_x": 0.0, "com_y": 0.0, "com_z": 0.0}, 1e-6),
 }
 
@@ -74,6 +75,7 @@ def pendulums(tmp_path_factory):
         recording(robot, both, "soft", 10.0, 0.5, 0.5),
         recording(robot, both, "stiff", 60.0, 1.5, 0.4),
     ]
+    recordings = [dataclasses.replace(r, temperature=np.full_like(r.q, 40.0)) for r in recordings]
     return Predictor(robot, [measured(r) for r in recordings], threads=2)
 
 
@@ -109,8 +111,10 @@ def test_every_first_guess_is_felt(pendulums, plain, guesses, name):
     change = np.abs(q - plain)
     for joint in range(2):
         felt = change[:, pendulums.samples.joint == joint].max(axis=1)
-        # a payload hangs on the last joint, which does not move the first
-        if (name, joint) != ("payload", 0):
+        # a payload hangs on the last joint, which does not move the first; neither swings about x
+        if name == "base_tilt":
+            assert (felt > 1e-6).all()
+        elif (name, joint) != ("payload", 0):
             assert (felt > 1e-5).all(), (joint, felt)
 
 
@@ -172,6 +176,8 @@ def test_variants_in_one_batch_do_not_feel_each_other(pendulums, guesses):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_joint_without_the_effect_does_not_feel_it(pendulums, plain, guesses, name):
+    if name in ("base_tilt", "joint_coupling"):
+        pytest.skip("it acts on several joints by its nature")
     effect = builtin()[name]
     lay = Layout([Term(effect, (0,))])
     start = effect.starts(scales(pendulums))[0]

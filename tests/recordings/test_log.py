@@ -55,6 +55,7 @@ def recordings(draw):
         tau=matrix(measured) if draw(optional) else None,
         current=matrix(measured) if draw(optional) else None,
         supply_voltage=matrix(st.floats(1, 60) | st.just(np.nan)) if draw(optional) else None,
+        temperature=matrix(st.floats(-40, 120) | st.just(np.nan)) if draw(optional) else None,
         torque_enabled=matrix(st.sampled_from([0.0, 1.0, np.nan])) if draw(optional) else None,
         base_position=tuple(draw(st.lists(finite, min_size=3, max_size=3))),
         notes=draw(st.sampled_from(["", "Größe: 2 × 'x'", "two\nlines"])),
@@ -184,4 +185,7 @@ def test_one_column_stands_for_all_joints_and_holds_until_the_next_value(tmp_pat
     read = read_recording(files.table)
     np.testing.assert_array_equal(read.torque_enabled, on)
     np.testing.assert_array_equal(read.powered[:, 1], [1.0] * 20 + [0.0] * 30)
+    assert read.held("torque_enabled")[:, 0].tolist() == [1.0] * 20 + [0.0] * 30
+    assert read.has("supply_voltage")
+    assert not read.has("temperature")
     assert read.beginning(0.2).torque_enabled.shape == (10, 2)

@@ -8,7 +8,8 @@ from scipy.integrate import solve_ivp
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor, Request
 from t2l.robots import plant
-from t2l.sim.servo import Schedule, ServoLoop
+from t2l.sim.schedule import Schedule
+from t2l.sim.servo import ServoLoop
 from tests.diagnose.made import (
     DAMPING,
     INERTIA,

@@ -74,7 +74,9 @@ def diagnose(
     adopted, u = model.vector(joints)
     everywhere = {t.effect.name for t in adopted.terms if len(t.joints) == len(joints)}
     if effects is None:
-        effects = list(model.known_effects(joints).values())
+        recordings = (*evidence.train.recordings, *evidence.holdout.recordings)
+        known = model.known_effects(joints).values()
+        effects = [effect for effect in known if effect.may_act(recordings)]
     effects = [effect for effect in effects if effect.name not in everywhere]
 
     train_q, held_q = _predict(evidence, adopted, u)

@@ -133,10 +133,11 @@ def _read_off(
     if not readers:
         return guesses
     torque, samples = missing_torque(predictor, residual), predictor.samples
+    clock = samples.time + np.array([r.time[0] for r in predictor.recordings])[samples.recording]
     where = [mask & (samples.joint == j) for j in range(len(predictor.joints))]
     for effect in readers:
         with blaming([effect], "to read a first guess off (read_off)"):
-            of_joints = [effect.read_off(samples.q[at], torque[at]) for at in where]
+            of_joints = [effect.read_off(samples.q[at], torque[at], clock[at]) for at in where]
             if any(found is None for found in of_joints):
                 continue
             names = [parameter.name for parameter in effect.parameters]

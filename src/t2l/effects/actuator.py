@@ -5,11 +5,9 @@ It is no effect that a model may lack, and so not among those that `t2l effects`
 
 import numpy as np
 
-from t2l.effects.coulomb_friction import hold_at_rest
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.dry_friction import HOLDS
 
-# as good as all of the friction: the MJCF's own softness plays no part
-_ALL_OF_IT = 1e9
 # of any joint of an arm
 GUESS = {
     "armature": 0.1, "friction": 0.5, "viscous_friction": 0.5, "torque_offset": 0.0,
@@ -41,7 +39,9 @@ class Actuator(Effect):
         batch.expand("dof_armature")[rows, dofs] = values["armature"]
         batch.expand("dof_damping")[rows, dofs] = values["viscous_friction"]
         batch.expand("dof_frictionloss")[rows, dofs] = values["friction"]
-        hold_at_rest(loop, rows, joints, np.full_like(values["friction"], _ALL_OF_IT))
+        # the MJCF's own softness plays no part
+        batch.expand("dof_solimp")[rows, dofs, :2] = HOLDS
+        batch.expand("dof_solref")[rows, dofs, 0] = 2 * batch.model.opt.timestep
         loop.kp[rows, joints] *= values["torque_scale"]
         loop.kd[rows, joints] *= values["torque_scale"]
         loop.inertia_changed = True

@@ -45,7 +45,7 @@ class Cogging(Effect):
         one = np.ones_like(scales.torque)
         return [{"amplitude": 0.01 * scales.torque, "phase": 0.0 * one, "periods": 10.0 * one}]
 
-    def read_off(self, q, torque):
+    def read_off(self, q, torque, clock_s):
         step = PHASE_STEP / max(np.ptp(q), LEAST_RANGE_RAD)
         grid = np.arange(FEWEST, MOST, step)
         periods = grid[np.argmin([_ripple(q, torque, n)[0] for n in grid])]

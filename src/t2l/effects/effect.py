@@ -1,7 +1,7 @@
 """What a physical effect is to t2l: parameters, and how they enter the simulation."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from t2l.effects.exported import Exported
+from t2l.recordings.recording import Recording
 from t2l.sim.servo import ServoLoop
 
 Values = Mapping[str, np.ndarray]
@@ -54,7 +55,7 @@ class Scales:
         velocity: RMS of the joint velocity, rad/s.
         peak_torque, peak_torque_rate: largest of them, N·m and N·m/s.
         control_rate_hz: the loop's rate by the log.
-        range: rad, how far the joint moves.
+        range, centre: rad, how far the joint moves, and its mean position.
         kp, kd: largest gains over the recordings.
         armature, friction, damping: what the MJCF has already, kg·m², N·m and N·m·s/rad.
         plant: the robot without effects, for what an effect wants to know of its shape.
@@ -68,6 +69,7 @@ class Scales:
     peak_torque_rate: np.ndarray
     control_rate_hz: float
     range: np.ndarray
+    centre: np.ndarray
     kp: np.ndarray
     kd: np.ndarray
     armature: np.ndarray
@@ -93,6 +95,8 @@ class Effect(ABC):
             only to the nearest.
         coupled: a joint's parameters move other joints about as much as its own, so that each
             joint's derivatives take simulations of their own.
+        needs: optional columns that the recordings must have for it to be fitted.
+        least_joints: how many driven joints it takes.
         hides_state: it has a far side that no encoder sees, which need not start at rest.
         order: effects on the same signal apply in this order, command to joint, each to what those
             before it left.
@@ -108,6 +112,8 @@ class Effect(ABC):
     follows: str = ""
     rough_error: bool = False
     coupled: bool = False
+    needs: tuple[str, ...] = ()
+    least_joints: int = 1
     hides_state: bool = False
     order: int = 0
 
@@ -138,14 +144,22 @@ class Effect(ABC):
     def starts(self, scales: Scales) -> list[dict[str, np.ndarray]]:
         """First guesses to scan, each parameter as (njoint,) or (1,); at least one."""
 
-    def read_off(self, q: np.ndarray, torque: np.ndarray) -> dict[str, float] | None:
+    def read_off(
+        self, q: np.ndarray, torque: np.ndarray, clock_s: np.ndarray
+    ) -> dict[str, float] | None:
         """A further guess for one joint, from the torque that it lacks; by default none.
 
         Args:
             q: (n,) rad, measured.
+            clock_s: (n,) s, what the log's clock showed.
             torque: (n,) N·m there beyond the model's, with noise and all else that is missing.
         """
         return None
+
+    def may_act(self, recordings: Sequence[Recording]) -> bool:
+        """Whether the recordings have what it takes to fit it."""
+        enough = len(recordings[0].joints) >= self.least_joints
+        return enough and all(r.has(column) for column in self.needs for r in recordings)
 
     @property
     def extends(self) -> bool:

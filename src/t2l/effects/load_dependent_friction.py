@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.coulomb_friction import export_friction, hold_at_rest
+from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 
 
@@ -21,13 +21,10 @@ class LoadDependentFriction(Effect):
     follows = "load"
 
     def export(self, to, joints, values):
-        export_friction(to, joints, values["motor"] + values["load"])
-        for joint, added in zip(to.each(joints), values["motor"] + values["load"], strict=True):
-            joint.frictionloss -= added
+        export_friction(to, joints, np.zeros(len(joints)))
         to.call(self.name, teeth_under_load, joints, values)
 
     def install(self, loop, rows, joints, values):
-        hold_at_rest(loop, rows, joints, values["motor"] + values["load"])  # at 1 N·m
         bias = loop.batch.bind("qfrc_bias")
         dofs, at = loop.dofs[joints], (rows, loop.columns(joints))
 

@@ -22,7 +22,10 @@ from t2l.typed import describe
 
 TEXTS = ("title", "summary", "signature", "source")
 REQUIRED = ("name", "parameters", *TEXTS)
-_NOT_EFFECTS = ("actuator", "blame", "effect", "exported", "registry", "term", "two_mass")
+_NOT_EFFECTS = (
+    "actuator", "blame", "bristles", "effect", "exported", "registry", "term",
+    "two_mass", "warming",
+)  # fmt: skip
 
 
 @cache

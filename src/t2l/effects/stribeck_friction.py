@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.coulomb_friction import export_friction, hold_at_rest
+from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 
 
@@ -30,14 +30,10 @@ class StribeckFriction(Effect):
     follows = "direction"
 
     def export(self, to, joints, values):
-        export_friction(to, joints, values["coulomb"] + values["extra_at_rest"])
-        for joint, extra in zip(to.each(joints), values["extra_at_rest"], strict=True):
-            joint.frictionloss -= extra
+        export_friction(to, joints, values["coulomb"])
         to.call(self.name, fade_with_velocity, joints, values)
 
     def install(self, loop, rows, joints, values):
-        hold_at_rest(loop, rows, joints, values["coulomb"] + values["extra_at_rest"])
-
         at = rows, loop.columns(joints)
 
         def add(tick, dq, motor, level):

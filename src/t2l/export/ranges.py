@@ -22,6 +22,9 @@ FIELDS = {
     "dof_damping": mujoco.mjtObj.mjOBJ_JOINT,
     "dof_dampingpoly": mujoco.mjtObj.mjOBJ_JOINT,
     "dof_frictionloss": mujoco.mjtObj.mjOBJ_JOINT,
+    "tendon_stiffness": mujoco.mjtObj.mjOBJ_TENDON,
+    "tendon_damping": mujoco.mjtObj.mjOBJ_TENDON,
+    "tendon_frictionloss": mujoco.mjtObj.mjOBJ_TENDON,
     "actuator_gainprm": mujoco.mjtObj.mjOBJ_ACTUATOR,
     "actuator_biasprm": mujoco.mjtObj.mjOBJ_ACTUATOR,
     "actuator_dynprm": mujoco.mjtObj.mjOBJ_ACTUATOR,
@@ -71,8 +74,8 @@ def _compiled(to: Exported) -> dict[tuple[str, str, int], float]:
     model = to.spec.compile()
     numbers = {}
     for field, kind in FIELDS.items():
-        rows = np.asarray(getattr(model, field)).reshape(getattr(model, field).shape[0], -1)
-        for row, values in enumerate(rows):
+        rows = np.asarray(getattr(model, field))
+        for row, values in enumerate(rows.reshape(len(rows), -1) if rows.size else ()):
             name = _name(model, field, kind, row)
             for index, value in enumerate(values):
                 numbers[field, name, index] = float(value)

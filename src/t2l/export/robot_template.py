@@ -35,7 +35,16 @@ class Robot:
         ids = [self.model.joint(name) for name in JOINTS]
         self.qadr = np.array([joint.qposadr[0] for joint in ids])
         self.dofs = np.array([joint.dofadr[0] for joint in ids])
-        self.own_friction = self.model.dof_frictionloss[self.dofs].copy()
+        # friction that callbacks add to: of a joint, or of an element beside the joint's own
+        kind = mujoco.mjtObj.mjOBJ_TENDON
+        found = [mujoco.mj_name2id(self.model, kind, f"{{name}}/friction") for name in JOINTS]
+        self.elements = [
+            (self.model.dof_frictionloss, dof)
+            if tendon < 0
+            else (self.model.tendon_frictionloss, tendon)
+            for dof, tendon in zip(self.dofs, found)
+        ]
+        self.constant_friction = np.array([field[i] for field, i in self.elements])
 
     def start(self, q, dq, q_des):
         """Begin at measured positions and velocities, under a command that holds since long."""
@@ -72,11 +81,12 @@ class Robot:
             self.motor = data.qfrc_actuator[self.dofs]
             self.load = data.qfrc_bias[self.dofs]
             self.gravity = data.qfrc_gravcomp[self.dofs]
-            self.torque, self.friction = np.zeros(len(JOINTS)), self.own_friction.copy()
+            self.torque, self.friction = np.zeros(len(JOINTS)), self.constant_friction.copy()
             for function, joints, values in CALLBACKS:
                 function(self, joints, values)
             data.qfrc_applied[self.dofs] = self.torque
-            model.dof_frictionloss[self.dofs] = np.maximum(self.friction, 0.0)
+            for (field, i), level in zip(self.elements, self.friction):
+                field[i] = max(level, 0.0)
         mujoco.mj_step(model, data)
 
     @property

@@ -12,7 +12,8 @@ from t2l.hardware.limits import (
 )
 from t2l.hardware.motion import COMMAND_RATE_HZ, Motion
 from t2l.robots import Robot, plant
-from t2l.sim.servo import Schedule, ServoLoop
+from t2l.sim.schedule import Schedule
+from t2l.sim.servo import ServoLoop
 
 # of what breaks a joint loose: below it, a motion shows little but friction
 PEAK_OVER_BREAKAWAY = 3.0

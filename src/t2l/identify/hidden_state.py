@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.sim.servo import Schedule
+from t2l.sim.schedule import Schedule
 
 WINDOW_S = 0.3  # of a recording; the beginning fades, and what fades says nothing later
 # of the far side's angle and velocity, and of the velocity that the encoder's own side is off by

@@ -17,6 +17,7 @@ from t2l.identify.schedules import Group, groups
 from t2l.identify.simulation import simulate
 from t2l.recordings.recording import Recording
 from t2l.robots import plant
+from t2l.sim.dry_friction import make_room
 
 
 class DivergenceError(T2LError):
@@ -68,6 +69,7 @@ class Predictor:
         key = _structure(extending)
         if key not in self._models:
             spec = plant.load(self.robot, self.joints)
+            make_room(spec, self.joints)
             names = [term.effect.name for term in extending]
             for term in extending:
                 with blaming([term.effect], "to extend the model"):

@@ -45,6 +45,7 @@ def scales(predictor: Predictor) -> Scales:
         peak_torque_rate=step * max(r.control_rate_hz for r in recordings) + 1e-6,
         control_rate_hz=max(r.control_rate_hz for r in recordings),
         range=per_joint(np.ptp, samples.q),
+        centre=per_joint(np.mean, samples.q),
         kp=kp.max(axis=0),
         kd=kd.max(axis=0) + 1e-6,
         armature=model.dof_armature[dofs],

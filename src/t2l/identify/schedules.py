@@ -10,7 +10,9 @@ from t2l.identify.initial_state import LEAST_RAD_S, start_state
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
 from t2l.recordings.recording import CONTINUOUS, Recording
-from t2l.sim.servo import Schedule
+from t2l.sim.schedule import Schedule
+
+FOLLOWED = ("supply_voltage", "temperature")  # optional columns that effects may follow
 
 
 @dataclass(frozen=True)
@@ -56,10 +58,14 @@ def _group(
     ticks, real = np.arange(last + 2), np.arange((last + 2) * coarseness)
     commands = np.empty((len(ticks), len(recordings), len(recordings[0].joints)))
     powered = np.empty_like(commands)
+    logged = {name: np.empty_like(commands) for name in FOLLOWED if _all_have(recordings, name)}
     for column, recording in enumerate(recordings):
         elapsed = recording.time - recording.time[0]
         row = np.searchsorted(elapsed, real * real_period + 1e-6, side="right") - 1
-        for signal, held in ((commands, recording.q_des), (powered, recording.powered)):
+        columns = [(signal, recording.held(name)) for name, signal in logged.items()]
+        for signal, held in (
+            (commands, recording.q_des), (powered, recording.powered), *columns
+        ):  # fmt: skip
             signal[:, column] = held[row].reshape(len(ticks), coarseness, -1).mean(axis=1)
     held = np.flatnonzero(np.isin(samples.recording, indices))
     below, rest = _ticks(samples.time[held], period)
@@ -77,12 +83,18 @@ def _group(
         sample_ticks=sample_ticks,
         coarseness=coarseness,
         powered=None if powered.all() else powered,
+        clock_s=np.array([r.time[0] for r in recordings]),
+        logged=logged,
     )
     column = {index: i for i, index in enumerate(indices)}
     record = np.array([column[r] for r in samples.recording[held]])
     wanted = record, np.searchsorted(sample_ticks, below), rest, samples.joint[held]
     beginning = _beginning(recordings, schedule, wanted, samples.q[held])
     return Group(schedule, beginning, tuple(indices), held, wanted)
+
+
+def _all_have(recordings: Sequence[Recording], column: str) -> bool:
+    return all(recording.has(column) for recording in recordings)
 
 
 def _beginning(

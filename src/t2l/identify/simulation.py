@@ -9,7 +9,8 @@ from t2l.effects.blame import blaming
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify.hidden_state import Beginning
-from t2l.sim.servo import Schedule, ServoLoop
+from t2l.sim.schedule import Schedule
+from t2l.sim.servo import ServoLoop
 
 
 def simulate(

@@ -14,12 +14,12 @@ from t2l.typed import LARGEST, suggestion
 COMMANDED = "q_des"
 UNITS = {
     "q_des": "rad", "q": "rad", "dq": "rad/s", "tau": "N·m", "current": "A",
-    "supply_voltage": "V", "torque_enabled": "0 or 1",
+    "supply_voltage": "V", "temperature": "°C", "torque_enabled": "0 or 1",
 }  # fmt: skip
 MEASURED = tuple(kind for kind in UNITS if kind != COMMANDED)
 OPTIONAL = tuple(kind for kind in MEASURED if kind != "q")
 # a column without a joint stands for all of them
-SHARED = ("supply_voltage", "torque_enabled")
+SHARED = ("supply_voltage", "temperature", "torque_enabled")
 
 # fewer than these say nothing about a response
 LEAST_SAMPLES = 10
@@ -119,11 +119,16 @@ def check_samples(recording: Recording) -> None:
 
 
 def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Path | str) -> None:
-    """Whether switches are 0 or 1, and voltages above 0."""
-    allowed = {"torque_enabled": "0 or 1, or nothing", "supply_voltage": "above 0 V, or nothing"}
+    """Whether switches are 0 or 1, voltages above 0, and temperatures possible."""
+    allowed = {
+        "torque_enabled": "0 or 1, or nothing",
+        "supply_voltage": "above 0 V, or nothing",
+        "temperature": "above -273.15 °C, or nothing",
+    }
     if kind not in allowed:
         return
-    fine = values > 0 if kind == "supply_voltage" else np.isin(values, (0, 1))
+    least = {"supply_voltage": 0.0, "temperature": -273.15}
+    fine = values > least[kind] if kind in least else np.isin(values, (0, 1))
     bad = ~(fine | np.isnan(values))
     if bad.any():
         row, joint = np.argwhere(bad)[0]

@@ -5,8 +5,8 @@
 
 The table has a column `time` [s] and, for every joint of the YAML, `q_des.JOINT` [rad],
 `q.JOINT` [rad] and, if recorded, `dq.JOINT` [rad/s], `tau.JOINT` [N·m] and `current.JOINT` [A].
-`supply_voltage` [V] and `torque_enabled` (0 or 1) are one column, or one for each joint. An empty
-measured cell means that nothing was sampled there.
+`supply_voltage` [V], `temperature` [°C] and `torque_enabled` (0 or 1) are one column, or one for
+each joint. An empty measured cell means that nothing was sampled there.
 """
 
 from collections.abc import Iterable

@@ -9,7 +9,9 @@ import numpy as np
 from t2l.gains import Cell
 
 CONTINUOUS = "continuous"
-SIGNALS = ("time", "q_des", "q", "dq", "tau", "current", "supply_voltage", "torque_enabled")
+SIGNALS = (
+    "time", "q_des", "q", "dq", "tau", "current", "supply_voltage", "temperature", "torque_enabled",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,7 @@ class Recording:
         tau: N·m, as q; None if never recorded.
         current: A, of the motors, as q; None if never recorded.
         supply_voltage: V, as q; None if never recorded.
+        temperature: °C, of the motors, as q; None if never recorded.
         torque_enabled: 1 where the motor is on and 0 where it is off, as q but held until the next
             one; None if it was on throughout.
         base_position: m, (3,), of the robot's base in the world of its model.
@@ -56,6 +59,7 @@ class Recording:
     tau: np.ndarray | None = None
     current: np.ndarray | None = None
     supply_voltage: np.ndarray | None = None
+    temperature: np.ndarray | None = None
     torque_enabled: np.ndarray | None = None
     base_position: tuple[float, ...] | None = None
     notes: str = ""
@@ -77,9 +81,23 @@ class Recording:
         if self.torque_enabled is None:
             return np.ones_like(self.q_des)
         known = ~np.isnan(self.torque_enabled)
-        last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], -1))
-        held = np.take_along_axis(self.torque_enabled, np.maximum(last, 0), axis=0)
-        return np.where(last < 0, 1.0, held)
+        return np.where(np.maximum.accumulate(known), self.held("torque_enabled"), 1.0)
+
+    def has(self, column: str) -> bool:
+        """Whether every joint has a sample of an optional column."""
+        values = getattr(self, column)
+        return values is not None and bool((~np.isnan(values)).any(axis=0).all())
+
+    def held(self, column: str) -> np.ndarray:
+        """(n, njoint) of an optional column, each sample held until the next.
+
+        Before the first sample it is the first; NaN where a joint has none.
+        """
+        values = getattr(self, column)
+        known = ~np.isnan(values)
+        last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], 0))
+        last = np.maximum(last, np.argmax(known, axis=0))
+        return np.take_along_axis(values, last, axis=0)
 
     @property
     def cell(self) -> str:

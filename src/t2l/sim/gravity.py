@@ -18,7 +18,8 @@ class GravityCompensation:
     """
 
     def __init__(self, batch: Batch, joints: tuple[str, ...]):
-        model = batch.model
+        self.batch, model = batch, batch.model
+        self.model = model
         ids = [model.joint(name).id for name in joints]
         bodies = model.jnt_bodyid[ids]
         weights = model.body_mass * model.body_gravcomp
@@ -37,6 +38,8 @@ class GravityCompensation:
         self.masses, self.anchors, self.axes = (
             batch.bind(name) for name in ("xipos", "xanchor", "xaxis")
         )
+        self.shift = self._shift(carried.any(axis=0))
+        self.turned = None if self.shift is None else batch.bind("xmat")
         self.last: np.ndarray | None = None
 
     def __call__(self, since_s: float, ahead_s: np.ndarray | float) -> np.ndarray:
@@ -48,13 +51,25 @@ class GravityCompensation:
         """
         n = len(self.masses)
         axes = self.axes[:, self.joints].reshape(n, -1)
-        arms = self.masses.reshape(n, -1) @ self.places
+        masses = self.masses
+        if self.shift is not None:
+            turned = self.turned.reshape(*self.masses.shape, 3)
+            masses = masses + (turned @ self.shift[..., None])[..., 0]
+        arms = masses.reshape(n, -1) @ self.places
         arms -= self.mass * self.anchors[:, self.joints].reshape(n, -1)
         torque = -((axes @ self.turn) * arms).reshape(n, -1, 3).sum(axis=-1)
         if self.slides:
             torque -= axes @ self.along
         last, self.last = self.last, torque
         return torque if last is None else torque + (torque - last) * (ahead_s / since_s)
+
+    def _shift(self, weighty: np.ndarray) -> np.ndarray | None:
+        """From real to modelled centres of mass, (nsim, nbody, 3) m; None if they are the same."""
+        real = self.batch.expanded("body_ipos")
+        if real is None:
+            return None
+        shift = (self.model.body_ipos - real) * weighty[:, None]
+        return shift if shift.any() else None
 
 
 def _cross(vector: np.ndarray) -> np.ndarray:

@@ -22,45 +22,17 @@ which is a damping of Kd + s Kp and an armature of s Kd more. On the motions of 
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from t2l.sim.batch import diverged, make_batch
+from t2l.sim.dry_friction import AddedFriction, stiffen
 from t2l.sim.gravity import GravityCompensation
+from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """What a group of recordings with one loop rate commands and asks for.
-
-    Attributes:
-        period_s: the control loop's period, or `coarseness` of them: from tick to tick.
-        commands: (ntick, nrec, njoint) q_des at each tick, rad.
-        kp, kd: (nrec, njoint), N·m/rad and N·m·s/rad.
-        start_q, start_dq: (nrec, njoint), rad and rad/s.
-        compensated: (nrec,) bool, whether the loop compensates gravity.
-        balanced: (nrec,) bool, whether gravity is compensated continuously, elsewhere.
-        sample_ticks: (nsample,) ticks at which the state is wanted, increasing.
-        coarseness: periods of the real loop from tick to tick.
-        powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
-    """
-
-    period_s: float
-    commands: np.ndarray
-    kp: np.ndarray
-    kd: np.ndarray
-    start_q: np.ndarray
-    start_dq: np.ndarray
-    compensated: np.ndarray
-    balanced: np.ndarray
-    sample_ticks: np.ndarray
-    coarseness: int = 1
-    powered: np.ndarray | None = None
 
 
 class ServoLoop:
@@ -73,7 +45,7 @@ class ServoLoop:
     Attributes:
         batch: the simulations.
         real_period_s: of the loop that is simulated, by a coarser one or by itself.
-        dofs, qpos: (njoint,) addresses of the driven joints.
+        ids, dofs, qpos: (njoint,) indices and addresses of the driven joints.
         kp, kd: (nsim, njoint) gains the loop really uses.
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
@@ -90,9 +62,11 @@ class ServoLoop:
             compensation included, in place.
         sensor_filters: called with (tick, q, dq), change what encoders read in place.
         joint_torques: called with (tick, q, dq, torque), add to the last in place.
-        friction: called with (tick, dq, motor torque, level), add to each joint's Coulomb friction
-            level in N·m in place.
+        added_friction: (nsim, njoint) N·m of Coulomb friction beside the MJCF's own.
+        friction: called with (tick, dq, motor torque, level), add to that in place.
         settle: called once with the loop after the start state is set.
+        other_weight: (nsim,) bool, where gravity or masses are not the model's, which is all that
+            any compensation knows.
         inertia_changed: set by effects that write masses or armature, whose derived constants
             must then follow.
     """
@@ -110,9 +84,11 @@ class ServoLoop:
         self.nstep = int(np.ceil(self.real_period_s / MAX_TIMESTEP_S - 1e-9)) * substeps
         model = copy.copy(model)  # loops in other threads have a step of their own
         model.opt.timestep = schedule.period_s / self.nstep
+        stiffen(model, joints)
         self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
         self.nrec = len(schedule.kp)
         self.batch = make_batch(model, self.nrec * nvariant, threads)
+        self.ids = np.array([model.joint(name).id for name in joints])
         self.dofs = np.array([model.joint(name).dofadr[0] for name in joints])
         self.qpos = np.array([model.joint(name).qposadr[0] for name in joints])
         self.kp, self.kd = self._per_simulation(schedule.kp), self._per_simulation(schedule.kd)
@@ -123,6 +99,7 @@ class ServoLoop:
         self.hidden_start = np.zeros((*self.kp.shape, 3))
         self.play = np.zeros_like(self.kp)
         self.command_lead_s = np.zeros_like(self.kp)
+        self.added_friction = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
@@ -130,6 +107,7 @@ class ServoLoop:
         self.joint_torques: list[Callable] = []
         self.friction: list[Callable] = []
         self.settle: list[Callable] = []
+        self.other_weight = np.zeros(len(self.kp), bool)
         self.inertia_changed = False
         self.motor_limits = torque_limits(model, joints)
 
@@ -137,6 +115,15 @@ class ServoLoop:
     def period_s(self) -> float:
         """From tick to tick."""
         return self.schedule.period_s
+
+    def clock_s(self, tick: int) -> np.ndarray:
+        """What the log's clock shows in the middle of a tick, (nsim, 1) s."""
+        return np.tile(self.schedule.clock_s_at(tick), self.nvariant)[:, None]
+
+    def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
+        """An optional column at a tick, (nsim, njoint); as `Schedule.column`."""
+        values = self.schedule.column(column, needed_by)
+        return None if values is None else np.tile(values[tick], (self.nvariant, 1))
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:
         return np.tile(values, (self.nvariant, 1)).astype(float)
@@ -163,6 +150,7 @@ class ServoLoop:
         balance = self._balance()
         compensated = np.tile(schedule.compensated, self.nvariant)[:, None]
         gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
+        off_balance = self._off_balance()
         kd = self._look_ahead()
         if self.inertia_changed:
             batch.set_const()
@@ -175,9 +163,9 @@ class ServoLoop:
         limited = np.isfinite(self.motor_limits).any()
         least, most = self.motor_limits.T
         command, recording = self._commands(), np.tile(np.arange(self.nrec), self.nvariant)
-        if self.friction:
-            friction = batch.expand("dof_frictionloss")
-            constant_friction = friction[:, self.dofs]
+        if self.friction or self.added_friction.any():
+            friction = AddedFriction(batch, self.joints)
+            friction.write(self.added_friction)
         for tick in range(int(wanted[-1]) + 1):
             q, dq = qpos[:, self.qpos], qvel[:, self.dofs]
             measured, measured_dq = q + self.encoder_offset, dq
@@ -210,11 +198,13 @@ class ServoLoop:
                 # what balances the weight elsewhere goes on
                 torque = carried + (torque - carried) * schedule.powered[tick][recording]
             if self.friction:
-                level = constant_friction.copy()
+                level = self.added_friction.copy()
                 for add in self.friction:
                     add(tick, dq, torque, level)
-                friction[:, self.dofs] = np.maximum(level, 0.0)
+                friction.write(level)
             torque -= carried
+            if off_balance:
+                torque += off_balance()
             for add in self.joint_torques:
                 add(tick, q, dq, torque)
             applied[:, self.dofs] = torque
@@ -264,6 +254,16 @@ class ServoLoop:
             if not balanced.any():
                 return np.zeros((self.batch.nsim, self.batch.model.nv))
         return self.batch.bind("qfrc_gravcomp")
+
+    def _off_balance(self) -> Callable[[], np.ndarray] | None:
+        """What carries the model's weight beyond what carries the real one, (nsim, njoint) N·m."""
+        wrong = self.other_weight & np.tile(self.schedule.balanced, self.nvariant)
+        if not wrong.any():
+            return None
+        real = self.batch.bind("qfrc_gravcomp")
+        nominal = GravityCompensation(self.batch, self.joints)
+        # both where the last step evaluated its forces
+        return lambda: wrong[:, None] * (nominal(self.period_s, 0.0) - real[:, self.dofs])
 
     def _look_ahead(self) -> np.ndarray:
         """Damping (nsim, njoint) with which the loop is no later than the real one."""

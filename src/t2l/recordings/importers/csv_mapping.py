@@ -10,7 +10,7 @@ every column of the recording comes from:
       q.elbow: {from: pos_1, unit: deg, sign: -1}
 
 A quantity of all joints takes a list of columns, one for each joint, and one joint's takes one.
-`supply_voltage` and `torque_enabled` may take one column for all joints.
+`supply_voltage`, `temperature` and `torque_enabled` may take one column for all joints.
 A number becomes ``sign · scale · number · unit + offset``, with the offset in SI and radians.
 Time is shifted to begin at zero.
 """

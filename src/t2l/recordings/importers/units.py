@@ -12,6 +12,7 @@ FACTORS = {
     "dq": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.pi / 180, "rpm": math.pi / 30},
     "current": {"A": 1.0, "mA": 1e-3},
     "supply_voltage": {"V": 1.0, "mV": 1e-3},
+    "temperature": {"°C": 1.0, "C": 1.0},
     "torque_enabled": {"1": 1.0},
     "tau": {"N·m": 1.0, "N*m": 1.0, "Nm": 1.0, "mN·m": 1e-3, "mNm": 1e-3},
 }

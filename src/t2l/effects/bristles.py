@@ -1,0 +1,77 @@
+"""Dry friction as bristles that bend before they slip, at the physics step.
+
+    ż = q̇ − σ0 |q̇| z / g(q̇),   τ = −(σ0 z + σ1 ż)
+
+Between two ticks z follows the motion exactly, were g constant,
+
+    z → z_s + (z − z_s) e^(−σ0 |Δq| / g),   z_s = g sign(Δq) / σ0.
+
+Within a tick the bristles are the spring and the damper that they are
+on average over the motion ahead. MuJoCo steps both with the joint, the damper implicitly, so that a
+stuck joint needs no smaller tick. No bristle is stiffer than the physics step resolves.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from t2l.sim.servo import ServoLoop
+
+LEAST = 1e-12  # N·m and rad, in place of zero
+AT_REST = 0.02  # rad/s; a joint that starts slower is held by what its bristles can
+
+
+def install_bristles(
+    loop: ServoLoop,
+    rows: slice,
+    joints: np.ndarray,
+    stiffness: np.ndarray,
+    level: Callable[[np.ndarray], np.ndarray],
+    damping: np.ndarray | float = 0.0,
+) -> None:
+    """Give `joints` bristles.
+
+    Args:
+        stiffness: σ0 (nrow, k), N·m/rad.
+        level: g (nrow, k) in N·m from the velocity (nrow, k) in rad/s.
+        damping: σ1, N·m·s/rad.
+    """
+    batch, ids, dofs = loop.batch, loop.ids[joints], loop.dofs[joints]
+    qpos, at = loop.qpos[joints], (rows, loop.columns(joints))
+    spring, damper = batch.expand("jnt_stiffness"), batch.expand("dof_damping")
+    rest = batch.expand("qpos_spring")
+    passive, bias = batch.bind("qfrc_passive"), batch.bind("qfrc_bias")
+    resolved = 1 / (batch.model.dof_invweight0[dofs] * batch.model.opt.timestep**2)
+    sigma = np.minimum(stiffness, resolved)
+    own, state = {}, {}
+
+    def add(tick, q, dq, torque):
+        here, speed = q[at], dq[at]
+        g = np.maximum(level(speed), LEAST)
+        if tick == 0:
+            # copies: what all other effects have written
+            own.update(k=spring[rows, ids], d=damper[rows, dofs], rest=rest[rows, qpos])
+            missing = torque[at] + passive[rows, dofs] - bias[rows, dofs]
+            bent = np.where(np.abs(speed) < AT_REST, missing, g * np.sign(speed))
+            z = np.clip(bent, -g, g) / np.maximum(sigma, LEAST)
+        else:
+            z = bent_by(here - state["q"], state["z"], g, sigma)
+        ahead = speed * loop.period_s
+        moves = np.abs(ahead) > LEAST
+        share = (bent_by(ahead, z, g, sigma) - z) / np.where(moves, ahead, 1.0)
+        share = np.clip(np.where(moves, share, 1.0), 0.0, 1.0)
+        torque[at] -= sigma * z
+        added = sigma * share
+        total = np.maximum(own["k"] + added, LEAST)
+        spring[rows, ids] = own["k"] + added
+        rest[rows, qpos] = (own["k"] * own["rest"] + added * here) / total
+        damper[rows, dofs] = own["d"] + damping * share
+        state["q"], state["z"] = here, z
+
+    loop.joint_torques.append(add)
+
+
+def bent_by(moved: np.ndarray, z: np.ndarray, level: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """Deflection (…) rad after a motion in rad, from a deflection z."""
+    limit = level * np.sign(moved) / np.maximum(sigma, LEAST)
+    return limit + (z - limit) * np.exp(-sigma * np.abs(moved) / level)

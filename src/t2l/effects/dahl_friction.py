@@ -1,0 +1,38 @@
+"""Dry friction that bends like a spring before it slips."""
+
+import numpy as np
+
+from t2l.effects.bristles import install_bristles
+from t2l.effects.effect import Effect, Parameter
+
+
+class DahlFriction(Effect):
+    """dF/dq = σ0 (1 − F sign(q̇) / Fc), with σ0 = Fc / δ and τ = −F."""
+
+    name = "dahl_friction"
+    title = "Dahl friction"
+    parameters = (
+        Parameter("coulomb", "N·m", 0.0, 50.0, "friction in steady motion beside the MJCF's, Fc"),
+        Parameter("presliding", "rad", 1e-5, 1.0, "deflection at which σ0 would slip, δ", log=True),
+    )
+    summary = "dry friction of bristles, seals or belts that give elastically before they slip"
+    signature = "the error follows the direction of motion, and eases in after each reversal"
+    source = "Dahl, A solid friction model, 1968, with exponent 1"
+    contains = ("coulomb_friction",)
+    follows = "direction"
+    order = 50  # at the start bristles hold what all other torques leave
+
+    def export(self, to, joints, values):
+        to.cannot_carry(self.name, "its bristles have a state, which MuJoCo has no element of")
+
+    def install(self, loop, rows, joints, values):
+        coulomb = values["coulomb"]
+        install_bristles(loop, rows, joints, coulomb / values["presliding"], lambda dq: coulomb)
+
+    def starts(self, scales):
+        one = np.ones_like(scales.torque)
+        return [
+            {"coulomb": f * scales.torque, "presliding": d * one}
+            for f in (0.05, 0.5)
+            for d in (3e-4, 3e-3, 3e-2)
+        ]

@@ -1,0 +1,72 @@
+"""A controller that integrates its position error too."""
+
+import numpy as np
+
+from t2l.effects.effect import Effect, Parameter
+
+AT_REST = 0.02  # rad/s; a joint that starts slower has been held where it is
+
+
+class IntegralAction(Effect):
+    """τ_I(k) = clip(τ_I(k−1) + Ki h (q_des − q), ±limit): anti-windup by clamping.
+
+    It begins with the torque that holds the joint where it starts; in motion, with that of its
+    weight.
+    """
+
+    name = "integral_action"
+    title = "integral action"
+    parameters = (
+        Parameter("gain", "N·m/(rad·s)", 0.0, 1e5, "torque by integrated position error, Ki"),
+        Parameter(
+            "limit", "N·m", 1e-3, 1e3, "where the integral's torque is clamped", neutral=np.inf,
+            log=True,
+        ),
+    )  # fmt: skip
+    summary = "the controller has an I beside its P and D, clamped so that it does not wind up"
+    signature = "a constant load leaves no lasting error, and the response overshoots slowly"
+    source = "Åström and Hägglund, Advanced PID control, 2006, section 3.5: clamped integrator"
+    follows = "constant"
+    order = -10  # the loop's rate and all else act on the whole torque
+
+    def export(self, to, joints, values):
+        to.cannot_carry(self.name, "the exported controller has no integrator")
+
+    def install(self, loop, rows, joints, values):
+        at, period, state = (rows, loop.columns(joints)), loop.period_s, {}
+        gain, limit = values["gain"], values["limit"]
+        # the mean over a tick of the sums at each of the real ticks in it
+        first = 0.5 * (period + loop.real_period_s)
+        passive, bias = loop.batch.bind("qfrc_passive"), loop.batch.bind("qfrc_bias")
+
+        def measured(tick, q, dq):
+            state["q"], state["dq"] = q, dq
+
+        def commanded(tick, target):
+            state["target"] = target
+
+        def change(tick, torque):
+            error = state["target"][at] - state["q"][at]
+            if tick == 0:
+                dofs = loop.dofs[joints]
+                load = bias[rows, dofs] - passive[rows, dofs]
+                held = np.abs(state["dq"][at]) < AT_REST
+                given = np.where(held, torque[at], torque[at] - loop.kp[at] * error)
+                state["sum"] = np.where(gain > 0, load - given, 0.0) - held * gain * first * error
+            torque[at] += _clipped(state["sum"] + gain * first * error, limit)
+            state["sum"] = _clipped(state["sum"] + gain * period * error, limit)
+
+        loop.sensor_filters.append(measured)
+        loop.command_filters.append(commanded)
+        loop.controller_filters.append(change)
+
+    def starts(self, scales):
+        return [
+            {"gain": scales.kp / time_s, "limit": share * scales.torque}
+            for time_s in (4.0, 1.5, 0.4)
+            for share in (0.3, 0.8, 10.0)
+        ]
+
+
+def _clipped(values: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    return np.minimum(np.maximum(values, -limit), limit)

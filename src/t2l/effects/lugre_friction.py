@@ -1,0 +1,54 @@
+"""Bristles whose friction falls from a breakaway torque to a lower level in motion."""
+
+import numpy as np
+
+from t2l.effects.bristles import install_bristles
+from t2l.effects.effect import Effect, Parameter
+
+
+class LugreFriction(Effect):
+    """ż = q̇ − σ0 |q̇| z / g, τ = −(σ0 z + σ1 ż), g = Fc + Fs exp(−(q̇/vs)²), σ0 = (Fc + Fs) / δ."""
+
+    name = "lugre_friction"
+    title = "LuGre friction"
+    parameters = (
+        Parameter("coulomb", "N·m", 0.0, 50.0, "friction in fast motion beside the MJCF's, Fc"),
+        Parameter("extra_at_rest", "N·m", 0.0, 50.0, "by how much breakaway exceeds it, Fs"),
+        Parameter("velocity", "rad/s", 0.002, 3.0, "where the excess fades, vs", log=True),
+        Parameter("presliding", "rad", 1e-5, 1.0, "deflection of breakaway, δ", log=True),
+        Parameter("damping", "N·m·s/rad", 1e-4, 100.0, "of the bristles, σ1", log=True),
+    )
+    summary = "dry friction of bristles that bend before they slip, and slip easier in motion"
+    signature = "the error is largest in slow motion, and eases in after each reversal"
+    source = "Canudas de Wit et al., A new model for control of systems with friction, 1995"
+    contains = ("coulomb_friction", "stribeck_friction", "dahl_friction")
+    follows = "direction"
+    order = 50
+
+    def export(self, to, joints, values):
+        to.cannot_carry(self.name, "its bristles have a state, which MuJoCo has no element of")
+
+    def install(self, loop, rows, joints, values):
+        coulomb, extra = values["coulomb"], values["extra_at_rest"]
+        stiffness = (coulomb + extra) / values["presliding"]
+
+        def level(dq):
+            return coulomb + extra * np.exp(-((dq / values["velocity"]) ** 2))
+
+        felt = np.where(coulomb + extra > 0, values["damping"], 0.0)
+        install_bristles(loop, rows, joints, stiffness, level, felt)
+
+    def starts(self, scales):
+        one = np.ones_like(scales.torque)
+        return [
+            {
+                "coulomb": f * scales.torque,
+                "extra_at_rest": f * scales.torque,
+                "velocity": np.maximum(0.2 * scales.velocity, 0.005),
+                "presliding": d * one,
+                # a bristle of that stiffness, damped by 0.7
+                "damping": 1.4 * np.sqrt(2 * f * scales.torque / d * scales.inertia),
+            }
+            for f in (0.02, 0.2)
+            for d in (3e-4, 5e-3)
+        ]

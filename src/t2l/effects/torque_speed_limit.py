@@ -1,0 +1,66 @@
+"""A motor whose torque the supply voltage and its own speed limit."""
+
+import numpy as np
+
+from t2l.effects.effect import Effect, Parameter
+
+RATED_V = 12.0  # of the parameters, and of a log without `supply_voltage`
+
+
+class TorqueSpeedLimit(Effect):
+    """−τs u − τs q̇/ω0 ≤ τ ≤ τs u − τs q̇/ω0, with u the supply voltage over 12 V.
+
+    What is left of the voltage after the back-EMF drives a current through the winding.
+    """
+
+    name = "torque_speed_limit"
+    title = "torque-speed limit"
+    parameters = (
+        Parameter(
+            "stall_torque", "N·m", 1e-3, 1e4, "at rest and 12 V, τs", neutral=np.inf, log=True
+        ),
+        Parameter(
+            "no_load_speed", "rad/s", 0.05, 1e4, "without torque at 12 V, ω0", neutral=np.inf,
+            log=True,
+        ),
+    )  # fmt: skip
+    summary = "the faster the motor turns, the less torque its supply voltage can give"
+    signature = "the error appears where the commanded torque is large and the joint is fast"
+    source = "MuJoCo, DC motor technical note: τ = k_t (V − k_e ω) / R at full voltage"
+    follows = "velocity"
+    order = 20
+
+    def export(self, to, joints, values):
+        to.call(self.name, less_torque_at_speed, joints, values)
+
+    def install(self, loop, rows, joints, values):
+        stall, slope = values["stall_torque"], values["stall_torque"] / values["no_load_speed"]
+        state, at = {}, (rows, loop.columns(joints))
+
+        def measured(tick, q, dq):
+            state["dq"] = dq
+
+        def change(tick, torque):
+            volts = loop.logged("supply_voltage", tick)
+            most = stall if volts is None else stall * volts[at] / RATED_V
+            induced = slope * state["dq"][at]
+            torque[at] = np.minimum(np.maximum(torque[at], -most - induced), most - induced)
+
+        loop.sensor_filters.append(measured)
+        loop.motor_filters.append(change)
+
+    def starts(self, scales):
+        return [
+            {"stall_torque": t * scales.peak_torque, "no_load_speed": s * scales.velocity}
+            for t, s in (
+                (0.3, 5.0), (0.3, 15.0), (0.7, 2.0), (0.7, 5.0), (1.2, 2.0), (2.0, 2.0), (0.3, 2.0),
+            )
+        ]  # fmt: skip
+
+
+def less_torque_at_speed(robot, joints, values):
+    """Take away what the motor cannot give at its speed and 12 V."""
+    stall, motor = values["stall_torque"], robot.motor[joints]
+    induced = stall / values["no_load_speed"] * robot.dq[joints]
+    possible = np.minimum(np.maximum(motor, -stall - induced), stall - induced)
+    robot.torque[joints] += possible - motor

@@ -1,0 +1,59 @@
+"""What a group of recordings asks of a control loop, tick by tick."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from t2l.errors import EffectError
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """What a group of recordings with one loop rate commands and asks for.
+
+    Attributes:
+        period_s: the control loop's period, or `coarseness` of them: from tick to tick.
+        commands: (ntick, nrec, njoint) q_des at each tick, rad.
+        kp, kd: (nrec, njoint), N·m/rad and N·m·s/rad.
+        start_q, start_dq: (nrec, njoint), rad and rad/s.
+        compensated: (nrec,) bool, whether the loop compensates gravity.
+        balanced: (nrec,) bool, whether gravity is compensated continuously, elsewhere.
+        sample_ticks: (nsample,) ticks at which the state is wanted, increasing.
+        coarseness: periods of the real loop from tick to tick.
+        powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
+        clock_s: (nrec,) s, what the logs' clocks show at the first tick; None for zero.
+        logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
+    """
+
+    period_s: float
+    commands: np.ndarray
+    kp: np.ndarray
+    kd: np.ndarray
+    start_q: np.ndarray
+    start_dq: np.ndarray
+    compensated: np.ndarray
+    balanced: np.ndarray
+    sample_ticks: np.ndarray
+    coarseness: int = 1
+    powered: np.ndarray | None = None
+    clock_s: np.ndarray | None = None
+    logged: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def clock_s_at(self, tick: int) -> np.ndarray:
+        """What the logs' clocks show in the middle of a tick, (nrec,) s."""
+        start = np.zeros(len(self.kp)) if self.clock_s is None else self.clock_s
+        return start + (tick + 0.5) * self.period_s
+
+    def column(self, name: str, needed_by: str | None = None) -> np.ndarray | None:
+        """An optional column, (ntick, nrec, njoint); None if a recording lacks it.
+
+        Raises:
+            EffectError: it does, and an effect `needed_by` cannot do without.
+        """
+        if needed_by is not None and name not in self.logged:
+            raise EffectError(
+                f"effect {needed_by}: it follows the column {name}, which a recording lacks; "
+                "allowed: recordings that have it"
+            )
+        return self.logged.get(name)

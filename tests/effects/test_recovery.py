@@ -1,0 +1,215 @@
+"""What was planted is found again, and what physics asks of the effects that robots really have."""
+
+import dataclasses
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from t2l.effects.registry import builtin
+from t2l.errors import EffectError
+from tests.diagnose.made import (
+    GRAVITY,
+    LENGTH,
+    WEIGHT,
+    hold,
+    measured,
+    pendulum,
+    predict,
+    recording,
+    spinner,
+    swing,
+    swings,
+    two_pendulums,
+)
+from tests.effects.recovery import recovered
+
+NOISE_RAD = 1e-4
+KP = 20.0
+SHORT = {"duration_s": 1.2, "control_rate_hz": 250.0}  # a slow loop takes few ticks
+
+# planted on a pendulum, and to what part of each it is found from 2.4 s of motion
+PLANTED = {
+    "parallel_spring": ({"stiffness": 0.8, "rest": 0.5}, 0.01),
+    "base_tilt": ({"pitch": 0.12}, 0.01),
+    "integral_action": ({"gain": 12.0, "limit": 0.5}, 0.01),
+    "velocity_filter": ({"cutoff": 8.0}, 0.01),
+    "directional_friction": ({"forward": 0.08, "backward": 0.03}, 0.02),
+    "torque_speed_limit": ({"stall_torque": 1.2, "no_load_speed": 4.0}, 0.01),
+    "periodic_torque": ({"amplitude": 0.05, "frequency": 1.7, "phase": 0.4}, 0.05),
+    "dahl_friction": ({"coulomb": 0.08, "presliding": 0.01}, 0.02),
+    "friction_drift": ({"at_start": 0.1, "at_end": 0.03, "time_constant": 0.5}, 0.1),
+    "torque_constant_drift": ({"at_start": 1.0, "at_end": 0.7, "time_constant": 1.2}, 0.1),
+}
+ALSO = {"base_tilt": {"roll": 0.0}}
+TEMPERATURE = {
+    "friction_temperature": ({"torque": 0.06, "per_kelvin": -2e-3}, 0.05),
+    "torque_constant_temperature": ({"factor": 0.95, "per_kelvin": -4e-3}, 0.05),
+}
+
+
+def on_the_hinge(name, values):
+    shared = {p.name for p in builtin()[name].parameters if not p.per_joint}
+    return {name: {k: v if k in shared else {"hinge": v} for k, v in values.items()}}
+
+
+def check(name, planted, recordings, part):
+    found, error = recovered(name, recordings)
+    assert error < 1.1 * NOISE_RAD
+    for parameter, value in planted.items():
+        assert found[parameter] == pytest.approx(value, rel=part), parameter
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_a_planted_effect_is_found_at_its_values(tmp_path, name):
+    values, part = PLANTED[name]
+    planted = on_the_hinge(name, {**values, **ALSO.get(name, {})})
+    check(name, values, swings(pendulum(tmp_path), planted, NOISE_RAD, **SHORT)[:2], part)
+
+
+@pytest.mark.parametrize("name", TEMPERATURE)
+def test_what_follows_temperature_is_found_from_the_logged_column(tmp_path, name):
+    values, part = TEMPERATURE[name]
+    made = []
+    for start_c in (25.0, 45.0):
+        cold = recording(pendulum(tmp_path), swing(0.5, 0.9), kp=10.0, kd=0.5, **SHORT)
+        warm = start_c + 10 * cold.time[:, None]
+        warm = dataclasses.replace(cold, temperature=warm)
+        made.append(measured(warm, on_the_hinge(name, values), NOISE_RAD))
+    assert builtin()[name].may_act(made)
+    check(name, values, made, part)
+
+
+def test_what_follows_a_column_is_not_tried_without_it(tmp_path):
+    made = recording(pendulum(tmp_path), swing())
+    effect = builtin()["friction_temperature"]
+    assert not effect.may_act([made])
+    assert not builtin()["joint_coupling"].may_act([made])
+    with pytest.raises(EffectError, match=r"friction_temperature.*temperature"):
+        predict(made, on_the_hinge("friction_temperature", TEMPERATURE["friction_temperature"][0]))
+
+
+def test_a_coupling_is_found_on_the_joint_that_has_it(tmp_path):
+    robot = two_pendulums(tmp_path)
+    truth = {"stiffness": 0.6, "damping": 0.02, "ratio": 0.7, "rest": 0.3}
+    planted = {"joint_coupling": {k: {"left": 0.0, "right": v} for k, v in truth.items()}}
+
+    def both(t):
+        return np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)
+
+    made = [
+        measured(recording(robot, both, f"{kp}", kp, kd, **SHORT), planted, NOISE_RAD)
+        for kp, kd in ((10.0, 0.5), (60.0, 1.5))
+    ]
+    found, error = recovered("joint_coupling", made, joints=(1,))
+    assert error < 1.1 * NOISE_RAD
+    assert {k: v[0] for k, v in found.items()} == pytest.approx(truth, rel=0.03)
+
+
+def test_lugre_friction_is_found_by_what_it_does(tmp_path):
+    """Its five numbers are not all told by a short log; its friction is."""
+    values = {
+        "coulomb": 0.05, "extra_at_rest": 0.06, "velocity": 0.3, "presliding": 0.005,
+        "damping": 0.1,
+    }  # fmt: skip
+    planted = on_the_hinge("lugre_friction", values)
+    found, error = recovered("lugre_friction", swings(pendulum(tmp_path), planted, **SHORT)[:1])
+    assert error < 1.1 * NOISE_RAD
+    assert found["coulomb"] == pytest.approx(0.05, rel=0.1)
+
+
+# ------------------------------------------------------------------------------- what physics asks
+
+
+def at_rest(robot, effects, command=0.8, **changes):
+    made = recording(
+        robot, hold(command), kp=KP, kd=1.5, duration_s=2.0, control_rate_hz=500.0, **changes
+    )
+    return predict(made, effects)[-1]
+
+
+def test_a_spring_pulls_a_joint_to_its_rest(tmp_path):
+    spring = on_the_hinge("parallel_spring", {"stiffness": 5.0, "rest": -0.2})
+    q = at_rest(spinner(tmp_path), spring)
+    assert q == pytest.approx((KP * 0.8 + 5.0 * -0.2) / (KP + 5.0), abs=1e-6)
+
+
+def test_two_springs_add_up(tmp_path):
+    own = 'armature="0.005" damping="0.02" stiffness="3" springref="0.4"'
+    spring = on_the_hinge("parallel_spring", {"stiffness": 5.0, "rest": -0.2})
+    q = at_rest(spinner(tmp_path, own), spring)
+    expected = (KP * 0.8 + 3.0 * 0.4 + 5.0 * -0.2) / (KP + 8.0)
+    assert q == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize(("compensation", "carried"), [(False, 0), (True, 1), ("continuous", 1)])
+def test_a_leaning_base_turns_the_weight_and_no_compensation_knows(tmp_path, compensation, carried):
+    tilt = {"base_tilt": {"roll": 0.0, "pitch": 0.1}}
+    q = at_rest(pendulum(tmp_path), tilt, gravity_compensation=compensation)
+    # a base that leans by +pitch about y carries the pendulum with it
+    load = brentq(lambda q: KP * (0.8 - q) - WEIGHT * (np.sin(q + 0.1) - carried * np.sin(q)), 0, 1)
+    assert q == pytest.approx(load, abs=1e-6)
+
+
+@pytest.mark.parametrize("compensation", [True, "continuous"])
+def test_no_compensation_knows_a_link_that_is_heavier(tmp_path, compensation):
+    values = {"mass_factor": 1.4, "com_x": 0.0, "com_y": 0.0, "com_z": -0.05, "inertia_factor": 1.0}
+    q = at_rest(
+        pendulum(tmp_path), on_the_hinge("link_inertia", values), gravity_compensation=compensation
+    )
+    more = 1.4 * WEIGHT * (LENGTH + 0.05) / LENGTH - WEIGHT
+    assert KP * (0.8 - q) == pytest.approx(more * np.sin(q), abs=1e-6)
+
+
+def test_every_link_within_the_bounds_is_a_body_that_can_exist(tmp_path):
+    """The pseudo-inertia stays positive definite in all corners of the bounds."""
+    effect = builtin()["link_inertia"]
+    model = mujoco.MjModel.from_xml_path(pendulum(tmp_path))
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        ends = {p.name: rng.choice([p.lower, p.upper]) for p in effect.parameters}
+        mass = model.body_mass[1] * ends["mass_factor"]
+        about_com = model.body_inertia[1] * ends["mass_factor"] * ends["inertia_factor"]
+        centre = model.body_ipos[1] + [ends[f"com_{axis}"] for axis in "xyz"]
+        second = np.diag(0.5 * about_com.sum() - about_com) + mass * np.outer(centre, centre)
+        first = mass * centre
+        pseudo = np.block([[second, first[:, None]], [first[None], mass]])
+        assert np.linalg.eigvalsh(pseudo).min() > 0
+
+
+def test_an_integrator_leaves_no_lasting_error_until_it_is_clamped(tmp_path):
+    robot = pendulum(tmp_path)
+    enough = on_the_hinge("integral_action", {"gain": 60.0, "limit": 2.0})
+    little = on_the_hinge("integral_action", {"gain": 60.0, "limit": 0.4})
+    assert at_rest(robot, enough) == pytest.approx(0.8, abs=1e-4)
+    q = at_rest(robot, little)
+    assert KP * (0.8 - q) + 0.4 == pytest.approx(WEIGHT * np.sin(q), abs=1e-3)
+
+
+def test_below_its_level_dahl_friction_is_a_spring(tmp_path):
+    """A push far below Fc bends the bristles by what the first stiffness Fc / δ says."""
+    bristles = on_the_hinge("dahl_friction", {"coulomb": 1.0, "presliding": 0.01})
+    made = recording(spinner(tmp_path), lambda t: 0.005 * t, kp=KP, kd=0.1, row_rate_hz=1000.0)
+    q = predict(made, bristles)[-1]
+    push = KP * (0.005 - q)
+    assert q == pytest.approx(-0.01 * np.log(1 - push), rel=0.02)
+
+
+def test_bristles_do_not_depend_on_the_physics_step(tmp_path):
+    stiff = on_the_hinge("dahl_friction", {"coulomb": 0.1, "presliding": 1e-5})
+    made = recording(pendulum(tmp_path), swing(), duration_s=1.0)
+    assert np.abs(predict(made, stiff) - predict(made, stiff, substeps=4)).max() < 3e-5
+
+
+def test_a_payload_leaves_its_start_on_a_body_whose_frame_is_at_the_pivot(tmp_path):
+    """A mass at the pivot does nothing: the fit begins where it does."""
+    robot = tmp_path / "bare.xml"
+    text = Path(pendulum(tmp_path)).read_text()
+    robot.write_text(text.replace("attachment_site", "nothing"))
+    payload = {"payload": {"mass": 0.2, "com_x": 0.0, "com_y": 0.0, "com_z": -0.3}}
+    found, error = recovered("payload", swings(str(robot), payload, NOISE_RAD, **SHORT)[:2])
+    assert error < 1.1 * NOISE_RAD
+    torque = found["mass"] * GRAVITY * np.hypot(found["com_x"], found["com_z"])
+    assert torque == pytest.approx(0.2 * GRAVITY * 0.3, rel=0.02)
