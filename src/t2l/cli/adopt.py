@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> None:
                 "t2l diagnose wrote it"
             )
         effects = {**(merged.effects if merged else model.effects), name: model.effects[name]}
-        merged = Model(model.robot, effects, model.effect_files)
+        merged = Model(model.robot, effects, model.effect_files, model.learned)
     # the whole diagnosis, not only what is adopted now
     inputs = [folder / DIAGNOSIS, *models.glob("*.yaml"), *python_files(arguments.extensions)]
     with output_file(arguments.out, "t2l adopt", inputs, arguments.force) as out:

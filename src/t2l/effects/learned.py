@@ -1,0 +1,297 @@
+"""A torque that was learned from recordings: a curve over one variable, tabulated or a spline.
+
+Three kinds of law, each of one variable x:
+
+    torque       τ = f(x)
+    friction     |τ| ≤ f(x), against the motion; it holds the joint at rest
+    hysteresis   τ = −Σ_k w_k z_k / r_k,  ż_k = q̇ within |z_k| ≤ r_k
+
+The last is Prandtl and Ishlinskii's sum of elastic-plastic elements (Visintin, Differential models
+of hysteresis, 1994, section III.6). Its curve is what a joint feels that moves from rest, over the
+distance; after each reversal the same curve at twice its size follows (Masing's rule).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.effects.coulomb_friction import hold_at_rest
+from t2l.effects.effect import Effect, Parameter
+from t2l.sim.servo import ServoLoop
+
+TORQUE, FRICTION, HYSTERESIS = "torque", "friction", "hysteresis"
+UNITS = {
+    "constant": "",
+    "position": "rad",
+    "velocity": "rad/s",
+    "speed": "rad/s",
+    "commanded torque": "N·m",
+    "commanded torque size": "N·m",
+    "load": "N·m",
+    "time": "s",
+    "distance": "rad",
+}
+ALLOWED = {
+    TORQUE: ("constant", "position", "velocity", "commanded torque", "load", "time"),
+    FRICTION: ("constant", "speed", "commanded torque size", "position", "time"),
+    HYSTERESIS: ("distance",),
+}
+OTHERS = ("position", "velocity")  # that may be another joint's
+GRID = 513  # points of a table that is looked up linearly; a curve of 20 knots is exact to 1e-3
+
+
+@dataclass(frozen=True)
+class Law:
+    """What acts where: `kind` on `joint`, following a variable of joint `of`."""
+
+    kind: str
+    joint: str
+    follows: str
+    of: str
+
+    @property
+    def name(self) -> str:
+        """Plain, unique among laws."""
+        others = f"_of_{self.of}" if self.of != self.joint else ""
+        return f"learned_{self.kind}_{self.joint}_{self.follows.replace(' ', '_')}{others}"
+
+    @property
+    def unit(self) -> str:
+        """Of the variable."""
+        return UNITS[self.follows]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A law with its values.
+
+    Attributes:
+        at: (n,) values of the variable, increasing.
+        torque: (n,) N·m there; beyond the ends the last value holds.
+    """
+
+    law: Law
+    at: tuple[float, ...]
+    torque: tuple[float, ...]
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """N·m at x: a monotone cubic between the values, straight lines for hysteresis."""
+        if len(self.at) < 2:
+            return np.full(np.shape(x), self.torque[0])
+        if self.law.kind == HYSTERESIS:
+            return np.interp(x, self.at, self.torque)
+        # only here: importing it takes a third of a second
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(self.at, self.torque)(np.clip(x, self.at[0], self.at[-1]))
+
+    @property
+    def weights(self) -> tuple[np.ndarray, np.ndarray]:
+        """Radii r (k,) and weights w (k,) of the elements of a hysteresis."""
+        radii = np.array(self.at[1:])
+        slope = np.append(np.diff(self.torque) / np.diff(self.at), 0.0)
+        return radii, (slope[1:] - slope[:-1]) * radii
+
+
+class LearnedTorque(Effect):
+    """A tabulated law; it has no parameters to fit."""
+
+    title = "learned torque"
+    parameters = ()
+    summary = "a torque that was learned from recordings"
+    signature = "the error follows what the curve follows"
+    source = "the recordings that it was learned from"
+
+    def __init__(self, curve: Curve):
+        self.curve, self.law = curve, curve.law
+        self.name = curve.law.name
+
+    def starts(self, scales):
+        return [{}]
+
+    def install(self, loop, rows, joints, values):
+        count = rows.stop - rows.start
+        law, curve = self.law, self.curve
+        if law.kind == HYSTERESIS:
+            radii, weights = curve.weights
+            yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
+            return
+        grid = np.linspace(curve.at[0], curve.at[-1], GRID)
+        looked_up(loop, rows, law, grid, np.tile(curve(grid), (count, 1)))
+
+    def export(self, to, joints, values):
+        law, curve = self.law, self.curve
+        if law.kind == HYSTERESIS:
+            radii, weights = curve.weights
+            own = {"radii": radii, "weights": weights}
+            to.call(self.name, learned_hysteresis, joints, own)
+            return
+        grid = np.linspace(curve.at[0], curve.at[-1], GRID)
+        own = {
+            "follows": law.follows,
+            "of": to.joints.index(law.of),
+            "at": grid,
+            "torque": curve(grid),
+        }
+        to.call(self.name, learned_friction if law.kind == FRICTION else learned_torque, joints, own)
+
+
+class SplineTorque(Effect):
+    """A law as a sum of basis functions whose weights are fitted.
+
+    Args:
+        law: what acts where.
+        grid: (g,) values of the variable, equally spaced; the radii of a hysteresis.
+        basis: (g, k) the basis functions there; for a hysteresis the identity.
+        size: N·m, of a torque that makes a difference.
+    """
+
+    title = "learned torque"
+    summary = LearnedTorque.summary
+    signature = LearnedTorque.signature
+    source = LearnedTorque.source
+
+    def __init__(self, law: Law, grid: np.ndarray, basis: np.ndarray, size: float):
+        self.law, self.grid, self.basis = law, grid, basis
+        self.name = law.name
+        least = -1e6 if law.kind == TORQUE else 0.0
+        self.parameters = tuple(
+            Parameter(f"weight_{k}", "N·m", least, 1e6, "of a basis function", size=size)
+            for k in range(basis.shape[1])
+        )
+
+    def starts(self, scales):
+        return [{p.name: np.zeros(len(scales.torque)) for p in self.parameters}]
+
+    def install(self, loop, rows, joints, values):
+        weights = np.concatenate([values[p.name] for p in self.parameters], axis=1)
+        if self.law.kind == HYSTERESIS:
+            yielding(loop, rows, self.law, self.grid, weights)
+        else:
+            looked_up(loop, rows, self.law, self.grid, weights @ self.basis.T)
+
+
+def looked_up(
+    loop: ServoLoop, rows: slice, law: Law, grid: np.ndarray, tables: np.ndarray
+) -> None:
+    """Add a law whose torque is looked up in tables (nrow, g) over an equally spaced grid (g,)."""
+    joint = loop.joints.index(law.joint)
+    value = variable(loop, rows, law)
+    step = max((grid[-1] - grid[0]) / (len(grid) - 1), 1e-12)
+    row, last = np.arange(len(tables)), len(grid) - 1 - 1e-9
+
+    def at(tick, q, dq, motor) -> np.ndarray:
+        place = np.clip((value(tick, q, dq, motor) - grid[0]) / step, 0.0, last)
+        place = np.nan_to_num(place)
+        below = place.astype(int)
+        part = place - below
+        return (1 - part) * tables[row, below] + part * tables[row, below + 1]
+
+    if law.kind == FRICTION:
+        hold_at_rest(loop, rows, np.array([joint]), tables.max(axis=1, keepdims=True))
+
+        def add_friction(tick, dq, motor, level):
+            q = loop.batch.qpos[:, loop.qpos]
+            level[rows, joint] += at(tick, q, dq, motor[rows])
+
+        loop.friction.append(add_friction)
+        return
+    demanded = _demanded(loop, rows) if law.follows == "commanded torque" else None
+
+    def add(tick, q, dq, torque):
+        torque[rows, joint] += at(tick, q, dq, None if demanded is None else demanded[0])
+
+    loop.joint_torques.append(add)
+
+
+def yielding(
+    loop: ServoLoop, rows: slice, law: Law, radii: np.ndarray, weights: np.ndarray
+) -> None:
+    """Add elastic-plastic elements of `radii` (k,) with weights (nrow, k)."""
+    joint = loop.joints.index(law.joint)
+    anchors: list[np.ndarray] = []
+
+    def add(tick, q, dq, torque):
+        # in the middle of the period for which the torque is held
+        middle = (q[rows, joint] + 0.5 * loop.period_s * dq[rows, joint])[:, None]
+        if not anchors:
+            anchors.append(np.tile(middle, len(radii)))
+        stretch = np.minimum(np.maximum(middle - anchors[0], -radii), radii)
+        anchors[0] = middle - stretch
+        torque[rows, joint] -= (weights * stretch / radii).sum(axis=1)
+
+    loop.joint_torques.append(add)
+
+
+def variable(loop: ServoLoop, rows: slice, law: Law) -> Callable:
+    """The variable (nrow,) of a law, called with (tick, q, dq, motor torque of the rows)."""
+    of, half = loop.joints.index(law.of), 0.5 * loop.period_s
+    if law.follows == "load":
+        bias, dof = loop.batch.bind("qfrc_bias"), loop.dofs[of]
+        return lambda tick, q, dq, motor: bias[rows, dof]
+    return {
+        "constant": lambda tick, q, dq, motor: np.zeros(rows.stop - rows.start),
+        "position": lambda tick, q, dq, motor: q[rows, of] + half * dq[rows, of],
+        "velocity": lambda tick, q, dq, motor: dq[rows, of],
+        "speed": lambda tick, q, dq, motor: np.abs(dq[rows, of]),
+        "commanded torque": lambda tick, q, dq, motor: motor[:, of],
+        "commanded torque size": lambda tick, q, dq, motor: np.abs(motor[:, of]),
+        "time": lambda tick, q, dq, motor: np.full(
+            rows.stop - rows.start, (tick + 0.5) * loop.period_s
+        ),
+    }[law.follows]
+
+
+def _demanded(loop: ServoLoop, rows: slice) -> list[np.ndarray]:
+    """A place that holds what the controller demands at the present tick, (nrow, njoint)."""
+    held = [np.zeros((rows.stop - rows.start, len(loop.joints)))]
+
+    def keep(tick, torque):
+        held[0] = torque[rows].copy()
+
+    loop.motor_filters.append(keep)
+    return held
+
+
+def learned_torque(robot, joints, values):
+    """Add a torque that is looked up in a table."""
+    of, follows = values["of"], values["follows"]
+    robot.learned_time = getattr(robot, "learned_time", {})
+    key = (tuple(joints), follows, of)
+    ticks = robot.learned_time[key] = robot.learned_time.get(key, -1) + 1
+    x = {
+        "constant": 0.0,
+        "position": robot.angle[of],
+        "velocity": robot.dq[of],
+        "commanded torque": robot.motor[of],
+        "load": robot.load[of],
+        "time": (ticks + 0.5) * robot.period_s,
+    }[follows]
+    robot.torque[joints] += np.interp(x, values["at"], values["torque"])
+
+
+def learned_friction(robot, joints, values):
+    """Add dry friction whose level is looked up in a table."""
+    of, follows = values["of"], values["follows"]
+    robot.learned_time = getattr(robot, "learned_time", {})
+    key = (tuple(joints), follows, of)
+    ticks = robot.learned_time[key] = robot.learned_time.get(key, -1) + 1
+    x = {
+        "constant": 0.0,
+        "position": robot.angle[of],
+        "speed": abs(robot.dq[of]),
+        "commanded torque size": abs(robot.motor[of]),
+        "time": (ticks + 0.5) * robot.period_s,
+    }[follows]
+    robot.friction[joints] += np.interp(x, values["at"], values["torque"])
+
+
+def learned_hysteresis(robot, joints, values):
+    """Add elastic-plastic elements that remember."""
+    robot.learned_anchors = getattr(robot, "learned_anchors", {})
+    q, radii = robot.angle[joints[0]], values["radii"]
+    anchors = robot.learned_anchors.setdefault(tuple(joints), np.full(len(radii), q))
+    stretch = np.clip(q - anchors, -radii, radii)
+    robot.learned_anchors[tuple(joints)] = q - stretch
+    robot.torque[joints] -= np.sum(values["weights"] * stretch / radii)
