@@ -178,21 +178,28 @@ def looked_up(
     """Add a law whose torque is looked up in tables (nrow, g) over an equally spaced grid (g,)."""
     joint = loop.joints.index(law.joint)
     value = variable(loop, rows, law)
-    step = max((grid[-1] - grid[0]) / (len(grid) - 1), 1e-12)
-    row, last = np.arange(len(tables)), len(grid) - 1 - 1e-9
+    per_step = (len(grid) - 1) / max(grid[-1] - grid[0], 1e-12)
+    flat, first = tables.ravel(), np.arange(len(tables)) * len(grid)
+    last = len(grid) - 1 - 1e-9
 
     def at(tick, q, dq, motor) -> np.ndarray:
-        place = np.clip((value(tick, q, dq, motor) - grid[0]) / step, 0.0, last)
-        place = np.nan_to_num(place)
-        below = place.astype(int)
-        part = place - below
-        return (1 - part) * tables[row, below] + part * tables[row, below + 1]
+        # this runs at every tick; a simulation that diverged is NaN, which fmax passes over
+        place = (value(tick, q, dq, motor) - grid[0]) * per_step
+        place = np.fmin(np.fmax(place, 0.0), last)
+        below = place.astype(np.intp)
+        place -= below
+        below += first
+        left = flat.take(below)
+        below += 1
+        return left + place * (flat.take(below) - left)
 
     if law.kind == FRICTION:
         hold_at_rest(loop, rows, np.array([joint]), tables.max(axis=1, keepdims=True))
 
+        qpos, needs_q = loop.batch.qpos, law.follows in OTHERS
+
         def add_friction(tick, dq, motor, level):
-            q = loop.batch.qpos[:, loop.qpos]
+            q = qpos[:, loop.qpos] if needs_q else None
             level[rows, joint] += at(tick, q, dq, motor[rows])
 
         loop.friction.append(add_friction)
@@ -230,10 +237,19 @@ def variable(loop: ServoLoop, rows: slice, law: Law) -> Callable:
     if law.follows == "load":
         bias, dof = loop.batch.bind("qfrc_bias"), loop.dofs[of]
         return lambda tick, q, dq, motor: bias[rows, dof]
+    last: list[np.ndarray] = []
+
+    def velocity(tick, q, dq, motor):
+        # in the middle of the period for which the torque is held, if it goes on as before
+        now = dq[rows, of]
+        before = last[0] if last else now
+        last[:] = [now]
+        return now + 0.5 * (now - before)
+
     return {
         "constant": lambda tick, q, dq, motor: np.zeros(rows.stop - rows.start),
         "position": lambda tick, q, dq, motor: q[rows, of] + half * dq[rows, of],
-        "velocity": lambda tick, q, dq, motor: dq[rows, of],
+        "velocity": velocity,
         "speed": lambda tick, q, dq, motor: np.abs(dq[rows, of]),
         "commanded torque": lambda tick, q, dq, motor: motor[:, of],
         "commanded torque size": lambda tick, q, dq, motor: np.abs(motor[:, of]),
