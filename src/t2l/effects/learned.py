@@ -204,7 +204,7 @@ def looked_up(
 
         loop.friction.append(add_friction)
         return
-    demanded = _demanded(loop, rows) if law.follows == "commanded torque" else None
+    demanded = demanded(loop, rows) if law.follows == "commanded torque" else None
 
     def add(tick, q, dq, torque):
         torque[rows, joint] += at(tick, q, dq, None if demanded is None else demanded[0])
@@ -259,7 +259,7 @@ def variable(loop: ServoLoop, rows: slice, law: Law) -> Callable:
     }[law.follows]
 
 
-def _demanded(loop: ServoLoop, rows: slice) -> list[np.ndarray]:
+def demanded(loop: ServoLoop, rows: slice) -> list[np.ndarray]:
     """A place that holds what the controller demands at the present tick, (nrow, njoint)."""
     held = [np.zeros((rows.stop - rows.start, len(loop.joints)))]
 

@@ -20,7 +20,7 @@ import json
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
@@ -54,16 +54,19 @@ class Model:
         effects: ``effects[name][parameter]`` is a number, or one for each joint by name.
         effect_files: files of effects of the user's own.
         learned: curves that were learned from recordings.
+        without: names of effects that are not to be known; no file holds them.
     """
 
     robot: str
     effects: Values = field(default_factory=dict)
     effect_files: tuple[Path, ...] = ()
     learned: tuple[Curve, ...] = ()
+    without: tuple[str, ...] = ()
 
     def known_effects(self, joints: tuple[str, ...] = ()) -> dict[str, Effect]:
         """Every effect this model may use, within what is possible for `joints` of the robot."""
         known = load_effects(self.effect_files)
+        known = {name: effect for name, effect in known.items() if name not in self.without}
         if not joints:
             return known
         bare = _bare(self.robot, joints, mjcf_path(self.robot).stat().st_mtime_ns)
@@ -116,7 +119,16 @@ def from_vector(model: Model, layout: Layout, u: np.ndarray, joints: tuple[str, 
         if not isinstance(term.effect, LearnedTorque)
     }
     learned = [t.effect.curve for t in layout.terms if isinstance(t.effect, LearnedTorque)]
-    return Model(model.robot, effects, model.effect_files, tuple(learned))
+    return replace(model, effects=effects, learned=tuple(learned))
+
+
+def merged_with(merged: Model | None, model: Model, name: str) -> Model:
+    """`merged`, or `model` where there is none yet, with what `model` says of effect `name`."""
+    base = merged or model
+    effects = {**base.effects, **({name: model.effects[name]} if name in model.effects else {})}
+    files = tuple(dict.fromkeys((*base.effect_files, *model.effect_files)))
+    learned = {curve.law: curve for curve in (*model.learned, *base.learned)}
+    return Model(base.robot, effects, files, tuple(learned.values()))
 
 
 def _joints_with_values(values, effect: Effect, joints: tuple[str, ...]) -> tuple[int, ...]:

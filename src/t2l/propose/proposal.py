@@ -96,9 +96,19 @@ def propose(
 
 
 def finished(
-    model: Model, found: Search, predictor: Predictor, report: Predictor | None, mask: np.ndarray
+    model: Model,
+    found: Search,
+    predictor: Predictor,
+    report: Predictor | None,
+    mask: np.ndarray,
+    report_mask: np.ndarray | None = None,
 ) -> Proposal:
-    """The laws of a search fitted to all samples of `mask`, with bands, and reported."""
+    """The laws of a search fitted to all samples of `mask`, with bands, and reported.
+
+    Args:
+        model: to compare with.
+        report_mask: (nsample,) bool of `report`, the samples that report; by default all.
+    """
     learned, changed = [], model
     if found.laws:
         state = State(found.state.layout, found.state.u, found.state.laws)
@@ -122,8 +132,8 @@ def finished(
         return proposal
     return replace(
         proposal,
-        report_baseline_rad=error_of(model, report),
-        report_rmse_rad=error_of(proposal.with_curves, report),
+        report_baseline_rad=error_of(model, report, report_mask),
+        report_rmse_rad=error_of(proposal.with_curves, report, report_mask),
         reported=tuple(r.name for r in report.recordings),
     )
 

@@ -1,0 +1,67 @@
+"""The proposal of an explanation: the one place where `t2l explain` calls for one."""
+
+import os
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.forward_selection import Explanation
+from t2l.diagnose.ranking import UNEXPLAINED
+from t2l.errors import writing
+from t2l.identify.model import Model
+from t2l.propose.artefacts import PROPOSAL, write_proposal
+from t2l.propose.proposal import LAW, error_of
+from t2l.propose.reconsider import Reconsidered, reconsider
+from t2l.propose.search import AT_THE_FLOOR, Progress
+from t2l.propose.wording import headline, part
+
+FOLDER = "proposal"
+
+
+def proposed_beside(
+    model: Model,
+    explanation: Explanation,
+    evidence: Evidence,
+    folder: Path,
+    progress: Progress = lambda what, fraction: None,
+) -> Explanation:
+    """The explanation with the names that stand; what they leave is proposed in `FOLDER`.
+
+    Args:
+        model: as it came.
+
+    Raises:
+        DivergenceError: a simulation of the model runs away.
+    """
+    where = folder / FOLDER
+    left = error_of(explanation.model, evidence.holdout, evidence.holdout_mask)
+    if left <= AT_THE_FLOOR * explanation.noise_floor_rad:
+        # one of an earlier run
+        if os.path.lexists(where / PROPOSAL):
+            with writing(where):
+                shutil.rmtree(where)
+        return explanation
+    found = reconsider(model, explanation.model, evidence, progress)
+    known = [
+        {"effect": name, "stands": name not in found.dropped}
+        for name in explanation.model.effects
+        if name not in model.effects
+    ]
+    content = write_proposal(found.proposal, where, evidence.holdout, known)
+    if found.proposal.verdict != LAW:
+        return explanation
+    verdict = UNEXPLAINED if found.dropped else explanation.verdict
+    sentence = f"{explanation.sentence} {content['sentence']}"
+    if found.dropped:
+        sentence = _retracted(found, explanation)
+    return replace(explanation, model=found.model, verdict=verdict, sentence=sentence)
+
+
+def _retracted(found: Reconsidered, explanation: Explanation) -> str:
+    names = " and ".join(name.replace("_", " ") for name in found.dropped)
+    return (
+        f"Unexplained by known effects. {headline(found.proposal)} {names[0].upper()}{names[1:]} "
+        f"{'explains' if len(found.dropped) == 1 else 'explain'} {part(found.decision.fraction)} "
+        "of the squared error and would be a wrong name for it."
+    )
