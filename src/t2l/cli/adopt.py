@@ -16,7 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "next diagnosis fit them together. A curve or a formula of t2l propose is adopted alike."
     )
     parser.add_argument("effects", nargs="+", metavar="EFFECT")
-    parser.add_argument("--diagnosis", type=Path, required=True, help="folder of t2l diagnose or propose")
+    parser.add_argument(
+        "--diagnosis", type=Path, required=True, help="folder of t2l diagnose or propose"
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="MODEL.yaml")
     add_extensions(parser)
     add_force(parser)
@@ -30,12 +32,12 @@ def run(arguments: argparse.Namespace) -> None:
         OutputError: the result would replace something.
     """
     from t2l.diagnose.artefacts import diagnosed_effects
-    from t2l.diagnose.files import DIAGNOSIS
+    from t2l.diagnose.files import DIAGNOSIS, PROPOSAL
     from t2l.errors import ConfigurationError
     from t2l.identify.model import merged_with, read_model, write_model
     from t2l.names import path_of
     from t2l.outputs import output_file
-    from t2l.propose.artefacts import PROPOSAL, plain_name, proposed
+    from t2l.propose.artefacts import plain_name, proposed
     from t2l.registry import python_files
 
     if arguments.out.suffix not in (".yaml", ".yml"):
@@ -61,7 +63,12 @@ def run(arguments: argparse.Namespace) -> None:
             )
         merged = merged_with(merged, model, name)
     # the whole diagnosis, not only what is adopted now
-    inputs = [folder / DIAGNOSIS, folder / PROPOSAL, *models.glob("*.yaml"), *python_files(arguments.extensions)]
+    inputs = [
+        folder / DIAGNOSIS,
+        folder / PROPOSAL,
+        *models.glob("*.yaml"),
+        *python_files(arguments.extensions),
+    ]
     with output_file(arguments.out, "t2l adopt", inputs, arguments.force) as out:
         write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.effects)}")
     print(f"Written to {arguments.out}")

@@ -134,7 +134,9 @@ class LearnedTorque(Effect):
             "at": grid,
             "torque": curve(grid),
         }
-        to.call(self.name, learned_friction if law.kind == FRICTION else learned_torque, joints, own)
+        to.call(
+            self.name, learned_friction if law.kind == FRICTION else learned_torque, joints, own
+        )
 
 
 class SplineTorque(Effect):
@@ -172,9 +174,7 @@ class SplineTorque(Effect):
             looked_up(loop, rows, self.law, self.grid, weights @ self.basis.T)
 
 
-def looked_up(
-    loop: ServoLoop, rows: slice, law: Law, grid: np.ndarray, tables: np.ndarray
-) -> None:
+def looked_up(loop: ServoLoop, rows: slice, law: Law, grid: np.ndarray, tables: np.ndarray) -> None:
     """Add a law whose torque is looked up in tables (nrow, g) over an equally spaced grid (g,)."""
     joint = loop.joints.index(law.joint)
     value = variable(loop, rows, law)
@@ -204,10 +204,10 @@ def looked_up(
 
         loop.friction.append(add_friction)
         return
-    demanded = demanded(loop, rows) if law.follows == "commanded torque" else None
+    motor = demanded(loop, rows) if law.follows == "commanded torque" else None
 
     def add(tick, q, dq, torque):
-        torque[rows, joint] += at(tick, q, dq, None if demanded is None else demanded[0])
+        torque[rows, joint] += at(tick, q, dq, None if motor is None else motor[0])
 
     loop.joint_torques.append(add)
 

@@ -22,7 +22,16 @@ from t2l.typed import describe
 
 TEXTS = ("title", "summary", "signature", "source")
 REQUIRED = ("name", "parameters", *TEXTS)
-_NOT_EFFECTS = ("actuator", "blame", "effect", "exported", "learned", "registry", "term", "two_mass")
+_NOT_EFFECTS = (
+    "actuator",
+    "blame",
+    "effect",
+    "exported",
+    "learned",
+    "registry",
+    "term",
+    "two_mass",
+)
 
 
 @cache

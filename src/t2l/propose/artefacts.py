@@ -1,8 +1,8 @@
 """What a proposal leaves in a folder.
 
-    proposal.json            verdict, curves with bands, formulas, what each law could explain
-    models/NAME.yaml         the model with a curve, or a formula, adopted
-    effects/NAME.py          a formula as an effect that a person may edit
+proposal.json            verdict, curves with bands, formulas, what each law could explain
+models/NAME.yaml         the model with a curve, or a formula, adopted
+effects/NAME.py          a formula as an effect that a person may edit
 """
 
 import json
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from t2l.artefacts import read_json, reading, write_text
+from t2l.diagnose.files import PROPOSAL
 from t2l.effects.learned import Law
 from t2l.effects.registry import load as load_effects
 from t2l.errors import writing
@@ -22,11 +23,8 @@ from t2l.propose.expression import Formula
 from t2l.propose.proposal import Learned, Proposal, error_of
 from t2l.propose.wording import headline, named, told
 
-PROPOSAL = "proposal.json"
 CEILINGS = 12  # told of
-MISSING = (
-    "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
-)
+MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
 
 
 def write_proposal(

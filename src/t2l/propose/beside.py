@@ -6,17 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 
 from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.files import PROPOSAL, PROPOSED
 from t2l.diagnose.forward_selection import Explanation
 from t2l.diagnose.ranking import UNEXPLAINED
 from t2l.errors import writing
 from t2l.identify.model import Model
-from t2l.propose.artefacts import PROPOSAL, write_proposal
+from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW, error_of
 from t2l.propose.reconsider import Reconsidered, reconsider
 from t2l.propose.search import AT_THE_FLOOR, Progress
 from t2l.propose.wording import headline, part
-
-FOLDER = "proposal"
 
 
 def proposed_beside(
@@ -26,7 +25,7 @@ def proposed_beside(
     folder: Path,
     progress: Progress = lambda what, fraction: None,
 ) -> Explanation:
-    """The explanation with the names that stand; what they leave is proposed in `FOLDER`.
+    """The explanation with the names that stand; what they leave is proposed in a folder.
 
     Args:
         model: as it came.
@@ -34,7 +33,7 @@ def proposed_beside(
     Raises:
         DivergenceError: a simulation of the model runs away.
     """
-    where = folder / FOLDER
+    where = folder / PROPOSED
     left = error_of(explanation.model, evidence.holdout, evidence.holdout_mask)
     if left <= AT_THE_FLOOR * explanation.noise_floor_rad:
         # one of an earlier run

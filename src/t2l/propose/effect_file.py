@@ -49,23 +49,46 @@ class {cls}(Effect):
     def starts(self, scales):
         one = np.ones_like(scales.torque)
         return [{{{starts}}}]
-'''
+{export}'''
 
-INSTALL_TORQUE = '''{motor}
+INSTALL_TORQUE = """{motor}
         def add(tick, q, dq, torque):
             x = value(tick, q, dq, {held})[:, None]
             torque[rows, joints] += law(x, **values)
 
-        loop.joint_torques.append(add)'''
+        loop.joint_torques.append(add)"""
 
-INSTALL_FRICTION = '''        qpos = loop.batch.qpos
+EXPORT = '''
+    def export(self, to, joints, values):
+        to.call(self.name, push, joints, {{**values, "of": to.joints.index(LAW.of)}})
+
+
+def push(robot, joints, values):
+    """What the exported robot adds before each timestep."""
+    x = {x}
+    {arguments}, of = (values[name] for name in {names})
+    robot.{signal}[joints] += {text}
+'''
+
+# what an exported robot calls the variables; it does not know the time
+EXPORTED = {
+    "constant": "0.0",
+    "position": 'robot.angle[values["of"]]',
+    "velocity": 'robot.dq[values["of"]]',
+    "speed": 'abs(robot.dq[values["of"]])',
+    "commanded torque": 'robot.motor[values["of"]]',
+    "commanded torque size": 'abs(robot.motor[values["of"]])',
+    "load": 'robot.load[values["of"]]',
+}
+
+INSTALL_FRICTION = """        qpos = loop.batch.qpos
         hold_at_rest(loop, rows, joints, np.abs(law(0.0, **values)))
 
         def add(tick, dq, motor, level):
             x = value(tick, qpos[:, loop.qpos], dq, motor[rows])[:, None]
             level[rows, joints] += law(x, **values)
 
-        loop.friction.append(add)'''
+        loop.friction.append(add)"""
 
 CONDITIONS = {
     "position": "position",
@@ -91,6 +114,12 @@ def effect_text(law: Law, formula: Formula) -> str:
     commanded = law.follows == "commanded torque"
     motor = "        held = demanded(loop, rows)\n" if commanded else ""
     install = INSTALL_FRICTION if dry else INSTALL_TORQUE
+    export = ""
+    if law.follows in EXPORTED:
+        export = EXPORT.format(
+            x=EXPORTED[law.follows], arguments=", ".join(formula.values), text=formula.text,
+            names=(*formula.values, "of"), signal="friction" if dry else "torque",
+        )  # fmt: skip
     text = TEXT.format(
         title=title,
         sentence=f"{'F' if dry else 'τ'} = {formula.sentence(4)}",
@@ -106,11 +135,13 @@ def effect_text(law: Law, formula: Formula) -> str:
         signature=f"the error follows the {law.follows} of {law.of}",
         condition=CONDITIONS.get(law.follows, "") if law.of == law.joint else "",
         install=install.format(motor=motor, held="held[0]" if commanded else "None"),
+        export=export,
         starts=", ".join(f'"{name}": {value:.6g} * one' for name, value in formula.values.items()),
     )  # fmt: skip
     if dry:
-        helper = "from t2l.effects import Effect, Parameter\nfrom t2l.effects.coulomb_friction import hold_at_rest\n"
-        text = text.replace("from t2l.effects import Effect, Parameter\n", helper)
+        line = "from t2l.effects import Effect, Parameter\n"
+        more = "from t2l.effects.coulomb_friction import hold_at_rest\n"
+        text = text.replace(line, line + more)
     if not commanded:
         text = text.replace("import Law, demanded, variable", "import Law, variable")
     return text

@@ -165,7 +165,9 @@ def _factor(part: Node, unit: str, to: Formula) -> str:
     if _square_of_x(part):
         return "x**2"
     inner = _text(part if part.kind == "sum" else part.parts[0], (0, 0), unit, to)
-    return {"sum": f"({inner})", "square": f"({inner})**2"}.get(part.kind, f"np.{part.kind}({inner})")
+    return {"sum": f"({inner})", "square": f"({inner})**2"}.get(
+        part.kind, f"np.{part.kind}({inner})"
+    )
 
 
 def _constant(value: float, has: Unit, unit: str, to: Formula) -> str:

@@ -27,7 +27,7 @@ def laws(predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple]
 
 
 def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tuple[float, float]]:
-    """Every law whose variable the recordings vary, with its range in measured and predicted motion.
+    """Every law whose variable the recordings vary, with its range, measured and predicted.
 
     Args:
         q, dq: (nsample,) predicted position and velocity.

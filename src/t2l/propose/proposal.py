@@ -1,4 +1,4 @@
-"""What a model lacks, proposed as learned curves, and judged on data that neither made nor chose."""
+"""What a model lacks, proposed as learned curves, and judged on data that made none of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -104,4 +104,3 @@ def _error(state: State, predictor: Predictor, mask: np.ndarray) -> float:
     q = predictor.predict([Request(state.layout, state.u[None])])[0][0]
     error = float(np.sqrt(np.mean((q - predictor.samples.q)[mask] ** 2)))
     return error if np.isfinite(error) else np.inf
-

@@ -21,7 +21,8 @@ def named(law: Law) -> str:
         return f"a torque on {law.joint} that remembers the way it came (hysteresis)"
     what = "dry friction" if law.kind == FRICTION else "a torque"
     if law.follows == "constant":
-        return f"{'' if law.kind == FRICTION else 'a '}constant {what.removeprefix('a ')} on {law.joint}"
+        what = "constant dry friction" if law.kind == FRICTION else "a constant torque"
+        return f"{what} on {law.joint}"
     return f"{what} on {law.joint} that follows {_variable(law)}"
 
 
