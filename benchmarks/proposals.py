@@ -1,9 +1,10 @@
 """Effects taken out of t2l's library one at a time: what is proposed in their place.
 
-    python -m benchmarks.proposals FOLDER [CASE ...]
+    python -m benchmarks.proposals propose|explain FOLDER [CASE ...]
 
-Each case hides one torque on one joint, of a generator that shares no code with t2l. The effect
-that would name it is taken away (`--without`), and the recordings are explained as a user would.
+Each case hides one torque on one joint, of a generator that shares no code with t2l. `propose`
+learns it without any known effect. `explain` has all of them but the one that would name it
+(`--without`), and shows whether another name is adopted in its place.
 """
 
 import json
@@ -76,6 +77,7 @@ HIDDEN = (
     ("bump", OddPositionTorque, (0.06, 0.5, 0.1, 0.3, 0.6), 0.06, (), ("position",)),
     ("periodic", PeriodicTorque, (0.04, 0.73), 0.05, ("periodic_torque",), ("time",)),
 )  # fmt: skip
+SHORT = {"duration_s": 3.0, "physics_rate_hz": 4000}
 ELBOW = {"cogging": (20.0, 0.7), "spring": (0.8,), "bump": (1.0, 0.1, 0.8, 0.5), "periodic": (0.9,)}
 
 
@@ -89,20 +91,20 @@ def cases() -> dict[str, tuple[Case, tuple[str, ...], str, tuple[str, ...]]]:
             hidden = effect(*numbers) if robot == PENDULUM else effect(
                 {"elbow": size}, *ELBOW.get(kind, ())
             )  # fmt: skip
-            case = Case(name, robot, (hidden,), zlib.crc32(name.encode()))
+            case = Case(name, robot, (hidden,), zlib.crc32(name.encode()), SHORT)
             table[name] = case, names, joint, variables
     return table
 
 
-def row(name: str, folder: Path) -> dict:
-    """Explain a case without the effect that would name it."""
+def row(command: str, name: str, folder: Path) -> dict:
+    """Run a command on a case."""
     case, names, joint, variables = cases()[name]
-    where, out = folder / "cases" / name, folder / "out" / name
+    where, out = folder / "cases" / name, folder / command / name
     if not (where / "truth.yaml").exists():
         make(case, where)
     shutil.rmtree(out, ignore_errors=True)
     began = perf_counter()
-    content, adopted = explained(where, out, names)
+    content, adopted = found(command, where, out, names)
     seconds = perf_counter() - began
     curves = content["curves"]
     floor = content["noise_floor_rad"]
@@ -126,30 +128,33 @@ def row(name: str, folder: Path) -> dict:
     }
 
 
-def explained(where: Path, out: Path, without: tuple[str, ...]) -> tuple[dict, list[str]]:
-    """What `t2l explain` proposes, and the names that its model adopts in the end."""
+def found(command: str, where: Path, out: Path, without: tuple[str, ...]) -> tuple[dict, list]:
+    """What is proposed, and the names that the model adopts in the end."""
     from t2l.cli.main import main
     from t2l.effects.registry import builtin
 
     taken = [name for name in without if name in builtin()]
     logs = [str(where / "train"), "--holdout", str(where / "holdout"), "--out", str(out)]
-    main(["explain", *logs, *(f"--without={name}" for name in taken)])
+    if command == "propose":
+        main([command, *logs])
+        return json.loads((out / "proposal.json").read_text()), []
+    main([command, *logs, *(f"--without={name}" for name in taken)])
     content = json.loads((out / "proposal" / "proposal.json").read_text())
     model = yaml.safe_load((out / "model.yaml").read_text())
     return content, list(model["effects"])
 
 
-def main(folder: Path, names: list[str]) -> None:
+def main(command: str, folder: Path, names: list[str]) -> None:
     """Print the table, kept after each case."""
-    path, rows = folder / "table.json", []
+    path, rows = folder / f"{command}.json", []
     for name in names or cases():
-        rows.append(row(name, folder))
+        rows.append(row(command, name, folder))
         print(json.dumps(rows[-1], ensure_ascii=False), flush=True)
         path.write_text(json.dumps(rows, indent=1, ensure_ascii=False))
     print(pd.DataFrame(rows).round(3).to_markdown(index=False))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
+    if len(sys.argv) < 3 or sys.argv[1] not in ("propose", "explain"):
         sys.exit(__doc__)
-    main(Path(sys.argv[1]), sys.argv[2:])
+    main(sys.argv[1], Path(sys.argv[2]), sys.argv[3:])

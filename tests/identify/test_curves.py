@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from t2l.effects.learned import HYSTERESIS, TORQUE, Curve, Law
+from t2l.effects.law import HYSTERESIS, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.identify.model import Model, check_joints, read_model, write_model
 from tests.diagnose.made import pendulum, predict, recording, swing

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from t2l.effects.learned import FRICTION, HYSTERESIS, TORQUE, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, TORQUE, Curve, Law
 from t2l.effects.registry import load
 from t2l.identify.model import Model
 from t2l.propose.effect_file import effect_name, effect_text

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from t2l.effects.learned import FRICTION, TORQUE, Curve, Law
+from t2l.effects.law import FRICTION, TORQUE, Curve, Law
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING, error_of, propose

@@ -27,6 +27,7 @@ _NOT_EFFECTS = (
     "blame",
     "effect",
     "exported",
+    "law",
     "learned",
     "registry",
     "term",

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from t2l.effects.learned import ALLOWED, HYSTERESIS, OTHERS, TORQUE, Curve, Law
+from t2l.effects.law import ALLOWED, HYSTERESIS, OTHERS, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.typed import AsTuple, Number, Typed, describe
 

@@ -33,7 +33,8 @@ from pydantic import Field
 from t2l.artefacts import write_text
 from t2l.documents import read_yaml
 from t2l.effects.effect import Effect, Parameter, within
-from t2l.effects.learned import Curve, LearnedTorque
+from t2l.effects.law import Curve
+from t2l.effects.learned import LearnedTorque
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError

@@ -12,7 +12,7 @@ from typing import Any
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
-from t2l.effects.learned import Law
+from t2l.effects.law import Law
 from t2l.effects.registry import load as load_effects
 from t2l.errors import writing
 from t2l.identify.model import Model, write_model

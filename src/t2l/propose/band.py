@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from t2l.effects.learned import HYSTERESIS, SplineTorque
+from t2l.effects.law import HYSTERESIS
+from t2l.effects.learned import SplineTorque
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.samples import Samples

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.learned import FRICTION, SplineTorque
+from t2l.effects.law import FRICTION
+from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor, Request
 

@@ -2,7 +2,7 @@
 
 import re
 
-from t2l.effects.learned import FRICTION, Law
+from t2l.effects.law import FRICTION, Law
 from t2l.propose.expression import Formula
 from t2l.propose.wording import named
 
@@ -19,7 +19,8 @@ Edit it as you like: name, formula, constants and bounds are yours.
 import numpy as np
 
 from t2l.effects import Effect, Parameter
-from t2l.effects.learned import Law, demanded, variable
+from t2l.effects.law import Law
+from t2l.effects.learned import demanded, variable
 
 LAW = Law({kind!r}, {joint!r}, {follows!r}, {of!r})
 
@@ -143,7 +144,7 @@ def effect_text(law: Law, formula: Formula) -> str:
         more = "from t2l.effects.coulomb_friction import hold_at_rest\n"
         text = text.replace(line, line + more)
     if not commanded:
-        text = text.replace("import Law, demanded, variable", "import Law, variable")
+        text = text.replace("import demanded, variable", "import variable")
     return text
 
 

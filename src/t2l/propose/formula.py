@@ -5,7 +5,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from t2l.effects.learned import HYSTERESIS
+from t2l.effects.law import HYSTERESIS
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
 from t2l.propose.proposal import Learned
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from t2l.diagnose.conditions import Series, features
 from t2l.diagnose.inverse_dynamics_residual import derivatives
-from t2l.effects.learned import ALLOWED, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
+from t2l.effects.law import ALLOWED, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
 from t2l.identify.prediction import Predictor
 
 MOVES = 1e-9  # in the variable's unit; less is no motion

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from t2l.effects.learned import Curve, Law
+from t2l.effects.law import Curve, Law
 from t2l.effects.term import Layout
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.effects.learned import TORQUE, Law, SplineTorque
+from t2l.effects.law import TORQUE, Law
+from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks, improvement
 from t2l.identify.model import Model

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.learned import FRICTION, HYSTERESIS, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, Curve, Law
 from t2l.propose.proposal import LAW, NOTHING, Proposal
 
 MONOTONE = 0.8  # of the way that a curve goes up and down, its ends differ by at least
