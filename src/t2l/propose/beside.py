@@ -12,7 +12,7 @@ from t2l.diagnose.ranking import UNEXPLAINED
 from t2l.errors import writing
 from t2l.identify.model import Model
 from t2l.propose.artefacts import write_proposal
-from t2l.propose.proposal import LAW, error_of
+from t2l.propose.proposal import LAW
 from t2l.propose.reconsider import Reconsidered, reconsider
 from t2l.propose.search import AT_THE_FLOOR, Progress
 from t2l.propose.wording import headline, part
@@ -34,14 +34,14 @@ def proposed_beside(
         DivergenceError: a simulation of the model runs away.
     """
     where = folder / PROPOSED
-    left = error_of(explanation.model, evidence.holdout, evidence.holdout_mask)
-    if left <= AT_THE_FLOOR * explanation.noise_floor_rad:
+    quiet = AT_THE_FLOOR * explanation.noise_floor_rad
+    found = reconsider(model, explanation.model, evidence, quiet, progress)
+    if found is None:
         # one of an earlier run
         if os.path.lexists(where / PROPOSAL):
             with writing(where):
                 shutil.rmtree(where)
         return explanation
-    found = reconsider(model, explanation.model, evidence, progress)
     known = [
         {"effect": name, "stands": name not in found.dropped}
         for name in explanation.model.effects
@@ -59,8 +59,11 @@ def proposed_beside(
 
 def _retracted(found: Reconsidered, explanation: Explanation) -> str:
     names = " and ".join(name.replace("_", " ") for name in found.dropped)
+    first = f"Unexplained by known effects. {headline(found.proposal)}"
+    if found.decision is None:
+        return f"{first} It takes {names} together to explain as much, with more numbers."
+    verb = "explains" if len(found.dropped) == 1 else "explain"
     return (
-        f"Unexplained by known effects. {headline(found.proposal)} {names[0].upper()}{names[1:]} "
-        f"{'explains' if len(found.dropped) == 1 else 'explain'} {part(found.decision.fraction)} "
-        "of the squared error and would be a wrong name for it."
+        f"{first} {names[0].upper()}{names[1:]} {verb} {part(found.decision.fraction)} of the "
+        "squared error, and would be a wrong name for it."
     )

@@ -41,7 +41,9 @@ def responses(
     """Change of position (nsample, k) per unit of each weight, rad/(N·m), for each law."""
     requests = [Request(layout, u[None])]
     for effect in effects:
-        whole, start = joined(layout, u, [term_of(effect, predictor.joints)])
+        whole, start = layout, u
+        if not len(weights_in(layout, effect)):
+            whole, start = joined(layout, u, [term_of(effect, predictor.joints)])
         index, step = weights_in(whole, effect), step_of(effect)
         points = np.repeat(start[None], len(index), axis=0)
         points[np.arange(len(index)), index] += step

@@ -4,6 +4,9 @@ An effect of the library may be adopted because it does a part of what an unknow
 when known effects end above the noise, laws are learned beside them. If these leave clearly less
 (the rule is in `t2l.propose.decision`), each name must show that it is still needed: it is dropped
 if the others and the laws, fitted again without it, leave as little.
+
+Several wrong names together may even reach the noise. So two names or more stand against one law
+alone: they are dropped if it leaves as little with fewer effective parameters than they have.
 """
 
 from collections.abc import Sequence
@@ -15,6 +18,7 @@ from t2l.diagnose.evidence import Evidence
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.decision import NEAR, Decision, decide
+from t2l.propose.freedom import freedom
 from t2l.propose.proposal import Proposal, error_of, finished
 from t2l.propose.refit import State, refit
 from t2l.propose.search import Progress, Search, search, without
@@ -42,9 +46,16 @@ def reconsider(
     original: Model,
     final: Model,
     evidence: Evidence,
+    quiet: float,
     progress: Progress = lambda what, fraction: None,
-) -> Reconsidered:
+) -> Reconsidered | None:
     """Learn laws beside `final`, which known effects made of `original`, and test the names.
+
+    Args:
+        quiet: rad, an error that counts as noise.
+
+    Returns:
+        None if the names stand and leave only noise.
 
     Raises:
         DivergenceError: a simulation of the model runs away.
@@ -52,6 +63,12 @@ def reconsider(
     predictor = evidence.train
     fitted, chosen = (half & evidence.train_mask for half in split(predictor))
     adopted = [name for name in final.effects if name not in original.effects]
+    if len(adopted) > 1:
+        one = _one_law(original, final, adopted, predictor, fitted, chosen, progress)
+        if one is not None:
+            return _reconsidered(original, final, one, adopted, evidence, None)
+    if error_of(final, evidence.holdout, evidence.holdout_mask) <= quiet:
+        return None
     found = search(final, predictor, fitted, chosen, progress)
     decision, dropped = None, []
     if adopted:
@@ -67,15 +84,43 @@ def reconsider(
             if not decision.named:
                 progress("testing the names beside the curves", 0.8)
                 dropped = _eliminate(found, adopted, predictor, fitted, chosen)
-    kept = {n: v for n, v in final.effects.items() if n not in dropped}
-    model = replace(final, effects=kept)
-    base = original if dropped or not adopted else final
+    return _reconsidered(original, final, found, dropped, evidence, decision)
+
+
+def _reconsidered(
+    original: Model,
+    final: Model,
+    found: Search,
+    dropped: Sequence[str],
+    evidence: Evidence,
+    decision: Decision | None,
+) -> Reconsidered:
+    base = original if dropped or not set(final.effects) - set(original.effects) else final
     proposal = finished(
-        base, found, predictor, evidence.holdout, fitted | chosen, evidence.holdout_mask
+        base, found, evidence.train, evidence.holdout, evidence.train_mask, evidence.holdout_mask
     )
-    if found.laws:
-        model = proposal.model
+    kept = {n: v for n, v in final.effects.items() if n not in dropped}
+    model = proposal.model if found.laws else replace(final, effects=kept)
     return Reconsidered(model, proposal, tuple(dropped), decision)
+
+
+def _one_law(
+    original: Model,
+    final: Model,
+    adopted: Sequence[str],
+    predictor: Predictor,
+    fitted: np.ndarray,
+    chosen: np.ndarray,
+    progress: Progress,
+) -> Search | None:
+    """One law beside the model as it came, if it does what several names do with less."""
+    layout, _ = final.vector(predictor.joints)
+    numbers = sum(slot.term.effect.name in adopted for slot in layout.slots)
+    found = search(original, predictor, fitted, chosen, progress, most=1)
+    left = max(error_of(final, predictor, chosen), found.noise_floor_rad)
+    if not found.laws or found.rmse_rad > NEAR * left:
+        return None
+    return found if freedom(found, predictor, fitted, chosen) < numbers else None
 
 
 def _eliminate(

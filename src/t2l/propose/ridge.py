@@ -7,6 +7,7 @@ import numpy as np
 # of the penalty, relative to the size of the responses; the least hardly bends a curve, the most
 # leaves a straight line
 PENALTIES = 10.0 ** np.arange(-7, 3)
+ALIKE = 1.005  # times the least squared residual where a penalty is chosen
 LEAST = 1e-10  # of the responses: keeps weights that no data touch at zero
 
 
@@ -39,7 +40,7 @@ def fit(
     normal, right = j.T @ j, j.T @ r
     factors = PENALTIES if len(rows) else PENALTIES[:1]
     size = np.trace(normal) / max(np.sum(rows**2), 1e-300)
-    best = None
+    tried = []
     for factor in factors * size:
         weights = solve(normal, right, factor * rows.T @ rows, positive)
         left = residual - responses @ weights
@@ -47,10 +48,10 @@ def fit(
             weights, float(factor), float(np.mean(left[fitted] ** 2)),
             float(np.mean(left[chosen] ** 2)),
         )  # fmt: skip
-        # of penalties that do alike the larger one, which makes the smoother curve
-        if best is None or found.chosen <= best.chosen * 1.0001:
-            best = found
-    return best
+        tried.append(found)
+    # of penalties that do alike the largest, which makes the smoothest curve
+    limit = ALIKE * min(one.chosen for one in tried)
+    return [one for one in tried if one.chosen <= limit][-1]
 
 
 def solve(
