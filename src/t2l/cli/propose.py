@@ -27,6 +27,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.identify.step_size import substeps_for
     from t2l.propose.artefacts import write_proposal
     from t2l.propose.proposal import propose
+    from t2l.propose.split import split
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
@@ -37,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
         progress = progress_line()
         proposal = propose(model, predictor, report, progress=progress)
         progress("looking for formulas", 0.9)
-        content = write_proposal(proposal, out, report)
+        content = write_proposal(proposal, out, (predictor, split(predictor)[1]), report)
         write_report(out)
         progress("done", 1.0)
     print(content["sentence"])

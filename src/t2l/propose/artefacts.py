@@ -7,38 +7,52 @@ effects/NAME.py          a formula as an effect that a person may edit
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
-from t2l.effects.law import Law
+from t2l.effects.law import Curve, Law
+from t2l.effects.learned import GRID
 from t2l.effects.registry import load as load_effects
 from t2l.errors import writing
 from t2l.identify.model import Model, write_model
+from t2l.identify.prediction import Predictor
 from t2l.names import is_plain, path_of
 from t2l.propose import formula as formulas
+from t2l.propose.decision import NEAR
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
 from t2l.propose.proposal import Learned, Proposal, error_of
 from t2l.propose.wording import headline, named, told
+
+Chosen = tuple[Predictor, np.ndarray]
 
 CEILINGS = 12  # told of
 MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
 
 
 def write_proposal(
-    proposal: Proposal, folder: Path, report=None, known: list[dict[str, Any]] | None = None
+    proposal: Proposal,
+    folder: Path,
+    chosen: Chosen,
+    report: Predictor | None = None,
+    known: list[dict[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """Write all of it, proposal.json last; what it holds is returned.
 
     Args:
-        report: predictor of recordings that neither fitted nor chose, to judge formulas by.
+        chosen: a predictor, and the samples of it that choose: a formula must explain them nearly
+            as well as its curve.
+        report: of recordings that neither fitted nor chose, on which formulas are reported.
         known: known effects beside the curves, see `t2l.propose.reconsider`.
     """
     with writing(folder / PROPOSAL):
         (folder / PROPOSAL).unlink(missing_ok=True)
-    curves = [_written(proposal, one, folder, report) for one in proposal.learned]
+    curves = [_written(proposal, one, folder, chosen, report) for one in proposal.learned]
     content = {
         "verdict": proposal.verdict,
         "sentence": headline(proposal),
@@ -72,7 +86,9 @@ def write_proposal(
     return content
 
 
-def _written(proposal: Proposal, one: Learned, folder: Path, report) -> dict[str, Any]:
+def _written(
+    proposal: Proposal, one: Learned, folder: Path, chosen: Chosen, report: Predictor | None
+) -> dict[str, Any]:
     law = one.curve.law
     name = plain_name(law)
     comment = f"the model so far with {named(law)}, as t2l propose learned it"
@@ -94,7 +110,16 @@ def _written(proposal: Proposal, one: Learned, folder: Path, report) -> dict[str
     }
     if not formulas.installed():
         return content | {"note": MISSING}
-    found = formulas.formula(one)
+    limit = NEAR * error_of(proposal.with_curves, *chosen)
+
+    def accepted(formula: Formula) -> bool:
+        at = np.linspace(one.curve.at[0], one.curve.at[-1], GRID)
+        drawn = Curve(law, tuple(at.tolist()), tuple(formula(at).tolist()))
+        others = [other.curve.law for other in proposal.learned if other is not one]
+        base = proposal.with_some(others)
+        return error_of(replace(base, learned=(*base.learned, drawn)), *chosen) <= limit
+
+    found = formulas.formula(one, accepted)
     if found is None:
         return content | {"note": "no short formula fits within the band"}
     return content | {"formula": _formula(proposal, one, found, folder, report)}
@@ -106,7 +131,7 @@ def plain_name(law: Law) -> str:
 
 
 def _formula(
-    proposal: Proposal, one: Learned, found: Formula, folder: Path, report
+    proposal: Proposal, one: Learned, found: Formula, folder: Path, report: Predictor | None
 ) -> dict[str, Any]:
     law = one.curve.law
     name = effect_name(law)

@@ -48,12 +48,14 @@ def band(
     u = fit.u[free]
     whole = normals.sum(axis=0)
     small = LEAST * (np.diag(whole).max() + 1e-300) * np.eye(len(whole))
+    # the fit may end a little before the least: draws are compared with where all blocks lead
+    least = np.linalg.solve(whole + penalties + small, rights.sum(axis=0) - penalties @ u)
     for k, times in enumerate(draws):
         normal = np.tensordot(times, normals, 1)
         change = np.linalg.solve(normal + penalties + small, times @ rights - penalties @ u)
-        weights[k] = u + change
+        weights[k] = change - least
     spread = np.zeros((RESAMPLES, len(fit.u)))
-    spread[:, free] = weights - u
+    spread[:, free] = weights
     bias = np.zeros(len(fit.u))
     bias[free] = np.linalg.solve(whole + penalties + small, penalties @ u)
     shape = _shape(effect)

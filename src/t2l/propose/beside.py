@@ -15,6 +15,7 @@ from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
 from t2l.propose.reconsider import Reconsidered, reconsider
 from t2l.propose.search import AT_THE_FLOOR, Progress
+from t2l.propose.split import split
 from t2l.propose.wording import headline, part
 
 
@@ -47,7 +48,8 @@ def proposed_beside(
         for name in explanation.model.effects
         if name not in model.effects
     ]
-    content = write_proposal(found.proposal, where, evidence.holdout, known)
+    chosen = evidence.train, split(evidence.train)[1] & evidence.train_mask
+    content = write_proposal(found.proposal, where, chosen, evidence.holdout, known)
     if found.proposal.verdict != LAW:
         return explanation
     verdict = UNEXPLAINED if found.dropped else explanation.verdict

@@ -1,6 +1,6 @@
 """A short formula for a learned curve, by symbolic regression (pyoperon), if one fits its band."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 
 import numpy as np
@@ -16,6 +16,7 @@ MOST_CONSTANTS = 6  # more is no short formula
 EVALUATIONS = 120_000  # of formulas
 SEED = 0
 INSIDE = 0.9  # of the points of a curve that must lie in its band
+SLACK = 0.02  # of the largest torque: a smooth curve rounds a kink off by as much
 
 
 def installed() -> bool:
@@ -23,8 +24,13 @@ def installed() -> bool:
     return find_spec("pyoperon") is not None and find_spec("sklearn") is not None
 
 
-def formula(learned: Learned) -> Formula | None:
+def formula(
+    learned: Learned, accepted: Callable[[Formula], bool] = lambda formula: True
+) -> Formula | None:
     """The shortest formula within the band; None if there is none, or of a hysteresis.
+
+    Args:
+        accepted: whether a formula within the band also explains the recordings.
 
     Raises:
         ModuleNotFoundError: the extra `propose` is not installed.
@@ -39,14 +45,14 @@ def formula(learned: Learned) -> Formula | None:
         return written(Node("sum", float(y.mean())), "")
     for simple in (Node("sum", 1.0), Node("product", 2.0, (Node("x"),)), line):
         found = _fitted(written(simple, curve.law.unit), x, y, half)
-        if _inside(found, learned, x):
+        if _inside(found, learned, x) and accepted(found):
             return found
     scale, height = float(np.abs(x).max()), float(np.abs(y).max())
     for tree in _searched(x / scale, y / height, height / half):
         found = written(_stretched(tree, scale, height), curve.law.unit)
         if len(found.values) <= MOST_CONSTANTS:
             found = _fitted(found, x, y, half)
-            if _inside(found, learned, x):
+            if _inside(found, learned, x) and accepted(found):
                 return found
     return None
 
@@ -106,5 +112,6 @@ def _fitted(formula: Formula, x: np.ndarray, y: np.ndarray, half: np.ndarray) ->
 
 
 def _inside(formula: Formula, learned: Learned, x: np.ndarray) -> bool:
-    value = formula(x)
-    return bool(np.mean((learned.low <= value) & (value <= learned.high)) >= INSIDE)
+    value, slack = formula(x), SLACK * np.abs(learned.curve.torque).max()
+    inside = (learned.low - slack <= value) & (value <= learned.high + slack)
+    return bool(inside.mean() >= INSIDE)
