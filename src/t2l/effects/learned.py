@@ -76,6 +76,7 @@ class SplineTorque(Effect):
         grid: (g,) values of the variable, equally spaced; the radii of a hysteresis.
         basis: (g, k) the basis functions there; for a hysteresis the identity.
         size: N·m, of a torque that makes a difference.
+        shown: ends of the variable in the recordings; by default those of the grid.
     """
 
     title = "learned torque"
@@ -83,8 +84,16 @@ class SplineTorque(Effect):
     signature = LearnedTorque.signature
     source = LearnedTorque.source
 
-    def __init__(self, law: Law, grid: np.ndarray, basis: np.ndarray, size: float):
+    def __init__(
+        self,
+        law: Law,
+        grid: np.ndarray,
+        basis: np.ndarray,
+        size: float,
+        shown: tuple[float, float] | None = None,
+    ):
         self.law, self.grid, self.basis = law, grid, basis
+        self.shown = shown or (float(grid[0]), float(grid[-1]))
         self.name = law.name
         least = -1e6 if law.kind == TORQUE else 0.0
         self.parameters = tuple(

@@ -48,7 +48,8 @@ def band(
     u = fit.u[free]
     whole = normals.sum(axis=0)
     small = LEAST * (np.diag(whole).max() + 1e-300) * np.eye(len(whole))
-    # the fit may end a little before the least: draws are compared with where all blocks lead
+    # the fit may end a little before the least: draws are compared with where all blocks lead,
+    # and what is left to there counts as unsure
     least = np.linalg.solve(whole + penalties + small, rights.sum(axis=0) - penalties @ u)
     for k, times in enumerate(draws):
         normal = np.tensordot(times, normals, 1)
@@ -61,7 +62,9 @@ def band(
     shape = _shape(effect)
     curve = shape @ fit.u[index]
     low, high = np.quantile(spread[:, index] @ shape.T, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
-    bent = np.abs(shape @ bias[index])
+    rest = np.zeros(len(fit.u))
+    rest[free] = least
+    bent = np.abs(shape @ bias[index]) + np.abs(shape @ rest[index])
     return np.stack([curve + low - bent, curve + high + bent])
 
 

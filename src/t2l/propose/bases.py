@@ -36,7 +36,8 @@ def effect_of(law: Law, ends: tuple[float, float], size: float) -> SplineTorque:
     count = INTERVALS_OF_FRICTION if law.kind == FRICTION else INTERVALS
     # friction changes most where motion begins
     spread = np.linspace(0, 1, count + 1) ** (2 if law.follows == "speed" else 1)
-    return SplineTorque(law, grid, _splines(grid, grid[0] + spread * (grid[-1] - grid[0])), size)
+    basis = _splines(grid, grid[0] + spread * (grid[-1] - grid[0]))
+    return SplineTorque(law, grid, basis, size, shown=ends)
 
 
 def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
@@ -72,6 +73,7 @@ def tabulated(effect: SplineTorque, weights: np.ndarray) -> Curve:
 
 
 def points(effect: SplineTorque) -> np.ndarray:
-    """Indices of the grid that a table shows."""
+    """Indices of the grid that a table shows: where the recordings were."""
+    first, last = np.searchsorted(effect.grid, effect.shown)
     count = POINTS * (effect.basis.shape[1] - 3) + 1
-    return np.round(np.linspace(0, len(effect.grid) - 1, count)).astype(int)
+    return np.round(np.linspace(first, min(last, len(effect.grid) - 1), count)).astype(int)
