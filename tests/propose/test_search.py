@@ -65,6 +65,7 @@ def test_velocity_is_told_from_position(tmp_path):
     assert slope == pytest.approx(-0.03, rel=0.05)
 
 
+@pytest.mark.slow
 def test_dry_friction_is_no_smooth_torque(tmp_path):
     robot = pendulum(tmp_path)
     law = Law(FRICTION, "hinge", "constant", "hinge")
@@ -74,6 +75,7 @@ def test_dry_friction_is_no_smooth_torque(tmp_path):
     assert one.curve.torque[0] == pytest.approx(0.05, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_joint_is_found(tmp_path):
     robot = two_pendulums(tmp_path)
     law = Law(TORQUE, "right", "position", "right")
@@ -93,6 +95,7 @@ def test_noise_gives_no_proposal(tmp_path):
     assert found.learned == ()
 
 
+@pytest.mark.slow
 def test_what_follows_nothing_gives_no_proposal(tmp_path):
     robot, rng = pendulum(tmp_path), np.random.default_rng(1)
     # each tenth of a second the encoder is off by something else

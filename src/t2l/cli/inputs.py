@@ -100,11 +100,16 @@ def read_inputs(
     )
     names = tuple(getattr(arguments, "without", ()))
     if names:
-        _check_without(names, model)
+        check_without(names, model)
     return replace(model, without=names), recordings, holdout
 
 
-def _check_without(names: Sequence[str], model: Model) -> None:
+def check_without(names: Sequence[str], model: Model) -> None:
+    """Find names that cannot be left out.
+
+    Raises:
+        ConfigurationError: an unknown effect, or one that the model has.
+    """
     from t2l.errors import ConfigurationError
     from t2l.typed import suggestion
 

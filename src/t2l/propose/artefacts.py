@@ -18,7 +18,7 @@ from t2l.diagnose.files import PROPOSAL
 from t2l.effects.law import Curve, Law
 from t2l.effects.learned import GRID
 from t2l.effects.registry import load as load_effects
-from t2l.errors import writing
+from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
 from t2l.identify.prediction import Predictor
 from t2l.names import is_plain, path_of
@@ -50,8 +50,7 @@ def write_proposal(
         report: of recordings that neither fitted nor chose, on which formulas are reported.
         known: known effects beside the curves, see `t2l.propose.reconsider`.
     """
-    with writing(folder / PROPOSAL):
-        (folder / PROPOSAL).unlink(missing_ok=True)
+    _remove_before(folder)
     curves = [_written(proposal, one, folder, chosen, report) for one in proposal.learned]
     content = {
         "verdict": proposal.verdict,
@@ -84,6 +83,23 @@ def write_proposal(
     }
     write_text(json.dumps(content, indent=2) + "\n", folder / PROPOSAL)
     return content
+
+
+def _remove_before(folder: Path) -> None:
+    """Remove an earlier proposal and what it names."""
+    try:
+        names = proposed(folder)
+    except ArtefactError:
+        names = []
+    with writing(folder / PROPOSAL):
+        (folder / PROPOSAL).unlink(missing_ok=True)
+    for name in names:
+        for path in (
+            path_of(folder / "models", name, ".yaml"),
+            path_of(folder / "effects", name, ".py"),
+        ):
+            with writing(path):
+                path.unlink(missing_ok=True)
 
 
 def _written(

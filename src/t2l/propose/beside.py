@@ -1,22 +1,27 @@
 """The proposal of an explanation: the one place where `t2l explain` calls for one."""
 
+import hashlib
+import json
 import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
 
+from t2l.artefacts import read_json, write_text
 from t2l.diagnose.evidence import Evidence
-from t2l.diagnose.files import PROPOSAL, PROPOSED
-from t2l.diagnose.forward_selection import Explanation
+from t2l.diagnose.files import MODEL, PROPOSAL, PROPOSED
+from t2l.diagnose.forward_selection import Explanation, fingerprint
 from t2l.diagnose.ranking import UNEXPLAINED
-from t2l.errors import writing
-from t2l.identify.model import Model
+from t2l.errors import T2LError, writing
+from t2l.identify.model import Model, read_model, write_model
 from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
 from t2l.propose.reconsider import Reconsidered, reconsider
 from t2l.propose.search import AT_THE_FLOOR, Progress
 from t2l.propose.split import split
 from t2l.propose.wording import headline, part
+
+RECORD = "beside.json"
 
 
 def proposed_beside(
@@ -34,7 +39,11 @@ def proposed_beside(
     Raises:
         DivergenceError: a simulation of the model runs away.
     """
-    where = folder / PROPOSED
+    where, key = folder / PROPOSED, _key(model, explanation, evidence)
+    before = _before(where, key)
+    if before is not None:
+        kept = replace(read_model(where / MODEL), without=model.without)
+        return replace(explanation, model=kept, **before)
     quiet = AT_THE_FLOOR * explanation.noise_floor_rad
     found = reconsider(model, explanation.model, evidence, quiet, progress)
     if found is None:
@@ -51,12 +60,39 @@ def proposed_beside(
     chosen = evidence.train, split(evidence.train)[1] & evidence.train_mask
     content = write_proposal(found.proposal, where, chosen, evidence.holdout, known)
     if found.proposal.verdict != LAW:
-        return explanation
+        return _kept(explanation, where, key)
     verdict = UNEXPLAINED if found.dropped else explanation.verdict
     sentence = f"{explanation.sentence} {content['sentence']}"
     if found.dropped:
         sentence = _retracted(found, explanation)
-    return replace(explanation, model=found.model, verdict=verdict, sentence=sentence)
+    changed = replace(explanation, model=found.model, verdict=verdict, sentence=sentence)
+    return _kept(changed, where, key)
+
+
+def _key(model: Model, explanation: Explanation, evidence: Evidence) -> str:
+    """Of everything that a proposal depends on."""
+    text = fingerprint(model, evidence) + repr((explanation.model, explanation.noise_floor_rad))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _before(where: Path, key: str) -> dict[str, str] | None:
+    """What an earlier run of the same found; None if there is none, or it is not whole."""
+    try:
+        record = read_json(where / RECORD, "a record", ("fingerprint", "verdict", "sentence"))
+        whole = os.path.lexists(where / PROPOSAL) and record["fingerprint"] == key
+        read_model(where / MODEL)
+    except T2LError:
+        return None
+    texts = {name: record[name] for name in ("verdict", "sentence")}
+    return texts if whole and all(isinstance(t, str) for t in texts.values()) else None
+
+
+def _kept(explanation: Explanation, where: Path, key: str) -> Explanation:
+    """The explanation, recorded so that a second run need not do the same again."""
+    write_model(explanation.model, where / MODEL, "the model with the known effects that stand")
+    record = {"fingerprint": key, "verdict": explanation.verdict, "sentence": explanation.sentence}
+    write_text(json.dumps(record) + "\n", where / RECORD)
+    return explanation
 
 
 def _retracted(found: Reconsidered, explanation: Explanation) -> str:
