@@ -9,6 +9,7 @@ from t2l.effects.law import FRICTION, TORQUE, Curve, Law
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING, error_of, propose
+from t2l.propose.split import few, split
 from tests.diagnose.made import measured, pendulum, recording, swing, two_pendulums
 
 POSITIONS = np.linspace(-2.0, 2.5, 80)
@@ -113,3 +114,21 @@ def test_a_curve_is_an_effect_of_the_model(tmp_path):
     recordings = machine(robot, [truth])
     predictor = Predictor(robot, recordings, threads=1)
     assert error_of(Model(robot, learned=(truth,)), predictor) == pytest.approx(1e-4, rel=0.15)
+
+
+def test_of_many_recordings_few_are_taken_over_the_gains(tmp_path):
+    robot = pendulum(tmp_path)
+    made = [recording(robot, swing(), f"r{kp}", kp, 1.0, 0.3) for kp in (9, 3, 7, 1, 5)]
+    whole = Predictor(robot, made, threads=1)
+    part, at = few(whole, 3)
+    assert [r.kp[0] for r in part.recordings] == [9.0, 1.0, 5.0]
+    np.testing.assert_array_equal(part.samples.q, whole.samples.q[at])
+
+
+def test_both_halves_see_all_of_the_time(tmp_path):
+    made = [recording(pendulum(tmp_path), swing(), f"r{i}", duration_s=6.0) for i in range(3)]
+    predictor = Predictor(made[0].robot, made, threads=1)
+    fitted, chosen = split(predictor)
+    assert (fitted ^ chosen).all()
+    for half in (fitted, chosen):
+        assert set(np.floor(predictor.samples.time[half])) >= set(range(6))

@@ -16,9 +16,9 @@ from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
-from t2l.propose.reconsider import Reconsidered, reconsider
+from t2l.propose.reconsider import RECORDINGS, Reconsidered, reconsider
 from t2l.propose.search import AT_THE_FLOOR, Progress
-from t2l.propose.split import split
+from t2l.propose.split import few, split
 from t2l.propose.wording import headline, part
 
 RECORD = "beside.json"
@@ -57,7 +57,8 @@ def proposed_beside(
         for name in explanation.model.effects
         if name not in model.effects
     ]
-    chosen = evidence.train, split(evidence.train)[1] & evidence.train_mask
+    predictor, at = few(evidence.train, RECORDINGS)
+    chosen = predictor, split(predictor)[1] & evidence.train_mask[at]
     content = write_proposal(found.proposal, where, chosen, evidence.holdout, known)
     if found.proposal.verdict != LAW:
         return _kept(explanation, where, key)

@@ -5,11 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from t2l.diagnose.conditions import Series, features
-from t2l.diagnose.inverse_dynamics_residual import derivatives
+from t2l.diagnose.explained_variance import by_bins
+from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
 from t2l.effects.law import ALLOWED, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
 from t2l.identify.prediction import Predictor
 
 MOVES = 1e-9  # in the variable's unit; less is no motion
+OTHER_JOINTS = 2  # laws of other joints' motion that are tried on a joint of a robot with many
 LEAST_SHARE = 0.03  # of the squared error; a joint with less has no law of its own
 
 
@@ -23,7 +25,35 @@ def laws(predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple]
     square = np.bincount(predictor.samples.joint, residual**2, len(predictor.joints))
     shown = square >= LEAST_SHARE * square.sum()
     joints = {name for name, share in zip(predictor.joints, shown, strict=True) if share}
-    return [law for law in ranges if law.joint in joints]
+    own = [law for law in ranges if law.joint in joints and law.of == law.joint]
+    cross = [law for law in ranges if law.joint in joints and law.of != law.joint]
+    if len(predictor.joints) <= OTHER_JOINTS:
+        return own + cross
+    missing = missing_torque(predictor, residual)
+    told = {law: _told(predictor, law, missing) for law in cross}
+    for joint in joints:
+        best = sorted((w for w in cross if w.joint == joint), key=lambda w: -told[w])
+        own += best[:OTHER_JOINTS]
+    return own
+
+
+def _told(predictor: Predictor, law: Law, missing: np.ndarray) -> float:
+    """Part of the missing torque of a joint that another joint's motion foretells."""
+    samples, series = predictor.samples, []
+    joint, other = (predictor.joints.index(name) for name in (law.joint, law.of))
+    for number in range(len(predictor.recordings)):
+        at = np.flatnonzero((samples.recording == number) & (samples.joint == joint))
+        theirs = np.flatnonzero((samples.recording == number) & (samples.joint == other))
+        if not len(at) or not len(theirs):
+            continue
+        x = np.interp(samples.time[at], samples.time[theirs], samples.q[theirs])
+        if law.follows == "velocity":
+            x = np.gradient(x, samples.time[at]) if len(at) > 1 else 0 * x
+        series.append((missing[at], x, np.full(len(at), number)))
+    if not series:
+        return 0.0
+    values, x, block = (np.concatenate(column) for column in zip(*series, strict=True))
+    return by_bins(values, x, block)
 
 
 def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tuple[float, float]]:

@@ -22,8 +22,9 @@ from t2l.propose.freedom import freedom
 from t2l.propose.proposal import Proposal, error_of, finished
 from t2l.propose.refit import State, refit
 from t2l.propose.search import Progress, Search, search, without
-from t2l.propose.split import split
+from t2l.propose.split import few, split
 
+RECORDINGS = 12  # at most that curves are learned from: more cost time and add little
 ITERATIONS = 3  # of a fit without one effect, which begins near its end
 
 
@@ -60,8 +61,8 @@ def reconsider(
     Raises:
         DivergenceError: a simulation of the model runs away.
     """
-    predictor = evidence.train
-    fitted, chosen = (half & evidence.train_mask for half in split(predictor))
+    predictor, at = few(evidence.train, RECORDINGS)
+    fitted, chosen = (half & evidence.train_mask[at] for half in split(predictor))
     adopted = [name for name in final.effects if name not in original.effects]
     if len(adopted) > 1:
         one = _one_law(original, final, adopted, predictor, fitted, chosen, progress)
@@ -96,8 +97,9 @@ def _reconsidered(
     decision: Decision | None,
 ) -> Reconsidered:
     base = original if dropped or not set(final.effects) - set(original.effects) else final
+    predictor, at = few(evidence.train, RECORDINGS)
     proposal = finished(
-        base, found, evidence.train, evidence.holdout, evidence.train_mask, evidence.holdout_mask
+        base, found, predictor, evidence.holdout, evidence.train_mask[at], evidence.holdout_mask
     )
     kept = {n: v for n, v in final.effects.items() if n not in dropped}
     model = proposal.model if found.laws else replace(final, effects=kept)

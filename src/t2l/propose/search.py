@@ -25,12 +25,14 @@ from t2l.propose.dictionary import joined, moved, responses, term_of, weights_in
 from t2l.propose.laws import laws, order, ranges
 from t2l.propose.refit import State, begin_at_the_best, refit
 from t2l.propose.ridge import fit
+from t2l.propose.split import few
 
 AT_THE_FLOOR = 1.10  # times the noise: what is left is measurement
 LEAST_IMPROVEMENT = 0.05  # of the error; less is no finding
 ALIKE = 0.03  # of the error between laws that explain alike
 PROMISING = 1.5  # times the least error that a linear fit leaves: laws that are simulated
 SHORTLIST = 4  # of them at most
+SCREENED = 4  # recordings on which every law is tried
 COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
 NEAR = 1.15  # times the least error after them: laws that are fitted to the end
 LAST_ITERATIONS = 2
@@ -132,9 +134,11 @@ def _take_one(
         for law in laws(predictor, found.residual, ends)
         if law not in taken
     ]
-    answers = responses(draft, state.layout, state.u, effects)
+    screen, at = few(draft, SCREENED)
+    answers = responses(screen, state.layout, state.u, effects)
+    left = found.residual[at]
     fits = [
-        fit(a, found.residual, fitted, chosen, penalty(e), e.law.kind != TORQUE)
+        fit(a, left, fitted[at], chosen[at], penalty(e), e.law.kind != TORQUE)
         for e, a in zip(effects, answers, strict=True)
     ]
     ranked = sorted(range(len(effects)), key=lambda i: fits[i].chosen)
@@ -142,7 +146,7 @@ def _take_one(
         found.ceilings = [
             Ceiling(effects[i].law, float(np.sqrt(fits[i].chosen)), False) for i in ranked
         ]
-    if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT / 2) * found.rmse_rad:
+    if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT / 2) * _rms(left[chosen[at]]):
         return False
     short = _shortlist(effects, fits, ranked)
     states = [_with(state, effects[i], fits[i], predictor.joints) for i in short]

@@ -1,4 +1,4 @@
-"""Samples that fit a curve and samples that choose among curves."""
+"""Samples that fit a curve, samples that choose among curves, and fewer recordings of many."""
 
 import numpy as np
 
@@ -19,3 +19,15 @@ def split(predictor: Predictor) -> tuple[np.ndarray, np.ndarray]:
     number = np.floor(samples.time / block).astype(int)
     chooses = (number + samples.recording) % CHOOSING == CHOOSING - 1
     return ~chooses, chooses
+
+
+def few(predictor: Predictor, count: int) -> tuple[Predictor, np.ndarray]:
+    """A predictor of at most `count` recordings, spread over the gains; indices of its samples."""
+    recordings = predictor.recordings
+    if count >= len(recordings):
+        return predictor, np.arange(len(predictor.samples))
+    order = sorted(range(len(recordings)), key=lambda i: (*recordings[i].kp, *recordings[i].kd))
+    places = np.round(np.linspace(0, len(order) - 1, count)).astype(int)
+    taken = sorted(order[place] for place in places)
+    part = predictor.of([recordings[i] for i in taken])
+    return part, np.flatnonzero(np.isin(predictor.samples.recording, taken))
