@@ -39,7 +39,7 @@ def test_a_sine_is_found_with_its_units():
 
 
 def test_a_square_with_sign_is_found_over_velocity():
-    formula = found(-0.02 * X * np.abs(X), "velocity")
+    formula = found(-0.02 * X * np.abs(X), "velocity", part=0.01)
     assert formula.text == "a * x * abs(x)"
     assert formula.values["a"] == pytest.approx(-0.02, rel=0.03)
     assert formula.units == {"a": "N·m/(rad/s)²"}
@@ -70,6 +70,7 @@ def test_a_hysteresis_has_none():
         ("((2.0 * X1) * (3.0 * X2))", "a * x * abs(x)", {"a": "N·m/rad²"}),
         ("(1.0 + ((-2.0) * sin((3.0 * X1))))", "b * np.sin(a * x) + c",
          {"a": "1/rad", "b": "N·m", "c": "N·m"}),
+        ("((2.0 * X1) + (3.0 * X1))", "a * x", {"a": "N·m/rad"}),
         ("((2.0 * X1) ^ 2)", "a * x**2", {"a": "N·m/rad²"}),
         ("exp((X1 + 0.5))", "c * np.exp(a * x + b)", {"a": "1/rad", "b": "", "c": "N·m"}),
     ],

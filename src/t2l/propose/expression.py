@@ -67,7 +67,21 @@ def total(parts: list[Node]) -> Node:
             rest += part.parts
         else:
             rest.append(part)
+    rest = _alike_together(rest)
     return rest[0] if value == 0 and len(rest) == 1 else Node("sum", value, tuple(rest))
+
+
+def _alike_together(parts: list[Node]) -> list[Node]:
+    """Terms of a sum, those that differ in their number only as one."""
+    numbers: dict[tuple[Node, ...], float] = {}
+    for part in parts:
+        factors = part.parts if part.kind == "product" else (part,)
+        number = part.value if part.kind == "product" else 1.0
+        numbers[factors] = numbers.get(factors, 0.0) + number
+    return [
+        f[0] if number == 1.0 and len(f) == 1 else Node("product", number, f)
+        for f, number in numbers.items()
+    ]
 
 
 def product(parts: list[Node]) -> Node:

@@ -66,7 +66,9 @@ def _searched(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Iterator[Node
         population_size=400, generations=60, max_evaluations=EVALUATIONS,
         optimizer_iterations=10, n_threads=1, random_state=SEED,
     )  # fmt: skip
-    search.fit(np.stack([x, np.abs(x)], axis=1), y)
+    # of what has one sign the size is nothing new
+    columns = [x, np.abs(x)] if (x < 0).any() else [x]
+    search.fit(np.stack(columns, axis=1), y)
     for one in sorted(search.pareto_front_, key=lambda one: one["complexity"]):
         try:
             tree = read(one["model"])

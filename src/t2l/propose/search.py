@@ -24,7 +24,7 @@ from t2l.propose.bases import effect_of, penalty
 from t2l.propose.dictionary import joined, moved, responses, term_of, weights_in
 from t2l.propose.laws import laws, order, ranges
 from t2l.propose.refit import State, begin_at_the_best, refit
-from t2l.propose.ridge import fit
+from t2l.propose.ridge import Fit, fit
 from t2l.propose.split import few
 
 AT_THE_FLOOR = 1.10  # times the noise: what is left is measurement
@@ -32,6 +32,7 @@ LEAST_IMPROVEMENT = 0.05  # of the error; less is no finding
 ALIKE = 0.03  # of the error between laws that explain alike
 PROMISING = 1.5  # times the least error that a linear fit leaves: laws that are simulated
 SHORTLIST = 4  # of them at most
+HALF = 0.5  # of what the best takes from the squared error: laws that take less are not simulated
 SCREENED = 4  # recordings on which every law is tried
 COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
 NEAR = 1.15  # times the least error after them: laws that are fitted to the end
@@ -146,9 +147,9 @@ def _take_one(
         found.ceilings = [
             Ceiling(effects[i].law, float(np.sqrt(fits[i].chosen)), False) for i in ranked
         ]
-    if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT / 2) * _rms(left[chosen[at]]):
+    if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT) * _rms(left[chosen[at]]):
         return False
-    short = _shortlist(effects, fits, ranked)
+    short = _shortlist(effects, fits, ranked, _rms(left[chosen[at]]))
     states = [_with(state, effects[i], fits[i], predictor.joints) for i in short]
     # the coarser simulation serves for changes only: what it is off by at first is taken from it
     (coarse,) = draft.predict([Request(state.layout, state.u[None])])
@@ -185,12 +186,17 @@ def _take_one(
     return True
 
 
-def _shortlist(effects: Sequence[SplineTorque], fits: Sequence, ranked: list[int]) -> list[int]:
+def _shortlist(
+    effects: Sequence[SplineTorque], fits: Sequence[Fit], ranked: list[int], baseline: float
+) -> list[int]:
     """The laws that promise most, and of the simplest those that promise nearly as much."""
-    least = np.sqrt(fits[ranked[0]].chosen)
-    short = [i for i in ranked if np.sqrt(fits[i].chosen) <= PROMISING * least][:SHORTLIST]
+    least = fits[ranked[0]].chosen
+    # where all leave much the same, what counts is how much they take away
+    enough = baseline**2 - HALF * (baseline**2 - least)
+    ranked = [i for i in ranked if fits[i].chosen <= enough]
+    short = [i for i in ranked if fits[i].chosen <= PROMISING**2 * least][:SHORTLIST]
     simple = [i for i in ranked if order(effects[i].law) <= 1 and i not in short]
-    return short + [i for i in simple if np.sqrt(fits[i].chosen) <= PROMISING**2 * least][:2]
+    return short + [i for i in simple if fits[i].chosen <= PROMISING**4 * least][:2]
 
 
 def _left(
