@@ -13,18 +13,8 @@ from tests.conftest import ROOT
 LAYERS = [
     {"cli", "config", "figures", "report", "scoreboard", "stats"},
     {
-        *(
-            "attenuation",
-            "bc",
-            "decoupling",
-            "design",
-            "diagnose",
-            "drift",
-            "export",
-            "response",
-            "rl",
-        ),
-        "transfer",
+        *("attenuation", "bc", "decoupling", "design", "diagnose", "drift", "export"),
+        *("propose", "response", "rl", "transfer"),
     },
     {"identify"},
     {"demos", "policies", "effects"},

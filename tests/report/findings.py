@@ -93,3 +93,47 @@ def explained(folder: Path) -> Path:
     }
     (folder / "explanation.json").write_text(json.dumps(explanation))
     return folder
+
+
+def proposal() -> dict:
+    """Content of a proposal.json with a curve, its formula, and a name that does not stand."""
+    at = [-0.5, 0.0, 0.5]
+    return {
+        "verdict": "law",
+        "sentence": "The model lacks a torque on hinge that grows with its position.",
+        "noise_floor_rad": 5e-5,
+        "choice": {"baseline_rmse_q_rad": 1e-3, "rmse_q_rad": 6e-5},
+        "report": {"baseline_rmse_q_rad": 1e-3, "rmse_q_rad": 7e-5, "recordings": ["kp80"]},
+        "fitted_recordings": ["kp5", "kp20"],
+        "curves": [
+            {
+                "name": "learned_torque_hinge_position",
+                "law": "a torque on hinge that grows with its position",
+                "joint": "hinge", "follows": "position", "of": "hinge", "unit": "rad", "at": at,
+                "torque": [-0.1, 0.0, 0.1],
+                "low": [-0.11, -0.01, 0.09], "high": [-0.09, 0.01, 0.11],
+                "formula": {
+                    "effect": "formula_torque_hinge_position", "sentence": "a·x, a = 0.2 N·m/rad",
+                    "report_rmse_q_rad": None,
+                },
+                "note": "",
+            }
+        ],
+        "ceilings": [
+            {"law": "a constant torque on hinge", "rmse_q_rad": 9e-4, "simulated": False}
+        ],
+        "known": [{"effect": "coulomb_friction", "stands": False}],
+    }  # fmt: skip
+
+
+def proposed(folder: Path) -> Path:
+    """What `propose` leaves."""
+    (folder / "proposal.json").write_text(json.dumps(proposal()))
+    return folder
+
+
+def explained_with_proposal(folder: Path) -> Path:
+    """What `explain` leaves that ends unexplained."""
+    (explained(folder) / "proposal").mkdir()
+    proposed(folder / "proposal")
+    return folder

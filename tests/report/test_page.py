@@ -11,7 +11,13 @@ from t2l.errors import ArtefactError
 from t2l.report import write_report
 from t2l.report.payload import recordings_to_show
 from t2l.report.words import mrad, sentence
-from tests.report.findings import compared, diagnosed, explained
+from tests.report.findings import (
+    compared,
+    diagnosed,
+    explained,
+    explained_with_proposal,
+    proposed,
+)
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
@@ -40,7 +46,11 @@ for (const menu of document.querySelectorAll("select"))
 LARGEST = 8e6  # bytes
 
 
-@pytest.fixture(scope="module", params=[compared, diagnosed, explained], ids=lambda f: f.__name__)
+@pytest.fixture(
+    scope="module",
+    params=[compared, diagnosed, proposed, explained_with_proposal],
+    ids=lambda f: f.__name__,
+)
 def page(request, tmp_path_factory):
     folder = request.param(tmp_path_factory.mktemp(request.param.__name__))
     return write_report(folder)

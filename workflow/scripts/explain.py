@@ -7,6 +7,7 @@ from t2l.diagnose.forward_selection import explain, write_explanation
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
+from t2l.propose.beside import proposed_beside
 
 with job(snakemake):
     section = snakemake.params.diagnosis
@@ -19,4 +20,6 @@ with job(snakemake):
     evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
     folder = Path(snakemake.output.explanation).parent
     report = lambda what, fraction: print(f"{100 * fraction:3.0f} %  {what}", flush=True)  # noqa: E731
-    write_explanation(explain(model, evidence, folder, report), folder)
+    explanation = explain(model, evidence, folder, report)
+    explanation = proposed_beside(model, explanation, evidence, folder, report)
+    write_explanation(explanation, folder)

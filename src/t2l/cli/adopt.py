@@ -13,10 +13,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Write a model file with the effects named, at the values fitted by `t2l diagnose`. "
         "Several effects keep the values that each was fitted with alone; `t2l explain` and the "
-        "next diagnosis fit them together."
+        "next diagnosis fit them together. A curve or a formula of t2l propose is adopted alike."
     )
     parser.add_argument("effects", nargs="+", metavar="EFFECT")
-    parser.add_argument("--diagnosis", type=Path, required=True, help="folder of t2l diagnose")
+    parser.add_argument(
+        "--diagnosis", type=Path, required=True, help="folder of t2l diagnose or propose"
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="MODEL.yaml")
     add_extensions(parser)
     add_force(parser)
@@ -30,17 +32,18 @@ def run(arguments: argparse.Namespace) -> None:
         OutputError: the result would replace something.
     """
     from t2l.diagnose.artefacts import diagnosed_effects
-    from t2l.diagnose.files import DIAGNOSIS
+    from t2l.diagnose.files import DIAGNOSIS, PROPOSAL
     from t2l.errors import ConfigurationError
-    from t2l.identify.model import Model, read_model, write_model
+    from t2l.identify.model import merged_with, read_model, write_model
     from t2l.names import path_of
     from t2l.outputs import output_file
+    from t2l.propose.artefacts import plain_name, proposed
     from t2l.registry import python_files
 
     if arguments.out.suffix not in (".yaml", ".yml"):
         raise ConfigurationError(f"--out {arguments.out}: found no .yaml; allowed: MODEL.yaml")
     folder = arguments.diagnosis
-    available = diagnosed_effects(folder)
+    available = [*diagnosed_effects(folder), *proposed(folder)]
     if not available:
         raise ConfigurationError(f"--diagnosis {folder}: no diagnosis in that folder")
     merged, models = None, folder / "models"
@@ -51,16 +54,21 @@ def run(arguments: argparse.Namespace) -> None:
             )
         path = path_of(models, name, ".yaml")
         model = read_model(path)
-        if name not in model.effects:
+        learned = [curve for curve in model.learned if plain_name(curve.law) == name]
+        if name not in model.effects and not learned:
             held = ", ".join(model.effects) or "none"
             raise ConfigurationError(
                 f"{path}: effects: found {held}; allowed: a model with {name}, as "
                 "t2l diagnose wrote it"
             )
-        effects = {**(merged.effects if merged else model.effects), name: model.effects[name]}
-        merged = Model(model.robot, effects, model.effect_files)
+        merged = merged_with(merged, model, name)
     # the whole diagnosis, not only what is adopted now
-    inputs = [folder / DIAGNOSIS, *models.glob("*.yaml"), *python_files(arguments.extensions)]
+    inputs = [
+        folder / DIAGNOSIS,
+        folder / PROPOSAL,
+        *models.glob("*.yaml"),
+        *python_files(arguments.extensions),
+    ]
     with output_file(arguments.out, "t2l adopt", inputs, arguments.force) as out:
         write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.effects)}")
     print(f"Written to {arguments.out}")

@@ -2,11 +2,11 @@
 
 import argparse
 
-from t2l.cli.inputs import add_log_arguments
+from t2l.cli.inputs import add_log_arguments, add_without
 from t2l.diagnose.files import EXPLANATION, MODEL
 
 ENTRIES = (
-    EXPLANATION, MODEL, "steps/", "before/", "after/", "figures/", "report.html",
+    EXPLANATION, MODEL, "steps/", "proposal/", "before/", "after/", "figures/", "report.html",
 )  # fmt: skip
 
 HELP = "diagnose and adopt in turn, and watch the error fall"
@@ -17,9 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Add one effect after the other, each judged on validation data, until nothing more "
         "is justified. OUT receives explanation.json, model.yaml, the steps and report.html. An "
-        "interrupted run goes on with the step it was in."
+        "interrupted run goes on with the step it was in. What known effects leave is learned as a "
+        "curve, in proposal/."
     )
     add_log_arguments(parser, holdout=True)
+    add_without(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -30,6 +32,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.diagnose.forward_selection import explain, write_explanation
     from t2l.figures.diagnosis import draw_explanation
     from t2l.identify.step_size import substeps_for
+    from t2l.propose.beside import proposed_beside
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
@@ -37,6 +40,7 @@ def run(arguments: argparse.Namespace) -> None:
         evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
         progress = progress_line()
         explanation = explain(model, evidence, out, progress)
+        explanation = proposed_beside(model, explanation, evidence, out, progress)
         write_explanation(explanation, out)
         progress("comparing before and after", 0.9)
         for name, which in (("before", model), ("after", explanation.model)):

@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from t2l.identify.model import Model
@@ -27,6 +28,14 @@ def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
     add_extensions(parser)
     parser.add_argument("--out", type=Path, required=True, help="folder for what is found")
     add_force(parser)
+
+
+def add_without(parser: argparse.ArgumentParser) -> None:
+    """--without, for what is not to be found."""
+    parser.add_argument(
+        "--without", action="append", default=[], metavar="EFFECT",
+        help="a known effect that is not to be tried; may be repeated",
+    )  # fmt: skip
 
 
 def add_extensions(parser: argparse.ArgumentParser) -> None:
@@ -86,7 +95,35 @@ def read_inputs(
     from t2l.diagnose.recordings_and_model import read_recordings_and_model
 
     held = [path for group in getattr(arguments, "holdout", []) for path in group]
-    return read_recordings_and_model(arguments.logs, held, arguments.model, arguments.effects)
+    model, recordings, holdout = read_recordings_and_model(
+        arguments.logs, held, arguments.model, arguments.effects
+    )
+    names = tuple(getattr(arguments, "without", ()))
+    if names:
+        check_without(names, model)
+    return replace(model, without=names), recordings, holdout
+
+
+def check_without(names: Sequence[str], model: Model) -> None:
+    """Find names that cannot be left out.
+
+    Raises:
+        ConfigurationError: an unknown effect, or one that the model has.
+    """
+    from t2l.errors import ConfigurationError
+    from t2l.typed import suggestion
+
+    known = model.known_effects()
+    for name in names:
+        if name not in known:
+            raise ConfigurationError(
+                f"--without: found {name!r}{suggestion(name, list(known))}; allowed: "
+                f"{', '.join(sorted(known))}"
+            )
+        if name in model.effects:
+            raise ConfigurationError(
+                f"--without: found {name!r}, which the model has; allowed: one that it has not"
+            )
 
 
 def progress_line() -> Callable[[str, float], None]:

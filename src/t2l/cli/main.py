@@ -18,6 +18,7 @@ from t2l.cli import (
     import_lerobot,
     import_rosbag,
     plan,
+    propose,
     record,
 )
 from t2l.cli.extras import extra_of
@@ -29,6 +30,7 @@ COMMANDS = {
     "diagnose": diagnose,
     "adopt": adopt,
     "explain": explain,
+    "propose": propose,
     "effects": effects,
     "gains": gains,
     "check": check,

@@ -5,6 +5,9 @@ TRACES = "traces.parquet"
 DIAGNOSIS = "diagnosis.json"
 EXPLANATION = "explanation.json"
 MODEL = "model.yaml"
+PROPOSAL = "proposal.json"
+# of an explanation: the folder that holds it
+PROPOSED = "proposal"
 REPORT = "report.html"
 # a folder
 FIGURES = "figures"

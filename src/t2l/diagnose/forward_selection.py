@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from t2l.artefacts import read_json, read_text, reading, write_text
@@ -97,12 +97,13 @@ def _adopted(
     kept, record = where / MODEL, where / "adopted.json"
     found = _adopted_before(where, key)
     if found is not None:
-        return found
-    grown = read_model(_model_with(where, effect))
+        return replace(found[0], without=model.without), found[1]
+    # what is not to be known is in no file
+    grown = replace(read_model(_model_with(where, effect)), without=model.without)
     found, dropped = simplify(grown, evidence) if model.effects else (grown, [])
     write_model(found, kept, f"the model after {effect} was adopted")
     write_text(json.dumps({"fingerprint": key, "dropped": dropped}) + "\n", record)
-    return read_model(kept), dropped
+    return replace(read_model(kept), without=model.without), dropped
 
 
 def _adopted_before(where: Path, key: str) -> tuple[Model, list[str]] | None:

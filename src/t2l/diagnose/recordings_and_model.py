@@ -39,7 +39,7 @@ def read_recordings_and_model(
     model = Model(recordings[0].robot, {}, files)
     if model_path is not None:
         given = read_model(model_path)
-        model = Model(given.robot, given.effects, (*given.effect_files, *files))
+        model = Model(given.robot, given.effects, (*given.effect_files, *files), given.learned)
     check_recordings_and_model(model, model_path, recordings, held)
     return model, recordings, held
 

@@ -134,6 +134,63 @@ class Explanation(TypedDict):
     noise_floor_rad: FiniteFloat
 
 
+class _Formula(TypedDict):
+    effect: str
+    sentence: str
+    report_rmse_q_rad: FiniteFloat | None
+
+
+class _Curve(TypedDict):
+    name: str
+    law: str
+    joint: str
+    follows: str
+    of: str
+    unit: str
+    at: list[FiniteFloat]
+    torque: list[FiniteFloat]
+    low: list[FiniteFloat]
+    high: list[FiniteFloat]
+    formula: _Formula | None
+    note: str
+
+
+class _Choice(TypedDict):
+    baseline_rmse_q_rad: FiniteFloat
+    rmse_q_rad: FiniteFloat
+
+
+class _Report(TypedDict):
+    baseline_rmse_q_rad: FiniteFloat | None
+    rmse_q_rad: FiniteFloat | None
+    recordings: list[str]
+
+
+class _Ceiling(TypedDict):
+    law: str
+    rmse_q_rad: FiniteFloat
+    simulated: bool
+
+
+class _Name(TypedDict):
+    effect: str
+    stands: bool
+
+
+class Proposal(TypedDict):
+    """Of proposal.json."""
+
+    verdict: str
+    sentence: str
+    noise_floor_rad: FiniteFloat
+    choice: _Choice
+    report: _Report
+    fitted_recordings: list[str]
+    curves: list[_Curve]
+    ceilings: list[_Ceiling]
+    known: list[_Name]
+
+
 def read_content(path: Path, kind: type, what: str) -> dict[str, Any]:
     """The content of a JSON file, whose keys have the types of `kind`; others may be there.
 

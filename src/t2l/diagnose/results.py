@@ -10,7 +10,15 @@ import numpy as np
 from t2l.artefacts import read_text
 from t2l.diagnose import result_types
 from t2l.diagnose.conditions import CONDITIONS
-from t2l.diagnose.files import COMPARISON, DIAGNOSIS, EXPLANATION, MODEL, TRACES
+from t2l.diagnose.files import (
+    COMPARISON,
+    DIAGNOSIS,
+    EXPLANATION,
+    MODEL,
+    PROPOSAL,
+    PROPOSED,
+    TRACES,
+)
 from t2l.diagnose.result_types import read_content
 from t2l.diagnose.traces import Traces, read_traces
 from t2l.errors import ArtefactError
@@ -42,12 +50,14 @@ class Found:
         steps: diagnoses in order; may be empty.
         explanation: content of explanation.json.
         model_yaml: the final model as text.
+        proposal: content of proposal.json.
     """
 
     compared: list[Compared] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
     explanation: dict[str, Any] | None = None
     model_yaml: str | None = None
+    proposal: dict[str, Any] | None = None
 
     @property
     def uses(self) -> dict[str, str]:
@@ -75,6 +85,8 @@ def read_found(folder: Path | str) -> Found:
         return _explained(folder)
     if os.path.lexists(folder / DIAGNOSIS):
         return Found(steps=[Step(_diagnosis(folder), None)])
+    if os.path.lexists(folder / PROPOSAL):
+        return Found(proposal=_proposal(folder))
     if os.path.lexists(folder / COMPARISON):
         return Found(compared=[_compared(folder, "model")])
     raise ArtefactError(
@@ -103,7 +115,7 @@ def _explained(folder: Path) -> Found:
         raise ArtefactError(folder / "after" / TRACES, found, "the same")
     model = folder / MODEL
     text = read_text(model, "a model") if os.path.lexists(model) else None
-    return Found(compared, steps, explanation, text)
+    return Found(compared, steps, explanation, text, _proposal(folder / PROPOSED))
 
 
 def _alike(first: Compared, second: Compared) -> bool:
@@ -119,6 +131,17 @@ def _diagnosis(folder: Path) -> dict[str, Any]:
     content = read_content(path, result_types.Diagnosis, "a diagnosis")
     if content["verdict"] == "missing_effect" and not content["ranking"]:
         raise ArtefactError(path, "ranking: nothing", "the effect that is missing")
+    return content
+
+
+def _proposal(folder: Path) -> dict[str, Any] | None:
+    path = folder / PROPOSAL
+    if not os.path.lexists(path):
+        return None
+    content = read_content(path, result_types.Proposal, "a proposal")
+    for i, curve in enumerate(content["curves"]):
+        if len({len(curve[key]) for key in ("at", "torque", "low", "high")}) > 1:
+            raise ArtefactError(path, f"curves.{i}: lists of several lengths", "one length")
     return content
 
 

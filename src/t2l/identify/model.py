@@ -7,13 +7,20 @@ effects:
   command_delay:
     delay: 0.012                                     # s
 effect_files: [my_effects/rubber.py]                 # optional, relative to this file
+learned:                                             # optional, curves that t2l propose learned
+- kind: torque                                       # torque, friction or hysteresis
+  joint: elbow
+  follows: position
+  of: elbow
+  at: [-0.5, 0.0, 0.5]                               # rad
+  torque: [0.1, 0.0, -0.1]                           # N·m
 """
 
 import json
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
@@ -26,9 +33,12 @@ from pydantic import Field
 from t2l.artefacts import write_text
 from t2l.documents import read_yaml
 from t2l.effects.effect import Effect, Parameter, within
+from t2l.effects.law import Curve
+from t2l.effects.learned import LearnedTorque
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
+from t2l.identify.curves import CurveEntry, as_lines, check_curve_joints, read_curves
 from t2l.robots import ROBOTS
 from t2l.robots.plant import compiled, load, mjcf_path
 from t2l.typed import AsTuple, Invalid, Number, Typed, check, describe
@@ -44,15 +54,20 @@ class Model:
         robot: a known name or the absolute path of an MJCF file.
         effects: ``effects[name][parameter]`` is a number, or one for each joint by name.
         effect_files: files of effects of the user's own.
+        learned: curves that were learned from recordings.
+        without: names of effects that are not to be known; no file holds them.
     """
 
     robot: str
     effects: Values = field(default_factory=dict)
     effect_files: tuple[Path, ...] = ()
+    learned: tuple[Curve, ...] = ()
+    without: tuple[str, ...] = ()
 
     def known_effects(self, joints: tuple[str, ...] = ()) -> dict[str, Effect]:
         """Every effect this model may use, within what is possible for `joints` of the robot."""
         known = load_effects(self.effect_files)
+        known = {name: effect for name, effect in known.items() if name not in self.without}
         if not joints:
             return known
         bare = _bare(self.robot, joints, mjcf_path(self.robot).stat().st_mtime_ns)
@@ -64,7 +79,7 @@ class Model:
         return [
             Term(known[name], _joints_with_values(values, known[name], joints))
             for name, values in self.effects.items()
-        ]
+        ] + [Term(LearnedTorque(curve), (joints.index(curve.law.joint),)) for curve in self.learned]
 
     def vector(self, joints: tuple[str, ...]) -> tuple[Layout, np.ndarray]:
         """Layout and parameter vector u of the adopted effects."""
@@ -102,8 +117,19 @@ def from_vector(model: Model, layout: Layout, u: np.ndarray, joints: tuple[str, 
             for p in term.effect.parameters
         }
         for term in layout.terms
+        if not isinstance(term.effect, LearnedTorque)
     }
-    return Model(model.robot, effects, model.effect_files)
+    learned = [t.effect.curve for t in layout.terms if isinstance(t.effect, LearnedTorque)]
+    return replace(model, effects=effects, learned=tuple(learned))
+
+
+def merged_with(merged: Model | None, model: Model, name: str) -> Model:
+    """`merged`, or `model` where there is none yet, with what `model` says of effect `name`."""
+    base = merged or model
+    effects = {**base.effects, **({name: model.effects[name]} if name in model.effects else {})}
+    files = tuple(dict.fromkeys((*base.effect_files, *model.effect_files)))
+    learned = {curve.law: curve for curve in (*model.learned, *base.learned)}
+    return Model(base.robot, effects, files, tuple(learned.values()))
 
 
 def _joints_with_values(values, effect: Effect, joints: tuple[str, ...]) -> tuple[int, ...]:
@@ -134,9 +160,10 @@ def read_model(path: Path | str) -> Model:
         files = tuple((path.parent / file).resolve() for file in found.effect_files or ())
         effects = found.effects or {}
         _check_effects(effects, load_effects(files))
+        learned = read_curves(found.learned or ())
     except (Invalid, ConfigurationError) as error:
         raise ConfigurationError(f"{path}: {error}") from None
-    return Model(robot, effects, files)
+    return Model(robot, effects, files, learned)
 
 
 class ModelFile(Typed):
@@ -145,6 +172,7 @@ class ModelFile(Typed):
     robot: Annotated[str, Field(min_length=1, description="a known name, or the path of an MJCF")]
     effects: dict[str, dict[str, Number | dict[str, Number]]] | None = None
     effect_files: Annotated[tuple[str, ...], AsTuple] | None = None
+    learned: Annotated[tuple[CurveEntry, ...], AsTuple] | None = None
 
 
 def _read_robot(robot: str, folder: Path) -> str:
@@ -211,6 +239,7 @@ def check_joints(path: Path | str, model: Model, joints: tuple[str, ...]) -> Non
                         f"{path}: effects.{name}.{parameter} names joint {joint!r}; the "
                         f"recordings have {', '.join(joints)}"
                     )
+    check_curve_joints(path, model.learned, joints)
 
 
 def write_model(model: Model, path: Path | str, comment: str = "") -> None:
@@ -235,6 +264,7 @@ def write_model(model: Model, path: Path | str, comment: str = "") -> None:
     if model.effect_files:
         files = [_name(os.path.relpath(file, here)) for file in model.effect_files]
         lines += [f"effect_files: [{', '.join(files)}]"]
+    lines += as_lines(model.learned, _name, _number)
     write_text("\n".join(lines) + "\n", path)
 
 

@@ -56,6 +56,8 @@ def render(found: Found) -> str:
 def _story(found: Found) -> str:
     if found.explanation is not None:
         return "explain"
+    if found.proposal is not None:
+        return "propose"
     return "diagnose" if found.steps else "compare"
 
 

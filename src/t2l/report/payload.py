@@ -20,9 +20,21 @@ def payload(found: Found) -> dict[str, Any]:
     content: dict[str, Any] = {"rankings": [ranking(step) for step in found.steps]}
     if found.explanation is not None:
         content["falling"] = falling(found)
+    if found.proposal is not None:
+        content["curves"] = [curve(one) for one in found.proposal["curves"]]
     if found.compared:
         content |= _comparison(found)
     return content
+
+
+def curve(one: dict[str, Any]) -> dict[str, Any]:
+    """A learned curve with its band."""
+    whose = "" if one["of"] == one["joint"] else f" of {one['of']}"
+    unit = f" [{one['unit']}]" if one["unit"] else ""
+    return {
+        "title": f"{one['follows']}{whose}{unit}",
+        **{key: packed(one[key]) for key in ("at", "torque", "low", "high")},
+    }
 
 
 def ranking(step) -> list[dict[str, Any]]:

@@ -70,6 +70,17 @@ const PLOTS = {
           y: Math.log10(f.floor), text: `noise floor ${digits(f.floor)} mrad` }] })];
   },
 
+  curve(_, element) {
+    const c = data.curves[element.dataset.number];
+    const at = floats(c.at), low = floats(c.low), high = floats(c.high);
+    const edge = y => ({ x: at, y, mode: "lines", line: { width: 0 }, hoverinfo: "skip", showlegend: false });
+    return [[edge(low), { ...edge(high), fill: "tonexty", fillcolor: BLUE + "33", name: "95 % band", showlegend: true },
+      { x: at, y: floats(c.torque), mode: "lines", name: "learned torque", line: { color: BLUE, width: 2.5 },
+        hovertemplate: "%{x:.4g}<br>%{y:.4g} N·m<extra></extra>" }],
+      layout({ height: 320, xaxis: { title: { text: c.title } },
+        yaxis: { title: { text: "torque [N·m]" }, zeroline: true } })];
+  },
+
   ranking(_, element) {
     const entries = data.rankings[element.dataset.step].slice().reverse();
     const kinds = { best: [data.falling ? "adopted" : "ranked first", BLUE], tied: ["explains as well", YELLOW], other: ["other candidates", GREY] };

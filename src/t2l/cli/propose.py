@@ -1,0 +1,57 @@
+"""``t2l propose``: learn what a model lacks as a curve, without any known effect."""
+
+import argparse
+
+from t2l.cli.inputs import add_log_arguments
+
+ENTRIES = ("proposal.json", "models/", "effects/", "figures/", "report.html")
+
+HELP = "learn what no known effect explains, as a curve over one variable"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.description = (
+        "Learn the torque that the model so far lacks as a curve over one variable: a joint's own "
+        "position, velocity, commanded torque, load or time, another joint's motion, dry friction "
+        "or hysteresis. Blocks of time of LOG fit and choose; recordings held out report. OUT "
+        "receives proposal.json, models/ and effects/ for t2l adopt, and report.html."
+    )
+    add_log_arguments(parser, holdout=True)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Propose, write, and say what was learned."""
+    from t2l.cli.inputs import log_output, progress_line, read_inputs
+    from t2l.identify.prediction import Predictor
+    from t2l.identify.step_size import substeps_for
+    from t2l.propose.artefacts import write_proposal
+    from t2l.propose.proposal import propose
+    from t2l.propose.split import split
+    from t2l.report import write_report
+
+    model, recordings, holdout = read_inputs(arguments)
+    with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        substeps = substeps_for(model, recordings)
+        predictor = Predictor(model.robot, recordings, substeps)
+        report = predictor.of(holdout) if holdout else None
+        progress = progress_line()
+        proposal = propose(model, predictor, report, progress=progress)
+        progress("looking for formulas", 0.9)
+        content = write_proposal(proposal, out, (predictor, split(predictor)[1]), report)
+        write_report(out)
+        progress("done", 1.0)
+    print(content["sentence"])
+    tell_curves(content)
+    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
+
+
+def tell_curves(content: dict) -> None:
+    """Print each curve with its formula, and how to adopt it."""
+    for curve in content["curves"]:
+        formula = curve["formula"]
+        print(f"  {curve['name']}: {curve['law']}")
+        if formula:
+            print(f"  {formula['effect']}: {formula['sentence']}  (x in {curve['unit'] or '-'})")
+        elif curve["note"]:
+            print(f"    {curve['note']}")

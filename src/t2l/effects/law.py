@@ -1,0 +1,77 @@
+"""What a learned torque is: where it acts, what it follows, and its curve."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+TORQUE, FRICTION, HYSTERESIS = "torque", "friction", "hysteresis"
+UNITS = {
+    "constant": "",
+    "position": "rad",
+    "velocity": "rad/s",
+    "speed": "rad/s",
+    "commanded torque": "N·m",
+    "commanded torque size": "N·m",
+    "load": "N·m",
+    "time": "s",
+    "distance": "rad",
+}
+ALLOWED = {
+    TORQUE: ("constant", "position", "velocity", "commanded torque", "load", "time"),
+    FRICTION: ("constant", "speed", "commanded torque size", "position", "time"),
+    HYSTERESIS: ("distance",),
+}
+OTHERS = ("position", "velocity")  # that may be another joint's
+
+
+@dataclass(frozen=True)
+class Law:
+    """What acts where: `kind` on `joint`, following a variable of joint `of`."""
+
+    kind: str
+    joint: str
+    follows: str
+    of: str
+
+    @property
+    def name(self) -> str:
+        """Plain, unique among laws."""
+        others = f"_of_{self.of}" if self.of != self.joint else ""
+        return f"learned_{self.kind}_{self.joint}_{self.follows.replace(' ', '_')}{others}"
+
+    @property
+    def unit(self) -> str:
+        """Of the variable."""
+        return UNITS[self.follows]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A law with its values.
+
+    Attributes:
+        at: (n,) values of the variable, increasing.
+        torque: (n,) N·m there; beyond the ends the last value holds.
+    """
+
+    law: Law
+    at: tuple[float, ...]
+    torque: tuple[float, ...]
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """N·m at x: a monotone cubic between the values, straight lines for hysteresis."""
+        if len(self.at) < 2:
+            return np.full(np.shape(x), self.torque[0])
+        if self.law.kind == HYSTERESIS:
+            return np.interp(x, self.at, self.torque)
+        # only here: importing it takes a third of a second
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(self.at, self.torque)(np.clip(x, self.at[0], self.at[-1]))
+
+    @property
+    def weights(self) -> tuple[np.ndarray, np.ndarray]:
+        """Radii r (k,) and weights w (k,) of the elements of a hysteresis."""
+        radii = np.array(self.at[1:])
+        slope = np.append(np.diff(self.torque) / np.diff(self.at), 0.0)
+        return radii, (slope[1:] - slope[:-1]) * radii

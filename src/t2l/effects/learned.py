@@ -1,0 +1,251 @@
+"""A torque that was learned from recordings: a curve over one variable, tabulated or a spline.
+
+Three kinds of law, each of one variable x:
+
+    torque       τ = f(x)
+    friction     |τ| ≤ f(x), against the motion; it holds the joint at rest
+    hysteresis   τ = −Σ_k w_k z_k / r_k,  ż_k = q̇ within |z_k| ≤ r_k
+
+The last is Prandtl and Ishlinskii's sum of elastic-plastic elements (Visintin, Differential models
+of hysteresis, 1994, section III.6). Its curve is what a joint feels that moves from rest, over the
+distance; after each reversal the same curve at twice its size follows (Masing's rule).
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from t2l.effects.coulomb_friction import hold_at_rest
+from t2l.effects.effect import Effect, Parameter
+from t2l.effects.law import FRICTION, HYSTERESIS, OTHERS, TORQUE, Curve, Law
+from t2l.sim.servo import ServoLoop
+
+GRID = 513  # points of a table that is looked up linearly; a curve of 20 knots is exact to 1e-3
+
+
+class LearnedTorque(Effect):
+    """A tabulated law; it has no parameters to fit."""
+
+    title = "learned torque"
+    parameters = ()
+    summary = "a torque that was learned from recordings"
+    signature = "the error follows what the curve follows"
+    source = "the recordings that it was learned from"
+
+    def __init__(self, curve: Curve):
+        self.curve, self.law = curve, curve.law
+        self.name = curve.law.name
+
+    def starts(self, scales):
+        return [{}]
+
+    def install(self, loop, rows, joints, values):
+        count = rows.stop - rows.start
+        law, curve = self.law, self.curve
+        if law.kind == HYSTERESIS:
+            radii, weights = curve.weights
+            yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
+            return
+        grid = np.linspace(curve.at[0], curve.at[-1], GRID)
+        looked_up(loop, rows, law, grid, np.tile(curve(grid), (count, 1)))
+
+    def export(self, to, joints, values):
+        law, curve = self.law, self.curve
+        if law.kind == HYSTERESIS:
+            radii, weights = curve.weights
+            own = {"radii": radii, "weights": weights}
+            to.call(self.name, learned_hysteresis, joints, own)
+            return
+        grid = np.linspace(curve.at[0], curve.at[-1], GRID)
+        own = {
+            "follows": law.follows,
+            "of": to.joints.index(law.of),
+            "at": grid,
+            "torque": curve(grid),
+        }
+        to.call(
+            self.name, learned_friction if law.kind == FRICTION else learned_torque, joints, own
+        )
+
+
+class SplineTorque(Effect):
+    """A law as a sum of basis functions whose weights are fitted.
+
+    Args:
+        law: what acts where.
+        grid: (g,) values of the variable, equally spaced; the radii of a hysteresis.
+        basis: (g, k) the basis functions there; for a hysteresis the identity.
+        size: N·m, of a torque that makes a difference.
+        shown: ends of the variable in the recordings; by default those of the grid.
+    """
+
+    title = "learned torque"
+    summary = LearnedTorque.summary
+    signature = LearnedTorque.signature
+    source = LearnedTorque.source
+
+    def __init__(
+        self,
+        law: Law,
+        grid: np.ndarray,
+        basis: np.ndarray,
+        size: float,
+        shown: tuple[float, float] | None = None,
+    ):
+        self.law, self.grid, self.basis = law, grid, basis
+        self.shown = shown or (float(grid[0]), float(grid[-1]))
+        self.name = law.name
+        least = -1e6 if law.kind == TORQUE else 0.0
+        self.parameters = tuple(
+            Parameter(f"weight_{k}", "N·m", least, 1e6, "of a basis function", size=size)
+            for k in range(basis.shape[1])
+        )
+
+    def starts(self, scales):
+        return [{p.name: np.zeros(len(scales.torque)) for p in self.parameters}]
+
+    def install(self, loop, rows, joints, values):
+        weights = np.concatenate([values[p.name] for p in self.parameters], axis=1)
+        if self.law.kind == HYSTERESIS:
+            yielding(loop, rows, self.law, self.grid, weights)
+        else:
+            looked_up(loop, rows, self.law, self.grid, weights @ self.basis.T)
+
+
+def looked_up(loop: ServoLoop, rows: slice, law: Law, grid: np.ndarray, tables: np.ndarray) -> None:
+    """Add a law whose torque is looked up in tables (nrow, g) over an equally spaced grid (g,)."""
+    joint = loop.joints.index(law.joint)
+    value = variable(loop, rows, law)
+    per_step = (len(grid) - 1) / max(grid[-1] - grid[0], 1e-12)
+    flat, first = tables.ravel(), np.arange(len(tables)) * len(grid)
+    last = len(grid) - 1 - 1e-9
+
+    def at(tick, q, dq, motor) -> np.ndarray:
+        # this runs at every tick; a simulation that diverged is NaN, which fmax passes over
+        place = (value(tick, q, dq, motor) - grid[0]) * per_step
+        place = np.fmin(np.fmax(place, 0.0), last)
+        below = place.astype(np.intp)
+        place -= below
+        below += first
+        left = flat.take(below)
+        below += 1
+        return left + place * (flat.take(below) - left)
+
+    if law.kind == FRICTION:
+        hold_at_rest(loop, rows, np.array([joint]), tables.max(axis=1, keepdims=True))
+
+        qpos, needs_q = loop.batch.qpos, law.follows in OTHERS
+
+        def add_friction(tick, dq, motor, level):
+            q = qpos[:, loop.qpos] if needs_q else None
+            level[rows, joint] += at(tick, q, dq, motor[rows])
+
+        loop.friction.append(add_friction)
+        return
+    motor = demanded(loop, rows) if law.follows == "commanded torque" else None
+
+    def add(tick, q, dq, torque):
+        torque[rows, joint] += at(tick, q, dq, None if motor is None else motor[0])
+
+    loop.joint_torques.append(add)
+
+
+def yielding(
+    loop: ServoLoop, rows: slice, law: Law, radii: np.ndarray, weights: np.ndarray
+) -> None:
+    """Add elastic-plastic elements of `radii` (k,) with weights (nrow, k)."""
+    joint = loop.joints.index(law.joint)
+    anchors: list[np.ndarray] = []
+
+    def add(tick, q, dq, torque):
+        # in the middle of the period for which the torque is held
+        middle = (q[rows, joint] + 0.5 * loop.period_s * dq[rows, joint])[:, None]
+        if not anchors:
+            anchors.append(np.tile(middle, len(radii)))
+        stretch = np.minimum(np.maximum(middle - anchors[0], -radii), radii)
+        anchors[0] = middle - stretch
+        torque[rows, joint] -= (weights * stretch / radii).sum(axis=1)
+
+    loop.joint_torques.append(add)
+
+
+def variable(loop: ServoLoop, rows: slice, law: Law) -> Callable:
+    """The variable (nrow,) of a law, called with (tick, q, dq, motor torque of the rows)."""
+    of, half = loop.joints.index(law.of), 0.5 * loop.period_s
+    if law.follows == "load":
+        bias, dof = loop.batch.bind("qfrc_bias"), loop.dofs[of]
+        return lambda tick, q, dq, motor: bias[rows, dof]
+    last: list[np.ndarray] = []
+
+    def velocity(tick, q, dq, motor):
+        # in the middle of the period for which the torque is held, if it goes on as before
+        now = dq[rows, of]
+        before = last[0] if last else now
+        last[:] = [now]
+        return now + 0.5 * (now - before)
+
+    return {
+        "constant": lambda tick, q, dq, motor: np.zeros(rows.stop - rows.start),
+        "position": lambda tick, q, dq, motor: q[rows, of] + half * dq[rows, of],
+        "velocity": velocity,
+        "speed": lambda tick, q, dq, motor: np.abs(dq[rows, of]),
+        "commanded torque": lambda tick, q, dq, motor: motor[:, of],
+        "commanded torque size": lambda tick, q, dq, motor: np.abs(motor[:, of]),
+        "time": lambda tick, q, dq, motor: np.full(
+            rows.stop - rows.start, (tick + 0.5) * loop.period_s
+        ),
+    }[law.follows]
+
+
+def demanded(loop: ServoLoop, rows: slice) -> list[np.ndarray]:
+    """A place that holds what the controller demands at the present tick, (nrow, njoint)."""
+    held = [np.zeros((rows.stop - rows.start, len(loop.joints)))]
+
+    def keep(tick, torque):
+        held[0] = torque[rows].copy()
+
+    loop.motor_filters.append(keep)
+    return held
+
+
+def learned_torque(robot, joints, values):
+    """Add a torque that is looked up in a table."""
+    of, follows = values["of"], values["follows"]
+    robot.learned_time = getattr(robot, "learned_time", {})
+    key = (tuple(joints), follows, of)
+    ticks = robot.learned_time[key] = robot.learned_time.get(key, -1) + 1
+    x = {
+        "constant": 0.0,
+        "position": robot.angle[of],
+        "velocity": robot.dq[of],
+        "commanded torque": robot.motor[of],
+        "load": robot.load[of],
+        "time": (ticks + 0.5) * robot.period_s,
+    }[follows]
+    robot.torque[joints] += np.interp(x, values["at"], values["torque"])
+
+
+def learned_friction(robot, joints, values):
+    """Add dry friction whose level is looked up in a table."""
+    of, follows = values["of"], values["follows"]
+    robot.learned_time = getattr(robot, "learned_time", {})
+    key = (tuple(joints), follows, of)
+    ticks = robot.learned_time[key] = robot.learned_time.get(key, -1) + 1
+    x = {
+        "constant": 0.0,
+        "position": robot.angle[of],
+        "speed": abs(robot.dq[of]),
+        "commanded torque size": abs(robot.motor[of]),
+        "time": (ticks + 0.5) * robot.period_s,
+    }[follows]
+    robot.friction[joints] += np.interp(x, values["at"], values["torque"])
+
+
+def learned_hysteresis(robot, joints, values):
+    """Add elastic-plastic elements that remember."""
+    robot.learned_anchors = getattr(robot, "learned_anchors", {})
+    q, radii = robot.angle[joints[0]], values["radii"]
+    anchors = robot.learned_anchors.setdefault(tuple(joints), np.full(len(radii), q))
+    stretch = np.clip(q - anchors, -radii, radii)
+    robot.learned_anchors[tuple(joints)] = q - stretch
+    robot.torque[joints] -= np.sum(values["weights"] * stretch / radii)

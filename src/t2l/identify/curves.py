@@ -1,0 +1,99 @@
+"""Learned curves as a model file holds them."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from t2l.effects.law import ALLOWED, HYSTERESIS, OTHERS, TORQUE, Curve, Law
+from t2l.errors import ConfigurationError
+from t2l.typed import AsTuple, Number, Typed, describe
+
+FEWEST, MOST = 2, 2000  # values of a curve
+
+
+class CurveEntry(Typed):
+    """One entry of `learned` in a model file."""
+
+    kind: Literal["torque", "friction", "hysteresis"]
+    joint: str
+    follows: str
+    of: str | None = None
+    at: Annotated[tuple[Number, ...], AsTuple]
+    torque: Annotated[tuple[Number, ...], AsTuple]
+
+
+def read_curves(entries: Sequence[CurveEntry]) -> tuple[Curve, ...]:
+    """The curves of a model file.
+
+    Raises:
+        ConfigurationError: what a curve follows or its values are not allowed, or two are alike.
+    """
+    curves = []
+    for number, entry in enumerate(entries):
+        where = f"learned.{number}"
+        law = Law(entry.kind, entry.joint, entry.follows, entry.of or entry.joint)
+        if law.follows not in ALLOWED[law.kind]:
+            raise ConfigurationError(
+                f"{where}.follows: found {describe(law.follows)}; allowed for {law.kind}: "
+                f"{', '.join(ALLOWED[law.kind])}"
+            )
+        if law.of != law.joint and not (law.kind == TORQUE and law.follows in OTHERS):
+            raise ConfigurationError(
+                f"{where}.of: found {describe(law.of)}; allowed: {law.joint}, or another joint for "
+                f"a torque that follows {' or '.join(OTHERS)}"
+            )
+        _check_values(where, law, entry.at, entry.torque)
+        if law in [curve.law for curve in curves]:
+            raise ConfigurationError(f"{where}: found the same law twice; allowed: one curve each")
+        curves.append(Curve(law, tuple(map(float, entry.at)), tuple(map(float, entry.torque))))
+    return tuple(curves)
+
+
+def _check_values(where: str, law: Law, at: Sequence[float], torque: Sequence[float]) -> None:
+    if len(at) != len(torque) or not FEWEST <= len(at) <= MOST:
+        raise ConfigurationError(
+            f"{where}: found {len(at)} values of at and {len(torque)} of torque; allowed: as many "
+            f"of each, {FEWEST} to {MOST}"
+        )
+    if not (np.diff(at) > 0).all():
+        raise ConfigurationError(f"{where}.at: found values that do not increase; allowed: rising")
+    if law.kind == HYSTERESIS and (at[0] != 0 or torque[0] != 0):
+        raise ConfigurationError(
+            f"{where}: found a hysteresis that begins at {at[0]:g} {law.unit} with "
+            f"{torque[0]:g} N·m; allowed: 0 and 0"
+        )
+
+
+def check_curve_joints(path: Path | str, curves: Sequence[Curve], joints: Sequence[str]) -> None:
+    """Find curves of joints that the recordings do not have.
+
+    Raises:
+        ConfigurationError: such a joint.
+    """
+    for number, curve in enumerate(curves):
+        for key, name in (("joint", curve.law.joint), ("of", curve.law.of)):
+            if name not in joints:
+                raise ConfigurationError(
+                    f"{path}: learned.{number}.{key} names joint {name!r}; the recordings have "
+                    f"{', '.join(joints)}"
+                )
+
+
+def as_lines(
+    curves: Sequence[Curve], name: Callable[[str], str], number: Callable[[float], str]
+) -> list[str]:
+    """Lines of YAML; `name` and `number` write a string and a number."""
+    lines = ["learned:"] if curves else []
+    for curve in curves:
+        law = curve.law
+        lines += [
+            f"- kind: {law.kind}",
+            f"  joint: {name(law.joint)}",
+            f"  follows: {law.follows}",
+            f"  of: {name(law.of)}",
+            f"  at: [{', '.join(map(number, curve.at))}]" + (f"  # {law.unit}" if law.unit else ""),
+            f"  torque: [{', '.join(map(number, curve.torque))}]  # N·m",
+        ]
+    return lines

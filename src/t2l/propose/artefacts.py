@@ -1,0 +1,197 @@
+"""What a proposal leaves in a folder.
+
+proposal.json            verdict, curves with bands, formulas, what each law could explain
+models/NAME.yaml         the model with a curve, or a formula, adopted
+effects/NAME.py          a formula as an effect that a person may edit
+"""
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from t2l.artefacts import read_json, reading, write_text
+from t2l.diagnose.files import PROPOSAL
+from t2l.effects.law import Curve, Law
+from t2l.effects.learned import GRID
+from t2l.effects.registry import load as load_effects
+from t2l.errors import ArtefactError, writing
+from t2l.identify.model import Model, write_model
+from t2l.identify.prediction import Predictor
+from t2l.names import is_plain, path_of
+from t2l.propose import formula as formulas
+from t2l.propose.decision import NEAR
+from t2l.propose.effect_file import effect_name, effect_text
+from t2l.propose.expression import Formula
+from t2l.propose.proposal import Learned, Proposal, error_of
+from t2l.propose.wording import headline, named, told
+
+Chosen = tuple[Predictor, np.ndarray]
+
+CEILINGS = 12  # told of
+MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
+
+
+def write_proposal(
+    proposal: Proposal,
+    folder: Path,
+    chosen: Chosen,
+    report: Predictor | None = None,
+    known: list[dict[str, Any]] | None = None,
+) -> dict[str, Any]:
+    """Write all of it, proposal.json last; what it holds is returned.
+
+    Args:
+        chosen: a predictor, and the samples of it that choose: a formula must explain them nearly
+            as well as its curve.
+        report: of recordings that neither fitted nor chose, on which formulas are reported.
+        known: known effects beside the curves, see `t2l.propose.reconsider`.
+    """
+    _remove_before(folder)
+    curves = [_written(proposal, one, folder, chosen, report) for one in proposal.learned]
+    content = {
+        "verdict": proposal.verdict,
+        "sentence": headline(proposal),
+        "noise_floor_rad": proposal.noise_floor_rad,
+        "choice": {
+            "baseline_rmse_q_rad": proposal.choice_baseline_rad,
+            "rmse_q_rad": proposal.choice_rmse_rad,
+        },
+        "report": {
+            "baseline_rmse_q_rad": proposal.report_baseline_rad,
+            "rmse_q_rad": proposal.report_rmse_rad,
+            "recordings": list(proposal.reported),
+        },
+        "fitted_recordings": list(proposal.fitted),
+        "curves": curves,
+        "ceilings": [
+            {
+                "law": named(c.law),
+                "kind": c.law.kind,
+                "joint": c.law.joint,
+                "follows": c.law.follows,
+                "of": c.law.of,
+                "rmse_q_rad": c.rmse_rad,
+                "simulated": c.simulated,
+            }
+            for c in proposal.ceilings[:CEILINGS]
+        ],
+        "known": known or [],
+    }
+    write_text(json.dumps(content, indent=2) + "\n", folder / PROPOSAL)
+    return content
+
+
+def _remove_before(folder: Path) -> None:
+    """Remove an earlier proposal and what it names."""
+    try:
+        names = proposed(folder)
+    except ArtefactError:
+        names = []
+    with writing(folder / PROPOSAL):
+        (folder / PROPOSAL).unlink(missing_ok=True)
+    for name in names:
+        for path in (
+            path_of(folder / "models", name, ".yaml"),
+            path_of(folder / "effects", name, ".py"),
+        ):
+            with writing(path):
+                path.unlink(missing_ok=True)
+
+
+def _written(
+    proposal: Proposal, one: Learned, folder: Path, chosen: Chosen, report: Predictor | None
+) -> dict[str, Any]:
+    law = one.curve.law
+    name = plain_name(law)
+    comment = f"the model so far with {named(law)}, as t2l propose learned it"
+    write_model(proposal.with_some([law]), path_of(folder / "models", name, ".yaml"), comment)
+    content = {
+        "name": name,
+        "law": told(one.curve),
+        "kind": law.kind,
+        "joint": law.joint,
+        "follows": law.follows,
+        "of": law.of,
+        "unit": law.unit,
+        "at": list(one.curve.at),
+        "torque": list(one.curve.torque),
+        "low": one.low.tolist(),
+        "high": one.high.tolist(),
+        "formula": None,
+        "note": "",
+    }
+    if not formulas.installed():
+        return content | {"note": MISSING}
+    limit = NEAR * error_of(proposal.with_curves, *chosen)
+
+    def accepted(formula: Formula) -> bool:
+        at = np.linspace(one.curve.at[0], one.curve.at[-1], GRID)
+        drawn = Curve(law, tuple(at.tolist()), tuple(formula(at).tolist()))
+        others = [other.curve.law for other in proposal.learned if other is not one]
+        base = proposal.with_some(others)
+        return error_of(replace(base, learned=(*base.learned, drawn)), *chosen) <= limit
+
+    found = formulas.formula(one, accepted)
+    if found is None:
+        return content | {"note": "no short formula fits within the band"}
+    return content | {"formula": _formula(proposal, one, found, folder, report)}
+
+
+def plain_name(law: Law) -> str:
+    """A curve's name as a file's."""
+    return effect_name(law).replace("formula_", "learned_", 1)
+
+
+def _formula(
+    proposal: Proposal, one: Learned, found: Formula, folder: Path, report: Predictor | None
+) -> dict[str, Any]:
+    law = one.curve.law
+    name = effect_name(law)
+    path = path_of(folder / "effects", name, ".py")
+    write_text(effect_text(law, found), path)
+    alone = with_formula(proposal, one, found, path, others=False)
+    comment = f"the model so far with a formula of {named(law)}"
+    write_model(alone, path_of(folder / "models", name, ".yaml"), comment)
+    model = with_formula(proposal, one, found, path)
+    return {
+        "effect": name,
+        "file": f"effects/{path.name}",
+        "sentence": found.sentence(),
+        "text": found.text,
+        "values": found.values,
+        "units": found.units,
+        "report_rmse_q_rad": None if report is None else error_of(model, report),
+    }
+
+
+def with_formula(
+    proposal: Proposal, one: Learned, found: Formula, path: Path, others: bool = True
+) -> Model:
+    """The model with a formula in place of a curve, and perhaps all other curves."""
+    law, name = one.curve.law, effect_name(one.curve.law)
+    beside = [other.curve.law for other in proposal.learned if others and other is not one]
+    base = proposal.with_some(beside)
+    effect = load_effects([path])[name]
+    values = {p.name: {law.joint: float(found.values[p.name])} for p in effect.parameters}
+    effects = {**base.effects, name: values}
+    return Model(base.robot, effects, (*base.effect_files, path.resolve()), base.learned)
+
+
+def proposed(folder: Path) -> list[str]:
+    """Names of the curves and formulas that a folder proposes; none where there is no proposal.
+
+    Raises:
+        ArtefactError: its file is no proposal.
+    """
+    path = folder / PROPOSAL
+    if not os.path.lexists(path):
+        return []
+    content = read_json(path, "a proposal", ("curves",))
+    with reading(path, "a proposal with a list of curves"):
+        names = [str(curve["name"]) for curve in content["curves"]]
+        names += [str(c["formula"]["effect"]) for c in content["curves"] if c["formula"]]
+    return [name for name in names if is_plain(name)]

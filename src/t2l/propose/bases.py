@@ -1,0 +1,79 @@
+"""The functions that a curve is a sum of: cubic B-splines with a penalty on their bends.
+
+P-splines (Eilers and Marx, Flexible smoothing with B-splines and penalties, 1996): more knots than
+the curve needs, and second differences of neighbouring weights kept small as far as other data say.
+With a large penalty a curve becomes a straight line.
+"""
+
+import numpy as np
+
+from t2l.effects.law import FRICTION, HYSTERESIS, Curve, Law
+from t2l.effects.learned import GRID, SplineTorque
+
+INTERVALS = 18  # of a spline: four and a half periods of a ripple at four knots each
+INTERVALS_OF_FRICTION = 8
+POINTS = 3  # of a table, in each interval
+RADII = 10  # of a hysteresis, each half of the one before, from the range down
+MARGIN = 0.05  # of the range, to each side: the motion of a better model may go further
+
+
+def effect_of(law: Law, ends: tuple[float, float], size: float) -> SplineTorque:
+    """A law with weights to fit.
+
+    Args:
+        ends: of its variable.
+        size: N·m that make a difference.
+    """
+    low, high = ends
+    if law.kind == HYSTERESIS:
+        radii = (high - low) * 0.5 ** np.arange(RADII - 1, -1, -1)
+        return SplineTorque(law, radii, np.eye(RADII), size)
+    if law.follows == "constant":
+        return SplineTorque(law, np.array([0.0, 1.0]), np.ones((2, 1)), size)
+    margin = MARGIN * (high - low)
+    begin = low if law.follows in ("speed", "commanded torque size", "time") else low - margin
+    grid = np.linspace(begin, high + margin, GRID)
+    count = INTERVALS_OF_FRICTION if law.kind == FRICTION else INTERVALS
+    # friction changes most where motion begins
+    spread = np.linspace(0, 1, count + 1) ** (2 if law.follows == "speed" else 1)
+    basis = _splines(grid, grid[0] + spread * (grid[-1] - grid[0]))
+    return SplineTorque(law, grid, basis, size, shown=ends)
+
+
+def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
+    """(g, k) cubic B-splines over `breaks`, not clamped where breaks are equally spaced."""
+    from scipy.interpolate import BSpline
+
+    first, last = breaks[1] - breaks[0], breaks[-1] - breaks[-2]
+    steps = np.arange(1, 4)
+    knots = np.concatenate([breaks[0] - first * steps[::-1], breaks, breaks[-1] + last * steps])
+    return BSpline.design_matrix(np.clip(grid, breaks[0], breaks[-1]), knots, 3).toarray()
+
+
+def penalty(effect: SplineTorque) -> np.ndarray:
+    """(m, k): the penalty is the sum of squares of this times the weights."""
+    count = effect.basis.shape[1]
+    if effect.law.kind == HYSTERESIS:
+        return np.eye(count)
+    if count == 1:
+        return np.zeros((0, 1))
+    return np.diff(np.eye(count), 2, axis=0)
+
+
+def tabulated(effect: SplineTorque, weights: np.ndarray) -> Curve:
+    """The curve that weights (k,) make, over the range of the recordings."""
+    law, grid = effect.law, effect.grid
+    if law.kind == HYSTERESIS:
+        at = np.concatenate([[0.0], grid])
+        torque = -(np.minimum(at[:, None], grid) / grid) @ weights
+        return Curve(law, tuple(at.tolist()), tuple(torque.tolist()))
+    at = grid if len(grid) == 2 else grid[points(effect)]
+    values = np.interp(at, grid, effect.basis @ weights)
+    return Curve(law, tuple(at.tolist()), tuple(values.tolist()))
+
+
+def points(effect: SplineTorque) -> np.ndarray:
+    """Indices of the grid that a table shows: where the recordings were."""
+    first, last = np.searchsorted(effect.grid, effect.shown)
+    count = POINTS * (effect.basis.shape[1] - 3) + 1
+    return np.round(np.linspace(first, min(last, len(effect.grid) - 1), count)).astype(int)

@@ -1,0 +1,45 @@
+"""When a known effect may be named, and when a learned curve says more.
+
+The rule: a known effect is named if it leaves at most `NEAR` times what the best law in its place
+leaves, or times the noise where that is more. Otherwise a law of one variable explains clearly
+more than it, and a name would mislead.
+"""
+
+from dataclasses import dataclass
+
+NEAR = 1.10  # as near as an error must be to the noise to count as noise
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Whether a known effect is named, and the part of the squared error it explains.
+
+    Attributes:
+        fraction: of what the best law explains; more than one is one.
+    """
+
+    named: bool
+    fraction: float
+
+
+def decide(known: float, ceiling: float, baseline: float, noise: float) -> Decision:
+    """Judge a known effect by RMS errors on the same samples, rad.
+
+    Args:
+        known: with the effect.
+        ceiling: with the best law in its place.
+        baseline: with neither.
+        noise: of a perfect model.
+
+    Raises:
+        ValueError: an error is not finite or negative.
+    """
+    for name, value in (
+        ("known", known), ("ceiling", ceiling), ("baseline", baseline), ("noise", noise),
+    ):  # fmt: skip
+        if not 0 <= value < float("inf"):
+            raise ValueError(f"{name}: found {value}; allowed: a finite RMS error, not negative")
+    possible = baseline**2 - min(ceiling, known) ** 2
+    explained = baseline**2 - known**2
+    fraction = 0.0 if possible <= 0 else min(max(explained / possible, 0.0), 1.0)
+    return Decision(known <= NEAR * max(ceiling, noise), fraction)

@@ -1,0 +1,61 @@
+"""What the simulation answers to a small torque of each basis function, at the present model."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from t2l.effects.law import FRICTION
+from t2l.effects.learned import SplineTorque
+from t2l.effects.term import Layout, Term
+from t2l.identify.prediction import Predictor, Request
+
+STEP = 1e-3  # of a torque that makes a difference
+STEP_OF_FRICTION = 0.03  # likewise: the solver of contacts sees no smaller one
+
+
+def term_of(effect: SplineTorque, joints: tuple[str, ...]) -> Term:
+    """A law's effect where it acts."""
+    return Term(effect, (joints.index(effect.law.joint),))
+
+
+def joined(layout: Layout, u: np.ndarray, terms: Sequence[Term]) -> tuple[Layout, np.ndarray]:
+    """A layout with more terms, their parameters zero."""
+    whole = Layout([*layout.terms, *terms])
+    return whole, moved(layout, u, whole)
+
+
+def moved(layout: Layout, u: np.ndarray, to: Layout) -> np.ndarray:
+    """The same values in another layout; zero for what `layout` has not."""
+    known = dict(zip((slot.key for slot in layout.slots), u, strict=True))
+    return np.array([known.get(slot.key, 0.0) for slot in to.slots])
+
+
+def weights_in(layout: Layout, effect: SplineTorque) -> np.ndarray:
+    """Indices of a law's weights."""
+    return np.array([i for i, s in enumerate(layout.slots) if s.term.effect.name == effect.name])
+
+
+def responses(
+    predictor: Predictor, layout: Layout, u: np.ndarray, effects: Sequence[SplineTorque]
+) -> list[np.ndarray]:
+    """Change of position (nsample, k) per unit of each weight, rad/(N·m), for each law."""
+    requests = [Request(layout, u[None])]
+    for effect in effects:
+        whole, start = layout, u
+        if not len(weights_in(layout, effect)):
+            whole, start = joined(layout, u, [term_of(effect, predictor.joints)])
+        index, step = weights_in(whole, effect), step_of(effect)
+        points = np.repeat(start[None], len(index), axis=0)
+        points[np.arange(len(index)), index] += step
+        requests.append(Request(whole, points))
+    base, *moves = predictor.predict(requests)
+    return [
+        np.nan_to_num((q - base[0]) / step_of(effect)).T
+        for q, effect in zip(moves, effects, strict=True)
+    ]
+
+
+def step_of(effect: SplineTorque) -> float:
+    """N·m by which a weight moves."""
+    part = STEP_OF_FRICTION if effect.law.kind == FRICTION else STEP
+    return part * effect.parameters[0].size

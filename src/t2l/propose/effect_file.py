@@ -1,0 +1,157 @@
+"""A formula as an effect file, the kind that a user writes: see docs/extending.md."""
+
+import re
+
+from t2l.effects.law import FRICTION, Law
+from t2l.propose.expression import Formula
+from t2l.propose.wording import named
+
+BOUND = 10.0  # times a constant: as far as later fits may move it
+
+TEXT = '''"""{title}, learned from recordings by t2l propose.
+
+    {sentence}
+    x: {variable}
+
+Edit it as you like: name, formula, constants and bounds are yours.
+"""
+
+import numpy as np
+
+from t2l.effects import Effect, Parameter
+from t2l.effects.law import Law
+from t2l.effects.learned import demanded, variable
+
+LAW = Law({kind!r}, {joint!r}, {follows!r}, {of!r})
+
+
+def law(x, {arguments}):
+    """{what}, N·m."""
+    return {text} + 0 * x
+
+
+class {cls}(Effect):
+    """{symbol} = {text}."""
+
+    name = {name!r}
+    title = {title!r}
+    parameters = (
+{parameters}
+    )
+    summary = {summary!r}
+    signature = {signature!r}
+    source = "t2l propose, from recordings"
+    follows = {condition!r}
+
+    def install(self, loop, rows, joints, values):
+        value = variable(loop, rows, LAW)
+{install}
+
+    def starts(self, scales):
+        one = np.ones_like(scales.torque)
+        return [{{{starts}}}]
+{export}'''
+
+INSTALL_TORQUE = """{motor}
+        def add(tick, q, dq, torque):
+            x = value(tick, q, dq, {held})[:, None]
+            torque[rows, joints] += law(x, **values)
+
+        loop.joint_torques.append(add)"""
+
+EXPORT = '''
+    def export(self, to, joints, values):
+        to.call(self.name, push, joints, {{**values, "of": to.joints.index(LAW.of)}})
+
+
+def push(robot, joints, values):
+    """What the exported robot adds before each timestep."""
+    x = {x}
+    {arguments}, of = (values[name] for name in {names})
+    robot.{signal}[joints] += {text}
+'''
+
+# what an exported robot calls the variables; it does not know the time
+EXPORTED = {
+    "constant": "0.0",
+    "position": 'robot.angle[values["of"]]',
+    "velocity": 'robot.dq[values["of"]]',
+    "speed": 'abs(robot.dq[values["of"]])',
+    "commanded torque": 'robot.motor[values["of"]]',
+    "commanded torque size": 'abs(robot.motor[values["of"]])',
+    "load": 'robot.load[values["of"]]',
+}
+
+INSTALL_FRICTION = """        qpos = loop.batch.qpos
+        hold_at_rest(loop, rows, joints, np.abs(law(0.0, **values)))
+
+        def add(tick, dq, motor, level):
+            x = value(tick, qpos[:, loop.qpos], dq, motor[rows])[:, None]
+            level[rows, joints] += law(x, **values)
+
+        loop.friction.append(add)"""
+
+CONDITIONS = {
+    "position": "position",
+    "velocity": "velocity",
+    "speed": "direction",
+    "constant": "constant",
+    "commanded torque": "torque",
+    "commanded torque size": "load",
+    "load": "gravity",
+    "time": "time",
+}
+
+
+def effect_name(law: Law) -> str:
+    """What users type: a law's name as a plain one."""
+    return re.sub(r"[^A-Za-z0-9_]", "_", law.name.replace("learned_", "formula_", 1))
+
+
+def effect_text(law: Law, formula: Formula) -> str:
+    """The text of a Python file with the effect."""
+    title = named(law).removeprefix("a ")
+    dry = law.kind == FRICTION
+    commanded = law.follows == "commanded torque"
+    motor = "        held = demanded(loop, rows)\n" if commanded else ""
+    install = INSTALL_FRICTION if dry else INSTALL_TORQUE
+    export = ""
+    if law.follows in EXPORTED:
+        export = EXPORT.format(
+            x=EXPORTED[law.follows], arguments=", ".join(formula.values), text=formula.text,
+            names=(*formula.values, "of"), signal="friction" if dry else "torque",
+        )  # fmt: skip
+    text = TEXT.format(
+        title=title,
+        sentence=f"{'F' if dry else 'τ'} = {formula.sentence(4)}",
+        variable=f"{law.follows} of {law.of}" + (f", {law.unit}" if law.unit else ""),
+        kind=law.kind, joint=law.joint, follows=law.follows, of=law.of,
+        arguments=", ".join(formula.values), text=formula.text,
+        what="the level of dry friction" if dry else "the torque",
+        cls="".join(part[:1].upper() + part[1:] for part in effect_name(law).split("_")),
+        symbol="F" if dry else "τ",
+        name=effect_name(law),
+        parameters="\n".join(_parameter(n, v, formula.units[n]) for n, v in formula.values.items()),
+        summary=named(law),
+        signature=f"the error follows the {law.follows} of {law.of}",
+        condition=CONDITIONS.get(law.follows, "") if law.of == law.joint else "",
+        install=install.format(motor=motor, held="held[0]" if commanded else "None"),
+        export=export,
+        starts=", ".join(f'"{name}": {value:.6g} * one' for name, value in formula.values.items()),
+    )  # fmt: skip
+    if dry:
+        line = "from t2l.effects import Effect, Parameter\n"
+        more = "from t2l.effects.coulomb_friction import hold_at_rest\n"
+        text = text.replace(line, line + more)
+    if not commanded:
+        text = text.replace("import demanded, variable", "import variable")
+    return text
+
+
+def _parameter(name: str, value: float, unit: str) -> str:
+    reach = BOUND * abs(value) + 1e-6
+    neutral = ", neutral=np.nan" if unit != "N·m" and not unit.startswith("N·m/") else ""
+    return (
+        f'        Parameter("{name}", "{unit}", {-reach:.4g}, {reach:.4g}, "{name} of the formula"'
+        f"{neutral}, size={0.1 * abs(value) + 1e-9:.3g}),"
+    )

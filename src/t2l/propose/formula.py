@@ -1,0 +1,119 @@
+"""A short formula for a learned curve, by symbolic regression (pyoperon), if one fits its band."""
+
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+
+import numpy as np
+
+from t2l.effects.law import HYSTERESIS
+from t2l.propose.expression import Formula, Node, applied, product, read, total, written
+from t2l.propose.proposal import Learned
+
+EXTRA = "propose"  # of pyoperon
+SYMBOLS = "add,mul,sin,exp,square,constant,variable"
+MOST_NODES = 16
+MOST_CONSTANTS = 6  # more is no short formula
+EVALUATIONS = 120_000  # of formulas
+SEED = 0
+INSIDE = 0.9  # of the points of a curve that must lie in its band
+SLACK = 0.02  # of the largest torque: a smooth curve rounds a kink off by as much
+
+
+def installed() -> bool:
+    """Whether symbolic regression is."""
+    return find_spec("pyoperon") is not None and find_spec("sklearn") is not None
+
+
+def formula(
+    learned: Learned, accepted: Callable[[Formula], bool] = lambda formula: True
+) -> Formula | None:
+    """The shortest formula within the band; None if there is none, or of a hysteresis.
+
+    Args:
+        accepted: whether a formula within the band also explains the recordings.
+
+    Raises:
+        ModuleNotFoundError: the extra `propose` is not installed.
+    """
+    curve = learned.curve
+    if curve.law.kind == HYSTERESIS:
+        return None
+    x, y = np.array(curve.at), np.array(curve.torque)
+    line = Node("sum", 1.0, (Node("x"),))
+    half = np.maximum((learned.high - learned.low) / 2, 1e-3 * np.ptp(y) + 1e-9)
+    if curve.law.follows == "constant":
+        return written(Node("sum", float(y.mean())), "")
+    for simple in (Node("sum", 1.0), Node("product", 2.0, (Node("x"),)), line):
+        found = _fitted(written(simple, curve.law.unit), x, y, half)
+        if _inside(found, learned, x) and accepted(found):
+            return found
+    scale, height = float(np.abs(x).max()), float(np.abs(y).max())
+    for tree in _searched(x / scale, y / height, height / half):
+        found = written(_stretched(tree, scale, height), curve.law.unit)
+        if len(found.values) <= MOST_CONSTANTS:
+            found = _fitted(found, x, y, half)
+            if _inside(found, learned, x) and accepted(found):
+                return found
+    return None
+
+
+def _searched(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Iterator[Node]:
+    """Trees from short to long."""
+    from pyoperon.sklearn import SymbolicRegressor
+
+    search = SymbolicRegressor(
+        allowed_symbols=SYMBOLS, max_length=MOST_NODES, objectives=["mse", "length"],
+        population_size=400, generations=60, max_evaluations=EVALUATIONS,
+        optimizer_iterations=10, n_threads=1, random_state=SEED,
+    )  # fmt: skip
+    # of what has one sign the size is nothing new
+    columns = [x, np.abs(x)] if (x < 0).any() else [x]
+    search.fit(np.stack(columns, axis=1), y)
+    for one in sorted(search.pareto_front_, key=lambda one: one["complexity"]):
+        try:
+            tree = read(one["model"])
+        except ValueError:
+            continue
+        if tree.kind == "sum" and tree.parts:
+            # the search always adds a constant
+            yield total(list(tree.parts))
+        yield tree
+
+
+def _stretched(tree: Node, scale: float, height: float) -> Node:
+    """A tree in x / scale, with values in parts of `height`, as one in x and N·m."""
+    return product([Node("sum", height), _in_units(tree, scale)])
+
+
+def _in_units(tree: Node, scale: float) -> Node:
+    if tree.kind in ("x", "abs"):
+        return product([Node("sum", 1 / scale), tree])
+    parts = [_in_units(part, scale) for part in tree.parts]
+    if tree.kind == "sum":
+        return total([Node("sum", tree.value), *parts])
+    if tree.kind == "product":
+        return product([Node("sum", tree.value), *parts])
+    return applied(tree.kind, parts[0])
+
+
+def _fitted(formula: Formula, x: np.ndarray, y: np.ndarray, half: np.ndarray) -> Formula:
+    """The formula with constants fitted to the curve, in units of its band."""
+    from scipy.optimize import least_squares
+
+    names = list(formula.values)
+
+    def off(values: np.ndarray) -> np.ndarray:
+        with np.errstate(over="ignore", invalid="ignore"):
+            left = (formula(x, dict(zip(names, values, strict=True))) - y) / half
+        return np.nan_to_num(left, nan=1e6, posinf=1e6, neginf=-1e6)
+
+    start = np.array(list(formula.values.values()))
+    best = least_squares(off, start, x_scale=np.abs(start) + 1e-9, max_nfev=200)
+    found = dict(zip(names, best.x.tolist(), strict=True))
+    return Formula(formula.text, found, formula.units)
+
+
+def _inside(formula: Formula, learned: Learned, x: np.ndarray) -> bool:
+    value, slack = formula(x), SLACK * np.abs(learned.curve.torque).max()
+    inside = (learned.low - slack <= value) & (value <= learned.high + slack)
+    return bool(inside.mean() >= INSIDE)

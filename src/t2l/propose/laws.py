@@ -1,0 +1,111 @@
+"""Which laws a missing torque may follow, and over what range the recordings show each."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from t2l.diagnose.conditions import Series, features
+from t2l.diagnose.explained_variance import by_bins
+from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
+from t2l.effects.law import ALLOWED, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
+from t2l.identify.prediction import Predictor
+
+MOVES = 1e-9  # in the variable's unit; less is no motion
+OTHER_JOINTS = 2  # laws of other joints' motion that are tried on a joint of a robot with many
+LEAST_SHARE = 0.03  # of the squared error; a joint with less has no law of its own
+
+
+def laws(predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple]) -> list[Law]:
+    """Laws on joints that hold some of the error, simplest first.
+
+    Args:
+        residual: (nsample,) rad.
+        ranges: as `ranges` gives them.
+    """
+    square = np.bincount(predictor.samples.joint, residual**2, len(predictor.joints))
+    shown = square >= LEAST_SHARE * square.sum()
+    joints = {name for name, share in zip(predictor.joints, shown, strict=True) if share}
+    own = [law for law in ranges if law.joint in joints and law.of == law.joint]
+    cross = [law for law in ranges if law.joint in joints and law.of != law.joint]
+    if len(predictor.joints) <= OTHER_JOINTS:
+        return own + cross
+    missing = missing_torque(predictor, residual)
+    told = {law: _told(predictor, law, missing) for law in cross}
+    for joint in joints:
+        best = sorted((w for w in cross if w.joint == joint), key=lambda w: -told[w])
+        own += best[:OTHER_JOINTS]
+    return own
+
+
+def _told(predictor: Predictor, law: Law, missing: np.ndarray) -> float:
+    """Part of the missing torque of a joint that another joint's motion foretells."""
+    samples, series = predictor.samples, []
+    joint, other = (predictor.joints.index(name) for name in (law.joint, law.of))
+    for number in range(len(predictor.recordings)):
+        at = np.flatnonzero((samples.recording == number) & (samples.joint == joint))
+        theirs = np.flatnonzero((samples.recording == number) & (samples.joint == other))
+        if not len(at) or not len(theirs):
+            continue
+        x = np.interp(samples.time[at], samples.time[theirs], samples.q[theirs])
+        if law.follows == "velocity":
+            x = np.gradient(x, samples.time[at]) if len(at) > 1 else 0 * x
+        series.append((missing[at], x, np.full(len(at), number)))
+    if not series:
+        return 0.0
+    values, x, block = (np.concatenate(column) for column in zip(*series, strict=True))
+    return by_bins(values, x, block)
+
+
+def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tuple[float, float]]:
+    """Every law whose variable the recordings vary, with its range, measured and predicted.
+
+    Args:
+        q, dq: (nsample,) predicted position and velocity.
+    """
+    samples = predictor.samples
+    measured_dq = derivatives(Series(samples), samples.q)[1]
+    both = [features(predictor, q, dq), features(predictor, samples.q, measured_dq)]
+    # of time there is only one
+    source = {"commanded torque": "torque", "load": "gravity"}
+    found: dict[Law, tuple[float, float]] = {}
+
+    def seen(variable: str, joint: int) -> tuple[float, float]:
+        at = samples.joint == joint
+        values = np.concatenate([f[source.get(variable, variable)][at] for f in both])
+        return float(values.min()), float(values.max())
+
+    def span(variable: str, joint: int) -> tuple[float, float]:
+        if variable == "constant":
+            return 0.0, 1.0
+        if variable == "distance":
+            return 0.0, float(np.ptp(seen("position", joint)))
+        if variable in ("speed", "commanded torque size"):
+            low, high = seen("velocity" if variable == "speed" else "commanded torque", joint)
+            return 0.0, max(abs(low), abs(high))
+        return seen(variable, joint)
+
+    for kind, variables in ALLOWED.items():
+        for variable in variables:
+            for joint, name in enumerate(predictor.joints):
+                found[Law(kind, name, variable, name)] = span(variable, joint)
+    for variable in OTHERS:
+        for joint, name in enumerate(predictor.joints):
+            for other, its in enumerate(predictor.joints):
+                if other != joint:
+                    found[Law(TORQUE, name, variable, its)] = span(variable, other)
+    return {law: ends for law, ends in found.items() if ends[1] - ends[0] > MOVES}
+
+
+def order(law: Law) -> int:
+    """How many forms a law may take: of laws that explain alike, the lower comes first."""
+    if law.follows == "constant":
+        return 0
+    if law.of != law.joint:
+        return 4
+    return {
+        (TORQUE, "time"): 5,
+        (FRICTION, "time"): 5,
+        (HYSTERESIS, "distance"): 3,
+        (TORQUE, "position"): 1,
+        (TORQUE, "velocity"): 1,
+    }.get((law.kind, law.follows), 2)

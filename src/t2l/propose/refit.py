@@ -1,0 +1,120 @@
+"""Laws and known effects fitted together through the simulation, by the one optimiser."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.effects.learned import SplineTorque
+from t2l.effects.term import Layout
+from t2l.identify.fitting import PositionError
+from t2l.identify.least_squares import LeastSquares
+from t2l.identify.optimiser import minimise
+from t2l.identify.prediction import Predictor, Request
+from t2l.propose.bases import penalty
+from t2l.propose.dictionary import weights_in
+
+ITERATIONS = 8
+TOLERANCE = 0.01  # of the squared error: what is left is fitted again
+LEAST_SIZE = 0.01  # of a parameter's range: what makes a difference where its value is zero
+SCALES = (1.0, 0.5, 0.2)  # of a linear guess, of which a fit begins at the best
+
+
+@dataclass
+class State:
+    """Laws beside a model's own effects.
+
+    Attributes:
+        layout, u: of all of them.
+        laws: that are fitted, each with the factor of its penalty.
+    """
+
+    layout: Layout
+    u: np.ndarray
+    laws: tuple[tuple[SplineTorque, float], ...] = ()
+
+    def rows(self) -> np.ndarray:
+        """(m, n): whose product with u is what the penalties add to the residuals."""
+        parts = [np.zeros((0, len(self.u)))]
+        for effect, factor in self.laws:
+            own = np.zeros((len(penalty(effect)), len(self.u)))
+            own[:, weights_in(self.layout, effect)] = np.sqrt(factor) * penalty(effect)
+            parts.append(own)
+        return np.concatenate(parts)
+
+
+class PenalisedError(PositionError):
+    """Position errors, and below them those of penalties; each fit has its own."""
+
+    def __init__(
+        self,
+        predictor: Predictor,
+        mask: np.ndarray,
+        rows: dict[int, np.ndarray],
+        shift: np.ndarray | float = 0.0,
+    ):
+        super().__init__(predictor, mask)
+        self.measured = self.measured + shift
+        self.rows = rows
+        self.most = max((len(part) for part in rows.values()), default=0)
+        self.joints = np.concatenate([self.joints, np.full(self.most, -1)])
+
+    def residuals(self, asked):
+        found = super().residuals(asked)
+        whole = []
+        for (optimiser, points), left in zip(asked, found, strict=True):
+            rows = self.rows[id(optimiser)]
+            extra = np.zeros((len(points), self.most))
+            extra[:, : len(rows)] = points @ rows.T
+            whole.append(np.concatenate([left, extra], axis=1))
+        return whole
+
+
+def refit(
+    states: Sequence[State],
+    predictor: Predictor,
+    mask: np.ndarray,
+    iterations: int = ITERATIONS,
+    shift: np.ndarray | float = 0.0,
+) -> list[LeastSquares]:
+    """Fit each state to the samples of `mask`, all in the same simulations; states get the end.
+
+    Args:
+        shift: rad, by which the predictor is off at the samples of the mask.
+
+    Returns:
+        The fits, whose jacobian and residual have a row for each sample and then for penalties.
+    """
+    fits = [_fit(state) for state in states]
+    rows = {id(fit): state.rows() for fit, state in zip(fits, states, strict=True)}
+    minimise(fits, PenalisedError(predictor, mask, rows, shift), iterations)
+    for fit, state in zip(fits, states, strict=True):
+        state.u = fit.u
+    return fits
+
+
+def begin_at_the_best(
+    states: Sequence[State],
+    predictor: Predictor,
+    mask: np.ndarray,
+    last: Sequence[SplineTorque],
+    shift: np.ndarray | float = 0.0,
+) -> None:
+    """Let the law that each state got last begin at the best scale of its linear guess."""
+    requests = []
+    for state, effect in zip(states, last, strict=True):
+        points = np.repeat(state.u[None], len(SCALES) + 1, axis=0)
+        points[:, weights_in(state.layout, effect)] *= np.array([*SCALES, 0.0])[:, None]
+        requests.append(Request(state.layout, points))
+    measured = predictor.samples.q[mask] + shift
+    for state, request, q in zip(states, requests, predictor.predict(requests), strict=True):
+        loss = np.mean((q[:, mask] - measured) ** 2, axis=1)
+        state.u = request.u[int(np.argmin(np.nan_to_num(loss, nan=np.inf)))]
+
+
+def _fit(state: State) -> LeastSquares:
+    layout, u = state.layout, state.u
+    stated = np.array([slot.parameter.size for slot in layout.slots], float)
+    span = LEAST_SIZE * np.where(layout.log, 1.0, layout.upper - layout.lower)
+    size = np.where(stated > 0, stated, np.where(u == 0, span, np.abs(u)))
+    return LeastSquares(layout, u.copy(), size, tolerance=TOLERANCE)

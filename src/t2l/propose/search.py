@@ -1,0 +1,245 @@
+"""Laws taken one after the other: the one that leaves least where it was neither fitted nor chosen.
+
+A round simulates the response to every law's basis functions at the present model, which makes the
+best curve of each law a linear fit, on some samples, with a penalty that others choose. The laws
+that promise most are fitted through the simulation, and the one that leaves least on the choosing
+samples is taken, if a paired block bootstrap there finds that it earns its place; of laws that the
+bootstrap cannot tell from it, the simplest.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from t2l.effects.law import TORQUE, Law
+from t2l.effects.learned import SplineTorque
+from t2l.effects.term import Layout
+from t2l.identify.block_bootstrap import blocks, improvement
+from t2l.identify.model import Model
+from t2l.identify.noise_floor import noise_floor
+from t2l.identify.prediction import Predictor, Request, check_finite
+from t2l.identify.scales import scales
+from t2l.propose.bases import effect_of, penalty
+from t2l.propose.dictionary import joined, moved, responses, term_of, weights_in
+from t2l.propose.laws import laws, order, ranges
+from t2l.propose.refit import State, begin_at_the_best, refit
+from t2l.propose.ridge import Fit, fit
+from t2l.propose.split import few
+
+AT_THE_FLOOR = 1.10  # times the noise: what is left is measurement
+LEAST_IMPROVEMENT = 0.05  # of the error; less is no finding
+ALIKE = 0.03  # of the error between laws that explain alike
+PROMISING = 1.5  # times the least error that a linear fit leaves: laws that are simulated
+SHORTLIST = 4  # of them at most
+HALF = 0.5  # of what the best takes from the squared error: laws that take less are not simulated
+SCREENED = 4  # recordings on which every law is tried
+COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
+NEAR = 1.15  # times the least error after them: laws that are fitted to the end
+LAST_ITERATIONS = 2
+MOST_LAWS = 4
+SIZE = 0.3  # of a joint's motor torque: a torque that makes a difference
+SEED = 0  # of the bootstrap
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Ceiling:
+    """What one law alone can explain.
+
+    Attributes:
+        rmse_rad: on the choosing samples.
+        simulated: whether the curve was simulated, or its response taken as linear.
+    """
+
+    law: Law
+    rmse_rad: float
+    simulated: bool
+
+
+@dataclass
+class Search:
+    """What was found.
+
+    Attributes:
+        state: the model's effects with the laws that were taken.
+        baseline_rad, rmse_rad: on the choosing samples, of the model and with the laws.
+        noise_floor_rad: on all samples.
+        ceilings: of every law beside the model, in the first round.
+        residual: (nsample,) measured minus predicted, with the laws.
+    """
+
+    state: State
+    baseline_rad: float
+    rmse_rad: float
+    noise_floor_rad: float
+    residual: np.ndarray
+    ceilings: list[Ceiling] = field(default_factory=list)
+
+    @property
+    def laws(self) -> list[SplineTorque]:
+        """That were taken, in their order."""
+        return [effect for effect, _ in self.state.laws]
+
+
+def search(
+    model: Model,
+    predictor: Predictor,
+    fitted: np.ndarray,
+    chosen: np.ndarray,
+    progress: Progress = lambda what, fraction: None,
+    most: int = MOST_LAWS,
+) -> Search:
+    """Laws that explain what `model` leaves of the recordings.
+
+    Args:
+        fitted, chosen: (nsample,) bool, samples to fit and samples to choose by.
+
+    Raises:
+        DivergenceError: a simulation of the model runs away.
+    """
+    layout, u = model.vector(predictor.joints)
+    state = State(layout, u)
+    (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
+    check_finite(q[0], predictor)
+    left = predictor.samples.q - q[0]
+    baseline = _rms(left[chosen])
+    floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
+    found = Search(state, baseline, baseline, floor, left)
+    ends, torque = ranges(predictor, q[0], dq[0]), scales(predictor).torque
+    draft = _draft(predictor, layout, u)
+    for number in range(most):
+        if _rms(found.residual[chosen]) <= AT_THE_FLOOR * found.noise_floor_rad:
+            break
+        progress(f"learning curve {number + 1}", number / most)
+        if not _take_one(found, predictor, draft, fitted, chosen, ends, torque):
+            break
+    return found
+
+
+def _take_one(
+    found: Search,
+    predictor: Predictor,
+    draft: Predictor,
+    fitted: np.ndarray,
+    chosen: np.ndarray,
+    ends: dict[Law, tuple[float, float]],
+    torque: np.ndarray,
+) -> bool:
+    """Add the law that leaves least, if one earns its place."""
+    state, taken = found.state, {effect.law for effect in found.laws}
+    size = dict(zip(predictor.joints, SIZE * torque, strict=True))
+    effects = [
+        effect_of(law, ends[law], size[law.joint])
+        for law in laws(predictor, found.residual, ends)
+        if law not in taken
+    ]
+    screen, at = few(draft, SCREENED)
+    answers = responses(screen, state.layout, state.u, effects)
+    left = found.residual[at]
+    fits = [
+        fit(a, left, fitted[at], chosen[at], penalty(e), e.law.kind != TORQUE)
+        for e, a in zip(effects, answers, strict=True)
+    ]
+    ranked = sorted(range(len(effects)), key=lambda i: fits[i].chosen)
+    if not found.ceilings:
+        found.ceilings = [
+            Ceiling(effects[i].law, float(np.sqrt(fits[i].chosen)), False) for i in ranked
+        ]
+    if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT) * _rms(left[chosen[at]]):
+        return False
+    short = _shortlist(effects, fits, ranked, _rms(left[chosen[at]]))
+    states = [_with(state, effects[i], fits[i], predictor.joints) for i in short]
+    # the coarser simulation serves for changes only: what it is off by at first is taken from it
+    (coarse,) = draft.predict([Request(state.layout, state.u[None])])
+    off = (coarse[0] - predictor.samples.q + found.residual)[fitted]
+    begin_at_the_best(states, draft, fitted, [effects[i] for i in short], off)
+    refit(states, draft, fitted, shift=off)
+    residuals, errors = _left(states, predictor, chosen)
+    near = [i for i, e in enumerate(errors) if e <= NEAR * min(errors)]
+    if not near:
+        return False
+    short, states = [short[i] for i in near], [states[i] for i in near]
+    refit(states, predictor, fitted, LAST_ITERATIONS)
+    residuals, errors = _left(states, predictor, chosen)
+    if not found.laws:
+        known = {effects[i].law: error for i, error in zip(short, errors, strict=True)}
+        found.ceilings = sorted(
+            (
+                Ceiling(c.law, known[c.law], True) if c.law in known else c
+                for c in found.ceilings
+            ),
+            key=lambda c: c.rmse_rad,
+        )  # fmt: skip
+    block = blocks(predictor.samples.recording[chosen], predictor.samples.time[chosen])
+    best = _simplest([effects[i].law for i in short], residuals, errors, chosen, block)
+    rng = np.random.default_rng(SEED)
+    gain = improvement(found.residual[chosen], residuals[best][chosen], block, rng)
+    if not (gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT):
+        return False
+    found.state, found.residual, found.rmse_rad = states[best], residuals[best], errors[best]
+    found.noise_floor_rad = min(
+        found.noise_floor_rad,
+        noise_floor(list(predictor.recordings), predictor.samples.by_row(found.residual)),
+    )
+    return True
+
+
+def _shortlist(
+    effects: Sequence[SplineTorque], fits: Sequence[Fit], ranked: list[int], baseline: float
+) -> list[int]:
+    """The laws that promise most, and of the simplest those that promise nearly as much."""
+    least = fits[ranked[0]].chosen
+    # where all leave much the same, what counts is how much they take away
+    enough = baseline**2 - HALF * (baseline**2 - least)
+    ranked = [i for i in ranked if fits[i].chosen <= enough]
+    short = [i for i in ranked if fits[i].chosen <= PROMISING**2 * least][:SHORTLIST]
+    simple = [i for i in ranked if order(effects[i].law) <= 1 and i not in short]
+    return short + [i for i in simple if fits[i].chosen <= PROMISING**4 * least][:2]
+
+
+def _left(
+    states: Sequence[State], predictor: Predictor, chosen: np.ndarray
+) -> tuple[list[np.ndarray], list[float]]:
+    """Residuals (nsample,) of states, and their RMS on the choosing samples."""
+    requests = [Request(s.layout, s.u[None]) for s in states]
+    residuals = [predictor.samples.q - q[0] for q in predictor.predict(requests)]
+    return residuals, [_rms(np.nan_to_num(r[chosen], nan=np.inf)) for r in residuals]
+
+
+def _draft(predictor: Predictor, layout: Layout, u: np.ndarray) -> Predictor:
+    """The predictor with coarser ticks, where the model stands them."""
+    coarse = predictor.of(predictor.recordings, COARSE)
+    q = coarse.predict([Request(layout, u[None])])[0][0]
+    return coarse if np.isfinite(q).all() else predictor
+
+
+def _with(state: State, effect: SplineTorque, guess, joints: tuple[str, ...]) -> State:
+    layout, u = joined(state.layout, state.u, [term_of(effect, joints)])
+    u[weights_in(layout, effect)] = guess.weights
+    return State(layout, u, (*state.laws, (effect, guess.penalty)))
+
+
+def _simplest(taken: Sequence[Law], residuals, errors, chosen, block) -> int:
+    """The best; or a simpler law that it does not beat."""
+    best = int(np.argmin(errors))
+    for i in sorted(range(len(taken)), key=lambda i: (order(taken[i]), errors[i])):
+        if order(taken[i]) >= order(taken[best]) or not np.isfinite(errors[i]):
+            continue
+        rng = np.random.default_rng(SEED)
+        gain = improvement(residuals[i][chosen], residuals[best][chosen], block, rng)
+        if gain.lower <= 0 or gain.fraction <= ALIKE:
+            return i
+    return best
+
+
+def without(state: State, names: Sequence[str]) -> State:
+    """The state without some of the known effects."""
+    kept = [term for term in state.layout.terms if term.effect.name not in names]
+    layout = type(state.layout)(kept)
+    return State(layout, moved(state.layout, state.u, layout), state.laws)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,74 @@
+"""A proposal in sentences."""
+
+import numpy as np
+
+from t2l.effects.law import FRICTION, HYSTERESIS, Curve, Law
+from t2l.propose.proposal import LAW, NOTHING, Proposal
+
+MONOTONE = 0.8  # of the way that a curve goes up and down, its ends differ by at least
+FRACTIONS = ((0.29, 0.38, "a third"), (0.45, 0.55, "half"), (0.62, 0.71, "two thirds"))
+VARIABLES = {
+    "speed": "speed",
+    "commanded torque size": "commanded torque's size",
+    "load": "load by gravity",
+    "time": "time since the start",
+}
+
+
+def named(law: Law) -> str:
+    """A law without its curve: "a torque on elbow that follows its position"."""
+    if law.kind == HYSTERESIS:
+        return f"a torque on {law.joint} that remembers the way it came (hysteresis)"
+    what = "dry friction" if law.kind == FRICTION else "a torque"
+    if law.follows == "constant":
+        what = "constant dry friction" if law.kind == FRICTION else "a constant torque"
+        return f"{what} on {law.joint}"
+    return f"{what} on {law.joint} that follows {_variable(law)}"
+
+
+def told(curve: Curve) -> str:
+    """A law with what its curve does: "a torque on elbow that grows with its position"."""
+    law = curve.law
+    if law.kind == HYSTERESIS or law.follows == "constant":
+        return named(law)
+    change = np.diff(curve.torque)
+    way, net = np.abs(change).sum(), change.sum()
+    if abs(net) < MONOTONE * way:
+        return named(law)
+    return named(law).replace("follows", "grows with" if net > 0 else "falls with")
+
+
+def part(fraction: float) -> str:
+    """A part of something: "a third", or per cent."""
+    for low, high, word in FRACTIONS:
+        if low <= fraction <= high:
+            return word
+    return f"{100 * fraction:.0f} %"
+
+
+def headline(proposal: Proposal) -> str:
+    """What was found, in a sentence."""
+    floor = f"{1e3 * proposal.noise_floor_rad:.3g} mrad"
+    before = proposal.report_baseline_rad or proposal.choice_baseline_rad
+    after = proposal.report_rmse_rad or proposal.choice_rmse_rad
+    where = "unseen recordings" if proposal.report_rmse_rad else "the samples that chose"
+    if proposal.verdict == LAW:
+        laws = " and ".join(told(one.curve) for one in proposal.learned)
+        return (
+            f"The model lacks {laws}: with it the error on {where} falls from {1e3 * before:.3g} "
+            f"to {1e3 * after:.3g} mrad (noise {floor})."
+        )
+    if proposal.verdict == NOTHING:
+        return f"Nothing to propose: the error of {1e3 * before:.3g} mrad is noise ({floor})."
+    return (
+        f"No law of one variable explains the error of {1e3 * before:.3g} mrad (noise {floor}) on "
+        "data that it was not fitted to."
+    )
+
+
+def _variable(law: Law) -> str:
+    if law.of != law.joint:
+        return f"the {law.follows} of {law.of}"
+    if law.follows == "time":
+        return "the time since the start"
+    return f"its {VARIABLES.get(law.follows, law.follows)}"

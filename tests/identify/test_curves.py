@@ -1,0 +1,76 @@
+"""Learned curves in a model file."""
+
+import numpy as np
+import pytest
+
+from t2l.effects.law import HYSTERESIS, TORQUE, Curve, Law
+from t2l.errors import ConfigurationError
+from t2l.identify.model import Model, check_joints, read_model, write_model
+from tests.diagnose.made import pendulum, predict, recording, swing
+
+ENTRY = {"kind": "torque", "joint": "hinge", "follows": "position", "at": [0, 1], "torque": [0, 1]}
+
+
+def write(folder, **changes):
+    import yaml
+
+    pendulum(folder)
+    path = folder / "model.yaml"
+    path.write_text(yaml.safe_dump({"robot": "pendulum.xml", "learned": [ENTRY | changes]}))
+    return path
+
+
+def test_a_curve_comes_back_as_it_was_written(tmp_path):
+    curves = (
+        Curve(Law(TORQUE, "hinge", "velocity", "hinge"), (-1.0, 0.0, 2.0), (0.1, 0.0, -0.25)),
+        Curve(Law(HYSTERESIS, "hinge", "distance", "hinge"), (0.0, 0.1, 1.0), (0.0, -0.05, -0.06)),
+    )
+    model = Model(pendulum(tmp_path), learned=curves)
+    write_model(model, tmp_path / "model.yaml")
+    assert read_model(tmp_path / "model.yaml") == model
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"kind": "magic"}, "kind"),
+        ({"follows": "moon"}, "follows"),
+        ({"kind": "friction", "follows": "velocity"}, "follows"),
+        ({"at": [0, 1, 2]}, "3 values"),
+        ({"at": [1, 0]}, "increase"),
+        ({"at": [0], "torque": [0]}, "1 values"),
+        ({"torque": [0, float("nan")]}, "torque"),
+        ({"follows": "time", "of": "other"}, "of"),
+        ({"kind": "hysteresis", "follows": "distance", "torque": [1, 1]}, "begins"),
+        ({"colour": 1}, "colour"),
+    ],
+)
+def test_a_broken_curve_is_told(tmp_path, changes, key):
+    with pytest.raises(ConfigurationError, match=key):
+        read_model(write(tmp_path, **changes))
+
+
+def test_a_curve_of_another_joint_is_told(tmp_path):
+    path = write(tmp_path, joint="knee")
+    with pytest.raises(ConfigurationError, match="knee"):
+        check_joints(path, read_model(path), ("hinge",))
+
+
+@pytest.mark.parametrize(
+    ("law", "at", "torque", "effects"),
+    [
+        (Law(TORQUE, "hinge", "constant", "hinge"), [0, 1], [0.05, 0.05],
+         {"torque_offset": {"torque": {"hinge": 0.05}}}),
+        (Law(TORQUE, "hinge", "velocity", "hinge"), [-20, 20], [0.6, -0.6],
+         {"viscous_friction": {"damping": {"hinge": 0.03}}}),
+        (Law("friction", "hinge", "constant", "hinge"), [0, 1], [0.05, 0.05],
+         {"coulomb_friction": {"torque": {"hinge": 0.05}}}),
+    ],
+)  # fmt: skip
+def test_a_curve_does_what_the_effect_of_its_shape_does(tmp_path, law, at, torque, effects):
+    robot = pendulum(tmp_path)
+    one = recording(robot, swing(), duration_s=0.8)
+    curve = Curve(law, tuple(map(float, at)), tuple(map(float, torque)))
+    by_curve, by_effect = predict(one, model=Model(robot, learned=(curve,))), predict(one, effects)
+    change = np.abs(by_effect - predict(one)).max()
+    np.testing.assert_allclose(by_curve, by_effect, atol=0.01 * change)

@@ -1,0 +1,112 @@
+"""Formulas for planted curves, their units, and the effect files they become."""
+
+import numpy as np
+import pytest
+
+from t2l.effects.law import FRICTION, HYSTERESIS, TORQUE, Curve, Law
+from t2l.effects.registry import load
+from t2l.identify.model import Model
+from t2l.propose.effect_file import effect_name, effect_text
+from t2l.propose.expression import read, written
+from t2l.propose.proposal import Learned
+from tests.diagnose.made import pendulum, predict, recording, swing
+
+pytest.importorskip("pyoperon")
+
+X = np.linspace(-0.5, 1.1, 40)
+
+
+def learned(values, follows="position", kind=TORQUE, part=0.03):
+    half = part * np.abs(values).max()
+    noise = 0.3 * half * np.random.default_rng(0).normal(size=len(values))
+    law = Law(kind, "hinge", follows, "hinge")
+    curve = Curve(law, tuple(X.tolist()), tuple((values + noise).tolist()))
+    return Learned(curve, values + noise - half, values + noise + half)
+
+
+def found(*arguments, **others):
+    from t2l.propose.formula import formula
+
+    return formula(learned(*arguments, **others))
+
+
+def test_a_sine_is_found_with_its_units():
+    formula = found(0.05 * np.sin(9 * X + 0.3))
+    assert "sin" in formula.text
+    np.testing.assert_allclose(formula(X), 0.05 * np.sin(9 * X + 0.3), atol=1.5e-3)
+    assert "1/rad" in formula.units.values()
+    assert len(formula.values) <= 4
+
+
+def test_a_square_with_sign_is_found_over_velocity():
+    formula = found(-0.02 * X * np.abs(X), "velocity", part=0.01)
+    assert formula.text == "a * x * abs(x)"
+    assert formula.values["a"] == pytest.approx(-0.02, rel=0.03)
+    assert formula.units == {"a": "N·m/(rad/s)²"}
+
+
+@pytest.mark.parametrize(
+    ("values", "text"), [(0 * X + 0.3, "a"), (-0.2 * X, "a * x"), (0.1 - 0.2 * X, "a * x + b")]
+)
+def test_the_shortest_comes_first(values, text):
+    assert found(values).text == text
+
+
+def test_what_no_short_formula_fits_has_none():
+    rough = np.random.default_rng(3).normal(size=len(X))
+    assert found(rough, part=0.01) is None
+
+
+def test_a_hysteresis_has_none():
+    one = learned(-np.abs(X), "distance", HYSTERESIS)
+    from t2l.propose.formula import formula
+
+    assert formula(one) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "expected", "units"),
+    [
+        ("((2.0 * X1) * (3.0 * X2))", "a * x * abs(x)", {"a": "N·m/rad²"}),
+        ("(1.0 + ((-2.0) * sin((3.0 * X1))))", "b * np.sin(a * x) + c",
+         {"a": "1/rad", "b": "N·m", "c": "N·m"}),
+        ("((2.0 * X1) + (3.0 * X1))", "a * x", {"a": "N·m/rad"}),
+        ("((2.0 * X1) ^ 2)", "a * x**2", {"a": "N·m/rad²"}),
+        ("exp((X1 + 0.5))", "c * np.exp(a * x + b)", {"a": "1/rad", "b": "", "c": "N·m"}),
+    ],
+)  # fmt: skip
+def test_trees_are_folded_and_get_units(text, expected, units):
+    formula = written(read(text), "rad")
+    assert formula.text == expected
+    assert formula.units == units
+
+
+@pytest.mark.parametrize("text", ["__import__('os')", "X1 / X2", "X3", "cos(X1)"])
+def test_other_text_is_refused(text):
+    with pytest.raises(ValueError, match="found no formula"):
+        read(text)
+
+
+@pytest.mark.parametrize(
+    ("kind", "follows", "text"),
+    [
+        (TORQUE, "position", "(0.5 + ((-0.4) * X1))"),
+        (TORQUE, "commanded torque", "((-0.1) * X1)"),
+        (FRICTION, "speed", "(0.02 + (0.01 * X1))"),
+    ],
+)
+def test_an_effect_file_does_what_the_curve_does(tmp_path, kind, follows, text):
+    robot, law = pendulum(tmp_path), Law(kind, "hinge", follows, "hinge")
+    formula = written(read(text), law.unit)
+    path = tmp_path / "mine.py"
+    path.write_text(effect_text(law, formula))
+    name = effect_name(law)
+    assert name in load([path])
+    values = {key: {"hinge": value} for key, value in formula.values.items()}
+    at = np.linspace(0.0 if kind == FRICTION else -30.0, 30.0, 61)
+    one = recording(robot, swing(), duration_s=0.6)
+    by_formula = predict(one, model=Model(robot, {name: values}, (path,)))
+    curve = Curve(law, tuple(at.tolist()), tuple(formula(at).tolist()))
+    by_curve = predict(one, model=Model(robot, learned=(curve,)))
+    np.testing.assert_allclose(by_formula, by_curve, atol=2e-6)
+    assert np.abs(by_formula - predict(one)).max() > 1e-4
