@@ -58,7 +58,7 @@ clean:
 # A half-made environment has no `ready`, so an interrupted install is done again.
 $(ENV)/ready: environment.lock pyproject.toml Makefile | $(UV)
 	$(UV) venv --quiet --clear --python 3.12 $(ENV)
-	$(UV) pip sync --quiet --compile-bytecode --python $(BIN)/python --require-hashes environment.lock
+	$(UV) pip sync --quiet --python $(BIN)/python --require-hashes environment.lock
 	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
 	touch $@
 

@@ -242,7 +242,7 @@ def _damage(content, draw):
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_a_damaged_file_is_told_or_still_makes_sense(tmp_path_factory, name, data):
     write, read = WRITTEN[name]
