@@ -120,8 +120,8 @@ def explained(folder: Path) -> dict:
         "tied": first["tied_with"] if first else [],
         "adopted": [s.effect for s in found.steps if s.effect],
         "final_verdict": found.verdict,
-        "before": found.steps[0].heldout_rmse_rad,
-        "after": found.steps[-1].heldout_rmse_rad,
+        "before": found.steps[0].test_rmse_rad,
+        "after": found.steps[-1].test_rmse_rad,
         "oracle": oracle(model, evidence, hidden, step["ranking"]),
         "noise_floor": found.noise_floor_rad,
         "recovered": recovered(truth["hidden"], step["ranking"], found.model),
@@ -130,12 +130,12 @@ def explained(folder: Path) -> dict:
 
 
 def oracle(model, evidence, hidden: list[str], ranking: list[dict]) -> float | None:
-    """Held-out RMSE in rad with exactly the hidden effects fitted; None if t2l knows not all.
+    """Test RMSE in rad with exactly the hidden effects fitted; None if t2l knows not all.
 
     Of several, the least of all orders in which they are fitted.
     """
     if len(hidden) == 1:
-        errors = {entry["effect"]: entry["heldout_rmse_q_rad"] for entry in ranking}
+        errors = {entry["effect"]: entry["test_rmse_q_rad"] for entry in ranking}
         return errors.get(hidden[0])
     if not hidden or any(name not in model.known_effects() for name in hidden):
         return None
@@ -144,7 +144,7 @@ def oracle(model, evidence, hidden: list[str], ranking: list[dict]) -> float | N
 
 
 def _in_turn(model, evidence, names: Sequence[str]) -> float | None:
-    """Held-out RMSE in rad with these effects adopted in this order; None if one cannot be."""
+    """Test RMSE in rad with these effects adopted in this order; None if one cannot be."""
     from t2l.diagnose.ranking import adopt, diagnose
 
     error, known = None, model.known_effects()
@@ -152,7 +152,7 @@ def _in_turn(model, evidence, names: Sequence[str]) -> float | None:
         diagnosis = diagnose(model, evidence, [known[name]])
         if not diagnosis.ranking:
             return None
-        error = diagnosis.ranking[0].heldout_rmse_rad
+        error = diagnosis.ranking[0].test_rmse_rad
         model = adopt(diagnosis, name)
     return error
 
@@ -202,7 +202,7 @@ def summary(results: list[dict]) -> list[str]:
     for what, group, good in (
         ("hidden effect first or tied first", known, named),
         ("of these without a tie", known, [r for r in named if r["first"] in r["hidden"]]),
-        ("held-out error after within 10 % of the oracle's", known, near),
+        ("test error after within 10 % of the oracle's", known, near),
         ("no false alarm on clean cases", clean, [r for r in clean if right(r)]),
         ("unexplained in the end on unknown effects", unknown, [r for r in unknown if right(r)]),
     ):

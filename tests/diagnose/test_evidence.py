@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from t2l.diagnose.evidence import gather, some
+from t2l.identify.prediction import Predictor
 from tests.diagnose.made import pendulum, recording, swing
 
 DURATIONS = st.lists(st.floats(0.3, 6.0), min_size=1, max_size=8)
@@ -34,64 +35,71 @@ def moments(predictor, mask):
     }
 
 
-@settings(deadline=None, max_examples=20)
+def sets(evidence):
+    """What was measured in each of the three sets."""
+    return [
+        moments(getattr(evidence, part), getattr(evidence, f"{part}_mask"))
+        for part in ("train", "validation", "test")
+    ]
+
+
+@settings(deadline=None, max_examples=12)
 @given(DURATIONS, st.integers(0, 3))
-def test_nothing_is_both_fitted_and_held_out(robot, durations, given_held):
+def test_no_sample_is_in_two_sets(robot, durations, given_held):
     recordings = made(robot, durations)
     held = recordings[:given_held] if given_held < len(recordings) else []
-    rest = recordings[len(held) :]
-    evidence = gather(robot, rest, held)
-    train = moments(evidence.train, evidence.train_mask)
-    test = moments(evidence.holdout, evidence.holdout_mask)
-    assert train
-    assert test
-    assert not train & test
+    evidence = gather(robot, recordings[len(held) :], held)
+    train, validation, test = sets(evidence)
+    assert min(map(len, (train, validation, test))) > 0
+    assert not train & validation
+    assert not (train | validation) & test
     assert moments(evidence.screen, evidence.screen_mask) <= train
-    # and nothing is left out
-    everything = gather(robot, recordings[:1], recordings[1:]) if recordings[1:] else evidence
-    whole = moments(everything.train, everything.train_mask) | moments(
-        everything.holdout, everything.holdout_mask
-    )
-    assert train | test == whole
+    if held:
+        assert {name for name, _ in test} == {r.name for r in held}
 
 
-def test_whole_recordings_are_held_out_of_three_or_more(robot):
-    recordings = made(robot, [0.5] * 7)
+@pytest.mark.parametrize(("count", "chosen", "tested"), [(5, 0, 1), (7, 2, 1), (12, 3, 2)])
+def test_whole_recordings_are_taken_where_there_are_enough(robot, count, chosen, tested):
+    recordings = made(robot, [0.5] * count)
     evidence = gather(robot, recordings)
-    assert evidence.split == "whole recordings"
-    train, held = names(evidence.train), names(evidence.holdout)
-    assert sorted(train + held) == [r.name for r in recordings]
-    assert 1 <= len(held) <= 3
-    assert evidence.train_mask.all()
-    assert evidence.holdout_mask.all()
+    train, validation, test = ({name for name, _ in part} for part in sets(evidence))
+    assert len(test) == tested
+    assert not test & (train | validation)
+    assert len(validation - train) == chosen
     again = gather(robot, recordings[::-1])
-    assert sorted(names(again.holdout)) == sorted(held)
+    assert [{name for name, _ in part} for part in sets(again)] == [train, validation, test]
 
 
-def test_what_is_given_to_hold_out_is_held_out(robot):
+def test_what_is_given_to_hold_out_only_reports(robot):
     recordings = made(robot, [0.5] * 5)
     evidence = gather(robot, recordings[:4], recordings[4:])
-    assert names(evidence.train) == ["r0", "r1", "r2", "r3"]
-    assert names(evidence.holdout) == ["r4"]
+    assert names(evidence.train) == names(evidence.validation) == ["r0", "r1", "r2", "r3"]
+    assert names(evidence.test) == ["r4"]
+    assert evidence.test_mask.all()
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_few_recordings_are_split_by_blocks_of_time(robot, count):
-    evidence = gather(robot, made(robot, [4.0] * count))
-    assert evidence.split == "blocks of time"
-    assert evidence.train is evidence.holdout
-    np.testing.assert_array_equal(evidence.train_mask, ~evidence.holdout_mask)
+def test_few_recordings_are_split_by_blocks_of_time_with_guards(robot, count):
+    evidence = gather(robot, made(robot, [8.0] * count))
+    assert evidence.split == "validation: blocks of time; test: blocks of time"
+    assert evidence.train is evidence.validation is evidence.test
     samples = evidence.train.samples
+    masks = evidence.train_mask, evidence.validation_mask, evidence.test_mask
     for i in range(count):
-        held = evidence.holdout_mask[samples.recording == i]
-        assert 0.4 < held.mean() < 0.6
-        # in a few blocks, not sample by sample
-        assert np.abs(np.diff(held.astype(int))).sum() <= 4
+        of = samples.recording == i
+        shares = [mask[of].mean() for mask in masks]
+        assert shares == pytest.approx([0.46, 0.23, 0.23], abs=0.02)
+        # in a few blocks, not sample by sample, and far from the samples of another set
+        for mask in masks:
+            assert np.abs(np.diff(mask[of].astype(int))).sum() <= 8
+        times = [samples.time[of & mask] for mask in masks]
+        for one, other in ((0, 1), (0, 2), (1, 2)):
+            assert np.abs(times[one][:, None] - times[other]).min() > 0.09
 
 
 def test_a_single_short_recording_can_be_split(robot):
     evidence = gather(robot, made(robot, [0.3]))
-    assert 0.3 < evidence.holdout_mask.mean() < 0.7
+    assert all(map(len, sets(evidence)))
 
 
 def test_many_recordings_are_screened_on_some_of_them(robot):
@@ -104,7 +112,7 @@ def test_many_recordings_are_screened_on_some_of_them(robot):
 
 
 def test_some_recordings_spread_over_their_order_with_their_part_of_the_mask(robot):
-    predictor = gather(robot, made(robot, [0.5] * 20)).train
+    predictor = Predictor(robot, made(robot, [0.5] * 14))
     mask = predictor.samples.time < 0.1 * (1 + predictor.samples.recording)
     part, part_mask = some(predictor, mask, 3)
     assert part.recordings == tuple(predictor.recordings[i] for i in (0, 6, 13))

@@ -68,7 +68,7 @@ def test_what_is_hidden_is_adopted_and_nothing_more(interrupted):
     assert explanation.steps[0].effect is None
     assert {step.effect for step in explanation.steps[1:]} == set(HIDDEN)
     assert explanation.verdict == NOTHING_MISSING
-    errors = [step.heldout_rmse_rad for step in explanation.steps]
+    errors = [step.validation_rmse_rad for step in explanation.steps]
     assert errors[1] < 0.5 * errors[0]
     assert errors[2] < 0.5 * errors[1]
     effects = explanation.model.effects

@@ -3,10 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from t2l.diagnose.evidence import MANY, gather
+from t2l.diagnose.evidence import gather
 from t2l.diagnose.multi_fidelity import LONG, SCREENED_S, with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import fit_all, fit_fully
 from t2l.diagnose.ranking import diagnose
+from t2l.diagnose.settings import MANY
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
@@ -57,8 +58,8 @@ def test_many_noisy_recordings_are_simulated_coarsely(tmp_path):
     found = coarsened(Model(robot), evidence)
     assert set(of(found).values()) == {5}
     # what a fit ends on and what judges is simulated tick by tick
-    assert (found.train, found.holdout) == (evidence.train, evidence.holdout)
-    assert found.train.coarseness == found.holdout.coarseness == 1
+    assert (found.train, found.validation) == (evidence.train, evidence.validation)
+    assert found.train.coarseness == found.validation.coarseness == 1
     for coarse, exact in ((found.screen, evidence.screen), (found.draft, evidence.train)):
         np.testing.assert_array_equal(coarse.samples.q, exact.samples.q)
 
@@ -96,7 +97,7 @@ def test_a_fit_ends_on_every_tick_and_knows_no_bias(tmp_path):
     effects = [known[name] for name in ("viscous_friction", "coulomb_friction", "armature")]
     found = diagnose(Model(robot), evidence, effects)
     assert found.ranking[0].effect.name == "viscous_friction"
-    assert found.ranking[0].heldout_rmse_rad < 1.05 * found.noise_floor_rad
+    assert found.ranking[0].validation_rmse_rad < 1.05 * found.noise_floor_rad
     layout = Layout([Term(effects[0], (0,))])
     fit = LeastSquares(layout, np.array([0.1]), np.array([0.1]), tolerance=1e-6)
     run([fit], evidence.train, evidence.train_mask, 20)
@@ -210,7 +211,7 @@ def test_a_long_recording_is_screened_by_its_beginning(tmp_path, duration_s):
     if duration_s < 1.5 * SCREENED_S:
         assert found is evidence
         return
-    assert (found.train, found.holdout) == (evidence.train, evidence.holdout)
+    assert (found.train, found.validation) == (evidence.train, evidence.validation)
     assert found.shortlist is found.screen
     samples = found.screen.samples
     assert samples.time.max() == pytest.approx(SCREENED_S - 0.01)

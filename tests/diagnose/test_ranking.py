@@ -54,8 +54,8 @@ def test_hidden_friction_is_named_first(robot, rubbing, found):
     assert low < 0.05 < high
     assert best.improvement.ci95[0] < best.improvement.fraction < best.improvement.ci95[1]
     assert {c.effect.name for c in found.ranking} == set(FEW)
-    assert found.heldout_rmse_rad > 3 * found.noise_floor_rad
-    assert best.heldout_rmse_rad < 1.1 * found.noise_floor_rad
+    assert found.validation_rmse_rad > 3 * found.noise_floor_rad
+    assert best.validation_rmse_rad < 1.1 * found.noise_floor_rad
 
 
 def test_once_adopted_nothing_is_missing(robot, rubbing, found):
@@ -151,7 +151,7 @@ def candidate(name, heldout, fraction=0.5, joints=(0,)):
         layout=layout,
         u=np.zeros(len(layout)),
         train_rmse_rad=heldout,
-        heldout_rmse_rad=heldout,
+        validation_rmse_rad=heldout,
         improvement=Improvement(fraction, (fraction - 0.1, fraction + 0.1), fraction - 0.15),
         residual=np.zeros(3),
     )
@@ -233,7 +233,7 @@ def test_the_diagnosis_says_what_was_found(found, written):
     low, high = best["parameters"]["hinge.torque"]["ci95"]
     assert low < best["parameters"]["hinge.torque"]["value"] < high
     assert "Coulomb friction" in content["sentence"]
-    assert set(content["training_recordings"]).isdisjoint(content["heldout_recordings"])
+    assert set(content["training_recordings"]).isdisjoint(content["test_recordings"])
     for entry in content["ranking"]:
         assert entry["why"].endswith(".")
 

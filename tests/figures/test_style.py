@@ -60,8 +60,8 @@ def test_every_name_of_an_effect_can_be_drawn(tmp_path, name):
     content = diagnosis()
     content["ranking"][0]["title"] = name
     steps = [
-        {"effect": None, "train_rmse_q_rad": 0.02, "heldout_rmse_q_rad": 0.01},
-        {"effect": name, "train_rmse_q_rad": 2e-4, "heldout_rmse_q_rad": 1e-4},
+        {"effect": None, "train_rmse_q_rad": 0.02, "test_rmse_q_rad": 0.01},
+        {"effect": name, "train_rmse_q_rad": 2e-4, "test_rmse_q_rad": 1e-4},
     ]
     drawn = [figures.ranking(content), figures.error_falling(steps, 5e-5)]
     with warnings.catch_warnings():

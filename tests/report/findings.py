@@ -18,12 +18,19 @@ def compared(folder: Path) -> Path:
     return folder
 
 
+def errors(train: float, rest: float) -> dict[str, float]:
+    """RMS errors of the three sets, rad."""
+    parts = ("train", "validation", "test")
+    return {f"{p}_rmse_q_rad": e for p, e in zip(parts, (train, rest, rest), strict=True)}
+
+
 def candidate(name, title, fraction, spread=0.02, tied=(), parameters=None):
     return {
         "effect": name,
         "title": title,
         "joints": ["hinge"],
-        "heldout_rmse_q_rad": 0.01 * (1 - fraction),
+        "validation_rmse_q_rad": 0.01 * (1 - fraction),
+        "test_rmse_q_rad": 0.01 * (1 - fraction),
         "improvement": {"fraction": fraction, "ci95": [fraction - spread, fraction + spread]},
         "parameters": parameters or {},
         "tied_with": list(tied),
@@ -38,7 +45,11 @@ def diagnosis(verdict="missing_effect"):
         "verdict": verdict,
         "sentence": "The model lacks Coulomb friction",
         "noise_floor_rad": 5e-5,
-        "baseline": {"train_rmse_q_rad": 0.011, "heldout_rmse_q_rad": 0.01},
+        "baseline": {
+            "train_rmse_q_rad": 0.011,
+            "validation_rmse_q_rad": 0.01,
+            "test_rmse_q_rad": 0.01,
+        },
         "ranking": [
             candidate(
                 *("coulomb_friction", "Coulomb friction", 0.99),
@@ -49,7 +60,8 @@ def diagnosis(verdict="missing_effect"):
             candidate("armature", "armature", -3.0),
         ],
         "training_recordings": ["kp5", "kp20"],
-        "heldout_recordings": ["kp80"],
+        "validation_recordings": ["kp20"],
+        "test_recordings": ["kp80"],
         "remaining": ["41 % of the missing torque follows the position"],
         "separating_experiment": {"sentence": "Command a slow sine at Kp 5"},
     }
@@ -73,8 +85,18 @@ def explained(folder: Path) -> Path:
         path = folder / "steps" / str(number) / "diagnosis.json"
         path.write_text(json.dumps(diagnosis(verdict)))
     steps = [
-        {"effect": None, "train_rmse_q_rad": 0.011, "heldout_rmse_q_rad": 0.01},
-        {"effect": "coulomb_friction", "train_rmse_q_rad": 6e-5, "heldout_rmse_q_rad": 7e-5},
+        {
+            "effect": None,
+            "train_rmse_q_rad": 0.011,
+            "validation_rmse_q_rad": 0.01,
+            "test_rmse_q_rad": 0.01,
+        },
+        {
+            "effect": "coulomb_friction",
+            "train_rmse_q_rad": 6e-5,
+            "validation_rmse_q_rad": 7e-5,
+            "test_rmse_q_rad": 7e-5,
+        },
     ]
     explanation = {
         "steps": steps,

@@ -92,7 +92,7 @@ def test_a_comparison_tells_what_where_and_how_much(tmp_path):
 def test_an_explanation_tells_the_story(tmp_path):
     told = _told(write_report(explained(tmp_path)))
     order = [
-        "With Coulomb friction added, the held-out error falls from 10 mrad to 0.07 mrad",
+        "With Coulomb friction added, the test error goes from 10 mrad to 0.07 mrad",
         "What was compared",
         "The error falls",
         "Step 1: Coulomb friction",
@@ -109,7 +109,7 @@ def test_an_explanation_tells_the_story(tmp_path):
     assert -1 not in places
     assert places == sorted(places)
     assert "kp80 · " in told
-    assert "held out" in told
+    assert "kp80 · 20 mrad · test" in told or " · test" in told
 
 
 EVIL = """</script><img src=x onerror=alert(1)>&"'"""
@@ -166,7 +166,7 @@ def _changed(content, keys, value):
     [
         ("explanation.json", ["steps"], None),
         ("explanation.json", ["steps"], []),
-        ("explanation.json", ["steps", 0, "heldout_rmse_q_rad"], "small"),
+        ("explanation.json", ["steps", 0, "test_rmse_q_rad"], "small"),
         ("explanation.json", ["noise_floor_rad"], [1]),
         ("steps/0/diagnosis.json", ["ranking"], {}),
         ("steps/0/diagnosis.json", ["ranking"], []),

@@ -7,15 +7,16 @@ from t2l.diagnose.files import DIAGNOSIS
 
 ENTRIES = (DIAGNOSIS, "models/", "figures/", "report.html")
 
-HELP = "fit every known effect and judge each on held-out recordings"
+HELP = "fit every known effect and judge each on validation data"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.description = (
-        "Fit the model so far plus each known effect on the recordings, and judge on held-out "
-        "ones: those given, or whole recordings chosen from LOG, or blocks of time of a single "
-        "one. OUT receives diagnosis.json, models/ with each effect adopted, and report.html."
+        "Fit the model so far plus each known effect on a part of LOG, and choose by another "
+        "part. The error is told of a third: of --holdout, or of recordings or blocks of time "
+        "that are chosen from LOG. OUT receives diagnosis.json, models/ with each effect "
+        "adopted, and report.html."
     )
     add_log_arguments(parser, holdout=True)
 
@@ -25,7 +26,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.artefacts import write_diagnosis
     from t2l.diagnose.evidence import gather
-    from t2l.diagnose.ranking import diagnose, telling
+    from t2l.diagnose.ranking import diagnose
     from t2l.figures.diagnosis import draw_diagnosis
     from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
@@ -33,7 +34,6 @@ def run(arguments: argparse.Namespace) -> None:
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
         evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
-        evidence = telling(model, evidence)
         progress = progress_line()
         diagnosis = diagnose(model, evidence, progress=progress)
         content = write_diagnosis(diagnosis, evidence, out)

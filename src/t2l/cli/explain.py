@@ -15,7 +15,7 @@ HELP = "diagnose and adopt in turn, and watch the error fall"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.description = (
-        "Add one effect after the other, each judged on held-out recordings, until nothing more "
+        "Add one effect after the other, each judged on validation data, until nothing more "
         "is justified. OUT receives explanation.json, model.yaml, the steps and report.html. An "
         "interrupted run goes on with the step it was in."
     )
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> None:
     for step in explanation.steps:
         print(
             f"{step.effect or 'model as it came':28s} training "
-            f"{1e3 * step.train_rmse_rad:8.4g} mrad, held out {1e3 * step.heldout_rmse_rad:8.4g}"
+            f"{1e3 * step.train_rmse_rad:8.4g} mrad, test {1e3 * step.test_rmse_rad:8.4g}"
         )
     print(explanation.sentence)
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

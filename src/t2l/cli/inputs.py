@@ -17,7 +17,7 @@ def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
     if holdout:
         parser.add_argument(
             "--holdout", action="append", nargs="+", type=Path, default=[], metavar="LOG",
-            help="recording or folder to judge by instead of fitting; may be repeated",
+            help="recording or folder to report the error of, for nothing else; may be repeated",
         )  # fmt: skip
     parser.add_argument("--model", type=Path, help="the model so far (default: the MJCF as it is)")
     parser.add_argument(

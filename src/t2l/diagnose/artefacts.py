@@ -60,7 +60,8 @@ def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> d
     extra = {
         "split": evidence.split,
         "training_recordings": [r.name for r in evidence.train.recordings],
-        "heldout_recordings": [r.name for r in evidence.holdout.recordings],
+        "validation_recordings": [r.name for r in evidence.validation.recordings],
+        "test_recordings": [r.name for r in evidence.test.recordings],
         "remaining": remaining,
         "separating_experiment": _experiment(diagnosis, evidence),
     }
@@ -80,7 +81,7 @@ def _diagnosed_before(folder: Path) -> set[str]:
 def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
     """Say why of each candidate; return what the model's error follows, in sentences."""
     layout, u = diagnosis.model.vector(diagnosis.joints)
-    predictor, joints = evidence.holdout, diagnosis.joints
+    predictor, joints = evidence.validation, diagnosis.joints
     (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
     residual = predictor.samples.q - q[0]
     under = conditions.features(predictor, q[0], dq[0])

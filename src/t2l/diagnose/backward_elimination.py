@@ -20,7 +20,7 @@ NEARLY = 1.5  # times the loss of the model on some recordings; more is not made
 
 
 def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
-    """Drop each effect, or replace it by one that it contains, where that costs nothing held out.
+    """Drop each effect, or replace it by one it contains, where validation shows no cost.
 
     An early effect may have stood in for one that was found later.
 
@@ -32,14 +32,14 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
     gone: list[str] = []
     while True:
         layout, u = model.vector(joints)
-        limit = (1 + TIED) ** 2 * _heldout(evidence, layout, u)
+        limit = (1 + TIED) ** 2 * _validation(evidence, layout, u)
         trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
         if evidence.draft is not evidence.train:
             best = _fit_all(trials, evidence.screen, evidence.screen_mask, layout, u)
             trials = [(name, fit.again()) for name, fit in trials if fit.loss < NEARLY * best]
         _fit_all(trials, evidence.shortlist, evidence.shortlist_mask, layout, u)
         kept = [
-            (_heldout(evidence, fit.layout, fit.u), name, fit)
+            (_validation(evidence, fit.layout, fit.u), name, fit)
             for name, fit in trials
             if np.isfinite(fit.loss)
         ]
@@ -112,8 +112,8 @@ def _fit(layout: Layout, values, joints: tuple[str, ...]) -> LeastSquares:
     return LeastSquares(layout, u, np.maximum(np.abs(u), 1e-3), moves_together(joints))
 
 
-def _heldout(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:
-    return _loss(evidence.holdout, evidence.holdout_mask, layout, u)
+def _validation(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:
+    return _loss(evidence.validation, evidence.validation_mask, layout, u)
 
 
 def _loss(predictor: Predictor, mask: np.ndarray, layout: Layout, u: np.ndarray) -> float:

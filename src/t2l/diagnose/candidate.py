@@ -11,10 +11,10 @@ from t2l.identify.block_bootstrap import Improvement
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.uncertainty import Uncertainty
 
-LEAST_IMPROVEMENT = 0.05  # of the held-out error; less is no finding
+LEAST_IMPROVEMENT = 0.05  # of the validation error; less is no finding
 # an effect that acts in few blocks leaves a resample without them as it was
 HARMLESS = -0.005
-TIED = 0.03  # of the held-out error between effects that explain alike
+TIED = 0.03  # of the validation error between effects that explain alike
 
 
 @dataclass
@@ -23,13 +23,14 @@ class Candidate:
 
     Attributes:
         layout, u: the terms and their parameters, adopted ones included.
-        train_rmse_rad, heldout_rmse_rad: errors with it.
-        improvement: over the model so far, held out.
-        residual: (nsample,) of the held-out samples that are judged.
+        train_rmse_rad, validation_rmse_rad: errors with it.
+        test_rmse_rad: likewise, of samples that chose nothing; None until it is reported.
+        improvement: over the model so far, by validation.
+        residual: (nsample,) of the validation samples.
         uncertainty: intervals of u.
         tied_with: names of effects that explain as well.
         partner: the effect with which it explains far more than either alone.
-        together: improvement of the two over the model so far, held out.
+        together: improvement of the two over the model so far, by validation.
         why: a sentence for people.
     """
 
@@ -37,7 +38,7 @@ class Candidate:
     layout: Layout
     u: np.ndarray
     train_rmse_rad: float
-    heldout_rmse_rad: float
+    validation_rmse_rad: float
     improvement: Improvement
     residual: np.ndarray
     uncertainty: Uncertainty | None = None
@@ -45,6 +46,7 @@ class Candidate:
     partner: str | None = None
     together: Improvement | None = None
     why: str = ""
+    test_rmse_rad: float | None = None
 
     @property
     def term(self) -> Term:
@@ -71,13 +73,13 @@ class Pair:
 
 
 def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Best first by held-out error; among equals the one with fewer parameters."""
-    left = sorted(candidates, key=lambda c: c.heldout_rmse_rad)
+    """Best first by validation error; among equals the one with fewer parameters."""
+    left = sorted(candidates, key=lambda c: c.validation_rmse_rad)
     ranking = []
     while left:
-        best = left[0].heldout_rmse_rad
-        alike = [c for c in left if c.heldout_rmse_rad <= (1 + TIED) * best]
-        first = min(alike, key=lambda c: (len(c.layout), c.heldout_rmse_rad))
+        best = left[0].validation_rmse_rad
+        alike = [c for c in left if c.validation_rmse_rad <= (1 + TIED) * best]
+        first = min(alike, key=lambda c: (len(c.layout), c.validation_rmse_rad))
         ranking.append(first)
         left.remove(first)
     return ranking
@@ -87,8 +89,10 @@ def alike(ranking: Sequence[Candidate]) -> list[str]:
     """Names of the first and, if it earns its place, of those that explain as well as it."""
     if not ranking or not ranking[0].justified:
         return [c.effect.name for c in ranking[:1]]
-    limit = (1 + TIED) * ranking[0].heldout_rmse_rad
-    return [c.effect.name for i, c in enumerate(ranking) if i == 0 or c.heldout_rmse_rad <= limit]
+    limit = (1 + TIED) * ranking[0].validation_rmse_rad
+    return [
+        c.effect.name for i, c in enumerate(ranking) if i == 0 or c.validation_rmse_rad <= limit
+    ]
 
 
 def mark_ties(ranking: Sequence[Candidate]) -> None:
@@ -97,7 +101,7 @@ def mark_ties(ranking: Sequence[Candidate]) -> None:
         return
     first = ranking[0]
     for other in ranking[1:]:
-        alike = abs(other.heldout_rmse_rad / first.heldout_rmse_rad - 1) <= TIED
+        alike = abs(other.validation_rmse_rad / first.validation_rmse_rad - 1) <= TIED
         nested = (
             first.effect.name in other.effect.contains or other.effect.name in first.effect.contains
         )

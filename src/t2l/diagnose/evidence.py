@@ -1,42 +1,49 @@
-"""Recordings to fit and recordings to judge by."""
+"""Three disjoint sets of what was recorded: to fit, to choose by, and to report the error of.
+
+Training samples fit parameters. Validation samples decide all that is decided: which effect is
+adopted, which is removed, what is tied. Test samples do neither and report the error.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from t2l.diagnose import settings
 from t2l.identify.prediction import Predictor
 from t2l.recordings.recording import Recording
 from t2l.recordings.splits import hold_out, time_blocks
 
-HOLDOUT_FRACTION = 0.3
-SCREENED = (2, 3)  # recordings that every effect is tried on; the more where there are many
-MANY = 9  # recordings
-SHORTLISTED = 12  # recordings that the likeliest effects are fitted on before they are judged
+# whose block of time: two sets, or three
+TRAIN, VALIDATION, TEST = 0, 1, 2
+TURNS = {2: (TRAIN, VALIDATION), 3: (TRAIN, VALIDATION, TRAIN, TEST)}
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Samples to fit, samples to judge by, and fewer of the first to try everything on.
+    """Samples to fit, to choose by and to report, and fewer of the first to try everything on.
 
     Attributes:
-        train, holdout: predictors; one and the same where blocks of time are held out.
+        train, validation, test: predictors; one and the same where blocks of time are taken.
         shortlist, screen: predictors of some of the training recordings, or of all if few.
         draft: predictor of all training recordings for all but the last steps of a fit to them.
-        holdout_draft: predictor of the held-out ones for what was not fitted to all recordings.
+        validation_draft: predictor of validation for what was not fitted to all recordings.
         train_mask, …: (nsample,) bool of each predictor's samples.
+        split: what became validation and test samples, in words.
     """
 
     train: Predictor
     train_mask: np.ndarray
-    holdout: Predictor
-    holdout_mask: np.ndarray
+    validation: Predictor
+    validation_mask: np.ndarray
+    test: Predictor
+    test_mask: np.ndarray
     shortlist: Predictor
     shortlist_mask: np.ndarray
     screen: Predictor
     screen_mask: np.ndarray
     draft: Predictor
-    holdout_draft: Predictor
+    validation_draft: Predictor
     split: str
 
 
@@ -47,46 +54,53 @@ def gather(
     substeps: int = 1,
     threads: int | None = None,
 ) -> Evidence:
-    """Split what was recorded: as given, by whole recordings, or one recording by time."""
-    recordings = list(recordings)
-    held = list(holdout)
-    split = "the recordings given"
-    if not held and len(recordings) >= 3:
-        recordings, held = hold_out(recordings, HOLDOUT_FRACTION, seed=0)
-        split = "whole recordings"
-    if not held:
-        return by_blocks(robot, recordings, substeps, threads)
-    train = Predictor(robot, recordings, substeps, threads)
-    test = Predictor(robot, held, substeps, threads)
-    mask = _all(train)
+    """Split what was recorded.
+
+    `holdout`, or else whole recordings where there are three, or else blocks of time report. Of
+    the rest, whole recordings choose where each condition is likely to be left to fit, or else
+    blocks of time. What is left is fitted.
+    """
+    rest, test = list(recordings), list(holdout)
+    reports = "the recordings given"
+    if not test and len(rest) >= settings.WHOLE_TO_REPORT:
+        rest, test = hold_out(rest, settings.TEST_FRACTION, seed=0)
+        reports = "whole recordings"
+    if len(rest) >= settings.WHOLE_TO_CHOOSE:
+        rest, chosen = hold_out(rest, settings.VALIDATION_FRACTION, seed=1)
+        train, validation = (Predictor(robot, r, substeps, threads) for r in (rest, chosen))
+        masks, chooses = [_all(train), _all(validation)], "whole recordings"
+    else:
+        train = validation = Predictor(robot, rest, substeps, threads)
+        masks, chooses = _by_blocks(train, 2 if test else 3), "blocks of time"
+    if test:
+        tested = Predictor(robot, test, substeps, threads)
+        masks = [*masks[:2], _all(tested)]
+    else:
+        tested, reports = train, "blocks of time"
     return Evidence(
-        train, mask, test, _all(test), *_over_the_gains(train, mask, SHORTLISTED),
-        *_screened(train, mask), train, test, split,
+        train, masks[0], validation, masks[1], tested, masks[2],
+        *_over_the_gains(train, masks[0], settings.SHORTLISTED), *_screened(train, masks[0]),
+        train, validation, f"validation: {chooses}; test: {reports}",
     )  # fmt: skip
 
 
-def by_blocks(
-    robot: str, recordings: Sequence[Recording], substeps: int = 1, threads: int | None = None
-) -> Evidence:
-    """Hold out every other block of time of each recording, of a second or a quarter of it."""
-    predictor = Predictor(robot, recordings, substeps, threads)
-    held = np.zeros(len(predictor.samples), bool)
-    for i, recording in enumerate(recordings):
-        at = predictor.samples.recording == i
-        block = time_blocks(recording, min(1.0, recording.duration_s / 4))
-        held[at] = block[predictor.samples.row[at]] % 2 == 1
-    return Evidence(
-        predictor, ~held, predictor, held, *_over_the_gains(predictor, ~held, SHORTLISTED),
-        *_screened(predictor, ~held), predictor, predictor, "blocks of time",
-    )  # fmt: skip
+def _by_blocks(predictor: Predictor, sets: int) -> list[np.ndarray]:
+    """Masks (nsample,) of two or three sets: blocks of time in turn, with a guard at each edge.
 
-
-def pooled(evidence: Evidence) -> Evidence:
-    """All recordings together, judged by blocks of time."""
-    train, holdout = evidence.train, evidence.holdout
-    return by_blocks(
-        train.robot, [*train.recordings, *holdout.recordings], train.substeps, train.threads
-    )
+    Residuals are alike over a short time, so that samples beside an edge belong to no set.
+    """
+    turns, samples = np.array(TURNS[sets]), predictor.samples
+    of = np.full(len(samples), -1)
+    for i, recording in enumerate(predictor.recordings):
+        block_s = min(settings.BLOCK_S, recording.duration_s / (2 * len(turns)))
+        at = np.flatnonzero(samples.recording == i)
+        block = time_blocks(recording, block_s)[samples.row[at]]
+        of[at] = turns[block % len(turns)]
+        since = samples.time[at] - block * block_s
+        of[at[(block > 0) & (since < settings.GUARD * block_s)]] = -1
+    if len(np.unique(of[of >= 0])) < sets:  # sampled too rarely for blocks
+        of = turns[samples.row % len(turns)]
+    return [of == s for s in (TRAIN, VALIDATION, TEST)]
 
 
 def some(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor, np.ndarray]:
@@ -95,8 +109,8 @@ def some(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor,
 
 
 def _screened(predictor: Predictor, mask: np.ndarray) -> tuple[Predictor, np.ndarray]:
-    many = len(predictor.recordings) >= MANY
-    return _over_the_gains(predictor, mask, SCREENED[many])
+    many = len(predictor.recordings) >= settings.MANY
+    return _over_the_gains(predictor, mask, settings.SCREENED[many])
 
 
 def _over_the_gains(

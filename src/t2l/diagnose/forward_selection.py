@@ -11,7 +11,7 @@ from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
-from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
+from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.names import path_of
@@ -21,6 +21,7 @@ from t2l.typed import is_number
 from t2l.version import library
 
 MOST_EFFECTS = 8
+ERRORS = tuple(f"{part}_rmse_q_rad" for part in ("train", "validation", "test"))
 
 Progress = Callable[[str, float], None]
 
@@ -34,7 +35,8 @@ class Step:
 
     effect: str | None
     train_rmse_rad: float
-    heldout_rmse_rad: float
+    validation_rmse_rad: float
+    test_rmse_rad: float
     dropped: tuple[str, ...] = ()
 
 
@@ -60,7 +62,6 @@ def explain(
     Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
     run goes on with the step it was in.
     """
-    evidence = telling(model, evidence)
     steps, key = [], fingerprint(model, evidence)
     added, dropped = None, []
     for number in range(MOST_EFFECTS + 1):
@@ -75,11 +76,7 @@ def explain(
         else:
             progress(f"step {number + 1}: kept from before", 1.0)
         baseline = content["baseline"]
-        steps.append(
-            Step(
-                added, baseline["train_rmse_q_rad"], baseline["heldout_rmse_q_rad"], tuple(dropped)
-            )
-        )
+        steps.append(Step(added, *(baseline[key] for key in ERRORS), tuple(dropped)))
         if content["verdict"] != MISSING or number == MOST_EFFECTS:
             break
         added = content["ranking"][0]["effect"]
@@ -142,7 +139,7 @@ def _finished(where: Path, key: str) -> dict | None:
             return None
         content = read_json(path, "a diagnosis", (*keys, "ranking"))
         with reading(path, "a diagnosis"):
-            errors = [content["baseline"][f"{part}_rmse_q_rad"] for part in ("train", "heldout")]
+            errors = [content["baseline"][key] for key in ERRORS]
             if not all(map(is_number, (*errors, content["noise_floor_rad"]))):
                 return None
             if not all(isinstance(content[key], str) for key in ("verdict", "sentence")):
@@ -164,7 +161,7 @@ def fingerprint(model: Model, evidence: Evidence) -> str:
     digest.update(plant.as_bytes(evidence.train.model()))
     for path in python_files(model.effect_files):
         digest.update(path.read_bytes())
-    for predictor in (evidence.train, evidence.holdout):
+    for predictor in (evidence.train, evidence.validation, evidence.test):
         for r in predictor.recordings:
             said = (r.name, r.kp, r.kd, r.control_rate_hz, r.gravity_compensation)
             digest.update(repr(said).encode())
@@ -180,7 +177,8 @@ def as_json(explanation: Explanation) -> dict:
             {
                 "effect": step.effect,
                 "train_rmse_q_rad": step.train_rmse_rad,
-                "heldout_rmse_q_rad": step.heldout_rmse_rad,
+                "validation_rmse_q_rad": step.validation_rmse_rad,
+                "test_rmse_q_rad": step.test_rmse_rad,
                 "dropped": list(step.dropped),
             }
             for step in explanation.steps

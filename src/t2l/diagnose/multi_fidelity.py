@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from t2l.diagnose.evidence import MANY, Evidence
+from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.settings import MANY
 from t2l.effects.term import Layout
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request
@@ -42,10 +43,10 @@ def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evi
         if change < limit:
             shortlist, train, holdout = (
                 coarse if predictor is screen else predictor.of(predictor.recordings, coarseness)
-                for predictor in (evidence.shortlist, evidence.train, evidence.holdout)
+                for predictor in (evidence.shortlist, evidence.train, evidence.validation)
             )
             return replace(
-                evidence, screen=coarse, shortlist=shortlist, draft=train, holdout_draft=holdout
+                evidence, screen=coarse, shortlist=shortlist, draft=train, validation_draft=holdout
             )
     return evidence
 

@@ -1,4 +1,4 @@
-"""Which physical effect a model lacks: every known one is fitted, and judged on held-out data."""
+"""Which physical effect a model lacks: every known one is fitted, and judged on validation data."""
 
 import logging
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose.candidate import Candidate, alike, mark_ties, promote, rank
-from t2l.diagnose.evidence import Evidence, pooled
+from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import Progress, fit_all, fit_fully
 from t2l.effects.effect import Effect
@@ -24,9 +24,8 @@ logger = logging.getLogger(__name__)
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
 
 AT_THE_FLOOR = 1.10  # times the noise floor: what remains is measurement
-SHOWN = 2.0  # likewise: training recordings that leave more show that something is missing
 NEAR_THE_FLOOR = 1.25  # likewise, if no effect improves on it
-HARMFUL = 1.05  # times the training error before: a fit that ran away, whatever is held out
+HARMFUL = 1.05  # times the training error before: a fit that ran away, whatever validation says
 SEED = 0  # of the bootstrap
 
 
@@ -37,7 +36,8 @@ class Diagnosis:
     Attributes:
         verdict: one of `missing_effect`, `no_missing_effect`, `unexplained`.
         noise_floor_rad: RMS error of a perfect model.
-        train_rmse_rad, heldout_rmse_rad: of the model so far.
+        train_rmse_rad, validation_rmse_rad, test_rmse_rad: of the model so far. The test
+            samples chose nothing.
         ranking: candidates, best first.
     """
 
@@ -46,7 +46,8 @@ class Diagnosis:
     verdict: str
     noise_floor_rad: float
     train_rmse_rad: float
-    heldout_rmse_rad: float
+    validation_rmse_rad: float
+    test_rmse_rad: float
     ranking: list[Candidate]
 
 
@@ -57,7 +58,9 @@ def diagnose(
     progress: Progress = lambda what, fraction: None,
     quick: bool = False,
 ) -> Diagnosis:
-    """Fit the model so far plus each effect on the training samples; judge on the held-out ones.
+    """Fit the model so far plus each effect on the training samples; judge on validation.
+
+    The verdict and the ranking come from training and validation samples alone.
 
     Args:
         effects: candidates; by default every known one that some joint does not have yet.
@@ -75,39 +78,38 @@ def diagnose(
     effects = [effect for effect in effects if effect.name not in everywhere]
 
     train_q, held_q = _predict(evidence, adopted, u)
-    before = _residual(evidence.holdout, evidence.holdout_mask, held_q)
+    before = _residual(evidence.validation, evidence.validation_mask, held_q)
     train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
-    floor, heldout = _floor(evidence, held_q), _rms(before)
+    floor, chosen_by = _floor(evidence, held_q), _rms(before)
     ranking = []
-    if effects and not (quick and heldout <= AT_THE_FLOOR * floor):
+    if effects and not (quick and chosen_by <= AT_THE_FLOOR * floor):
         cheaper = with_coarser_ticks(with_beginnings(evidence, adopted, u), adopted, u)
         ranking = _ranking(cheaper, adopted, u, effects, floor, train, before, progress)
-    verdict = _verdict(heldout, floor, ranking)
-    return Diagnosis(model, joints, verdict, floor, train, heldout, ranking)
+    verdict = _verdict(chosen_by, floor, ranking)
+    test = _report(evidence, adopted, u, ranking)
+    return Diagnosis(model, joints, verdict, floor, train, chosen_by, test, ranking)
 
 
-def telling(model: Model, evidence: Evidence) -> Evidence:
-    """`evidence`, unless what is held out does not show what the training recordings show.
-
-    Then no effect could earn its place there, and all recordings are judged by blocks of time.
-    """
-    if evidence.holdout is evidence.train:
-        return evidence
-    layout, u = model.vector(evidence.train.joints)
-    train_q, held_q = _predict(evidence, layout, u)
-    floor = _floor(evidence, held_q)
-    heldout = _rms(_residual(evidence.holdout, evidence.holdout_mask, held_q))
-    train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
-    silent = heldout <= AT_THE_FLOOR * floor and train > SHOWN * floor
-    return pooled(evidence) if silent else evidence
+def _report(
+    evidence: Evidence, adopted: Layout, u: np.ndarray, ranking: Sequence[Candidate]
+) -> float:
+    """Give each candidate its test error; return that of the model so far."""
+    models = [(adopted, u), *((c.layout, c.u) for c in ranking)]
+    predicted = evidence.test.predict([Request(layout, u[None]) for layout, u in models])
+    check_finite(predicted[0][0], evidence.test)
+    errors = [_rms(_residual(evidence.test, evidence.test_mask, q[0])) for q in predicted]
+    for candidate, error in zip(ranking, errors[1:], strict=True):
+        # null where the model with it runs away there
+        candidate.test_rmse_rad = error if np.isfinite(error) else None
+    return errors[0]
 
 
-def _verdict(heldout: float, floor: float, ranking: Sequence[Candidate]) -> str:
-    if heldout <= AT_THE_FLOOR * floor:
+def _verdict(error: float, floor: float, ranking: Sequence[Candidate]) -> str:
+    if error <= AT_THE_FLOOR * floor:
         return NOTHING_MISSING
     if ranking and ranking[0].justified:
         return MISSING
-    return NOTHING_MISSING if heldout <= NEAR_THE_FLOOR * floor else UNEXPLAINED
+    return NOTHING_MISSING if error <= NEAR_THE_FLOOR * floor else UNEXPLAINED
 
 
 def _ranking(
@@ -122,9 +124,9 @@ def _ranking(
 ) -> list[Candidate]:
     """The effects fitted and judged, best first; what is first is fitted on all samples."""
     found = fit_all(evidence, adopted, u, effects, floor, progress)
-    progress("judging on held-out data", 0.85)
-    held, draft, draft_before = evidence.holdout_mask, evidence.holdout_draft, before
-    if draft is not evidence.holdout:
+    progress("judging on validation data", 0.85)
+    held, draft, draft_before = evidence.validation_mask, evidence.validation_draft, before
+    if draft is not evidence.validation:
         so_far = draft.predict([Request(adopted, u[None])])[0][0]
         draft_before = _residual(draft, held, so_far)
     candidates = _judge(draft, held, found.fits, draft_before)
@@ -147,7 +149,7 @@ def _ranking(
         progress(f"fitting {', '.join(first)} to all recordings", 0.9)
         origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
         fits = fit_fully(found.fits, first, evidence, origin)
-        judged = _judge(evidence.holdout, held, fits, before)
+        judged = _judge(evidence.validation, held, fits, before)
         for name in first:
             del candidates[name]
             if name in judged and judged[name].train_rmse_rad < HARMFUL * train:
@@ -175,16 +177,16 @@ def _residual(predictor: Predictor, mask: np.ndarray, q: np.ndarray) -> np.ndarr
 def _predict(evidence: Evidence, layout: Layout, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     train = evidence.train.predict([Request(layout, u[None])])[0][0]
     check_finite(train, evidence.train)
-    if evidence.holdout is evidence.train:
+    if evidence.validation is evidence.train:
         return train, train
-    held = evidence.holdout.predict([Request(layout, u[None])])[0][0]
-    check_finite(held, evidence.holdout)
+    held = evidence.validation.predict([Request(layout, u[None])])[0][0]
+    check_finite(held, evidence.validation)
     return train, held
 
 
 def _floor(evidence: Evidence, q: np.ndarray) -> float:
-    """Noise floor of the held-out recordings, with the model's prediction taken off."""
-    predictor = evidence.holdout
+    """Noise floor of the validation recordings, with the model's prediction taken off."""
+    predictor = evidence.validation
     residuals = predictor.samples.by_row(predictor.samples.q - q)
     return noise_floor(list(predictor.recordings), residuals)
 
@@ -209,14 +211,14 @@ def _judge(
     for (name, fit), q in zip(usable.items(), held, strict=True):
         after = _residual(predictor, mask, q[0])
         if not np.isfinite(after).all():
-            logger.warning("%s: left out, a simulation of held-out recordings ran away", name)
+            logger.warning("%s: left out, a simulation of validation recordings ran away", name)
             continue
         candidates[name] = Candidate(
             effect=next(t.effect for t in fit.layout.terms if t.effect.name == name),
             layout=fit.layout,
             u=fit.u,
             train_rmse_rad=float(np.sqrt(fit.loss)),
-            heldout_rmse_rad=_rms(after),
+            validation_rmse_rad=_rms(after),
             improvement=judge.improvement(before, after, block, np.random.default_rng(SEED)),
             residual=after,
         )

@@ -85,7 +85,8 @@ class _Improvement(TypedDict):
 class _Candidate(TypedDict):
     effect: str
     title: str
-    heldout_rmse_q_rad: FiniteFloat
+    validation_rmse_q_rad: FiniteFloat
+    test_rmse_q_rad: FiniteFloat | None
     improvement: _Improvement
     parameters: Mapping[str, _Parameter]
     tied_with: list[str]
@@ -95,7 +96,8 @@ class _Candidate(TypedDict):
 
 class _Errors(TypedDict):
     train_rmse_q_rad: FiniteFloat
-    heldout_rmse_q_rad: FiniteFloat
+    validation_rmse_q_rad: FiniteFloat
+    test_rmse_q_rad: FiniteFloat
 
 
 class _Experiment(TypedDict):
@@ -111,7 +113,8 @@ class Diagnosis(TypedDict):
     ranking: list[_Candidate]
     sentence: NotRequired[str]
     training_recordings: NotRequired[list[str]]
-    heldout_recordings: NotRequired[list[str]]
+    validation_recordings: NotRequired[list[str]]
+    test_recordings: NotRequired[list[str]]
     remaining: NotRequired[list[str]]
     separating_experiment: NotRequired[_Experiment | None]
 

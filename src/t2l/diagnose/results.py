@@ -50,13 +50,18 @@ class Found:
     model_yaml: str | None = None
 
     @property
-    def heldout(self) -> set[str]:
-        """Names of the recordings that were held out as a whole."""
+    def uses(self) -> dict[str, str]:
+        """What recordings were used for as a whole, by name: "validation" or "test"."""
         if not self.steps:
-            return set()
+            return {}
         first = self.steps[0].diagnosis
-        held = set(first.get("heldout_recordings", []))
-        return held - set(first.get("training_recordings", []))
+        trained = set(first.get("training_recordings", []))
+        return {
+            name: use
+            for use in ("validation", "test")
+            for name in first.get(f"{use}_recordings", [])
+            if name not in trained
+        }
 
 
 def read_found(folder: Path | str) -> Found:

@@ -7,24 +7,35 @@ import numpy as np
 from t2l.diagnose.candidate import Candidate
 from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, Diagnosis
 
+TEST_DIFFERS = 1.5  # times the validation error, which already is above the noise
+
 
 def headline(diagnosis: Diagnosis) -> str:
     """What was found, in a sentence."""
-    error, floor = 1e3 * diagnosis.heldout_rmse_rad, 1e3 * diagnosis.noise_floor_rad
+    error, floor = 1e3 * diagnosis.test_rmse_rad, 1e3 * diagnosis.noise_floor_rad
     if diagnosis.verdict == NOTHING_MISSING:
+        if diagnosis.test_rmse_rad > TEST_DIFFERS * diagnosis.validation_rmse_rad:
+            return (
+                "No effect is missing in what was fitted and chosen by, but the test error is "
+                f"{error:.3g} mrad (noise {floor:.3g} mrad): the test recordings show something "
+                "that the others do not. Fit to some like them too."
+            )
         return (
-            f"No effect is missing: the held-out error of {error:.3g} mrad is what measurement "
+            f"No effect is missing: the test error of {error:.3g} mrad is what measurement "
             f"noise and quantisation leave ({floor:.3g} mrad)."
         )
     if diagnosis.verdict == MISSING:
         best = diagnosis.ranking[0]
         tied = f", tied with {_names(best.tied_with)}" if best.tied_with else ""
+        after = "grows without bound"
+        if best.test_rmse_rad is not None:
+            after = f"goes from {error:.3g} to {1e3 * best.test_rmse_rad:.3g} mrad"
         return (
-            f"The model lacks {best.effect.title}{tied}: with it the held-out error falls from "
-            f"{error:.3g} to {1e3 * best.heldout_rmse_rad:.3g} mrad (noise {floor:.3g} mrad)."
+            f"The model lacks {best.effect.title}{tied}: with it the test error {after} "
+            f"(noise {floor:.3g} mrad)."
         )
     return (
-        f"Unexplained: the held-out error of {error:.3g} mrad is {error / floor:.1f} times the "
+        f"Unexplained: the test error of {error:.3g} mrad is {error / floor:.1f} times the "
         f"noise ({floor:.3g} mrad), and no known effect removes it."
     )
 
@@ -38,7 +49,7 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
     effect, gain = candidate.effect, candidate.improvement
     if not candidate.justified:
         return (
-            f"{effect.title} does not earn its place: it changes the held-out error by "
+            f"{effect.title} does not earn its place: it changes the validation error by "
             f"{-100 * gain.fraction:+.0f} % ({-100 * gain.ci95[1]:+.0f} to "
             f"{-100 * gain.ci95[0]:+.0f} %)."
         )
@@ -57,7 +68,7 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
         )
     return (
         f"{effect.signature[0].upper()}{effect.signature[1:]}.{seen} With {effect.title} "
-        f"the held-out error falls by {100 * gain.fraction:.0f} % "
+        f"the validation error falls by {100 * gain.fraction:.0f} % "
         f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together}"
     )
 
@@ -70,7 +81,8 @@ def as_json(diagnosis: Diagnosis, extra: dict[str, Any]) -> dict[str, Any]:
         "noise_floor_rad": diagnosis.noise_floor_rad,
         "baseline": {
             "train_rmse_q_rad": diagnosis.train_rmse_rad,
-            "heldout_rmse_q_rad": diagnosis.heldout_rmse_rad,
+            "validation_rmse_q_rad": diagnosis.validation_rmse_rad,
+            "test_rmse_q_rad": diagnosis.test_rmse_rad,
         },
         "ranking": [_candidate(c, diagnosis.joints) for c in diagnosis.ranking],
         **extra,
@@ -96,7 +108,8 @@ def _candidate(candidate: Candidate, joints: tuple[str, ...]) -> dict[str, Any]:
         "effect": effect.name,
         "title": effect.title,
         "joints": [joints[j] for j in candidate.term.joints],
-        "heldout_rmse_q_rad": candidate.heldout_rmse_rad,
+        "validation_rmse_q_rad": candidate.validation_rmse_rad,
+        "test_rmse_q_rad": candidate.test_rmse_rad,
         "train_rmse_q_rad": candidate.train_rmse_rad,
         "improvement": {
             "fraction": candidate.improvement.fraction,

@@ -11,7 +11,7 @@ DECISION_LEVEL = 0.005  # one-sided; some twenty effects are tried
 
 @dataclass(frozen=True)
 class Improvement:
-    """1 − rmse with / rmse without, on held-out samples.
+    """1 − rmse with / rmse without, on samples that fitted nothing.
 
     Attributes:
         ci95: bootstrap interval over blocks.

@@ -58,7 +58,9 @@ def _of_overlay(found: Found, joints: list) -> list[Menu]:
     options = []
     for place, i in enumerate(shown):
         text = f"{names[i]} · {mrad(logs[i]['rmse_q_rad'])}"
-        options.append((place, f"{text} · held out" if names[i] in found.heldout else text))
+        options.append(
+            (place, f"{text} · {found.uses[names[i]]}" if names[i] in found.uses else text)
+        )
     recording, joint = worst(compared.traces, shown)
     return [
         Menu("overlay", "recording", "recording", options, recording),

@@ -26,7 +26,7 @@ def payload(found: Found) -> dict[str, Any]:
 
 
 def ranking(step) -> list[dict[str, Any]]:
-    """Candidates with their held-out improvement in per cent, best first."""
+    """Candidates with their improvement on validation data in per cent, best first."""
     entries = step.diagnosis["ranking"]
     first = step.adopted or (entries[0]["effect"] if entries else None)
     missing = step.diagnosis["verdict"] == "missing_effect"
@@ -47,14 +47,14 @@ def ranking(step) -> list[dict[str, Any]]:
 
 
 def falling(found: Found) -> dict[str, Any]:
-    """Training and held-out error after every step, mrad."""
+    """Training and test error after every step, mrad."""
     steps = found.explanation["steps"]
     titles = titles_of(found)
     names = [titles.get(step["effect"], step["effect"]) for step in steps]
     return {
         "names": ["model as it came", *(f"+ {name}" for name in names[1:])],
         "train": [1e3 * step["train_rmse_q_rad"] for step in steps],
-        "heldout": [1e3 * step["heldout_rmse_q_rad"] for step in steps],
+        "test": [1e3 * step["test_rmse_q_rad"] for step in steps],
         "floor": 1e3 * found.explanation["noise_floor_rad"],
     }
 

@@ -17,11 +17,11 @@ LEAST_SHOWN = -0.4  # improvements below are drawn at the edge
 def error_falling(
     steps: Sequence[Mapping[str, Any]], floor: float, titles: Mapping[str, str] | None = None
 ) -> Figure:
-    """Training and held-out RMS error after every added effect, and the noise floor.
+    """Training and test RMS error after every added effect, and the noise floor.
 
     Args:
         steps: of explanation.json: `effect` (None at first), `train_rmse_q_rad`,
-            `heldout_rmse_q_rad`.
+            `test_rmse_q_rad`.
         floor: rad, the error of a perfect model.
         titles: what to print for an effect.
     """
@@ -31,7 +31,7 @@ def error_falling(
     with styled():
         figure, axes = plt.subplots(figsize=(max(4.2, 1.4 * len(steps) + 1.2), 3.4))
         for key, style, colour, label in (
-            ("heldout_rmse_q_rad", "o-", BLUE, "held out"),
+            ("test_rmse_q_rad", "o-", BLUE, "test"),
             ("train_rmse_q_rad", "o:", SKY, "training"),
         ):
             axes.plot(at, [1e3 * s[key] for s in steps], style, color=colour, lw=2, label=label)
@@ -47,7 +47,7 @@ def error_falling(
 
 
 def ranking(diagnosis: Mapping[str, Any]) -> Figure:
-    """Fall of the held-out error with each effect, with 95 % intervals, best above.
+    """Fall of the validation error with each effect, with 95 % intervals, best above.
 
     Args:
         diagnosis: content of diagnosis.json.
@@ -74,5 +74,5 @@ def ranking(diagnosis: Mapping[str, Any]) -> Figure:
         )
         axes.invert_yaxis()
         axes.set_xlim(right=102)
-        axes.set_xlabel("fall of the held-out error [%], with 95 % interval")
+        axes.set_xlabel("fall of the validation error [%], with 95 % interval")
     return figure

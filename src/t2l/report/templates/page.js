@@ -48,9 +48,9 @@ const PLOTS = {
     const f = data.falling, line = (y, name, colour, dash) => ({ x: f.names, y, name, mode: "lines+markers",
       line: { color: colour, width: 2.5, dash }, marker: { size: 9 },
       hovertemplate: "%{x}<br>" + name + " %{y:.3g} mrad<extra></extra>" });
-    const all = [...f.train, ...f.heldout, f.floor].filter(v => v > 0).map(Math.log10);
+    const all = [...f.train, ...f.test, f.floor].filter(v => v > 0).map(Math.log10);
     const low = Math.min(...all) - 0.15, high = Math.max(...all) + 0.12, ticks = decades(low, high);
-    return [[line(f.heldout, "held out", BLUE), line(f.train, "training", SKY, "dot")],
+    return [[line(f.test, "test", BLUE), line(f.train, "training", SKY, "dot")],
       layout({ height: 340,
         xaxis: { type: "category", range: [-0.3, f.names.length - 0.7] },
         yaxis: { type: "log", title: { text: "RMS position error [mrad]" },
@@ -80,8 +80,8 @@ const PLOTS = {
     }).filter(t => t.x.length);
     return [traces, layout({ height: 110 + 24 * entries.length,
       margin: { l: 60, r: 16, t: 34, b: 48 },
-      xaxis: { title: { text: narrow() ? "fall of the held-out error [%]"
-        : "fall of the held-out error [%], with 95 % interval" }, range: [low, 102], zeroline: true },
+      xaxis: { title: { text: narrow() ? "fall of the validation error [%]"
+        : "fall of the validation error [%], with 95 % interval" }, range: [low, 102], zeroline: true },
       yaxis: { type: "category", categoryorder: "array", categoryarray: entries.map(e => e.title),
         range: [-0.7, entries.length - 0.3], ticks: "", dtick: 1,
         tickfont: { size: narrow() ? 11 : 13 } } })];
