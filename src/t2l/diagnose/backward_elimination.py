@@ -4,10 +4,10 @@ from functools import partial
 
 import numpy as np
 
-from t2l.diagnose.candidate import TIED
-from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.candidate import beats
+from t2l.diagnose.evidence import Evidence, validation_blocks
+from t2l.diagnose.final_fit import fit_fully, moves_together
 from t2l.diagnose.multi_fidelity import with_coarser_ticks
-from t2l.diagnose.racing import fit_fully, moves_together
 from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import drop_hopeless, run
@@ -32,21 +32,19 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
     gone: list[str] = []
     while True:
         layout, u = model.vector(joints)
-        limit = (1 + TIED) ** 2 * _validation(evidence, layout, u)
+        whole = _validation(evidence, layout, u)
         trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
         if evidence.draft is not evidence.train:
             best = _fit_all(trials, evidence.screen, evidence.screen_mask, layout, u)
             trials = [(name, fit.again()) for name, fit in trials if fit.loss < NEARLY * best]
         _fit_all(trials, evidence.shortlist, evidence.shortlist_mask, layout, u)
-        kept = [
-            (_validation(evidence, fit.layout, fit.u), name, fit)
-            for name, fit in trials
-            if np.isfinite(fit.loss)
-        ]
-        kept = [entry for entry in kept if entry[0] <= limit]
+        kept = [(name, fit) for name, fit in trials if np.isfinite(fit.loss)]
+        left = [_validation(evidence, fit.layout, fit.u) for _, fit in kept]
+        block = validation_blocks(evidence)
+        kept = [e for e, r in zip(kept, left, strict=True) if not beats(whole, r, block)]
         if not kept:
             return model, gone
-        _, name, fit = min(kept, key=lambda entry: (len(entry[2].layout), entry[0]))
+        name, fit = min(kept, key=lambda entry: (len(entry[1].layout), entry[1].loss))
         if evidence.shortlist is not evidence.train:
             fit = fit_fully({name: fit}, [name], evidence)[name]
         model = from_vector(model, fit.layout, fit.u, joints)
@@ -61,7 +59,7 @@ def _fit_all(
     u: np.ndarray,
 ) -> float:
     """Fit the trials to the samples; the loss there of the model they are trials for."""
-    best = _loss(predictor, mask, layout, u)
+    best = float(np.mean(_residual(predictor, mask, layout, u) ** 2))
     run([fit for _, fit in trials], predictor, mask, ITERATIONS, partial(drop_hopeless, best=best))
     return best
 
@@ -112,11 +110,10 @@ def _fit(layout: Layout, values, joints: tuple[str, ...]) -> LeastSquares:
     return LeastSquares(layout, u, np.maximum(np.abs(u), 1e-3), moves_together(joints))
 
 
-def _validation(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:
-    return _loss(evidence.validation, evidence.validation_mask, layout, u)
+def _validation(evidence: Evidence, layout: Layout, u: np.ndarray) -> np.ndarray:
+    return _residual(evidence.validation, evidence.validation_mask, layout, u)
 
 
-def _loss(predictor: Predictor, mask: np.ndarray, layout: Layout, u: np.ndarray) -> float:
-    """Mean squared error, rad²."""
+def _residual(predictor: Predictor, mask: np.ndarray, layout: Layout, u: np.ndarray) -> np.ndarray:
     q = predictor.predict([Request(layout, u[None])])[0][0]
-    return float(np.mean((q - predictor.samples.q)[mask] ** 2))
+    return (q - predictor.samples.q)[mask]

@@ -1,20 +1,15 @@
 """Effects that were fitted, and which of them to believe first."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.diagnose.settings import HARMLESS, MATERIAL
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
-from t2l.identify.block_bootstrap import Improvement
-from t2l.identify.least_squares import LeastSquares
+from t2l.identify.block_bootstrap import Improvement, improvement
 from t2l.identify.uncertainty import Uncertainty
-
-LEAST_IMPROVEMENT = 0.05  # of the validation error; less is no finding
-# an effect that acts in few blocks leaves a resample without them as it was
-HARMLESS = -0.005
-TIED = 0.03  # of the validation error between effects that explain alike
 
 
 @dataclass
@@ -29,8 +24,9 @@ class Candidate:
         residual: (nsample,) of the validation samples.
         uncertainty: intervals of u.
         tied_with: names of effects that explain as well.
-        partner: the effect with which it explains far more than either alone.
-        together: improvement of the two over the model so far, by validation.
+        partner: the effects together with which it explains more than any alone.
+        together: improvement of all of them over the model so far, by validation.
+        chosen_share: how often it is selected, over resamples of what is screened.
         why: a sentence for people.
     """
 
@@ -47,6 +43,7 @@ class Candidate:
     together: Improvement | None = None
     why: str = ""
     test_rmse_rad: float | None = None
+    chosen_share: float = 0.0
 
     @property
     def term(self) -> Term:
@@ -56,72 +53,78 @@ class Candidate:
     @property
     def justified(self) -> bool:
         """Whether it, or it with its partner, earns its place on data it has not seen."""
-        return _earns(self.improvement) or (self.together is not None and _earns(self.together))
+        return is_better(self.improvement) or (
+            self.together is not None and is_better(self.together)
+        )
 
 
-@dataclass(frozen=True)
-class Pair:
-    """Two effects that explain together what neither does alone, and their fit."""
-
-    first: str
-    second: str
-    fit: LeastSquares
-
-    def partner(self, name: str) -> str:
-        """The other one."""
-        return self.second if name == self.first else self.first
+def is_better(found: Improvement) -> bool:
+    """The one rule of adoption, removal, sets and ties: better by enough, and hardly by chance."""
+    return found.fraction >= MATERIAL and found.lower > -HARMLESS
 
 
-def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Best first by validation error; among equals the one with fewer parameters."""
-    left = sorted(candidates, key=lambda c: c.validation_rmse_rad)
-    ranking = []
-    while left:
-        best = left[0].validation_rmse_rad
-        alike = [c for c in left if c.validation_rmse_rad <= (1 + TIED) * best]
-        first = min(alike, key=lambda c: (len(c.layout), c.validation_rmse_rad))
-        ranking.append(first)
-        left.remove(first)
-    return ranking
+def beats(after: np.ndarray, before: np.ndarray, block: np.ndarray) -> bool:
+    """Whether residuals `after` are better than `before`, (nsample,) in the same blocks."""
+    if np.sum(after**2) > (1 - MATERIAL) ** 2 * np.sum(before**2):
+        return False  # no resample is needed
+    return is_better(improvement(before, after, block))
 
 
-def alike(ranking: Sequence[Candidate]) -> list[str]:
-    """Names of the first and, if it earns its place, of those that explain as well as it."""
-    if not ranking or not ranking[0].justified:
-        return [c.effect.name for c in ranking[:1]]
-    limit = (1 + TIED) * ranking[0].validation_rmse_rad
-    return [
-        c.effect.name for i, c in enumerate(ranking) if i == 0 or c.validation_rmse_rad <= limit
-    ]
+def rank(candidates: Sequence[Candidate], block: np.ndarray) -> list[Candidate]:
+    """By validation error; first the one with fewest parameters that the least does not beat."""
+    ranking = sorted(candidates, key=lambda c: c.validation_rmse_rad)
+    if not ranking:
+        return []
+    alike = [c for c in ranking if not beats(ranking[0].residual, c.residual, block)]
+    first = min(alike, key=lambda c: (len(c.layout), c.validation_rmse_rad))
+    return [first, *(c for c in ranking if c is not first)]
 
 
-def mark_ties(ranking: Sequence[Candidate]) -> None:
-    """Note which effects explain as well as the first, unless one merely contains the other."""
+def alike(ranking: Sequence[Candidate], block: np.ndarray) -> list[Candidate]:
+    """Those that the first does not beat; none if it earns no place, or not by itself."""
     if not ranking or not ranking[0].justified or ranking[0].partner:
-        return
-    first = ranking[0]
-    for other in ranking[1:]:
-        alike = abs(other.validation_rmse_rad / first.validation_rmse_rad - 1) <= TIED
+        return []
+    first = ranking[0].residual
+    return [c for c in ranking[1:] if c.justified and not beats(first, c.residual, block)]
+
+
+def mark_ties(ranking: Sequence[Candidate], block: np.ndarray) -> None:
+    """Note which effects explain as well as the first, unless one merely contains the other."""
+    for other in alike(ranking, block):
+        first = ranking[0]
         nested = (
             first.effect.name in other.effect.contains or other.effect.name in first.effect.contains
         )
-        if alike and not nested:
+        if not nested:
             first.tied_with.append(other.effect.name)
             other.tied_with.append(first.effect.name)
 
 
 def promote(
-    ranking: list[Candidate], pair: Pair | None, together: Improvement | None
+    ranking: list[Candidate], sets: Mapping[tuple[str, ...], Candidate], block: np.ndarray
 ) -> list[Candidate]:
-    """Put the members of a pair first if it earns its place; `together` is what it improves."""
-    if pair is None or together is None or not _earns(together):
+    """Put the members of a set first that is better than the first effect alone.
+
+    Of several sets, one with as few effects as explain what the best does.
+
+    Args:
+        sets: fitted and judged, by the names of their effects.
+    """
+    if not ranking:
         return ranking
-    members = [c for c in ranking if c.effect.name in (pair.first, pair.second)]
+    good = {
+        names: c for names, c in sets.items()
+        if is_better(c.improvement) and beats(c.residual, ranking[0].residual, block)
+    }  # fmt: skip
+    if not good:
+        return ranking
+    least = min(good.values(), key=lambda c: c.validation_rmse_rad)
+    names, found = min(
+        ((n, c) for n, c in good.items() if not beats(least.residual, c.residual, block)),
+        key=lambda entry: (len(entry[1].layout), entry[1].validation_rmse_rad),
+    )
+    members = [c for c in ranking if c.effect.name in names]
     for candidate in members:
-        candidate.partner = pair.partner(candidate.effect.name)
-        candidate.together = together
+        candidate.partner = " and ".join(n for n in names if n != candidate.effect.name)
+        candidate.together = found.improvement
     return members + [c for c in ranking if c not in members]
-
-
-def _earns(improvement: Improvement) -> bool:
-    return improvement.lower > HARMLESS and improvement.fraction >= LEAST_IMPROVEMENT

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose import settings
+from t2l.identify.block_bootstrap import blocks
 from t2l.identify.prediction import Predictor
 from t2l.recordings.recording import Recording
 from t2l.recordings.splits import hold_out, time_blocks
@@ -101,6 +102,12 @@ def _by_blocks(predictor: Predictor, sets: int) -> list[np.ndarray]:
     if len(np.unique(of[of >= 0])) < sets:  # sampled too rarely for blocks
         of = turns[samples.row % len(turns)]
     return [of == s for s in (TRAIN, VALIDATION, TEST)]
+
+
+def validation_blocks(evidence: Evidence) -> np.ndarray:
+    """(n,) which block of time each validation sample belongs to, the unit that is resampled."""
+    samples, mask = evidence.validation.samples, evidence.validation_mask
+    return blocks(samples.recording[mask], samples.time[mask])
 
 
 def some(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor, np.ndarray]:

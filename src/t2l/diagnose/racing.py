@@ -1,78 +1,67 @@
-"""Every effect fitted on a few recordings, the likeliest on more, the first on all of them."""
+"""Every effect fitted to little data, the likeliest to more, the first to all of it.
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+Successive halving (Jamieson and Talwalkar, Non-stochastic best arm identification, 2016): all
+effects get a few iterations on what is screened, the better half more, the leaders the shortlist.
+Sets of effects that explain more together come from `stability_selection`, not from fits.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.diagnose.candidate import Pair
+from t2l.diagnose import settings
 from t2l.diagnose.evidence import Evidence, some
-from t2l.diagnose.idle_joints import without_idle_joints
+from t2l.diagnose.final_fit import from_the_better, moves_together
 from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
-from t2l.diagnose.pairs import best_pair
+from t2l.diagnose.joint_start import joined, starts_together
+from t2l.diagnose.stability_selection import Dictionary, Group, sets, shares
 from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
-from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_best
+from t2l.identify.block_bootstrap import blocks
+from t2l.identify.fitting import run, start_from_the_best
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.prediction import Predictor
 from t2l.identify.rough import search
 
-DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
-ITERATIONS = 8
-REFINEMENTS = 3
-FINISHING = 1  # rounds on every tick, after a fit to coarse simulations
-RESTARTS = 2  # derivatives on all recordings are dear
-LEADERS = 4
-PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
-NEAR = 4.0  # times the least loss: what may still turn out to be best
-SEARCHED_NEAR = 1.3  # likewise, for a search that takes many simulations
-SCREENING_TOLERANCE = 5e-3  # relative decrease of the loss that counts as none
-LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
-SEARCHED = 2  # recordings on which rough effects are searched
-CLOSE_BY = 0.25  # of the spread of that search, where a fit to all recordings has ended
-SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
-LOST = 1.2  # times the loss that a coarse simulation left: a fine one is fitted from the start
-
 Progress = Callable[[str, float], None]
-Origin = Mapping[tuple, float]  # elements of u by slot key
 
 
 @dataclass(frozen=True)
-class Fitted:
+class Raced:
     """Every effect fitted.
 
     Attributes:
         fits: by the effect's name; leaders on the shortlist, the others on what is screened.
         leaders: the likeliest few, best first.
-        pair: two effects that explain far more together.
+        together: fits of sets of effects, on the shortlist, by their names.
+        shares: by name, how often an effect is selected over resamples.
     """
 
     fits: dict[str, LeastSquares]
     leaders: list[str]
-    pair: Pair | None
+    together: dict[tuple[str, ...], LeastSquares]
+    shares: dict[str, float]
 
 
-def fit_all(
+def race(
     evidence: Evidence,
     adopted: Layout,
     u: np.ndarray,
     effects: Sequence[Effect],
-    floor: float,
     progress: Progress,
-) -> Fitted:
-    """Fit every effect on what is screened, and the leaders on the shortlist.
+) -> Raced:
+    """Fit every effect on what is screened, the leaders and the likeliest sets on the shortlist.
 
     While every effect is tried, the derivatives by the model so far are those it has without them.
 
     Args:
         adopted, u: the model so far.
-        floor: RMSE in rad below which nothing is missing.
     """
     screen, mask = evidence.screen, evidence.screen_mask
-    diagonal = moves_together(evidence.train.joints)
     progress("first guesses", 0.0)
-    least = [max(slot.parameter.size, LEAST_SIZE) for slot in adopted.slots]
+    least = [max(slot.parameter.size, settings.LEAST_SIZE) for slot in adopted.slots]
+    diagonal = moves_together(evidence.train.joints)
     so_far = LeastSquares(adopted, u, np.maximum(np.abs(u), least), diagonal)
     run([so_far], screen, mask, 0)
     residual = np.full(len(screen.samples), np.nan)
@@ -82,168 +71,109 @@ def fit_all(
     progress("fitting every effect", 0.2)
     tried = {
         key_of(term): LeastSquares(
-            layout, start, size, diagonal, tolerance=SCREENING_TOLERANCE,
+            layout, start, size, diagonal, tolerance=settings.SCREENING_TOLERANCE,
             given={key: c for key, c in so_far.columns().items() if key[0] != term.effect.name},
         )
         for term, (layout, start, size) in zip(terms, guesses, strict=True)
     }  # fmt: skip
-    run(list(tried.values()), screen, mask, ITERATIONS, drop_hopeless)
+    run(list(tried.values()), screen, mask, settings.FIRST_ITERATIONS)
+    run(_better_half(list(tried.values())), screen, mask, settings.MORE_ITERATIONS)
     fits = on_the_joints_that_show_it(tried, evidence)
     fits |= _searched(fits, evidence)
-    pair = None
-    if least_loss(fits) > (PARTIAL * floor) ** 2:
-        progress("trying pairs of effects", 0.5)
-        pair = best_pair(fits, evidence, diagonal, so_far.loss)
+    progress("selecting over resamples", 0.5)
+    dictionary = dictionary_of(fits, so_far, evidence)
+    selections = list(dictionary.selections())
+    chosen = sets(selections, settings.LEADERS)
+    together = {names: joined([fits[name] for name in names], names, diagonal) for names in chosen}
+    starts = {names: starts_together(fit, names) for names, fit in together.items()}
+    start_from_the_best(together, starts, screen, mask)
+    run(list(together.values()), screen, mask, settings.FIRST_ITERATIONS)
+    kept = _better_half(list(together.values()))
+    run(kept, screen, mask, settings.MORE_ITERATIONS)
     progress("refining the best", 0.7)
-    leaders = _leaders(fits, pair)
-    origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
+    ranked = sorted(fits, key=lambda name: fits[name].loss)
+    leaders = ranked[: settings.LEADERS]
+    leaders += sorted({n for names in together for n in names} - set(leaders))
+    together = {names: fit for names, fit in together.items() if any(fit is k for k in kept)}
     # else they have seen all of it, with derivatives of their own
     if adopted.slots or evidence.shortlist is not screen:
+        origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
         fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
-    return Fitted(fits, leaders, pair)
+        together = _refined(together, evidence, origin)
+    return Raced(fits, leaders, together, shares(selections, list(fits)))
 
 
-def fit_fully(
-    fits: dict[str, LeastSquares],
-    names: Iterable[str],
-    evidence: Evidence,
-    origin: Origin | None = None,
-) -> dict[str, LeastSquares]:
-    """The named fits on all training samples, less the joints that show no sign of the effect.
-
-    Args:
-        origin: the model so far, fitted to all; few recordings may have led away from it.
-    """
-    chosen, origin = {name: fits[name] for name in names}, origin or {}
-    full = _fitted_fully(chosen, origin, evidence, evidence.draft)
-    if evidence.draft is evidence.train:
-        return full
-    drafts, full = full, _finished(full, evidence)
-    _settle([full[n] for n in _lost(full, drafts)], evidence.train, evidence.train_mask)
-    # near where a simulation runs away its ticks decide
-    lost = {name: chosen[name] for name in _lost(full, drafts)}
-    return full | (_fitted_fully(lost, origin, evidence, evidence.train) if lost else {})
-
-
-def _fitted_fully(
-    fits: dict[str, LeastSquares], origin: Origin, evidence: Evidence, predictor: Predictor
-) -> dict[str, LeastSquares]:
-    mask = evidence.train_mask
-    full = _from_the_better(fits, origin, predictor, mask)
-    _settle(list(full.values()), predictor, mask)
-    smaller = {name: without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
-    smaller = {name: fit for name, fit in smaller.items() if fit is not None}
-    run(list(smaller.values()), predictor, mask, REFINEMENTS)
-    # what a joint contributes beyond 1 % of the error is kept
-    full |= {n: fit for n, fit in smaller.items() if fit.loss < 1.02 * full[n].loss}
-    return full | _out_of_dents(full, evidence, predictor)
-
-
-def moves_together(joints: Sequence[str]) -> bool:
-    """Whether finite differences move all joints at once, each answered by its own motion."""
-    return len(joints) >= DIAGONAL_FROM_JOINTS
-
-
-def _from_the_better(
-    fits: dict[str, LeastSquares], origin: Origin, predictor: Predictor, mask: np.ndarray
-) -> dict[str, LeastSquares]:
-    """Fits from where they ended, or with what was adopted as in `origin`, where that is better."""
-    starts = {
-        name: np.array(
-            [fit.u, [origin.get(s.key, v) for s, v in zip(fit.layout.slots, fit.u, strict=True)]]
+def dictionary_of(
+    fits: Mapping[str, LeastSquares], so_far: LeastSquares, evidence: Evidence
+) -> Dictionary:
+    """Responses to each effect where its fit on what is screened has ended."""
+    groups = []
+    for name, fit in fits.items():
+        if not np.isfinite(fit.loss):
+            continue
+        layout = fit.layout
+        effect = next(t.effect for t in layout.terms if t.effect.name == name)
+        # a derivative across a bound would promise what cannot be
+        inside = fit.free & (fit.u > layout.lower) & (fit.u < layout.upper)
+        own = [i for i, s in enumerate(layout.slots) if s.key[0] == name and inside[i]]
+        moved = (fit.residual - so_far.residual)[:, None]
+        groups.append(
+            Group(
+                name,
+                np.column_stack([moved, np.nan_to_num(fit.jacobian[:, own])]),
+                sum(slot.key[0] == name for slot in layout.slots),
+                frozenset(effect.contains)
+                | {n for n, f in fits.items() if name in _effect(f, n).contains},
+            )
         )
-        for name, fit in fits.items()
-    }
-    begun = {name: fit.again() for name, fit in fits.items()}
-    start_from_the_best(begun, starts, predictor, mask)
-    return begun
+    samples, mask = evidence.screen.samples, evidence.screen_mask
+    block = blocks(samples.recording[mask], samples.time[mask])
+    return Dictionary(-so_far.residual, so_far.jacobian, groups, block)
 
 
-def _settle(fits: list[LeastSquares], predictor: Predictor, mask: np.ndarray) -> None:
-    """Fit with derivatives taken anew only where the last ones still gained much."""
-    left = fits
-    for _ in range(RESTARTS):
-        for fit in left:
-            fit.given, fit.jacobian, fit.done = {}, None, False
-        run(left, predictor, mask, 0)
-        before = [fit.loss for fit in left]
-        for fit in left:
-            fit.given = fit.columns()
-        run(left, predictor, mask, REFINEMENTS)
-        left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
+def _effect(fit: LeastSquares, name: str) -> Effect:
+    return next(t.effect for t in fit.layout.terms if t.effect.name == name)
 
 
-def _lost(fits: dict[str, LeastSquares], drafts: dict[str, LeastSquares]) -> list[str]:
-    return [name for name, fit in fits.items() if not fit.loss < LOST * drafts[name].loss]
-
-
-def _finished(fits: dict[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
-    """Fits to the draft of all recordings, with their derivatives, fitted to them in full."""
-    finished = {name: fit.again() for name, fit in fits.items()}
-    for name, fit in finished.items():
-        fit.given = fits[name].columns()
-    run(list(finished.values()), evidence.train, evidence.train_mask, FINISHING)
-    return finished
-
-
-def _out_of_dents(
-    fits: dict[str, LeastSquares], evidence: Evidence, predictor: Predictor
-) -> dict[str, LeastSquares]:
-    """Rough effects where a search around them finds better: derivatives end in the first dent."""
-    rough = {name: fit for name, fit in fits.items() if _is_rough(name, fit)}
-    if not rough:
-        return {}
-    found = search(list(rough.values()), evidence.shortlist, evidence.shortlist_mask, CLOSE_BY)
-    moved = {name: fit.again() for name, fit in rough.items()}
-    for fit, u in zip(moved.values(), found, strict=True):
-        fit.u = u
-    run(list(moved.values()), predictor, evidence.train_mask, 0)
-    return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
+def _better_half(fits: Sequence[LeastSquares]) -> list[LeastSquares]:
+    return sorted(fits, key=lambda fit: fit.loss)[: -(-len(fits) // 2)]
 
 
 def _is_rough(name: str, fit: LeastSquares) -> bool:
-    return any(t.effect.rough_error for t in fit.layout.terms if t.effect.name == name)
+    return bool(_effect(fit, name).rough_error)
 
 
-def _searched(fits: dict[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
-    """Rough effects where a search finds better than derivatives did."""
+def _searched(fits: Mapping[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
+    """Rough effects of the better half where a search finds better than derivatives did."""
+    best = _better_half(list(fits.values()))
     rough = {
         name: fit
         for name, fit in fits.items()
-        if _is_rough(name, fit) and fit.loss <= SEARCHED_NEAR * least_loss(fits)
+        if _is_rough(name, fit) and any(fit is b for b in best)
     }
     if not rough:
         return {}
-    found = search(list(rough.values()), *some(evidence.screen, evidence.screen_mask, SEARCHED))
+    part = some(evidence.screen, evidence.screen_mask, settings.SEARCHED)
+    found = search(list(rough.values()), *part)
     moved = {
         name: LeastSquares(
-            fit.layout, u, fit.size, fit.diagonal, tolerance=SCREENING_TOLERANCE, given=fit.given
+            fit.layout, u, fit.size, fit.diagonal, tolerance=settings.SCREENING_TOLERANCE,
+            given=fit.given,
         )
         for (name, fit), u in zip(rough.items(), found, strict=True)
         if not np.array_equal(u, fit.u)
-    }
-    run(list(moved.values()), evidence.screen, evidence.screen_mask, REFINEMENTS)
+    }  # fmt: skip
+    run(list(moved.values()), evidence.screen, evidence.screen_mask, settings.FIRST_ITERATIONS)
     return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
 
 
-def _leaders(fits: dict[str, LeastSquares], pair: Pair | None) -> list[str]:
-    """Names of the few effects worth fitting on everything, best first."""
-    ranked = sorted(fits, key=lambda name: fits[name].loss)
-    best = fits[ranked[0]].loss
-    near = [name for name in ranked if fits[name].loss <= NEAR * best]
-    leaders = near[:LEADERS] if len(near) > 1 else ranked[:2]
-    members = [] if pair is None else [pair.first, pair.second]
-    return leaders + [name for name in members if name not in leaders]
-
-
-def _refined(
-    fits: dict[str, LeastSquares], evidence: Evidence, origin: Origin
-) -> dict[str, LeastSquares]:
+def _refined(fits: Mapping, evidence: Evidence, origin: Mapping[tuple, float]) -> dict:
     """Fits to the shortlist; what was adopted before keeps the derivatives of the first round."""
     predictor, mask = evidence.shortlist, evidence.shortlist_mask
-    refined = _from_the_better(fits, origin, predictor, mask)
+    refined = from_the_better(fits, origin, predictor, mask)
     run(list(refined.values()), predictor, mask, 0)
-    for name, fit in refined.items():
-        fit.given = {key: column for key, column in fit.columns().items() if key[0] != name}
-    run(list(refined.values()), predictor, mask, REFINEMENTS, drop_hopeless)
+    for key, fit in refined.items():
+        names = (key,) if isinstance(key, str) else key
+        fit.given = {k: column for k, column in fit.columns().items() if k[0] not in names}
+    run(list(refined.values()), predictor, mask, settings.FIRST_ITERATIONS)
     return refined

@@ -1,19 +1,19 @@
 """Which physical effect a model lacks: every known one is fitted, and judged on validation data."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from t2l.diagnose.candidate import Candidate, alike, mark_ties, promote, rank
-from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.evidence import Evidence, validation_blocks
+from t2l.diagnose.final_fit import fit_fully
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
-from t2l.diagnose.racing import Progress, fit_all, fit_fully
+from t2l.diagnose.racing import Progress, race
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify import block_bootstrap as judge
-from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
@@ -25,8 +25,6 @@ MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "
 
 AT_THE_FLOOR = 1.10  # times the noise floor: what remains is measurement
 NEAR_THE_FLOOR = 1.25  # likewise, if no effect improves on it
-HARMFUL = 1.05  # times the training error before: a fit that ran away, whatever validation says
-SEED = 0  # of the bootstrap
 
 
 @dataclass
@@ -84,7 +82,7 @@ def diagnose(
     ranking = []
     if effects and not (quick and chosen_by <= AT_THE_FLOOR * floor):
         cheaper = with_coarser_ticks(with_beginnings(evidence, adopted, u), adopted, u)
-        ranking = _ranking(cheaper, adopted, u, effects, floor, train, before, progress)
+        ranking = _ranking(cheaper, adopted, u, effects, before, progress)
     verdict = _verdict(chosen_by, floor, ranking)
     test = _report(evidence, adopted, u, ranking)
     return Diagnosis(model, joints, verdict, floor, train, chosen_by, test, ranking)
@@ -117,47 +115,47 @@ def _ranking(
     adopted: Layout,
     u: np.ndarray,
     effects: Sequence[Effect],
-    floor: float,
-    train: float,
     before: np.ndarray,
     progress: Progress,
 ) -> list[Candidate]:
     """The effects fitted and judged, best first; what is first is fitted on all samples."""
-    found = fit_all(evidence, adopted, u, effects, floor, progress)
+    found = race(evidence, adopted, u, effects, progress)
     progress("judging on validation data", 0.85)
-    held, draft, draft_before = evidence.validation_mask, evidence.validation_draft, before
+    mask, draft, draft_before = evidence.validation_mask, evidence.validation_draft, before
     if draft is not evidence.validation:
         so_far = draft.predict([Request(adopted, u[None])])[0][0]
-        draft_before = _residual(draft, held, so_far)
-    candidates = _judge(draft, held, found.fits, draft_before)
+        draft_before = _residual(draft, mask, so_far)
+    candidates = _judge(draft, mask, found.fits, draft_before)
+    together = _judge(draft, mask, found.together, draft_before)
     for name, candidate in candidates.items():
         where = (evidence.screen, evidence.screen_mask)
         if name in found.leaders:
             where = (evidence.shortlist, evidence.shortlist_mask)
         candidate.uncertainty = uncertainty(found.fits[name], *where)
+    block = validation_blocks(evidence)
+    origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
     full: set[str] = set()
-    together = None
-    if found.pair:
-        pair = _judge(draft, held, {found.pair.second: found.pair.fit}, draft_before)
-        together = next((both.improvement for both in pair.values()), None)
     while True:
-        ranking = promote(rank(candidates.values()), found.pair, together)
-        first = [name for name in alike(ranking) if name not in full]
+        ranking = promote(rank(candidates.values(), block), together, block)
+        first = [c.effect.name for c in (*ranking[:1], *alike(ranking, block))]
+        first = [name for name in first if name not in full]
         if not first:
-            mark_ties(ranking)
-            return ranking
+            break
         progress(f"fitting {', '.join(first)} to all recordings", 0.9)
-        origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
         fits = fit_fully(found.fits, first, evidence, origin)
-        judged = _judge(evidence.validation, held, fits, before)
+        judged = _judge(evidence.validation, mask, fits, before)
         for name in first:
-            del candidates[name]
-            if name in judged and judged[name].train_rmse_rad < HARMFUL * train:
+            candidates.pop(name)
+            if name in judged:
                 candidates[name] = judged[name]
                 candidates[name].uncertainty = uncertainty(
                     fits[name], evidence.train, evidence.train_mask
                 )
         full.update(first)
+    for candidate in ranking:
+        candidate.chosen_share = found.shares[candidate.effect.name]
+    mark_ties(ranking, block)
+    return ranking
 
 
 def adopt(diagnosis: Diagnosis, name: str) -> Model:
@@ -192,9 +190,9 @@ def _floor(evidence: Evidence, q: np.ndarray) -> float:
 
 
 def _judge(
-    predictor: Predictor, mask: np.ndarray, fits: dict[str, LeastSquares], before: np.ndarray
-) -> dict[str, Candidate]:
-    """By effect; those of which a simulation ran away are left out.
+    predictor: Predictor, mask: np.ndarray, fits: Mapping, before: np.ndarray
+) -> dict[Hashable, Candidate]:
+    """By effect or set of effects; those of which a simulation ran away are left out.
 
     Args:
         mask: samples of `predictor` that judge.
@@ -213,13 +211,14 @@ def _judge(
         if not np.isfinite(after).all():
             logger.warning("%s: left out, a simulation of validation recordings ran away", name)
             continue
+        first = name if isinstance(name, str) else name[0]
         candidates[name] = Candidate(
-            effect=next(t.effect for t in fit.layout.terms if t.effect.name == name),
+            effect=next(t.effect for t in fit.layout.terms if t.effect.name == first),
             layout=fit.layout,
             u=fit.u,
             train_rmse_rad=float(np.sqrt(fit.loss)),
             validation_rmse_rad=_rms(after),
-            improvement=judge.improvement(before, after, block, np.random.default_rng(SEED)),
+            improvement=judge.improvement(before, after, block),
             residual=after,
         )
     return candidates

@@ -6,6 +6,7 @@ import numpy as np
 
 BLOCK_S = 0.5
 RESAMPLES = 2000
+SEED = 0
 DECISION_LEVEL = 0.005  # one-sided; some twenty effects are tried
 
 
@@ -30,10 +31,12 @@ def blocks(recording: np.ndarray, time: np.ndarray) -> np.ndarray:
     return label
 
 
-def improvement(
-    before: np.ndarray, after: np.ndarray, block: np.ndarray, rng: np.random.Generator
-) -> Improvement:
-    """How much smaller the residuals (nsample,) `after` are than `before`."""
+def improvement(before: np.ndarray, after: np.ndarray, block: np.ndarray) -> Improvement:
+    """How much smaller the residuals (nsample,) `after` are than `before`.
+
+    Paired: both are resampled by the same blocks, and every comparison by the same draws.
+    """
+    rng = np.random.default_rng(SEED)
     count = block.max() + 1
     old = np.bincount(block, before**2, count)
     new = np.bincount(block, after**2, count)

@@ -1,0 +1,130 @@
+"""Which few effects explain an error together, and how surely: linear algebra on responses.
+
+What the simulation does in response to an effect are the atoms of a dictionary: how far the
+effect's own fit moved the prediction, and the derivatives there. The atoms of one effect are a
+group, taken or left as a whole. On a resample of blocks of time, groups are selected forward, with
+backward elimination after each (Efroymson, Multiple regression analysis, 1960); the blocks that
+were not drawn judge. How often a group is selected over many resamples says how stable the choice
+is (Meinshausen and Bühlmann, Stability selection, 2010). Nothing is simulated here.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.diagnose.settings import MATERIAL, MOST_TOGETHER, SELECTIONS
+
+RIDGE = 1e-9  # of a column's square: keeps what columns share at a finite coefficient
+SEED = 0  # of the resamples
+
+
+@dataclass(frozen=True)
+class Group:
+    """The responses to one effect.
+
+    Attributes:
+        name: the effect's.
+        atoms: (nsample, k) rad.
+        parameters: how many numbers the effect has; of two that explain alike the fewer win.
+        excludes: groups that it contains, or that contain it.
+    """
+
+    name: str
+    atoms: np.ndarray
+    parameters: int
+    excludes: frozenset[str] = frozenset()
+
+
+class Dictionary:
+    """Groups of responses, and a residual to explain with few of them."""
+
+    def __init__(
+        self,
+        target: np.ndarray,
+        base: np.ndarray,
+        groups: Sequence[Group],
+        block: np.ndarray,
+    ):
+        """Products of all columns within each block are all that is kept.
+
+        Args:
+            target: (nsample,) rad, what the responses are to add up to.
+            base: (nsample, b) responses that are always taken: those of the model so far.
+            block: (nsample,) which block of time a sample belongs to.
+        """
+        self.groups = {group.name: group for group in groups}
+        columns = np.column_stack([base, *(group.atoms for group in groups), target])
+        size = np.sqrt(np.mean(columns**2, axis=0))
+        columns /= np.where(size > 0, size, 1.0)
+        ends = np.cumsum([base.shape[1], *(group.atoms.shape[1] for group in groups)])
+        self.base = np.arange(base.shape[1])
+        self.index = {
+            group.name: np.arange(first, last)
+            for group, first, last in zip(groups, ends[:-1], ends[1:], strict=True)
+        }
+        order = np.argsort(block, kind="stable")
+        starts = np.flatnonzero(np.diff(block[order], prepend=-1))
+        self.products = np.stack([p.T @ p for p in np.split(columns[order], starts[1:])])
+
+    def selections(self) -> Iterator[tuple[str, ...]]:
+        """The groups selected on each of `SELECTIONS` resamples of blocks, sorted by name."""
+        rng, count = np.random.default_rng(SEED), len(self.products)
+        for _ in range(SELECTIONS):
+            drawn = np.bincount(rng.integers(0, count, count), minlength=count)
+            if (drawn == 0).any():
+                yield self.select(drawn)
+
+    def select(self, drawn: np.ndarray) -> tuple[str, ...]:
+        """Forward selection with backward elimination: fitted to blocks as often as drawn.
+
+        Args:
+            drawn: (nblock,) how often; those with zero judge.
+        """
+        fitted = np.tensordot(drawn.astype(float), self.products, 1)
+        judging = np.tensordot((drawn == 0).astype(float), self.products, 1)
+        chosen: list[str] = []
+        error = self._error(chosen, fitted, judging)
+        while len(chosen) < MOST_TOGETHER:
+            errors = {
+                name: self._error([*chosen, name], fitted, judging)
+                for name, group in self.groups.items()
+                if name not in chosen and not group.excludes & set(chosen)
+            }
+            if not errors or min(errors.values()) > (1 - MATERIAL) * error:
+                break
+            name = self._simplest(errors)
+            chosen, error = [*chosen, name], errors[name]
+            for other in chosen[:-1]:
+                rest = [c for c in chosen if c != other]
+                without = self._error(rest, fitted, judging)
+                if without * (1 - MATERIAL) < error:
+                    chosen, error = rest, without
+        return tuple(sorted(chosen))
+
+    def _simplest(self, errors: dict[str, float]) -> str:
+        limit = min(errors.values()) / (1 - MATERIAL)
+        alike = [name for name, error in errors.items() if error <= limit]
+        return min(alike, key=lambda name: (self.groups[name].parameters, errors[name]))
+
+    def _error(self, names: Sequence[str], fitted: np.ndarray, judging: np.ndarray) -> float:
+        """Root of the sum of squares left in the judging blocks."""
+        at = np.concatenate([self.base, *(self.index[name] for name in names)]).astype(int)
+        normal = fitted[np.ix_(at, at)]
+        normal = normal + RIDGE * max(np.trace(normal), 1e-300) * np.eye(len(at))
+        weights = np.linalg.solve(normal, fitted[at, -1])
+        left = judging[-1, -1] - 2 * weights @ judging[at, -1]
+        return float(np.sqrt(max(left + weights @ judging[np.ix_(at, at)] @ weights, 0.0)))
+
+
+def shares(selections: Sequence[tuple[str, ...]], names: Sequence[str]) -> dict[str, float]:
+    """How often each group was selected, as a share of the resamples."""
+    counts = Counter(name for chosen in selections for name in chosen)
+    return {name: counts[name] / max(len(selections), 1) for name in names}
+
+
+def sets(selections: Sequence[tuple[str, ...]], most: int) -> list[tuple[str, ...]]:
+    """The sets of two and more that came out most often, at most so many."""
+    counts = Counter(chosen for chosen in selections if len(chosen) > 1)
+    return [chosen for chosen, _ in counts.most_common(most)]
