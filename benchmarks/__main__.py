@@ -1,4 +1,8 @@
-"""Every benchmark in turn: `make bench`, or some by name: `python -m benchmarks throughput`."""
+"""Every benchmark in turn: `make bench`, or some by name: `python -m benchmarks throughput`.
+
+`python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE.csv]` takes some cases, and
+puts an earlier table's errors and times beside the new ones.
+"""
 
 import sys
 
@@ -21,6 +25,9 @@ BENCHMARKS = {
 
 def main(names: list[str]) -> None:
     """Print a Markdown table per benchmark: what, measured, baseline of the same run, ratio."""
+    if names[:1] == ["hidden"]:
+        print(hidden.main(names[1:]).to_markdown(index=False))
+        return
     unknown = set(names) - set(BENCHMARKS)
     if unknown:
         sys.exit(f"no benchmark {', '.join(unknown)}; there are {', '.join(BENCHMARKS)}")
@@ -30,4 +37,5 @@ def main(names: list[str]) -> None:
         print(module.run().to_markdown(index=False), flush=True)
 
 
-main(sys.argv[1:])
+if __name__ == "__main__":
+    main(sys.argv[1:])

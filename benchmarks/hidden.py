@@ -4,8 +4,11 @@ Each case is explained once and kept in results/bench/hidden_effects until the c
 explains it, so that an interrupted table goes on where it stopped.
 """
 
+import argparse
 import hashlib
 import json
+import multiprocessing
+import os
 import re
 import shutil
 from collections.abc import Sequence
@@ -26,6 +29,9 @@ FOLDER = ROOT / "results/bench/hidden_effects"
 PROCESSES = 2
 # packages whose change redoes the table
 EXPLAINS = ("sim", "robots", "effects", "identify", "diagnose")
+
+# columns that an earlier table stands beside
+COMPARED = ("named first", "right", "adopted", "test error after", "seconds")
 
 # class in the generator: (its number, that of the effect in t2l)
 NUMBERS = {
@@ -50,10 +56,33 @@ NUMBERS = {
 }
 
 
-def run(names: list[str] | None = None) -> pd.DataFrame:
-    """One row a case; a summary is printed above."""
+def main(arguments: Sequence[str]) -> pd.DataFrame:
+    """What the command line asks for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks hidden", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="CASE", help="cases (default: all)")
+    parser.add_argument("--processes", type=int, default=PROCESSES, metavar="N")
+    parser.add_argument("--earlier", type=Path, metavar="TABLE.csv", help="to compare with")
+    given = parser.parse_args(arguments)
+    return run(given.names, given.processes, given.earlier)
+
+
+def run(
+    names: Sequence[str] = (), processes: int = PROCESSES, earlier: Path | None = None
+) -> pd.DataFrame:
+    """One row a case; a summary is printed above.
+
+    Args:
+        earlier: the table.csv of another run, whose errors and times stand beside the new ones.
+    """
+    unknown = set(names) - {case.name for case in cases()}
+    if unknown:
+        raise SystemExit(f"no case {', '.join(sorted(unknown))}")
+    before = None if earlier is None else pd.read_csv(earlier)
     chosen = [case for case in cases() if not names or case.name in names]
-    with ProcessPoolExecutor(PROCESSES) as pool:
+    # a process a core: spawned, so that its linear algebra keeps to one thread
+    os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, context) as pool:
         results = []
         for result in pool.map(judged, chosen):
             results.append(result)
@@ -62,6 +91,11 @@ def run(names: list[str] | None = None) -> pd.DataFrame:
             )
     print("\n" + "\n".join(summary(results)) + "\n")
     table = pd.DataFrame([row(result) for result in results])
+    table.to_csv(FOLDER / "table.csv", index=False)
+    if before is not None:
+        old = before.set_index("case").reindex(table["case"])
+        for column in COMPARED:
+            table[f"{column}, earlier"] = old[column].to_numpy()
     (FOLDER / "table.md").write_text(table.to_markdown(index=False) + "\n")
     return table
 
@@ -119,6 +153,7 @@ def explained(folder: Path) -> dict:
         "first": first["effect"] if first else None,
         "tied": first["tied_with"] if first else [],
         "adopted": [s.effect for s in found.steps if s.effect],
+        "chosen": [s.chosen_share for s in found.steps if s.effect],
         "final_verdict": found.verdict,
         "before": found.steps[0].test_rmse_rad,
         "after": found.steps[-1].test_rmse_rad,
@@ -228,8 +263,10 @@ def row(result: dict) -> dict:
         "right": "yes" if right(result) else "NO",
         "adopted": " + ".join(result["adopted"]) or "nothing",
         "in the end": result["final_verdict"],
+        "chosen in": ", ".join(f"{share:.0%}" for share in result["chosen"]),
         "before": mrad(result["before"]),
-        "after": mrad(result["after"]),
+        "test error after": mrad(result["after"]),
+        "seconds": f"{result['seconds']:.0f}",
         "oracle": mrad(result["oracle"]),
         "noise": mrad(result["noise_floor"]),
         "parameter off by": "" if np.isnan(worst) else f"{worst:.1%}",

@@ -31,6 +31,7 @@ def candidate(name, title, fraction, spread=0.02, tied=(), parameters=None):
         "joints": ["hinge"],
         "validation_rmse_q_rad": 0.01 * (1 - fraction),
         "test_rmse_q_rad": 0.01 * (1 - fraction),
+        "chosen_share": 0.8,
         "improvement": {"fraction": fraction, "ci95": [fraction - spread, fraction + spread]},
         "parameters": parameters or {},
         "tied_with": list(tied),
@@ -45,11 +46,7 @@ def diagnosis(verdict="missing_effect"):
         "verdict": verdict,
         "sentence": "The model lacks Coulomb friction",
         "noise_floor_rad": 5e-5,
-        "baseline": {
-            "train_rmse_q_rad": 0.011,
-            "validation_rmse_q_rad": 0.01,
-            "test_rmse_q_rad": 0.01,
-        },
+        "baseline": errors(0.011, 0.01),
         "ranking": [
             candidate(
                 *("coulomb_friction", "Coulomb friction", 0.99),
@@ -85,18 +82,8 @@ def explained(folder: Path) -> Path:
         path = folder / "steps" / str(number) / "diagnosis.json"
         path.write_text(json.dumps(diagnosis(verdict)))
     steps = [
-        {
-            "effect": None,
-            "train_rmse_q_rad": 0.011,
-            "validation_rmse_q_rad": 0.01,
-            "test_rmse_q_rad": 0.01,
-        },
-        {
-            "effect": "coulomb_friction",
-            "train_rmse_q_rad": 6e-5,
-            "validation_rmse_q_rad": 7e-5,
-            "test_rmse_q_rad": 7e-5,
-        },
+        {"effect": None, "chosen_share": None, **errors(0.011, 0.01)},
+        {"effect": "coulomb_friction", "chosen_share": 0.8, **errors(6e-5, 7e-5)},
     ]
     explanation = {
         "steps": steps,

@@ -48,6 +48,14 @@ def run(arguments: argparse.Namespace) -> None:
         print(
             f"{step.effect or 'model as it came':28s} training "
             f"{1e3 * step.train_rmse_rad:8.4g} mrad, test {1e3 * step.test_rmse_rad:8.4g}"
+            f"{_sure(step.chosen_share)}"
         )
     print(explanation.sentence)
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
+
+
+def _sure(share: float | None) -> str:
+    if share is None:
+        return ""
+    uncertain = "" if share >= 0.5 else ", uncertain"
+    return f", chosen in {100 * share:.0f} % of resamples{uncertain}"

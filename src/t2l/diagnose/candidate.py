@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.diagnose.settings import HARMLESS, MATERIAL
+from t2l.diagnose.settings import CERTAIN, HARMLESS, MATERIAL
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import Improvement, improvement
@@ -49,6 +49,11 @@ class Candidate:
     def term(self) -> Term:
         """The effect on the joints that have it."""
         return next(t for t in self.layout.terms if t.effect.name == self.effect.name)
+
+    @property
+    def certain(self) -> bool:
+        """Whether it is selected in at least half of the resamples."""
+        return self.chosen_share >= CERTAIN
 
     @property
     def justified(self) -> bool:

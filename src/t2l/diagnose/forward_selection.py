@@ -30,7 +30,8 @@ Progress = Callable[[str, float], None]
 class Step:
     """A model on the way: `effect` is what was added last, None for the model as it came.
 
-    `dropped` are effects that this one made superfluous.
+    `dropped` are effects that this one made superfluous; `chosen_share` is how often it was
+    selected over resamples, None for the model as it came.
     """
 
     effect: str | None
@@ -38,6 +39,7 @@ class Step:
     validation_rmse_rad: float
     test_rmse_rad: float
     dropped: tuple[str, ...] = ()
+    chosen_share: float | None = None
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def explain(
     run goes on with the step it was in.
     """
     steps, key = [], fingerprint(model, evidence)
-    added, dropped = None, []
+    added, dropped, share = None, [], None
     for number in range(MOST_EFFECTS + 1):
         where = folder / "steps" / str(number)
         content = _finished(where, key)
@@ -76,10 +78,10 @@ def explain(
         else:
             progress(f"step {number + 1}: kept from before", 1.0)
         baseline = content["baseline"]
-        steps.append(Step(added, *(baseline[key] for key in ERRORS), tuple(dropped)))
+        steps.append(Step(added, *(baseline[key] for key in ERRORS), tuple(dropped), share))
         if content["verdict"] != MISSING or number == MOST_EFFECTS:
             break
-        added = content["ranking"][0]["effect"]
+        added, share = (content["ranking"][0][key] for key in ("effect", "chosen_share"))
         model, dropped = _adopted(model, added, evidence, where, key)
         key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
@@ -146,6 +148,8 @@ def _finished(where: Path, key: str) -> dict | None:
                 return None
             if content["verdict"] == MISSING:
                 effect = content["ranking"][0]["effect"]
+                if not is_number(content["ranking"][0]["chosen_share"]):
+                    return None
                 if effect not in read_model(_model_with(where, effect)).effects:
                     return None
     except T2LError:
@@ -180,6 +184,7 @@ def as_json(explanation: Explanation) -> dict:
                 "validation_rmse_q_rad": step.validation_rmse_rad,
                 "test_rmse_q_rad": step.test_rmse_rad,
                 "dropped": list(step.dropped),
+                "chosen_share": step.chosen_share,
             }
             for step in explanation.steps
         ],

@@ -88,6 +88,7 @@ class _Candidate(TypedDict):
     validation_rmse_q_rad: FiniteFloat
     test_rmse_q_rad: FiniteFloat | None
     improvement: _Improvement
+    chosen_share: FiniteFloat
     parameters: Mapping[str, _Parameter]
     tied_with: list[str]
     why: str
@@ -121,6 +122,7 @@ class Diagnosis(TypedDict):
 
 class _Step(_Errors):
     effect: str | None
+    chosen_share: FiniteFloat | None
 
 
 class Explanation(TypedDict):

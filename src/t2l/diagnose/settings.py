@@ -20,6 +20,7 @@ SHORTLISTED = 12  # recordings the likeliest are fitted on
 MATERIAL = 0.05  # of the RMS error: a difference of less is none that a user would act on
 HARMLESS = 0.005  # an effect that acts in few blocks leaves a resample without them as it was
 MOST_TOGETHER = 3  # effects selected at once; of more, some are found in the next step
+CERTAIN = 0.5  # share of the resamples; what is selected less often is told to be uncertain
 SELECTIONS = 50  # resamples: the standard error of a share of one half is 7 %
 
 # ------------------------------------------------------------------------------------- the race

@@ -27,11 +27,12 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == MISSING:
         best = diagnosis.ranking[0]
         tied = f", tied with {_names(best.tied_with)}" if best.tied_with else ""
+        sure = "" if best.certain else f" (uncertain: {chosen(best)})"
         after = "grows without bound"
         if best.test_rmse_rad is not None:
             after = f"goes from {error:.3g} to {1e3 * best.test_rmse_rad:.3g} mrad"
         return (
-            f"The model lacks {best.effect.title}{tied}: with it the test error {after} "
+            f"The model lacks {best.effect.title}{sure}{tied}: with it the test error {after} "
             f"(noise {floor:.3g} mrad)."
         )
     return (
@@ -60,17 +61,24 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
             f" On {joint} the missing torque correlates with {effect.follows} by "
             f"{correlations[joint]:+.2f}."
         )
+    sure = f" It is {chosen(candidate)}"
+    sure += "." if candidate.certain else ", less than half: this is uncertain."
     together = ""
     if candidate.partner and candidate.together:
         together = (
-            f" Together with {candidate.partner} it explains far more than either alone: "
+            f" Together with {candidate.partner} it explains more than alone: "
             f"{100 * candidate.together.fraction:.0f} %."
         )
     return (
         f"{effect.signature[0].upper()}{effect.signature[1:]}.{seen} With {effect.title} "
         f"the validation error falls by {100 * gain.fraction:.0f} % "
-        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together}"
+        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together}{sure}"
     )
+
+
+def chosen(candidate: Candidate) -> str:
+    """How often it is selected, as the end of a sentence."""
+    return f"chosen in {100 * candidate.chosen_share:.0f} % of the resamples"
 
 
 def as_json(diagnosis: Diagnosis, extra: dict[str, Any]) -> dict[str, Any]:
@@ -116,6 +124,8 @@ def _candidate(candidate: Candidate, joints: tuple[str, ...]) -> dict[str, Any]:
             "ci95": list(candidate.improvement.ci95),
         },
         "justified": candidate.justified,
+        "chosen_share": candidate.chosen_share,
+        "certain": candidate.certain,
         "parameters": parameters,
         "tied_with": candidate.tied_with,
         "partner": candidate.partner,
