@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.racing import fit_all, fit_fully
+from t2l.diagnose.final_fit import fit_fully
+from t2l.diagnose.racing import race
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout
 from t2l.identify.model import Model
@@ -26,7 +27,7 @@ def test_a_joint_without_play_is_left_out(tmp_path):
     made = [recording(robot, both, name, kp, 0.8, 0.8) for name, kp in (("a", 10.0), ("b", 30.0))]
     recordings = [measured(r, noise_rad=1e-4, seed=i, model=model) for i, r in enumerate(made)]
     evidence, effects = gather(robot, recordings), [builtin()["backlash"]]
-    fits = fit_all(evidence, Layout(()), np.zeros(0), effects, 1e-4, lambda what, fraction: None)
+    fits = race(evidence, Layout(()), np.zeros(0), effects, lambda what, fraction: None)
     full = fit_fully(fits.fits, ["backlash"], evidence)["backlash"]
     assert full.layout.terms[0].joints == (0,)
     assert theta(full) == pytest.approx([0.03, 2e-3, 0.3, 0.0], rel=0.03)

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.multi_fidelity import LONG, SCREENED_S, with_beginnings, with_coarser_ticks
-from t2l.diagnose.racing import fit_all, fit_fully
+from t2l.diagnose.final_fit import fit_fully
+from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
+from t2l.diagnose.racing import race
 from t2l.diagnose.ranking import diagnose
-from t2l.diagnose.settings import MANY
+from t2l.diagnose.settings import LONG, MANY, SCREENED_S
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
@@ -183,7 +184,7 @@ def test_a_fit_that_coarse_ticks_led_astray_goes_on_with_every_tick(tmp_path):
     draft = evidence.train.of(evidence.train.recordings, 5)
     evidence = replace(evidence, screen=draft, shortlist=draft, draft=draft)
     effects = [builtin()["backlash"]]
-    fits = fit_all(evidence, Layout(()), np.zeros(0), effects, 1e-4, lambda what, fraction: None)
+    fits = race(evidence, Layout(()), np.zeros(0), effects, lambda what, fraction: None)
     full = fit_fully(fits.fits, ["backlash"], evidence)["backlash"]
     assert np.sqrt(full.loss) < 1e-4
     assert full.layout.theta(full.u) == pytest.approx([0.02, 0.01, 0.7, 1.0], rel=0.03)

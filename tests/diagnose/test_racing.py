@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.racing import fit_all, fit_fully
+from t2l.diagnose.final_fit import fit_fully
+from t2l.diagnose.racing import race
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
@@ -37,7 +38,7 @@ def test_play_is_found_though_the_error_has_many_dents(robot):
 @pytest.mark.parametrize("name", sorted(builtin()))
 def test_every_effect_can_be_fitted_fully_to_a_single_joint(robot, name):
     evidence, effects = gather(robot, swings(robot, {}, 1e-4, 0.4)), [builtin()[name]]
-    fits = fit_all(evidence, Layout(()), np.zeros(0), effects, 1e-4, lambda what, fraction: None)
+    fits = race(evidence, Layout(()), np.zeros(0), effects, lambda what, fraction: None)
     full = fit_fully(fits.fits, [name], evidence)[name]
     assert full.loss <= 1.1 * fits.fits[name].loss
     assert full.layout.terms[0].joints == (0,)

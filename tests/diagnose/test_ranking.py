@@ -7,10 +7,18 @@ from benchmarks.hidden_effects import effects as hidden
 from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
+from t2l.diagnose import wording
 from t2l.diagnose.artefacts import write_diagnosis
-from t2l.diagnose.candidate import Candidate, mark_ties, rank
+from t2l.diagnose.candidate import Candidate, beats, mark_ties, promote, rank
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, UNEXPLAINED, adopt, diagnose
+from t2l.diagnose.ranking import (
+    MISSING,
+    NOTHING_MISSING,
+    UNEXPLAINED,
+    Diagnosis,
+    adopt,
+    diagnose,
+)  # fmt: skip
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.errors import T2LError
@@ -143,17 +151,23 @@ def test_an_independent_machines_friction_is_named():
 # --------------------------------------------------------------------------------- the ranking
 
 
-def candidate(name, heldout, fraction=0.5, joints=(0,)):
+BLOCK = np.repeat(np.arange(20), 50)
+
+
+def candidate(name, error, gain=0.5, joints=(0,), seed=0):
+    """One that leaves an RMS error of `error`; others of the same seed leave a multiple of it."""
     effect = builtin()[name]
     layout = Layout([Term(effect, joints)])
+    residual = np.random.default_rng(seed).normal(size=len(BLOCK))
+    residual *= error / np.sqrt(np.mean(residual**2))
     return Candidate(
         effect=effect,
         layout=layout,
         u=np.zeros(len(layout)),
-        train_rmse_rad=heldout,
-        validation_rmse_rad=heldout,
-        improvement=Improvement(fraction, (fraction - 0.1, fraction + 0.1), fraction - 0.15),
-        residual=np.zeros(3),
+        train_rmse_rad=error,
+        validation_rmse_rad=error,
+        improvement=Improvement(gain, (gain - 0.1, gain + 0.1), gain - 0.15),
+        residual=residual,
     )
 
 
@@ -164,11 +178,19 @@ def names(candidates):
 def test_less_error_ranks_first_and_fewer_parameters_among_equals():
     stribeck, coulomb = candidate("stribeck_friction", 1.00), candidate("coulomb_friction", 1.02)
     delay = candidate("command_delay", 1.5)
-    assert names(rank([delay, stribeck, coulomb])) == [
+    assert names(rank([delay, stribeck, coulomb], BLOCK)) == [
         "coulomb_friction", "stribeck_friction", "command_delay",
     ]  # fmt: skip
     clearly_better = candidate("stribeck_friction", 0.9)
-    assert names(rank([coulomb, clearly_better]))[0] == "stribeck_friction"
+    assert names(rank([coulomb, clearly_better], BLOCK))[0] == "stribeck_friction"
+
+
+def test_what_is_better_in_some_blocks_and_worse_in_others_is_not_better():
+    good, other = candidate("armature", 1.0), candidate("stribeck_friction", 0.93)
+    other.residual = np.where(BLOCK < 4, 0.1, 1.2) * candidate("armature", 1.0, seed=1).residual
+    other.residual[BLOCK > 16] *= 0.1
+    assert not beats(other.residual, good.residual, BLOCK)
+    assert names(rank([good, other], BLOCK))[0] == "armature"
 
 
 def test_explanations_as_good_as_the_first_are_tied_unless_one_contains_the_other():
@@ -178,7 +200,7 @@ def test_explanations_as_good_as_the_first_are_tied_unless_one_contains_the_othe
         candidate("load_dependent_friction", 1.02),
         candidate("armature", 1.2),
     ]
-    mark_ties(ranking)
+    mark_ties(ranking, BLOCK)
     assert [c.tied_with for c in ranking] == [
         ["load_dependent_friction"], [], ["coulomb_friction"], [],
     ]  # fmt: skip
@@ -186,8 +208,33 @@ def test_explanations_as_good_as_the_first_are_tied_unless_one_contains_the_othe
 
 def test_what_is_not_justified_ties_with_nothing():
     ranking = [candidate("armature", 1.0, 0.01), candidate("torque_offset", 1.0, 0.01)]
-    mark_ties(ranking)
+    mark_ties(ranking, BLOCK)
     assert [c.tied_with for c in ranking] == [[], []]
+
+
+def test_a_set_comes_first_only_if_it_is_better_than_the_first_alone():
+    ranking = [candidate("armature", 1.0), candidate("torque_offset", 1.1),
+               candidate("coulomb_friction", 1.3)]  # fmt: skip
+    pair = ("coulomb_friction", "torque_offset")
+    for error, order in ((0.98, [0, 1, 2]), (0.5, [1, 2, 0])):
+        found = promote(ranking, {pair: candidate("coulomb_friction", error)}, BLOCK)
+        assert found == [ranking[i] for i in order]
+    assert found[0].partner == "coulomb_friction"
+    # of sets that explain alike, the smaller one
+    three = {("armature", *pair): candidate("stribeck_friction", 0.49)}
+    found = promote(ranking, {pair: candidate("coulomb_friction", 0.5), **three}, BLOCK)
+    assert names(found)[:2] == ["torque_offset", "coulomb_friction"]
+
+
+def test_what_is_chosen_in_less_than_half_of_the_resamples_is_said_to_be_uncertain():
+    best = candidate("armature", 1.0)
+    best.test_rmse_rad = 1.0
+    for share, uncertain in ((0.49, True), (0.5, False)):
+        best.chosen_share = share
+        found = Diagnosis(Model("x"), ("a",), MISSING, 0.1, 2.0, 2.0, 2.0, [best])
+        for text in (wording.headline(found), wording.why(best, {})):
+            assert ("uncertain" in text) == uncertain
+        assert wording.as_json(found, {})["ranking"][0]["certain"] != uncertain
 
 
 def test_what_no_recording_can_tell_apart_is_tied(robot):

@@ -1,22 +1,18 @@
 """Take back effects that later ones made superfluous."""
 
-from functools import partial
-
 import numpy as np
 
 from t2l.diagnose.candidate import beats
 from t2l.diagnose.evidence import Evidence, validation_blocks
-from t2l.diagnose.final_fit import fit_fully, moves_together
+from t2l.diagnose.final_fit import ITERATIONS, fit_fully, moves_together
 from t2l.diagnose.multi_fidelity import with_coarser_ticks
+from t2l.diagnose.settings import FIRST_ITERATIONS
 from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.term import Layout, Term
-from t2l.identify.fitting import drop_hopeless, run
+from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
-
-ITERATIONS = 6
-NEARLY = 1.5  # times the loss of the model on some recordings; more is not made good on others
 
 
 def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
@@ -35,9 +31,11 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         whole = _validation(evidence, layout, u)
         trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
         if evidence.draft is not evidence.train:
-            best = _fit_all(trials, evidence.screen, evidence.screen_mask, layout, u)
-            trials = [(name, fit.again()) for name, fit in trials if fit.loss < NEARLY * best]
-        _fit_all(trials, evidence.shortlist, evidence.shortlist_mask, layout, u)
+            run([f for _, f in trials], evidence.screen, evidence.screen_mask, FIRST_ITERATIONS)
+            trials.sort(key=lambda entry: entry[1].loss)
+            trials = [(name, fit.again()) for name, fit in trials[: -(-len(trials) // 2)]]
+        part = evidence.shortlist, evidence.shortlist_mask
+        run([fit for _, fit in trials], *part, ITERATIONS)
         kept = [(name, fit) for name, fit in trials if np.isfinite(fit.loss)]
         left = [_validation(evidence, fit.layout, fit.u) for _, fit in kept]
         block = validation_blocks(evidence)
@@ -49,19 +47,6 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
             fit = fit_fully({name: fit}, [name], evidence)[name]
         model = from_vector(model, fit.layout, fit.u, joints)
         gone.append(name)
-
-
-def _fit_all(
-    trials: list[tuple[str, LeastSquares]],
-    predictor: Predictor,
-    mask: np.ndarray,
-    layout: Layout,
-    u: np.ndarray,
-) -> float:
-    """Fit the trials to the samples; the loss there of the model they are trials for."""
-    best = float(np.mean(_residual(predictor, mask, layout, u) ** 2))
-    run([fit for _, fit in trials], predictor, mask, ITERATIONS, partial(drop_hopeless, best=best))
-    return best
 
 
 def _without_one(

@@ -12,6 +12,7 @@ from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose
+from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.names import path_of
@@ -20,7 +21,6 @@ from t2l.robots import plant
 from t2l.typed import is_number
 from t2l.version import library
 
-MOST_EFFECTS = 8
 ERRORS = tuple(f"{part}_rmse_q_rad" for part in ("train", "validation", "test"))
 
 Progress = Callable[[str, float], None]

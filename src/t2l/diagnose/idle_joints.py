@@ -4,13 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from t2l.diagnose.settings import IDLE, INSIGNIFICANT
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.uncertainty import uncertainty
-
-INSIGNIFICANT = 2.0  # standard errors from neutral
-IDLE = 1.01  # of a joint's squared error that is left with an effect: without it no more
 
 
 def without_idle_joints(

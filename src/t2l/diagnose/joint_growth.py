@@ -8,16 +8,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from t2l.diagnose import settings
 from t2l.diagnose.evidence import Evidence
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
-
-TRIED = 3  # joints alone, those with the largest part of the error; each takes a fit of its own
-PAYS = 0.97  # of the squared error that fewer joints leave
-ITERATIONS = 8
 
 Key = tuple[str, tuple[int, ...]]  # an effect's name and its joints
 
@@ -36,7 +33,7 @@ def terms_to_try(
     worst = np.argsort(square)[::-1]
     for effect in filter(grows, effects):
         has = {j for t in adopted.terms if t.effect.name == effect.name for j in t.joints}
-        for joint in [int(j) for j in worst if j not in has][:TRIED]:
+        for joint in [int(j) for j in worst if j not in has][: settings.JOINTS_TRIED]:
             if len(has) + 1 < njoint:
                 terms.append(Term(effect, tuple(sorted({*has, joint}))))
     return terms
@@ -70,10 +67,10 @@ def _best(name: str, candidates: list[LeastSquares], evidence: Evidence) -> Leas
     grown, *others = finite
     for other in others:
         wider = united(name, grown, other)
-        run([wider], evidence.screen, evidence.screen_mask, ITERATIONS)
-        if wider.loss < PAYS * grown.loss:
+        run([wider], evidence.screen, evidence.screen_mask, settings.FIRST_ITERATIONS)
+        if wider.loss < (1 - settings.MATERIAL) ** 2 * grown.loss:
             grown = wider
-    return everywhere if everywhere.loss < PAYS * grown.loss else grown
+    return everywhere if everywhere.loss < (1 - settings.MATERIAL) ** 2 * grown.loss else grown
 
 
 def united(name: str, first: LeastSquares, second: LeastSquares) -> LeastSquares:

@@ -9,17 +9,18 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence
-from t2l.diagnose.settings import MANY
+from t2l.diagnose.settings import (
+    ALIKE,
+    COARSENESS,
+    LONG,
+    MANY,
+    NEGLIGIBLE,
+    SCREENED_S,
+    SMALL,
+)  # fmt: skip
 from t2l.effects.term import Layout
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request
-
-COARSENESS = (5, 4, 2)  # control periods a tick that are tried
-LONG = 8000  # ticks of one recording, which are simulated one after the other
-NEGLIGIBLE = 0.3  # of the noise: adds 4 % to an error that is noise alone
-SMALL = 0.01  # of the model's error: adds nothing to what an effect takes off it
-SCREENED_S = 5.0  # of a recording half as long again or longer
-ALIKE = 0.5  # of a joint's mean squared error: what is cut off is no other
 
 
 def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evidence:

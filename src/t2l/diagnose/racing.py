@@ -12,7 +12,7 @@ import numpy as np
 
 from t2l.diagnose import settings
 from t2l.diagnose.evidence import Evidence, some
-from t2l.diagnose.final_fit import from_the_better, moves_together
+from t2l.diagnose.final_fit import from_the_better, is_rough, moves_together
 from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
 from t2l.diagnose.joint_start import joined, starts_together
 from t2l.diagnose.stability_selection import Dictionary, Group, sets, shares
@@ -139,17 +139,13 @@ def _better_half(fits: Sequence[LeastSquares]) -> list[LeastSquares]:
     return sorted(fits, key=lambda fit: fit.loss)[: -(-len(fits) // 2)]
 
 
-def _is_rough(name: str, fit: LeastSquares) -> bool:
-    return bool(_effect(fit, name).rough_error)
-
-
 def _searched(fits: Mapping[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
     """Rough effects of the better half where a search finds better than derivatives did."""
     best = _better_half(list(fits.values()))
     rough = {
         name: fit
         for name, fit in fits.items()
-        if _is_rough(name, fit) and any(fit is b for b in best)
+        if is_rough(name, fit) and any(fit is b for b in best)
     }
     if not rough:
         return {}

@@ -11,6 +11,7 @@ from t2l.diagnose.evidence import Evidence, validation_blocks
 from t2l.diagnose.final_fit import fit_fully
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import Progress, race
+from t2l.diagnose.settings import AT_THE_FLOOR, MATERIAL, NEAR_THE_FLOOR
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify import block_bootstrap as judge
@@ -22,9 +23,6 @@ from t2l.identify.uncertainty import uncertainty
 logger = logging.getLogger(__name__)
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
-
-AT_THE_FLOOR = 1.10  # times the noise floor: what remains is measurement
-NEAR_THE_FLOOR = 1.25  # likewise, if no effect improves on it
 
 
 @dataclass
@@ -82,7 +80,7 @@ def diagnose(
     ranking = []
     if effects and not (quick and chosen_by <= AT_THE_FLOOR * floor):
         cheaper = with_coarser_ticks(with_beginnings(evidence, adopted, u), adopted, u)
-        ranking = _ranking(cheaper, adopted, u, effects, before, progress)
+        ranking = _ranking(cheaper, adopted, u, effects, before, train, progress)
     verdict = _verdict(chosen_by, floor, ranking)
     test = _report(evidence, adopted, u, ranking)
     return Diagnosis(model, joints, verdict, floor, train, chosen_by, test, ranking)
@@ -116,9 +114,15 @@ def _ranking(
     u: np.ndarray,
     effects: Sequence[Effect],
     before: np.ndarray,
+    train: float,
     progress: Progress,
 ) -> list[Candidate]:
-    """The effects fitted and judged, best first; what is first is fitted on all samples."""
+    """The effects fitted and judged, best first; what is first is fitted on all samples.
+
+    Args:
+        before, train: validation residual and training error of the model so far.
+    """
+    harmful = train / (1 - MATERIAL)
     found = race(evidence, adopted, u, effects, progress)
     progress("judging on validation data", 0.85)
     mask, draft, draft_before = evidence.validation_mask, evidence.validation_draft, before
@@ -146,7 +150,8 @@ def _ranking(
         judged = _judge(evidence.validation, mask, fits, before)
         for name in first:
             candidates.pop(name)
-            if name in judged:
+            # whatever validation says, a fit that makes training worse ran away
+            if name in judged and judged[name].train_rmse_rad <= harmful:
                 candidates[name] = judged[name]
                 candidates[name].uncertainty = uncertainty(
                     fits[name], evidence.train, evidence.train_mask

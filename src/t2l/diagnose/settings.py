@@ -13,15 +13,14 @@ GUARD = 0.1  # of a block: residuals are alike over tens of milliseconds
 
 # -------------------------------------------------------------------- cheaper looks at the data
 MANY = 9  # recordings, from which a part tells nearly what all do
-SCREENED = (2, 3)  # recordings every effect is tried on: the ends of the gains, their middle
+SCREENED = (2, 3)  # recordings every effect is tried on: the ends of the gains; their middle too
 SHORTLISTED = 12  # recordings the likeliest are fitted on
-
-# ------------------------------------------------------------------------------------ decisions
-MATERIAL = 0.05  # of the RMS error: a difference of less is none that a user would act on
-HARMLESS = 0.005  # an effect that acts in few blocks leaves a resample without them as it was
-MOST_TOGETHER = 3  # effects selected at once; of more, some are found in the next step
-CERTAIN = 0.5  # share of the resamples; what is selected less often is told to be uncertain
-SELECTIONS = 50  # resamples: the standard error of a share of one half is 7 %
+SCREENED_S = 5.0  # of a recording half as long again or longer
+ALIKE = 0.5  # of a joint's mean squared error: what is cut off is no other
+COARSENESS = (5, 4, 2)  # control periods a tick that are tried
+LONG = 8000  # ticks of one recording, which are simulated one after the other
+NEGLIGIBLE = 0.3  # of the noise: adds 4 % to an error that is noise alone
+SMALL = 0.01  # of the model's error: adds nothing to what an effect takes off it
 
 # ------------------------------------------------------------------------------------- the race
 FIRST_ITERATIONS = 3  # of every fit: enough to tell the hopeless half
@@ -29,11 +28,19 @@ MORE_ITERATIONS = 5  # of the better half: Levenberg-Marquardt has then settled
 LEADERS = 4  # effects, and sets of effects, that go on to the shortlist
 SCREENING_TOLERANCE = 5e-3  # relative decrease of the loss that counts as none while screening
 SEARCHED = 2  # recordings on which rough effects are searched, in a hundred simulations each
+CLOSE_BY = 0.25  # of the spread of a search, where a fit to all recordings has ended
 DIAGONAL_FROM_JOINTS = 4  # joints from which finite differences move them all at once
 LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
-REFINEMENTS = 3  # iterations on all recordings between new derivatives, which are dear there
-RESTARTS = 2  # times that derivatives are taken anew there
-SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
-FINISHING = 1  # rounds on every tick, after a fit to coarse simulations
-LOST = 1.2  # times the loss that a coarse simulation left: a fine one is fitted from the start
-CLOSE_BY = 0.25  # of the spread of a search, where a fit to all recordings has ended
+JOINTS_TRIED = 3  # alone, those with most of the error; each takes a fit of its own
+INSIGNIFICANT = 2.0  # standard errors from neutral: 95 % of effects that are absent
+IDLE = 1.01  # times the squared error that is left with an effect: without it no more
+
+# ------------------------------------------------------------------------------------ decisions
+MATERIAL = 0.05  # of the RMS error: a difference of less is none that a user would act on
+HARMLESS = 0.005  # an effect that acts in few blocks leaves a resample without them as it was
+AT_THE_FLOOR = 1.10  # times the noise floor: what remains is measurement
+NEAR_THE_FLOOR = 1.25  # likewise, if no effect improves on it
+MOST_EFFECTS = 8  # steps of an explanation
+MOST_TOGETHER = 3  # effects selected at once; of more, some are found in the next step
+SELECTIONS = 50  # resamples: the standard error of a share of one half is 7 %
+CERTAIN = 0.5  # share of the resamples; what is selected less often is told to be uncertain

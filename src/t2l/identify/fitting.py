@@ -8,9 +8,6 @@ from t2l.identify.least_squares import LeastSquares
 from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.prediction import Predictor, Request
 
-# after so many iterations, so many times the best loss, with a gain below this
-HOPELESS = ((1, 30.0, 0.3), (2, 4.0, 0.3), (3, 1.2, 0.05))
-
 
 class PositionError(Objective):
     """Predicted minus measured position, rad, at some of a predictor's samples."""
@@ -50,24 +47,3 @@ def start_from_the_best(
     for (key, fit), q in zip(fits.items(), predictor.predict(requests), strict=True):
         losses = np.mean((q - predictor.samples.q)[:, mask] ** 2, axis=1)
         fit.u = starts[key][int(np.argmin(np.nan_to_num(losses, nan=np.inf)))]
-
-
-def drop_hopeless(fits: Sequence[LeastSquares], best: float | None = None) -> None:
-    """End fits that several rounds have left far behind the best and that gain little more.
-
-    Args:
-        best: mean squared residual to compare with; by default the least of the fits.
-    """
-    best = max(min(fit.loss for fit in fits) if best is None else best, np.finfo(float).tiny)
-    for fit in fits:
-        behind = fit.loss / best
-        if any(
-            fit.iterations >= iterations and behind > much and fit.gain < little
-            for iterations, much, little in HOPELESS
-        ):
-            fit.done = True
-
-
-def least_loss(fits: Mapping[Hashable, LeastSquares]) -> float:
-    """The least loss of several fits."""
-    return min(fit.loss for fit in fits.values())
