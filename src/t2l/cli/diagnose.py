@@ -26,7 +26,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.artefacts import write_diagnosis
     from t2l.diagnose.evidence import gather
-    from t2l.diagnose.ranking import diagnose
+    from t2l.diagnose.ranking import diagnose, telling
     from t2l.figures.diagnosis import draw_diagnosis
     from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
@@ -34,6 +34,7 @@ def run(arguments: argparse.Namespace) -> None:
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
         evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
+        evidence = telling(model, evidence)
         progress = progress_line()
         diagnosis = diagnose(model, evidence, progress=progress)
         content = write_diagnosis(diagnosis, evidence, out)

@@ -54,19 +54,23 @@ def gather(
     holdout: Sequence[Recording] = (),
     substeps: int = 1,
     threads: int | None = None,
+    by_blocks: bool = False,
 ) -> Evidence:
     """Split what was recorded.
 
     `holdout`, or else whole recordings where there are three, or else blocks of time report. Of
     the rest, whole recordings choose where each condition is likely to be left to fit, or else
     blocks of time. What is left is fitted.
+
+    Args:
+        by_blocks: let blocks of time choose, however many recordings there are.
     """
     rest, test = list(recordings), list(holdout)
     reports = "the recordings given"
     if not test and len(rest) >= settings.WHOLE_TO_REPORT:
         rest, test = hold_out(rest, settings.TEST_FRACTION, seed=0)
         reports = "whole recordings"
-    if len(rest) >= settings.WHOLE_TO_CHOOSE:
+    if len(rest) >= settings.WHOLE_TO_CHOOSE and not by_blocks:
         rest, chosen = hold_out(rest, settings.VALIDATION_FRACTION, seed=1)
         train, validation = (Predictor(robot, r, substeps, threads) for r in (rest, chosen))
         masks, chooses = [_all(train), _all(validation)], "whole recordings"
@@ -83,6 +87,15 @@ def gather(
         *_over_the_gains(train, masks[0], settings.SHORTLISTED), *_screened(train, masks[0]),
         train, validation, f"validation: {chooses}; test: {reports}",
     )  # fmt: skip
+
+
+def pooled(evidence: Evidence) -> Evidence:
+    """The same test samples, and blocks of time of all other recordings to fit and to choose by."""
+    train, choose, test = evidence.train, evidence.validation, evidence.test
+    recordings = [*train.recordings, *choose.recordings]
+    return gather(
+        train.robot, recordings, test.recordings, train.substeps, train.threads, by_blocks=True
+    )
 
 
 def _by_blocks(predictor: Predictor, sets: int) -> list[np.ndarray]:

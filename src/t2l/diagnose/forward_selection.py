@@ -11,7 +11,7 @@ from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
-from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose
+from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
 from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
@@ -64,6 +64,7 @@ def explain(
     Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
     run goes on with the step it was in.
     """
+    evidence = telling(model, evidence)
     steps, key = [], fingerprint(model, evidence)
     added, dropped, share = None, [], None
     for number in range(MOST_EFFECTS + 1):

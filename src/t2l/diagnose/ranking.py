@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose.candidate import Candidate, alike, mark_ties, promote, rank
-from t2l.diagnose.evidence import Evidence, validation_blocks
+from t2l.diagnose.evidence import Evidence, pooled, validation_blocks
 from t2l.diagnose.final_fit import fit_fully
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import Progress, race
@@ -84,6 +84,22 @@ def diagnose(
     verdict = _verdict(chosen_by, floor, ranking)
     test = _report(evidence, adopted, u, ranking)
     return Diagnosis(model, joints, verdict, floor, train, chosen_by, test, ranking)
+
+
+def telling(model: Model, evidence: Evidence) -> Evidence:
+    """`evidence`, unless validation recordings do not show what the training recordings show.
+
+    Then no effect could earn its place there, and blocks of time of all of them choose.
+    """
+    if evidence.validation is evidence.train:
+        return evidence
+    layout, u = model.vector(evidence.train.joints)
+    train_q, chosen_q = _predict(evidence, layout, u)
+    floor = _floor(evidence, chosen_q)
+    error = _rms(_residual(evidence.validation, evidence.validation_mask, chosen_q))
+    train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
+    silent = error <= AT_THE_FLOOR * floor and train > NEAR_THE_FLOOR * floor
+    return pooled(evidence) if silent else evidence
 
 
 def _report(

@@ -7,7 +7,7 @@ A test counts them. What is not here is physics, numerics of a formula, or the w
 TEST_FRACTION = 0.2  # of the recordings: a few are enough to report an error
 VALIDATION_FRACTION = 0.3  # of those that do not report: fewer choose than fit
 WHOLE_TO_REPORT = 3  # recordings; with fewer each has conditions of its own
-WHOLE_TO_CHOOSE = 6  # likewise, once those that report are gone
+WHOLE_TO_CHOOSE = 4  # likewise, once those that report are gone, and three are left to fit
 BLOCK_S = 1.0  # longer than a response lasts, short enough that each set sees each motion
 GUARD = 0.1  # of a block: residuals are alike over tens of milliseconds
 
