@@ -4,7 +4,7 @@ import numpy as np
 
 from t2l.diagnose.candidate import beats
 from t2l.diagnose.evidence import Evidence, validation_blocks
-from t2l.diagnose.final_fit import ITERATIONS, fit_fully, moves_together
+from t2l.diagnose.final_fit import ITERATIONS, adopted_sizes, fit_fully, moves_together
 from t2l.diagnose.multi_fidelity import with_coarser_ticks
 from t2l.diagnose.settings import FIRST_ITERATIONS
 from t2l.diagnose.starting_points import starting_points_of
@@ -92,7 +92,7 @@ def _values(layout: Layout, u: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
 
 def _fit(layout: Layout, values, joints: tuple[str, ...]) -> LeastSquares:
     u = layout.encode(values)
-    return LeastSquares(layout, u, np.maximum(np.abs(u), 1e-3), moves_together(joints))
+    return LeastSquares(layout, u, adopted_sizes(layout, u), moves_together(joints))
 
 
 def _validation(evidence: Evidence, layout: Layout, u: np.ndarray) -> np.ndarray:

@@ -10,14 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose import settings
-from t2l.identify.block_bootstrap import blocks
+from t2l.identify.block_bootstrap import BLOCK_S, blocks
 from t2l.identify.prediction import Predictor
 from t2l.recordings.recording import Recording
 from t2l.recordings.splits import hold_out, time_blocks
 
-# whose block of time: two sets, or three
-TRAIN, VALIDATION, TEST = 0, 1, 2
-TURNS = {2: (TRAIN, VALIDATION), 3: (TRAIN, VALIDATION, TRAIN, TEST)}
+# whose a block of time is, in turn
+TURNS = {2: ("train", "validation"), 3: ("train", "validation", "train", "test")}
 
 
 @dataclass(frozen=True)
@@ -67,11 +66,11 @@ def gather(
     """
     rest, test = list(recordings), list(holdout)
     reports = "the recordings given"
-    if not test and len(rest) >= settings.WHOLE_TO_REPORT:
-        rest, test = hold_out(rest, settings.TEST_FRACTION, seed=0)
+    if not test and len(rest) >= settings.WHOLE:
+        rest, test = hold_out(rest, settings.FRACTION, seed=0)
         reports = "whole recordings"
-    if len(rest) >= settings.WHOLE_TO_CHOOSE and not by_blocks:
-        rest, chosen = hold_out(rest, settings.VALIDATION_FRACTION, seed=1)
+    if len(rest) > settings.WHOLE and not by_blocks:
+        rest, chosen = hold_out(rest, settings.FRACTION, seed=1)
         train, validation = (Predictor(robot, r, substeps, threads) for r in (rest, chosen))
         masks, chooses = [_all(train), _all(validation)], "whole recordings"
     else:
@@ -84,7 +83,7 @@ def gather(
         tested, reports = train, "blocks of time"
     return Evidence(
         train, masks[0], validation, masks[1], tested, masks[2],
-        *_over_the_gains(train, masks[0], settings.SHORTLISTED), *_screened(train, masks[0]),
+        *_over_the_gains(train, masks[0], settings.MANY), *_screened(train, masks[0]),
         train, validation, f"validation: {chooses}; test: {reports}",
     )  # fmt: skip
 
@@ -104,17 +103,16 @@ def _by_blocks(predictor: Predictor, sets: int) -> list[np.ndarray]:
     Residuals are alike over a short time, so that samples beside an edge belong to no set.
     """
     turns, samples = np.array(TURNS[sets]), predictor.samples
-    of = np.full(len(samples), -1)
+    of = np.full(len(samples), "guard", turns.dtype)
     for i, recording in enumerate(predictor.recordings):
-        block_s = min(settings.BLOCK_S, recording.duration_s / (2 * len(turns)))
+        block_s = min(2 * BLOCK_S, recording.duration_s / (2 * len(turns)))
         at = np.flatnonzero(samples.recording == i)
         block = time_blocks(recording, block_s)[samples.row[at]]
-        of[at] = turns[block % len(turns)]
-        since = samples.time[at] - block * block_s
-        of[at[(block > 0) & (since < settings.GUARD * block_s)]] = -1
-    if len(np.unique(of[of >= 0])) < sets:  # sampled too rarely for blocks
+        inside = (block == 0) | (samples.time[at] >= (block + settings.GUARD) * block_s)
+        of[at[inside]] = turns[block[inside] % len(turns)]
+    if not set(turns) <= set(of):  # sampled too rarely for blocks
         of = turns[samples.row % len(turns)]
-    return [of == s for s in (TRAIN, VALIDATION, TEST)]
+    return [of == which for which in ("train", "validation", "test")]
 
 
 def validation_blocks(evidence: Evidence) -> np.ndarray:

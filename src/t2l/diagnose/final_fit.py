@@ -7,12 +7,14 @@ import numpy as np
 from t2l.diagnose import settings
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.idle_joints import without_idle_joints
+from t2l.effects.term import Layout
 from t2l.identify.fitting import run, start_from_the_best
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 from t2l.identify.rough import search
 
 Origin = Mapping[tuple, float]  # elements of u by slot key
+LEAST_SIZE = 1e-3  # of any unit
 ITERATIONS = settings.FIRST_ITERATIONS + settings.MORE_ITERATIONS
 
 
@@ -35,7 +37,11 @@ def fit_fully(
     smaller = {name: without_idle_joints(name, fit, draft, mask) for name, fit in full.items()}
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
     run(list(smaller.values()), draft, mask, settings.FIRST_ITERATIONS)
-    full |= {n: fit for n, fit in smaller.items() if fit.loss < settings.IDLE * full[n].loss}
+    full |= {
+        n: fit
+        for n, fit in smaller.items()
+        if fit.loss * (1 - settings.MATERIAL) ** 2 < full[n].loss
+    }
     full |= _out_of_dents(full, evidence)
     if draft is evidence.train:
         return full
@@ -47,6 +53,12 @@ def fit_fully(
 def moves_together(joints: Sequence[str]) -> bool:
     """Whether finite differences move all joints at once, each answered by its own motion."""
     return len(joints) >= settings.DIAGONAL_FROM_JOINTS
+
+
+def adopted_sizes(layout: Layout, u: np.ndarray) -> np.ndarray:
+    """(n,) magnitudes of adopted parameters u, for finite differences; of zero, a small one."""
+    least = [max(slot.parameter.size, LEAST_SIZE) for slot in layout.slots]
+    return np.maximum(np.abs(u), least)
 
 
 def from_the_better(

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.diagnose.settings import IDLE, INSIGNIFICANT
+from t2l.diagnose.settings import MATERIAL
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor, Request
-from t2l.identify.uncertainty import uncertainty
+from t2l.identify.uncertainty import Z95, uncertainty
 
 
 def without_idle_joints(
@@ -28,7 +28,7 @@ def without_idle_joints(
             i for i, s in enumerate(fit.layout.slots)
             if s.term.effect.name == name and s.joint == joint
         ]  # fmt: skip
-        if any(found.distance(i) > INSIGNIFICANT for i in slots):
+        if any(found.distance(i) > Z95 for i in slots):
             keep.append(joint)
     if any(p.log and not p.lower <= p.neutral <= p.upper for p in term.effect.parameters):
         # absence is a limit, to which there is no distance in standard errors
@@ -65,6 +65,6 @@ def _missed(
     for joint, q in zip(joints, predictor.predict(requests), strict=True):
         at = joint_of == joint
         without = np.mean((q[0] - predictor.samples.q)[mask][at] ** 2)
-        if not without <= IDLE * np.mean(fit.residual[at] ** 2):
+        if not without * (1 - MATERIAL) ** 2 <= np.mean(fit.residual[at] ** 2):
             missed.append(joint)
     return missed

@@ -33,7 +33,7 @@ def terms_to_try(
     worst = np.argsort(square)[::-1]
     for effect in filter(grows, effects):
         has = {j for t in adopted.terms if t.effect.name == effect.name for j in t.joints}
-        for joint in [int(j) for j in worst if j not in has][: settings.JOINTS_TRIED]:
+        for joint in [int(j) for j in worst if j not in has][: settings.MOST_TOGETHER]:
             if len(has) + 1 < njoint:
                 terms.append(Term(effect, tuple(sorted({*has, joint}))))
     return terms

@@ -11,7 +11,7 @@ import numpy as np
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.settings import (
     ALIKE,
-    COARSENESS,
+    COARSEST,
     LONG,
     MANY,
     NEGLIGIBLE,
@@ -38,7 +38,7 @@ def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evi
     exact = screen.predict([request])[0][0]
     missed = np.sqrt(np.mean((exact - screen.samples.q)[evidence.screen_mask] ** 2))
     limit = max(NEGLIGIBLE * noise_floor(list(screen.recordings)), SMALL * missed)
-    for coarseness in COARSENESS:
+    for coarseness in range(COARSEST, 1, -1):
         coarse = screen.of(screen.recordings, coarseness)
         change = np.sqrt(np.mean((coarse.predict([request])[0][0] - exact) ** 2))
         if change < limit:

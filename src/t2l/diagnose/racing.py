@@ -12,7 +12,7 @@ import numpy as np
 
 from t2l.diagnose import settings
 from t2l.diagnose.evidence import Evidence, some
-from t2l.diagnose.final_fit import from_the_better, is_rough, moves_together
+from t2l.diagnose.final_fit import adopted_sizes, from_the_better, is_rough, moves_together
 from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
 from t2l.diagnose.joint_start import joined, starts_together
 from t2l.diagnose.stability_selection import Dictionary, Group, sets, shares
@@ -60,9 +60,8 @@ def race(
     """
     screen, mask = evidence.screen, evidence.screen_mask
     progress("first guesses", 0.0)
-    least = [max(slot.parameter.size, settings.LEAST_SIZE) for slot in adopted.slots]
     diagonal = moves_together(evidence.train.joints)
-    so_far = LeastSquares(adopted, u, np.maximum(np.abs(u), least), diagonal)
+    so_far = LeastSquares(adopted, u, adopted_sizes(adopted, u), diagonal)
     run([so_far], screen, mask, 0)
     residual = np.full(len(screen.samples), np.nan)
     residual[mask] = so_far.residual
@@ -71,7 +70,7 @@ def race(
     progress("fitting every effect", 0.2)
     tried = {
         key_of(term): LeastSquares(
-            layout, start, size, diagonal, tolerance=settings.SCREENING_TOLERANCE,
+            layout, start, size, diagonal,
             given={key: c for key, c in so_far.columns().items() if key[0] != term.effect.name},
         )
         for term, (layout, start, size) in zip(terms, guesses, strict=True)
@@ -149,11 +148,11 @@ def _searched(fits: Mapping[str, LeastSquares], evidence: Evidence) -> dict[str,
     }
     if not rough:
         return {}
-    part = some(evidence.screen, evidence.screen_mask, settings.SEARCHED)
+    part = some(evidence.screen, evidence.screen_mask, settings.SCREENED[0])
     found = search(list(rough.values()), *part)
     moved = {
         name: LeastSquares(
-            fit.layout, u, fit.size, fit.diagonal, tolerance=settings.SCREENING_TOLERANCE,
+            fit.layout, u, fit.size, fit.diagonal,
             given=fit.given,
         )
         for (name, fit), u in zip(rough.items(), found, strict=True)

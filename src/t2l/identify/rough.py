@@ -9,11 +9,9 @@ from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 
-GENERATIONS = 12
-POPULATION = 12
+ROUNDS = 12  # generations, and points of each: what a few parameters take to a dent's width
+SPREAD = 0.4  # standard deviation of the first population, of a logarithm or a parameter's size
 SEED = 0
-SPREAD_LOG = 0.4  # standard deviation of the first population in a logarithm
-SPREAD = 0.3  # likewise, of another parameter's own size
 
 
 def search(
@@ -30,7 +28,7 @@ def search(
     """
     joints = predictor.samples.joint[mask]
     searches = [_search(fit, joints, spread) for fit in fits]
-    run(searches, predictor, mask, GENERATIONS)
+    run(searches, predictor, mask, ROUNDS)
     return [found.u for found in searches]
 
 
@@ -40,10 +38,10 @@ def _search(fit: LeastSquares, joints: np.ndarray, spread: float) -> CMAES:
         fit.u,
         np.stack([layout.lower, layout.upper], axis=1),
         sigma=1.0,
-        population=POPULATION,
+        population=ROUNDS,
         seed=SEED,
         origin=fit.u,
-        scale=spread * np.where(layout.log, SPREAD_LOG, SPREAD * fit.size),
+        scale=spread * SPREAD * np.where(layout.log, 1.0, fit.size),
         parts=_parts(fit, joints),
         layout=layout,
     )
