@@ -77,7 +77,7 @@ def _with_simpler(
             [Term(effect, term.joints) for effect in simpler],
             evidence.screen, evidence.screen_mask, rest, rest.encode(values),
         )  # fmt: skip
-        for with_simpler, start, _ in guesses:
+        for (with_simpler, start, _), _ in guesses:
             fit = _fit(with_simpler, _values(with_simpler, start), evidence.train.joints)
             trials.append((term.effect.name, fit))
     return trials

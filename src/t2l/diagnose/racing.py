@@ -73,14 +73,17 @@ def race(
             layout, start, size, diagonal,
             given={key: c for key, c in so_far.columns().items() if key[0] != term.effect.name},
         )
-        for term, (layout, start, size) in zip(terms, guesses, strict=True)
+        for term, ((layout, start, size), _) in zip(terms, guesses, strict=True)
     }  # fmt: skip
     run(list(tried.values()), screen, mask, settings.FIRST_ITERATIONS)
     run(_better_half(list(tried.values())), screen, mask, settings.MORE_ITERATIONS)
     fits = on_the_joints_that_show_it(tried, evidence)
     fits |= _searched(fits, evidence)
     progress("selecting over resamples", 0.5)
-    dictionary = dictionary_of(fits, so_far, evidence)
+    mild = {key_of(term): response for term, (_, response) in zip(terms, guesses, strict=True)}
+    every = tuple(range(len(screen.joints)))
+    mild = {name: mild[name, every] for name in fits}
+    dictionary = dictionary_of(fits, mild, so_far, evidence)
     selections = list(dictionary.selections())
     chosen = sets(selections, settings.LEADERS)
     together = {names: joined([fits[name] for name in names], names, diagonal) for names in chosen}
@@ -103,9 +106,15 @@ def race(
 
 
 def dictionary_of(
-    fits: Mapping[str, LeastSquares], so_far: LeastSquares, evidence: Evidence
+    fits: Mapping[str, LeastSquares],
+    mild: Mapping[str, np.ndarray],
+    so_far: LeastSquares,
+    evidence: Evidence,
 ) -> Dictionary:
-    """Responses to each effect where its fit on what is screened has ended."""
+    """Responses to each effect: to a little of it, and where its fit has ended.
+
+    While another effect is missing a fit may end where it says nothing.
+    """
     groups = []
     for name, fit in fits.items():
         if not np.isfinite(fit.loss):
@@ -119,7 +128,7 @@ def dictionary_of(
         groups.append(
             Group(
                 name,
-                np.column_stack([moved, np.nan_to_num(fit.jacobian[:, own])]),
+                np.column_stack([mild[name], moved, np.nan_to_num(fit.jacobian[:, own])]),
                 sum(slot.key[0] == name for slot in layout.slots),
                 frozenset(effect.contains)
                 | {n for n, f in fits.items() if name in _effect(f, n).contains},

@@ -36,7 +36,7 @@ def starting_points(
     every = tuple(range(len(predictor.joints)))
     terms = [Term(effect, every) for effect in effects]
     found = starting_points_of(terms, predictor, mask, adopted, u_adopted)
-    return {term.effect.name: start for term, start in zip(terms, found, strict=True)}
+    return {term.effect.name: start for term, (start, _) in zip(terms, found, strict=True)}
 
 
 def starting_points_of(
@@ -45,8 +45,10 @@ def starting_points_of(
     mask: np.ndarray,
     adopted: Layout,
     u_adopted: np.ndarray,
-) -> list[Start]:
+) -> list[tuple[Start, np.ndarray]]:
     """For each term its layout with the adopted ones, a start u and the size of its elements.
+
+    And how far the mildest guess moves the simulation, (n,) rad at the samples of `mask`.
 
     Each joint takes the guess that lowers its own error most, a parameter of the robot the one
     that lowers the whole error; where none helps, the mildest.
@@ -84,8 +86,17 @@ def starting_points_of(
         _check_some_runs(effect, changed)
         values = _on_joints(term, choose(effect, starts, residual, changed, joint, njoint))
         size = _sizes(layout, effect, [_on_joints(term, s) for s in starts], adopted_values)
-        found.append((layout, layout.encode({**adopted_values, effect.name: values}), size))
+        start = layout, layout.encode({**adopted_values, effect.name: values}), size
+        found.append((start, _mildest(changed - residual)))
     return found
+
+
+def _mildest(responses: np.ndarray) -> np.ndarray:
+    """The least of responses (m, n), but for those that are none; zero if there is no other."""
+    size = np.sqrt(np.mean(np.nan_to_num(responses, nan=np.inf) ** 2, axis=1))
+    size = np.where(size > 1e-9, size, np.inf)  # rad
+    least = int(np.argmin(size))
+    return responses[least] if np.isfinite(size[least]) else np.zeros(responses.shape[1])
 
 
 def _on_joints(term: Term, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
