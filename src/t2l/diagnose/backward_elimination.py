@@ -4,9 +4,9 @@ import numpy as np
 
 from t2l.diagnose.candidate import beats
 from t2l.diagnose.evidence import Evidence, validation_blocks
-from t2l.diagnose.final_fit import ITERATIONS, adopted_sizes, fit_fully, moves_together
+from t2l.diagnose.final_fit import adopted_sizes, fit_fully, moves_together
 from t2l.diagnose.multi_fidelity import with_coarser_ticks
-from t2l.diagnose.settings import FIRST_ITERATIONS
+from t2l.diagnose.settings import HALVED_AFTER, ITERATIONS
 from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import run
@@ -31,7 +31,7 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         whole = _validation(evidence, layout, u)
         trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
         if evidence.draft is not evidence.train:
-            run([f for _, f in trials], evidence.screen, evidence.screen_mask, FIRST_ITERATIONS)
+            run([f for _, f in trials], evidence.screen, evidence.screen_mask, HALVED_AFTER)
             trials.sort(key=lambda entry: entry[1].loss)
             trials = [(name, fit.again()) for name, fit in trials[: -(-len(trials) // 2)]]
         part = evidence.shortlist, evidence.shortlist_mask

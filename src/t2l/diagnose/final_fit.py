@@ -15,7 +15,6 @@ from t2l.identify.rough import search
 
 Origin = Mapping[tuple, float]  # elements of u by slot key
 LEAST_SIZE = 1e-3  # of any unit
-ITERATIONS = settings.FIRST_ITERATIONS + settings.MORE_ITERATIONS
 
 
 def fit_fully(
@@ -33,10 +32,10 @@ def fit_fully(
     """
     draft, mask = evidence.draft, evidence.train_mask
     full = from_the_better({name: fits[name] for name in names}, origin or {}, draft, mask)
-    run(list(full.values()), draft, mask, ITERATIONS)
+    run(list(full.values()), draft, mask, settings.ITERATIONS)
     smaller = {name: without_idle_joints(name, fit, draft, mask) for name, fit in full.items()}
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
-    run(list(smaller.values()), draft, mask, settings.FIRST_ITERATIONS)
+    run(list(smaller.values()), draft, mask, settings.ITERATIONS)
     full |= {
         n: fit
         for n, fit in smaller.items()
@@ -46,7 +45,7 @@ def fit_fully(
     if draft is evidence.train:
         return full
     finished = {name: fit.again() for name, fit in full.items()}
-    run(list(finished.values()), evidence.train, mask, settings.FIRST_ITERATIONS)
+    run(list(finished.values()), evidence.train, mask, settings.ITERATIONS)
     return finished
 
 

@@ -67,7 +67,7 @@ def _best(name: str, candidates: list[LeastSquares], evidence: Evidence) -> Leas
     grown, *others = finite
     for other in others:
         wider = united(name, grown, other)
-        run([wider], evidence.screen, evidence.screen_mask, settings.FIRST_ITERATIONS)
+        run([wider], evidence.screen, evidence.screen_mask, settings.ITERATIONS)
         if wider.loss < (1 - settings.MATERIAL) ** 2 * grown.loss:
             grown = wider
     return everywhere if everywhere.loss < (1 - settings.MATERIAL) ** 2 * grown.loss else grown

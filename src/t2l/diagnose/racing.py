@@ -22,6 +22,7 @@ from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.fitting import run, start_from_the_best
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.prediction import Predictor
 from t2l.identify.rough import search
 
 Progress = Callable[[str, float], None]
@@ -75,8 +76,7 @@ def race(
         )
         for term, ((layout, start, size), _) in zip(terms, guesses, strict=True)
     }  # fmt: skip
-    run(list(tried.values()), screen, mask, settings.FIRST_ITERATIONS)
-    run(_better_half(list(tried.values())), screen, mask, settings.MORE_ITERATIONS)
+    halving(list(tried.values()), screen, mask)
     fits = on_the_joints_that_show_it(tried, evidence)
     fits |= _searched(fits, evidence)
     progress("selecting over resamples", 0.5)
@@ -89,20 +89,25 @@ def race(
     together = {names: joined([fits[name] for name in names], names, diagonal) for names in chosen}
     starts = {names: starts_together(fit, names) for names, fit in together.items()}
     start_from_the_best(together, starts, screen, mask)
-    run(list(together.values()), screen, mask, settings.FIRST_ITERATIONS)
-    kept = _better_half(list(together.values()))
-    run(kept, screen, mask, settings.MORE_ITERATIONS)
+    run(list(together.values()), screen, mask, settings.ITERATIONS)
     progress("refining the best", 0.7)
     ranked = sorted(fits, key=lambda name: fits[name].loss)
     leaders = ranked[: settings.LEADERS]
     leaders += sorted({n for names in together for n in names} - set(leaders))
-    together = {names: fit for names, fit in together.items() if any(fit is k for k in kept)}
     # else they have seen all of it, with derivatives of their own
     if adopted.slots or evidence.shortlist is not screen:
         origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
         fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
         together = _refined(together, evidence, origin)
     return Raced(fits, leaders, together, shares(selections, list(fits)))
+
+
+def halving(fits: Sequence[LeastSquares], predictor: Predictor, mask: np.ndarray) -> None:
+    """A few iterations of all, of the better half, and so on; the last ones to their end."""
+    while len(fits) > 2 * settings.LEADERS:
+        run(fits, predictor, mask, settings.HALVED_AFTER)
+        fits = _better_half(fits)
+    run(fits, predictor, mask, settings.ITERATIONS)
 
 
 def dictionary_of(
@@ -167,7 +172,7 @@ def _searched(fits: Mapping[str, LeastSquares], evidence: Evidence) -> dict[str,
         for (name, fit), u in zip(rough.items(), found, strict=True)
         if not np.array_equal(u, fit.u)
     }  # fmt: skip
-    run(list(moved.values()), evidence.screen, evidence.screen_mask, settings.FIRST_ITERATIONS)
+    run(list(moved.values()), evidence.screen, evidence.screen_mask, settings.ITERATIONS)
     return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
 
 
@@ -179,5 +184,5 @@ def _refined(fits: Mapping, evidence: Evidence, origin: Mapping[tuple, float]) -
     for key, fit in refined.items():
         names = (key,) if isinstance(key, str) else key
         fit.given = {k: column for k, column in fit.columns().items() if k[0] not in names}
-    run(list(refined.values()), predictor, mask, settings.FIRST_ITERATIONS)
+    run(list(refined.values()), predictor, mask, settings.ITERATIONS)
     return refined

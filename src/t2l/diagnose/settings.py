@@ -20,8 +20,8 @@ NEGLIGIBLE = 0.3  # of the noise: adds 4 % to an error that is noise alone
 SMALL = 0.01  # of the model's error: adds nothing to what an effect takes off it
 
 # ------------------------------------------------------------------------------------- the race
-FIRST_ITERATIONS = 3  # of every fit: enough to tell the hopeless half
-MORE_ITERATIONS = 5  # of the better half: Levenberg-Marquardt has then settled
+HALVED_AFTER = 2  # iterations: enough to tell the hopeless half
+ITERATIONS = 8  # at most, of those that go on: Levenberg-Marquardt has then settled
 LEADERS = 4  # effects, and sets of effects, that go on to the shortlist
 CLOSE_BY = 0.25  # of the spread of a search, where a fit to all recordings has ended
 DIAGONAL_FROM_JOINTS = 4  # joints from which finite differences move them all at once, to save time
