@@ -15,11 +15,11 @@ from t2l.diagnose.evidence import Evidence, some
 from t2l.diagnose.final_fit import adopted_sizes, from_the_better, is_rough, moves_together
 from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
 from t2l.diagnose.joint_start import joined, starts_together
-from t2l.diagnose.stability_selection import Dictionary, Group, sets, shares
+from t2l.diagnose.responses import dictionary_of
+from t2l.diagnose.stability_selection import sets, shares
 from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
-from t2l.identify.block_bootstrap import blocks
 from t2l.identify.fitting import run, start_from_the_best
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
@@ -108,44 +108,6 @@ def halving(fits: Sequence[LeastSquares], predictor: Predictor, mask: np.ndarray
         run(fits, predictor, mask, settings.HALVED_AFTER)
         fits = _better_half(fits)
     run(fits, predictor, mask, settings.ITERATIONS)
-
-
-def dictionary_of(
-    fits: Mapping[str, LeastSquares],
-    mild: Mapping[str, np.ndarray],
-    so_far: LeastSquares,
-    evidence: Evidence,
-) -> Dictionary:
-    """Responses to each effect: to a little of it, and where its fit has ended.
-
-    While another effect is missing a fit may end where it says nothing.
-    """
-    groups = []
-    for name, fit in fits.items():
-        if not np.isfinite(fit.loss):
-            continue
-        layout = fit.layout
-        effect = next(t.effect for t in layout.terms if t.effect.name == name)
-        # a derivative across a bound would promise what cannot be
-        inside = fit.free & (fit.u > layout.lower) & (fit.u < layout.upper)
-        own = [i for i, s in enumerate(layout.slots) if s.key[0] == name and inside[i]]
-        moved = (fit.residual - so_far.residual)[:, None]
-        groups.append(
-            Group(
-                name,
-                np.column_stack([mild[name], moved, np.nan_to_num(fit.jacobian[:, own])]),
-                sum(slot.key[0] == name for slot in layout.slots),
-                frozenset(effect.contains)
-                | {n for n, f in fits.items() if name in _effect(f, n).contains},
-            )
-        )
-    samples, mask = evidence.screen.samples, evidence.screen_mask
-    block = blocks(samples.recording[mask], samples.time[mask])
-    return Dictionary(-so_far.residual, so_far.jacobian, groups, block)
-
-
-def _effect(fit: LeastSquares, name: str) -> Effect:
-    return next(t.effect for t in fit.layout.terms if t.effect.name == name)
 
 
 def _better_half(fits: Sequence[LeastSquares]) -> list[LeastSquares]:
