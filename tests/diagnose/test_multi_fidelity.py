@@ -54,7 +54,7 @@ def coarsened(model, evidence):
 
 def test_many_noisy_recordings_are_simulated_coarsely(tmp_path):
     robot = pendulum(tmp_path)
-    made = recordings(robot, MANY + 3)
+    made = recordings(robot, MANY + 6)
     evidence = gather(robot, made[:-3], made[-3:])
     found = coarsened(Model(robot), evidence)
     assert set(of(found).values()) == {5}
@@ -70,7 +70,7 @@ def test_where_there_is_little_noise_a_coarse_simulation_is_good_enough_for_a_la
     tmp_path, missing, found
 ):
     robot = pendulum(tmp_path)
-    made = recordings(robot, MANY + 3, missing, noise_rad=1e-5)
+    made = recordings(robot, MANY + 6, missing, noise_rad=1e-5)
     evidence = gather(robot, made[:-3], made[-3:])
     assert set(of(coarsened(Model(robot), evidence)).values()) == found
 
@@ -92,7 +92,7 @@ def test_few_recordings_are_simulated_tick_by_tick(tmp_path):
 
 def test_a_fit_ends_on_every_tick_and_knows_no_bias(tmp_path):
     robot = pendulum(tmp_path)
-    made = recordings(robot, MANY + 3)
+    made = recordings(robot, MANY + 6)
     evidence = gather(robot, made[:-3], made[-3:])
     known = builtin()
     effects = [known[name] for name in ("viscous_friction", "coulomb_friction", "armature")]
@@ -158,7 +158,7 @@ class _ByTicks(Effect):
 
 def test_a_fit_that_only_coarse_ticks_allow_is_made_anew_on_all(tmp_path):
     robot = pendulum(tmp_path)
-    made = recordings(robot, MANY + 3)
+    made = recordings(robot, MANY + 6)
     evidence = gather(robot, made[:-3], made[-3:])
     found = diagnose(Model(robot), evidence, [_ByTicks("mirrored", -1.0, 0.0)])
     (first,) = found.ranking
@@ -168,7 +168,7 @@ def test_a_fit_that_only_coarse_ticks_allow_is_made_anew_on_all(tmp_path):
 
 def test_an_effect_that_makes_training_worse_is_left_out(tmp_path):
     robot = pendulum(tmp_path)
-    made = recordings(robot, MANY + 3)
+    made = recordings(robot, MANY + 6)
     evidence = gather(robot, made[:-3], made[-3:])
     wild, plain = _ByTicks("wild", 1.0, 2.0), builtin()["coulomb_friction"]
     found = diagnose(Model(robot), evidence, [wild, plain])
