@@ -16,7 +16,8 @@ from t2l.recordings.recording import Recording
 from t2l.recordings.splits import hold_out, time_blocks
 
 # whose a block of time is, in turn
-TURNS = {2: ("train", "validation"), 3: ("train", "validation", "train", "test")}
+TWO_SETS = ("train", "validation")
+THREE_SETS = ("train", "validation", "train", "test")
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def gather(
         masks, chooses = [_all(train), _all(validation)], "whole recordings"
     else:
         train = validation = Predictor(robot, rest, substeps, threads)
-        masks, chooses = _by_blocks(train, 2 if test else 3), "blocks of time"
+        masks, chooses = _by_blocks(train, TWO_SETS if test else THREE_SETS), "blocks of time"
     if test:
         tested = Predictor(robot, test, substeps, threads)
         masks = [*masks[:2], _all(tested)]
@@ -97,12 +98,12 @@ def pooled(evidence: Evidence) -> Evidence:
     )
 
 
-def _by_blocks(predictor: Predictor, sets: int) -> list[np.ndarray]:
+def _by_blocks(predictor: Predictor, sets: Sequence[str]) -> list[np.ndarray]:
     """Masks (nsample,) of two or three sets: blocks of time in turn, with a guard at each edge.
 
     Residuals are alike over a short time, so that samples beside an edge belong to no set.
     """
-    turns, samples = np.array(TURNS[sets]), predictor.samples
+    turns, samples = np.array(sets), predictor.samples
     of = np.full(len(samples), "guard", turns.dtype)
     for i, recording in enumerate(predictor.recordings):
         block_s = min(2 * BLOCK_S, recording.duration_s / (2 * len(turns)))
