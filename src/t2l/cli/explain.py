@@ -57,5 +57,7 @@ def run(arguments: argparse.Namespace) -> None:
 def _sure(share: float | None) -> str:
     if share is None:
         return ""
-    uncertain = "" if share >= 0.5 else ", uncertain"
+    from t2l.diagnose.settings import CERTAIN
+
+    uncertain = "" if share >= CERTAIN else ", uncertain"
     return f", chosen in {100 * share:.0f} % of resamples{uncertain}"

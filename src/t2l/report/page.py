@@ -12,6 +12,7 @@ from t2l.artefacts import write_text
 from t2l.diagnose.files import REPORT
 from t2l.diagnose.findings import percent
 from t2l.diagnose.results import Found, read_found, titles_of
+from t2l.diagnose.settings import CERTAIN
 from t2l.figures.style import COLOURS
 from t2l.report import words
 from t2l.report.menus import menus
@@ -34,6 +35,7 @@ def render(found: Found) -> str:
     template = _environment().get_template(f"{_story(found)}.html")
     return template.render(
         found=found,
+        CERTAIN=CERTAIN,
         titles=titles_of(found),
         data=payload(found) | {"colours": COLOURS},
         style=_asset("page.css"),
