@@ -89,7 +89,7 @@ def test_a_clean_recording_lacks_nothing(robot):
 
 
 def test_what_no_candidate_explains_stays_unexplained(robot, rubbing):
-    found = diagnose(Model(robot), rubbing, effects("armature", "command_delay"))
+    found = diagnose(Model(robot), rubbing, effects("torque_offset"))
     assert found.verdict == UNEXPLAINED
     assert not found.ranking[0].justified
 
