@@ -74,7 +74,8 @@ def diagnose(
     adopted, u = model.vector(joints)
     everywhere = {t.effect.name for t in adopted.terms if len(t.joints) == len(joints)}
     if effects is None:
-        recordings = (*evidence.train.recordings, *evidence.holdout.recordings)
+        sets = evidence.train, evidence.validation, evidence.test
+        recordings = [recording for each in sets for recording in each.recordings]
         known = model.known_effects(joints).values()
         effects = [effect for effect in known if effect.may_act(recordings)]
     effects = [effect for effect in effects if effect.name not in everywhere]

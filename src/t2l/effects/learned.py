@@ -15,7 +15,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from t2l.effects.coulomb_friction import hold_at_rest
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.law import FRICTION, HYSTERESIS, OTHERS, TORQUE, Curve, Law
 from t2l.sim.servo import ServoLoop
@@ -132,8 +131,6 @@ def looked_up(loop: ServoLoop, rows: slice, law: Law, grid: np.ndarray, tables: 
         return left + place * (flat.take(below) - left)
 
     if law.kind == FRICTION:
-        hold_at_rest(loop, rows, np.array([joint]), tables.max(axis=1, keepdims=True))
-
         qpos, needs_q = loop.batch.qpos, law.follows in OTHERS
 
         def add_friction(tick, dq, motor, level):

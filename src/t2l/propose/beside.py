@@ -59,7 +59,7 @@ def proposed_beside(
     ]
     predictor, at = few(evidence.train, RECORDINGS)
     chosen = predictor, split(predictor)[1] & evidence.train_mask[at]
-    content = write_proposal(found.proposal, where, chosen, evidence.holdout, known)
+    content = write_proposal(found.proposal, where, chosen, evidence.test, known)
     if found.proposal.verdict != LAW:
         return _kept(explanation, where, key)
     verdict = UNEXPLAINED if found.dropped else explanation.verdict

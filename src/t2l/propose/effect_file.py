@@ -83,7 +83,6 @@ EXPORTED = {
 }
 
 INSTALL_FRICTION = """        qpos = loop.batch.qpos
-        hold_at_rest(loop, rows, joints, np.abs(law(0.0, **values)))
 
         def add(tick, dq, motor, level):
             x = value(tick, qpos[:, loop.qpos], dq, motor[rows])[:, None]
@@ -139,10 +138,6 @@ def effect_text(law: Law, formula: Formula) -> str:
         export=export,
         starts=", ".join(f'"{name}": {value:.6g} * one' for name, value in formula.values.items()),
     )  # fmt: skip
-    if dry:
-        line = "from t2l.effects import Effect, Parameter\n"
-        more = "from t2l.effects.coulomb_friction import hold_at_rest\n"
-        text = text.replace(line, line + more)
     if not commanded:
         text = text.replace("import demanded, variable", "import variable")
     return text

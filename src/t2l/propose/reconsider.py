@@ -68,7 +68,7 @@ def reconsider(
         one = _one_law(original, final, adopted, predictor, fitted, chosen, progress)
         if one is not None:
             return _reconsidered(original, final, one, adopted, evidence, None)
-    if error_of(final, evidence.holdout, evidence.holdout_mask) <= quiet:
+    if error_of(final, evidence.validation, evidence.validation_mask) <= quiet:
         return None
     found = search(final, predictor, fitted, chosen, progress)
     decision, dropped = None, []
@@ -99,7 +99,7 @@ def _reconsidered(
     base = original if dropped or not set(final.effects) - set(original.effects) else final
     predictor, at = few(evidence.train, RECORDINGS)
     proposal = finished(
-        base, found, predictor, evidence.holdout, evidence.train_mask[at], evidence.holdout_mask
+        base, found, predictor, evidence.test, evidence.train_mask[at], evidence.test_mask
     )
     kept = {n: v for n, v in final.effects.items() if n not in dropped}
     model = proposal.model if found.laws else replace(final, effects=kept)
