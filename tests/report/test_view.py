@@ -56,19 +56,12 @@ LOOK = """<script>
 })();
 </script></body>"""
 
-CURVE = {
-    "title": "a torque on hinge that grows with its position", "variable": "position [rad]",
-    "at": [-0.5, 0.0, 0.5], "torque": [-0.1, 0.0, 0.1], "low": [-0.12, -0.01, 0.08],
-    "high": [-0.08, 0.01, 0.12],
-}  # fmt: skip
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """An explanation that also says how often an effect was chosen, and what was learned."""
+    """An explanation that also says how often an effect was chosen."""
     folder = explained(tmp_path_factory.mktemp("explained"))
     path = folder / "explanation.json"
-    content = json.loads(path.read_text()) | {"learned_curves": [CURVE, {"at": "no curve"}]}
+    content = json.loads(path.read_text())
     content["steps"][1]["chosen_share"] = 0.93
     path.write_text(json.dumps(content))
     return folder
@@ -102,8 +95,6 @@ def test_a_browser_draws_two_robots_that_move_and_are_coloured_by_the_error(fold
     assert data_of(dom, "errors") == "0"
     assert data_of(dom, "playing") == "Pause"
     assert data_of(dom, "plots") == data_of(dom, "plots-drawn")
-    assert dom.count('data-plot="learned"') == 1
-    assert "A torque on hinge that grows with its position." in dom
     assert re.search(r"Coulomb friction</td><td class=.n.>93 %", dom)
     looked = json.loads(data_of(dom, "looked"))
     for moment in ("least", "most"):

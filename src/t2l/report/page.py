@@ -17,7 +17,6 @@ from t2l.figures.style import COLOURS
 from t2l.report import words
 from t2l.report.menus import menus
 from t2l.report.payload import COARSEST, payload
-from t2l.report.told import told
 from t2l.report.view import LIMITS, view
 
 
@@ -35,13 +34,12 @@ def write_report(folder: Path | str) -> Path:
 def render(found: Found) -> str:
     """The page as HTML."""
     template = _environment().get_template(f"{_story(found)}.html")
-    seen, more = view(found) if found.compared else None, told(found)
+    seen = view(found) if found.compared else None
     return template.render(
         found=found,
         CERTAIN=CERTAIN,
         titles=titles_of(found),
-        told=more,
-        data=payload(found) | {"colours": COLOURS, "view": seen, "learned": more["curves"]},
+        data=payload(found) | {"colours": COLOURS, "view": seen},
         view=seen,
         view_limits=LIMITS,
         three=_asset("vendor", "three.min.js") if seen else "",

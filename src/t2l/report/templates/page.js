@@ -44,15 +44,6 @@ function layout(extra) {
 }
 
 const PLOTS = {
-  learned(_, element) {
-    const curve = data.learned[Number(element.dataset.curve)];
-    const line = (y, more) => ({ x: curve.at, y, mode: "lines", line: { color: BLUE, width: 2.5 }, ...more });
-    const edge = { line: { width: 0 }, hoverinfo: "skip", showlegend: false };
-    const band = curve.low && curve.high ? [line(curve.low, edge),
-      line(curve.high, { ...edge, fill: "tonexty", fillcolor: "rgba(0,114,178,0.18)" })] : [];
-    return [[...band, line(curve.torque, { showlegend: false })], layout({ height: 320,
-      xaxis: { title: { text: curve.variable } }, yaxis: { title: { text: "torque [N·m]" } } })];
-  },
   falling() {
     const f = data.falling, line = (y, name, colour, dash) => ({ x: f.names, y, name, mode: "lines+markers",
       line: { color: colour, width: 2.5, dash }, marker: { size: 9 },
