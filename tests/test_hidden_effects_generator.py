@@ -270,8 +270,12 @@ def test_the_table_hides_every_effect_and_repeats_itself():
     table = cases()
     assert len({case.name for case in table}) == len(table)
     hidden = {type(effect) for case in table for effect in case.hidden}
-    known = {e for e in vars(fx).values() if isinstance(e, type) and issubclass(e, fx.HiddenEffect)}
-    assert hidden == known - {fx.HiddenEffect, fx.TwoMass}
+    known = {
+        e
+        for e in (*vars(fx).values(), *vars(rx).values())
+        if isinstance(e, type) and issubclass(e, fx.HiddenEffect)
+    }
+    assert hidden == known - {fx.HiddenEffect, fx.TwoMass, rx.Warming}
 
     case = next(c for c in table if c.name == "coulomb_friction_1_pendulum")
     case = dataclasses.replace(case, changes={"duration_s": 0.5})

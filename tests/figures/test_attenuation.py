@@ -54,7 +54,7 @@ def test_the_theorem_is_the_diagonal_and_the_ratio_one():
 
 def test_success_is_drawn_over_each_predictor_with_its_correlation():
     cells = _cells(success=[0.2, 0.1, 0.9, 0.4], loss=[0.02, 0.01, 0.04, 0.03], seeds=1)
-    table = effective_error_table({"block_stack": cells}, 0.02, np.random.default_rng(0))
+    table = effective_error_table({"block_stack": cells}, 0.02)
     figure = attenuation.success({"block_stack": predictors(cells, 0.02)}, table, GRID)
     titles = [axes.get_title(loc="right") for axes in figure.axes]
     # the order of success is that of the loss

@@ -57,9 +57,10 @@ WRONG = {
     "extend breaks the model": ("    def install", "    def extend(self, spec, joints):\n"
                                 "        spec.worldbody.add_body(name='b').add_joint()\n\n"
                                 "    def install", "with rubber: MuJoCo cannot compile"),
-    "read_off raises": ("    def install", "    def read_off(self, q, torque):\n        1 / 0\n\n"
+    "read_off raises": ("    def install", "    def read_off(self, q, torque, clock_s):\n"
+                        "        1 / 0\n\n"
                         "    def install", "read_off.*division"),
-    "read_off is no number": ("    def install", "    def read_off(self, q, torque):\n"
+    "read_off is no number": ("    def install", "    def read_off(self, q, torque, clock_s):\n"
                               "        return {'stiffness': None}\n\n    def install", "read_off"),
 }  # fmt: skip
 

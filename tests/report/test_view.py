@@ -56,6 +56,7 @@ LOOK = """<script>
 })();
 </script></body>"""
 
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """An explanation that also says how often an effect was chosen."""

@@ -123,7 +123,13 @@ def _model_and_effects(arguments: argparse.Namespace, setup):
             )
         model = Model(given.robot, given.effects, (*given.effect_files, *own))
         check_joints(arguments.model, model, setup.robot.joints)
-    missing = {effect.name: effect for effect in missing_effects(model, setup.robot.joints)}
+    joints = setup.robot.joints
+    missing = {
+        effect.name: effect
+        for effect in missing_effects(model, joints)
+        # of a plan no optional column is known beforehand
+        if not effect.needs and len(joints) >= effect.least_joints
+    }
     for name in arguments.tell or ():
         if name not in missing:
             raise ConfigurationError(

@@ -26,7 +26,7 @@ def of_log(
     """
     joints = recordings[0].joints
     if effects is None:
-        effects = missing_effects(model, joints)
+        effects = [e for e in missing_effects(model, joints) if e.may_act(recordings)]
     looked = _spread(recordings, MOST_RECORDINGS)
     noise = max(noise_floor(list(looked)), np.finfo(float).tiny)
     sensitivity = Sensitivity(model, effects, _spread(looked, REFERENCE), noise)
