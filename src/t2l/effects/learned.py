@@ -57,14 +57,13 @@ class LearnedTorque(Effect):
             return
         grid = np.linspace(curve.at[0], curve.at[-1], GRID)
         own = {
+            "kind": law.kind,
             "follows": law.follows,
             "of": to.joints.index(law.of),
             "at": grid,
             "torque": curve(grid),
         }
-        to.call(
-            self.name, learned_friction if law.kind == FRICTION else learned_torque, joints, own
-        )
+        to.call(self.name, learned_law, joints, own)
 
 
 class SplineTorque(Effect):
@@ -205,37 +204,21 @@ def demanded(loop: ServoLoop, rows: slice) -> list[np.ndarray]:
     return held
 
 
-def learned_torque(robot, joints, values):
-    """Add a torque that is looked up in a table."""
-    of, follows = values["of"], values["follows"]
-    robot.learned_time = getattr(robot, "learned_time", {})
-    key = (tuple(joints), follows, of)
-    ticks = robot.learned_time[key] = robot.learned_time.get(key, -1) + 1
+def learned_law(robot, joints, values):
+    """Add what is looked up in a table: a torque, or the level of dry friction."""
+    of = values["of"]
     x = {
         "constant": 0.0,
         "position": robot.angle[of],
         "velocity": robot.dq[of],
-        "commanded torque": robot.motor[of],
-        "load": robot.load[of],
-        "time": (ticks + 0.5) * robot.period_s,
-    }[follows]
-    robot.torque[joints] += np.interp(x, values["at"], values["torque"])
-
-
-def learned_friction(robot, joints, values):
-    """Add dry friction whose level is looked up in a table."""
-    of, follows = values["of"], values["follows"]
-    robot.learned_time = getattr(robot, "learned_time", {})
-    key = (tuple(joints), follows, of)
-    ticks = robot.learned_time[key] = robot.learned_time.get(key, -1) + 1
-    x = {
-        "constant": 0.0,
-        "position": robot.angle[of],
         "speed": abs(robot.dq[of]),
+        "commanded torque": robot.motor[of],
         "commanded torque size": abs(robot.motor[of]),
-        "time": (ticks + 0.5) * robot.period_s,
-    }[follows]
-    robot.friction[joints] += np.interp(x, values["at"], values["torque"])
+        "load": robot.load[of],
+        "time": robot.data.time + 0.5 * robot.period_s,
+    }[values["follows"]]
+    adds_to = robot.friction if values["kind"] == "friction" else robot.torque
+    adds_to[joints] += np.interp(x, values["at"], values["torque"])
 
 
 def learned_hysteresis(robot, joints, values):
