@@ -8,7 +8,7 @@ import pytest
 from t2l.cli.main import main
 from t2l.design.d_optimal import exchange, log_det
 from t2l.design.experiment import Wanted, design
-from t2l.design.identifiability import identifiability, missing_effects, of_log
+from t2l.design.identifiability import identifiability, of_log
 from t2l.design.library import library, recording
 from t2l.design.safety import SAFE, within_limits
 from t2l.design.sensitivity import Sensitivity
@@ -39,7 +39,7 @@ def model(setup):
 
 @pytest.fixture(scope="module")
 def effects(setup, model):
-    known = {e.name: e for e in missing_effects(model, setup.robot.joints)}
+    known = {e.name: e for e in model.missing_effects(setup.robot.joints)}
     return [known[name] for name in EFFECTS]
 
 
@@ -99,7 +99,7 @@ def test_a_joint_that_stands_still_is_not_told(tmp_path):
     rng = np.random.default_rng(0)
     log = type(made)(**{**vars(made), "q": made.q_des + 1e-4 * rng.normal(size=made.q.shape)})
     model = Model(robot)
-    known = {e.name: e for e in missing_effects(model, log.joints)}
+    known = {e.name: e for e in model.missing_effects(log.joints)}
     told = of_log(model, [log], [known[name] for name in EFFECTS])
     by_joint = {(e.effect, e.joint): e.told for e in told.expected}
     assert all(by_joint[name, "left"] for name in EFFECTS)
@@ -108,7 +108,7 @@ def test_a_joint_that_stands_still_is_not_told(tmp_path):
 
 
 def test_a_delay_and_a_clock_offset_look_alike_without_gravity(setup, model):
-    known = {e.name: e for e in missing_effects(model, setup.robot.joints)}
+    known = {e.name: e for e in model.missing_effects(setup.robot.joints)}
     pair = [known["command_delay"], known["clock_offset"], known["coulomb_friction"]]
     motions = [c.motion(setup) for c in library(setup, 2.0, 0.3) if c.shape == "slow_multisine"]
     recordings = [recording(setup, m) for m in motions]

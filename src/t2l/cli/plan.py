@@ -106,7 +106,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _model_and_effects(arguments: argparse.Namespace, setup):
-    from t2l.design.identifiability import missing_effects
     from t2l.errors import ConfigurationError
     from t2l.identify.model import Model, check_joints, read_model
     from t2l.robots.plant import mjcf_path
@@ -126,7 +125,7 @@ def _model_and_effects(arguments: argparse.Namespace, setup):
     joints = setup.robot.joints
     missing = {
         effect.name: effect
-        for effect in missing_effects(model, joints)
+        for effect in model.missing_effects(joints)
         # of a plan no optional column is known beforehand
         if not effect.needs and len(joints) >= effect.least_joints
     }

@@ -26,19 +26,11 @@ def of_log(
     """
     joints = recordings[0].joints
     if effects is None:
-        effects = [e for e in missing_effects(model, joints) if e.may_act(recordings)]
+        effects = model.missing_effects(joints, recordings)
     looked = _spread(recordings, MOST_RECORDINGS)
     noise = max(noise_floor(list(looked)), np.finfo(float).tiny)
     sensitivity = Sensitivity(model, effects, _spread(looked, REFERENCE), noise)
     return identifiability(sensitivity, looked, len(recordings))
-
-
-def missing_effects(model: Model, joints: tuple[str, ...]) -> list[Effect]:
-    """Every known effect that some joint of the model does not have yet."""
-    layout, _ = model.vector(joints)
-    everywhere = {t.effect.name for t in layout.terms if len(t.joints) == len(joints)}
-    known = model.known_effects(joints)
-    return [effect for name, effect in known.items() if name not in everywhere]
 
 
 def identifiability(

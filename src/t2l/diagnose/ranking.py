@@ -72,13 +72,13 @@ def diagnose(
     """
     joints = evidence.train.joints
     adopted, u = model.vector(joints)
-    everywhere = {t.effect.name for t in adopted.terms if len(t.joints) == len(joints)}
     if effects is None:
         sets = evidence.train, evidence.validation, evidence.test
         recordings = [recording for each in sets for recording in each.recordings]
-        known = model.known_effects(joints).values()
-        effects = [effect for effect in known if effect.may_act(recordings)]
-    effects = [effect for effect in effects if effect.name not in everywhere]
+        effects = model.missing_effects(joints, recordings)
+    else:
+        everywhere = model.everywhere(joints)
+        effects = [effect for effect in effects if effect.name not in everywhere]
 
     train_q, held_q = _predict(evidence, adopted, u)
     before = _residual(evidence.validation, evidence.validation_mask, held_q)

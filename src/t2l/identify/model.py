@@ -19,7 +19,7 @@ learned:                                             # optional, curves that t2l
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -39,6 +39,7 @@ from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
 from t2l.identify.curves import CurveEntry, as_lines, check_curve_joints, read_curves
+from t2l.recordings.recording import Recording
 from t2l.robots import ROBOTS
 from t2l.robots.plant import compiled, load, mjcf_path
 from t2l.typed import AsTuple, Invalid, Number, Typed, check, describe
@@ -72,6 +73,21 @@ class Model:
             return known
         bare = _bare(self.robot, joints, mjcf_path(self.robot).stat().st_mtime_ns)
         return {name: within(effect, bare, joints) for name, effect in known.items()}
+
+    def everywhere(self, joints: tuple[str, ...]) -> set[str]:
+        """Names of the adopted effects that every joint has."""
+        return {term.effect.name for term in self.terms(joints) if len(term.joints) == len(joints)}
+
+    def missing_effects(
+        self, joints: tuple[str, ...], recordings: Sequence[Recording] = ()
+    ) -> list[Effect]:
+        """Known effects that some joint does not have yet, and that the recordings can fit."""
+        everywhere = self.everywhere(joints)
+        return [
+            effect
+            for name, effect in self.known_effects(joints).items()
+            if name not in everywhere and (not recordings or effect.may_act(recordings))
+        ]
 
     def terms(self, joints: tuple[str, ...]) -> list[Term]:
         """The adopted effects on the joints they have values for."""
