@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from t2l.diagnose.settings import SELECTIONS
-from t2l.diagnose.stability_selection import Dictionary, Group, sets, shares
+from t2l.diagnose.stability_selection import Dictionary, Group, shares
 
 NBLOCK, EACH = 20, 50
 BLOCK = np.repeat(np.arange(NBLOCK), EACH)
@@ -30,6 +30,13 @@ def dictionary(target, groups=GROUPS, base=None):
     return Dictionary(target, base, groups, BLOCK)
 
 
+def test_of_few_blocks_no_share_is_told():
+    short = np.arange(len(TIME)) * 4 // len(TIME)
+    few = Dictionary(wave(0.3), np.zeros((len(TIME), 0)), GROUPS, short)
+    selections = list(few.selections())
+    assert shares(selections, ["one"]) == {"one": None}
+
+
 @pytest.mark.parametrize(
     ("hidden", "found"),
     [
@@ -44,7 +51,6 @@ def test_what_is_hidden_is_selected_on_every_resample(hidden, found):
     assert len(selections) == SELECTIONS
     assert set(selections) == {found}
     assert shares(selections, ["one", "idle"]) == {"one": float("one" in found), "idle": 0.0}
-    assert sets(selections, 3) == ([found] if len(found) > 1 else [])
 
 
 def test_a_mimic_of_two_is_taken_back_once_both_are_found():

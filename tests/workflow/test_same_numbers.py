@@ -44,9 +44,6 @@ def content(path):
     return json.loads(path.read_text())
 
 
-@pytest.mark.xfail(
-    strict=True, reason="dry friction that is a constraint of its own needs no finer steps here"
-)
 def test_the_adopted_model_needs_finer_steps_than_the_one_before(home):
     """Else the others would prove little."""
     recordings = read_recordings([home / "logs"])
@@ -54,19 +51,7 @@ def test_the_adopted_model_needs_finer_steps_than_the_one_before(home):
     assert substeps_for(Model(after.robot), recordings) < substeps_for(after, recordings)
 
 
-@pytest.mark.parametrize(
-    "which",
-    [
-        "before",
-        pytest.param(
-            "after",
-            marks=pytest.mark.xfail(
-                reason="since dry friction is a constraint of its own, the RMSE of the adopted "
-                "model differs by 3e-6 of itself between `explain` and `compare`"
-            ),
-        ),
-    ],
-)
+@pytest.mark.parametrize("which", ["before", "after"])
 def test_a_comparison_is_the_same_by_command_and_by_rule(home, which):
     by_command = home / "by_command"
     folder = home / "by_rule" / which

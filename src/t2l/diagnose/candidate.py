@@ -33,7 +33,8 @@ class Candidate:
         partner: the effect with which it explains far more than either alone.
         together: improvement of the two over the model so far, by validation.
         why: a sentence for people.
-        chosen_share: how often it is selected, over resamples of what is screened.
+        chosen_share: how often it is selected, over resamples of what is screened; None where
+            these are too few to tell.
     """
 
     effect: Effect
@@ -49,7 +50,7 @@ class Candidate:
     together: Improvement | None = None
     why: str = ""
     test_rmse_rad: float | None = None
-    chosen_share: float = 0.0
+    chosen_share: float | None = None
 
     @property
     def term(self) -> Term:
@@ -57,9 +58,9 @@ class Candidate:
         return next(t for t in self.layout.terms if t.effect.name == self.effect.name)
 
     @property
-    def certain(self) -> bool:
+    def certain(self) -> bool | None:
         """Whether it is selected in at least half of the resamples."""
-        return self.chosen_share >= CERTAIN
+        return None if self.chosen_share is None else self.chosen_share >= CERTAIN
 
     @property
     def justified(self) -> bool:

@@ -31,7 +31,7 @@ class Step:
     """A model on the way: `effect` is what was added last, None for the model as it came.
 
     `dropped` are effects that this one made superfluous; `chosen_share` is how often it was
-    selected over resamples, None for the model as it came.
+    selected over resamples, None for the model as it came and where that cannot be told.
     """
 
     effect: str | None
@@ -150,7 +150,8 @@ def _finished(where: Path, key: str) -> dict | None:
                 return None
             if content["verdict"] == MISSING:
                 effect = content["ranking"][0]["effect"]
-                if not is_number(content["ranking"][0]["chosen_share"]):
+                share = content["ranking"][0]["chosen_share"]
+                if share is not None and not is_number(share):
                     return None
                 if effect not in read_model(_model_with(where, effect)).effects:
                     return None

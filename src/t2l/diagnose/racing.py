@@ -48,13 +48,14 @@ class Fitted:
         fits: by the effect's name; leaders on the shortlist, the others on what is screened.
         leaders: the likeliest few, best first.
         pair: two effects that explain far more together.
-        shares: by name, how often an effect is selected over resamples.
+        shares: by name, how often an effect is selected over resamples; None where that cannot
+            be told.
     """
 
     fits: dict[str, LeastSquares]
     leaders: list[str]
     pair: Pair | None
-    shares: dict[str, float]
+    shares: dict[str, float | None]
 
 
 def fit_all(

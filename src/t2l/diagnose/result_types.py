@@ -88,7 +88,7 @@ class _Candidate(TypedDict):
     validation_rmse_q_rad: FiniteFloat
     test_rmse_q_rad: FiniteFloat | None
     improvement: _Improvement
-    chosen_share: FiniteFloat
+    chosen_share: FiniteFloat | None
     parameters: Mapping[str, _Parameter]
     tied_with: list[str]
     why: str

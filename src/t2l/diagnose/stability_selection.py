@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.diagnose.settings import MATERIAL, MOST_TOGETHER, SELECTIONS
+from t2l.diagnose.settings import LEAST_BLOCKS, MATERIAL, MOST_TOGETHER, SELECTIONS
 
 RIDGE = 1e-9  # of a column's square: keeps what columns share at a finite coefficient
 SEED = 0  # of the resamples
@@ -69,8 +69,13 @@ class Dictionary:
         self.products = np.stack([p.T @ p for p in np.split(columns[order], starts[1:])])
 
     def selections(self) -> Iterator[tuple[str, ...]]:
-        """The groups selected on each of `SELECTIONS` resamples of blocks, sorted by name."""
+        """The groups selected on each of `SELECTIONS` resamples of blocks, sorted by name.
+
+        None at all where there are fewer than `LEAST_BLOCKS`.
+        """
         rng, count = np.random.default_rng(SEED), len(self.products)
+        if count < LEAST_BLOCKS:
+            return
         for _ in range(SELECTIONS):
             drawn = np.bincount(rng.integers(0, count, count), minlength=count)
             if (drawn == 0).any():
@@ -118,13 +123,7 @@ class Dictionary:
         return float(np.sqrt(max(left + weights @ judging[np.ix_(at, at)] @ weights, 0.0)))
 
 
-def shares(selections: Sequence[tuple[str, ...]], names: Sequence[str]) -> dict[str, float]:
-    """How often each group was selected, as a share of the resamples."""
+def shares(selections: Sequence[tuple[str, ...]], names: Sequence[str]) -> dict[str, float | None]:
+    """How often each group was selected, as a share of the resamples; None if there are none."""
     counts = Counter(name for chosen in selections for name in chosen)
-    return {name: counts[name] / max(len(selections), 1) for name in names}
-
-
-def sets(selections: Sequence[tuple[str, ...]], most: int) -> list[tuple[str, ...]]:
-    """The sets of two and more that came out most often, at most so many."""
-    counts = Counter(chosen for chosen in selections if len(chosen) > 1)
-    return [chosen for chosen, _ in counts.most_common(most)]
+    return {name: counts[name] / len(selections) if selections else None for name in names}

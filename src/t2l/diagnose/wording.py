@@ -27,12 +27,12 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == MISSING:
         best = diagnosis.ranking[0]
         tied = f", tied with {_names(best.tied_with)}" if best.tied_with else ""
-        sure = "" if best.certain else f" (uncertain: {chosen(best)})"
+        uncertain = " (uncertain)" if best.certain is False else ""
         after = "grows without bound"
         if best.test_rmse_rad is not None:
             after = f"goes from {error:.3g} to {1e3 * best.test_rmse_rad:.3g} mrad"
         return (
-            f"The model lacks {best.effect.title}{sure}{tied}: with it the test error {after} "
+            f"The model lacks {best.effect.title}{uncertain}{tied}: with it the test error {after} "
             f"(noise {floor:.3g} mrad)."
         )
     return (
@@ -61,8 +61,6 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
             f" On {joint} the missing torque correlates with {effect.follows} by "
             f"{correlations[joint]:+.2f}."
         )
-    sure = f" It is {chosen(candidate)}"
-    sure += "." if candidate.certain else ", less than half: this is uncertain."
     together = ""
     if candidate.partner and candidate.together:
         together = (
@@ -72,13 +70,16 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
     return (
         f"{effect.signature[0].upper()}{effect.signature[1:]}.{seen} With {effect.title} "
         f"the validation error falls by {100 * gain.fraction:.0f} % "
-        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together}{sure}"
+        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together} {chosen(candidate)}"
     )
 
 
 def chosen(candidate: Candidate) -> str:
-    """How often it is selected, as the end of a sentence."""
-    return f"chosen in {100 * candidate.chosen_share:.0f} % of the resamples"
+    """How often it is selected, in a sentence."""
+    if candidate.chosen_share is None:
+        return "The recordings are too short to tell how sure the choice is."
+    sure = "" if candidate.certain else ", less than half: this is uncertain"
+    return f"It is chosen in {100 * candidate.chosen_share:.0f} % of the resamples{sure}."
 
 
 def as_json(diagnosis: Diagnosis, extra: dict[str, Any]) -> dict[str, Any]:

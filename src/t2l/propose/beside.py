@@ -89,11 +89,12 @@ def _before(where: Path, key: str) -> dict[str, str] | None:
 
 
 def _kept(explanation: Explanation, where: Path, key: str) -> Explanation:
-    """The explanation, recorded so that a second run need not do the same again."""
+    """The explanation as its files have it, so that a second run need not do the same again."""
+    without = explanation.model.without
     write_model(explanation.model, where / MODEL, "the model with the known effects that stand")
     record = {"fingerprint": key, "verdict": explanation.verdict, "sentence": explanation.sentence}
     write_text(json.dumps(record) + "\n", where / RECORD)
-    return explanation
+    return replace(explanation, model=replace(read_model(where / MODEL), without=without))
 
 
 def _retracted(found: Reconsidered, explanation: Explanation) -> str:

@@ -7,6 +7,9 @@ if the others and the laws, fitted again without it, leave as little.
 
 Several wrong names together may even reach the noise. So two names or more stand against one law
 alone: they are dropped if it leaves as little with fewer effective parameters than they have.
+
+Laws are learned from training samples alone. On validation samples, which chose the names, they
+must show the same, or the names stand as they are.
 """
 
 from collections.abc import Sequence
@@ -21,7 +24,7 @@ from t2l.propose.decision import NEAR, Decision, decide
 from t2l.propose.freedom import freedom
 from t2l.propose.proposal import Proposal, error_of, finished
 from t2l.propose.refit import State, refit
-from t2l.propose.search import Progress, Search, search, without
+from t2l.propose.search import LEAST_IMPROVEMENT, Progress, Search, search, without
 from t2l.propose.split import few, split
 
 RECORDINGS = 12  # at most that curves are learned from: more cost time and add little
@@ -33,6 +36,7 @@ class Reconsidered:
     """The model with the names that stand, and what is proposed.
 
     Attributes:
+        model: without the laws; with the values that fit beside them where a name was dropped.
         dropped: names of adopted effects that do not stand.
         decision: on all adopted effects together.
     """
@@ -101,9 +105,26 @@ def _reconsidered(
     proposal = finished(
         base, found, predictor, evidence.test, evidence.train_mask[at], evidence.test_mask
     )
-    kept = {n: v for n, v in final.effects.items() if n not in dropped}
-    model = proposal.model if found.laws else replace(final, effects=kept)
+    if found.laws and not _confirmed(proposal, final, dropped, evidence):
+        names_alone = _without_laws(found, final, predictor, split(predictor)[1])
+        return _reconsidered(original, final, names_alone, [], evidence, None)
+    model = proposal.model if dropped else final
     return Reconsidered(model, proposal, tuple(dropped), decision)
+
+
+def _confirmed(
+    proposal: Proposal, final: Model, dropped: Sequence[str], evidence: Evidence
+) -> bool:
+    """Whether laws do on validation samples what they did where they were chosen."""
+    where = evidence.validation, evidence.validation_mask
+    known, with_laws = error_of(final, *where), error_of(proposal.with_curves, *where)
+    return with_laws <= (NEAR if dropped else 1 - LEAST_IMPROVEMENT) * known
+
+
+def _without_laws(found: Search, final: Model, predictor: Predictor, chosen: np.ndarray) -> Search:
+    """`found`, had it taken no law beside `final`."""
+    state, left = State(*final.vector(predictor.joints)), error_of(final, predictor, chosen)
+    return replace(found, state=state, baseline_rad=left, rmse_rad=left)
 
 
 def _one_law(
