@@ -20,6 +20,7 @@ class CoulombFriction(Effect):
             50.0,
             "friction torque added to the MJCF's frictionloss",
             adds_to="dof_frictionloss",
+            kinked=True,
         ),
     )
     summary = "dry friction: a constant torque against the motion that holds the joint at rest"

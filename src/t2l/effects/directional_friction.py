@@ -15,7 +15,7 @@ class DirectionalFriction(Effect):
     parameters = tuple(
         Parameter(
             way, "N·m", -20.0, 50.0, f"against {sign} velocity, added to the MJCF's frictionloss",
-            adds_to="dof_frictionloss",
+            adds_to="dof_frictionloss", kinked=True,
         )
         for way, sign in (("forward", "positive"), ("backward", "negative"))
     )  # fmt: skip

@@ -29,6 +29,8 @@ class Parameter:
         log: fitted by its logarithm (positive quantities that span decades).
         per_joint: one value a joint; otherwise one for the robot.
         rough: the error jumps with it, so that no derivative helps.
+        kinked: the error has kinks over it, as where a joint begins to stick; a derivative must
+            look across them.
         size: a value that makes a difference, for derivatives where first guesses are zero.
     """
 
@@ -41,6 +43,7 @@ class Parameter:
     log: bool = False
     per_joint: bool = True
     rough: bool = False
+    kinked: bool = False
     size: float = 0.0
     adds_to: str = ""
 

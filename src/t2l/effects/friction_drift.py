@@ -16,7 +16,7 @@ class FrictionDrift(Effect):
         *(
             Parameter(
                 f"at_{when}", "N·m", -20.0, 50.0, f"friction at the {when}, added to the MJCF's",
-                adds_to="dof_frictionloss",
+                adds_to="dof_frictionloss", kinked=True,
             )
             for when in ("start", "end")
         ),

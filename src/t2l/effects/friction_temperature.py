@@ -12,7 +12,7 @@ class FrictionTemperature(Effect):
     parameters = (
         Parameter(
             "torque", "N·m", -20.0, 50.0, "friction at 25 °C, added to the MJCF's",
-            adds_to="dof_frictionloss",
+            adds_to="dof_frictionloss", kinked=True,
         ),
         Parameter("per_kelvin", "N·m/K", -5.0, 5.0, "change of it, c", size=1e-3),
     )  # fmt: skip

@@ -12,8 +12,10 @@ class LoadDependentFriction(Effect):
     name = "load_dependent_friction"
     title = "load-dependent friction"
     parameters = (
-        Parameter("motor", "1", 0.0, 1.0, "friction per motor torque"),
-        Parameter("load", "1", 0.0, 1.0, "friction per external torque (gravity, Coriolis)"),
+        Parameter("motor", "1", 0.0, 1.0, "friction per motor torque", kinked=True),
+        Parameter(
+            "load", "1", 0.0, 1.0, "friction per external torque (gravity, Coriolis)", kinked=True
+        ),
     )
     summary = "dry friction of gear teeth under load, in proportion to the torque they transmit"
     signature = "the error follows the direction of motion and grows with the torque transmitted"

@@ -19,8 +19,11 @@ class StribeckFriction(Effect):
             50.0,
             "friction in fast motion, added to the MJCF's",
             adds_to="dof_frictionloss",
+            kinked=True,
         ),
-        Parameter("extra_at_rest", "N·m", 0.0, 50.0, "by how much breakaway exceeds it"),
+        Parameter(
+            "extra_at_rest", "N·m", 0.0, 50.0, "by how much breakaway exceeds it", kinked=True
+        ),
         Parameter("velocity", "rad/s", 0.002, 3.0, "velocity at which the excess fades", log=True),
     )
     summary = "dry friction that falls from a breakaway torque to a lower level in motion"

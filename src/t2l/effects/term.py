@@ -49,7 +49,7 @@ class Layout:
         slots: what each element of u is.
         lower, upper: (n,) bounds of u.
         neutral: (n,) u where the effects are absent, or the bound nearest to that; NaN if at none.
-        rough: (n,) bool, elements without a useful derivative.
+        rough, kinked: (n,) bool, elements without a useful derivative, or with kinks.
     """
 
     def __init__(self, terms: Sequence[Term]):
@@ -62,6 +62,7 @@ class Layout:
         ]
         self.log = np.array([slot.parameter.log for slot in self.slots], bool)
         self.rough = np.array([slot.parameter.rough for slot in self.slots], bool)
+        self.kinked = np.array([slot.parameter.kinked for slot in self.slots], bool)
         self.lower = self._scaled(np.array([slot.lower for slot in self.slots], float))
         self.upper = self._scaled(np.array([slot.parameter.upper for slot in self.slots], float))
         neutral = np.array([slot.parameter.neutral for slot in self.slots], float)

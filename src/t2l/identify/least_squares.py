@@ -14,6 +14,7 @@ from t2l.effects.term import Layout, Slot
 from t2l.identify.optimiser import Optimiser
 
 RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
+ACROSS_KINKS = 0.05  # likewise, where a joint that sticks a little longer makes a kink
 DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
 TOLERANCE = 1e-3
 LARGEST_LOG_STEP = 1.5
@@ -138,10 +139,10 @@ class LeastSquares(Optimiser):
         return self.diagonal and slot.joint is not None and not slot.term.effect.coupled
 
     def _differences(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        step = np.where(
-            self.layout.log, 10 * RELATIVE_STEP, RELATIVE_STEP * np.maximum(np.abs(u), self.size)
-        )
-        step = np.where(u + step > self.layout.upper, -step, step)
+        layout = self.layout
+        relative = np.where(layout.kinked, ACROSS_KINKS, RELATIVE_STEP)
+        step = np.where(layout.log, 10 * relative, relative * np.maximum(np.abs(u), self.size))
+        step = np.where(u + step > layout.upper, -step, step)
         columns = self._columns()
         points = np.repeat(u[None], len(columns), axis=0)
         for row, members in enumerate(columns):
