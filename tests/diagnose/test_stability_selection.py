@@ -87,3 +87,17 @@ def test_an_effect_is_not_selected_beside_one_that_contains_it():
     one = Group("one", wave(0.3)[:, None], 1, frozenset({"wider"}))
     for chosen in dictionary(wave(0.3) + wave(0.7) + noise(0.05), [wider, one]).selections():
         assert chosen == ("wider",)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_groups_that_overlap_are_not_added_and_dropped_for_ever(seed):
+    rng = np.random.default_rng(seed)
+    block = np.repeat(np.arange(7), 25)
+    shared = rng.normal(size=(len(block), 3))
+    groups = [
+        Group(f"group {i}", shared @ rng.normal(size=(3, 2)) + rng.normal(size=(len(block), 2)), i)
+        for i in range(12)
+    ]
+    target = shared @ rng.normal(size=3) + rng.normal(size=len(block))
+    few = Dictionary(target, np.zeros((len(block), 0)), groups, block)
+    assert 40 < len(list(few.selections())) <= SELECTIONS

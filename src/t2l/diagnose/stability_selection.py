@@ -97,14 +97,17 @@ class Dictionary:
                 for name, group in self.groups.items()
                 if name not in chosen and not group.excludes & set(chosen)
             }
-            if not errors or min(errors.values()) > (1 - MATERIAL) * error:
+            earning = {n: e for n, e in errors.items() if e <= (1 - MATERIAL) * error}
+            if not earning:
                 break
-            name = self._simplest(errors)
+            name = self._simplest(earning)
             chosen, error = [*chosen, name], errors[name]
+            # below what was left before it was added, so that no set comes a second time
+            limit = error / (1 - MATERIAL)
             for other in chosen[:-1]:
                 rest = [c for c in chosen if c != other]
                 without = self._error(rest, fitted, judging)
-                if without * (1 - MATERIAL) < error:
+                if without < limit:
                     chosen, error = rest, without
         return tuple(sorted(chosen))
 
