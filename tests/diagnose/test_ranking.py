@@ -8,7 +8,7 @@ from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
 from t2l.diagnose.artefacts import write_diagnosis
-from t2l.diagnose.candidate import Candidate, mark_ties, rank
+from t2l.diagnose.candidate import Candidate, alike, mark_ties, rank
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, UNEXPLAINED, adopt, diagnose
 from t2l.effects.registry import builtin
@@ -169,6 +169,18 @@ def test_less_error_ranks_first_and_fewer_parameters_among_equals():
     ]  # fmt: skip
     clearly_better = candidate("stribeck_friction", 0.9)
     assert names(rank([coulomb, clearly_better]))[0] == "stribeck_friction"
+
+
+def test_what_hardly_any_resample_selects_is_not_adopted():
+    doubtful, sure = candidate("velocity_filter", 1.0), candidate("stribeck_friction", 1.02)
+    doubtful.chosen_share, sure.chosen_share = 0.02, 0.3
+    assert doubtful.improvement.lower > 0
+    assert not doubtful.justified
+    assert names(rank([doubtful, sure])) == ["stribeck_friction", "velocity_filter"]
+    assert alike(rank([doubtful, sure])) == ["stribeck_friction"]
+    # nor is a worse one in its place
+    worse = candidate("stribeck_friction", 1.5)
+    assert names(rank([doubtful, worse])) == ["velocity_filter", "stribeck_friction"]
 
 
 def test_explanations_as_good_as_the_first_are_tied_unless_one_contains_the_other():

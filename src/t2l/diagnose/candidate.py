@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.diagnose.settings import CERTAIN
+from t2l.diagnose.settings import CERTAIN, LEAST_SHARE
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import Improvement
@@ -63,9 +63,15 @@ class Candidate:
         return None if self.chosen_share is None else self.chosen_share >= CERTAIN
 
     @property
+    def doubtful(self) -> bool:
+        """Whether hardly any resample selects it: then one stretch of the log asks for it."""
+        return self.chosen_share is not None and self.chosen_share < LEAST_SHARE
+
+    @property
     def justified(self) -> bool:
         """Whether it, or it with its partner, earns its place on data it has not seen."""
-        return _earns(self.improvement) or (self.together is not None and _earns(self.together))
+        together = self.together is not None and _earns(self.together)
+        return together or (_earns(self.improvement) and not self.doubtful)
 
 
 @dataclass(frozen=True)
@@ -82,13 +88,13 @@ class Pair:
 
 
 def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Best first by validation error; among equals the one with fewer parameters."""
+    """Best first by validation error; among equals one that is not doubtful, of few parameters."""
     left = sorted(candidates, key=lambda c: c.validation_rmse_rad)
     ranking = []
     while left:
         best = left[0].validation_rmse_rad
         alike = [c for c in left if c.validation_rmse_rad <= (1 + TIED) * best]
-        first = min(alike, key=lambda c: (len(c.layout), c.validation_rmse_rad))
+        first = min(alike, key=lambda c: (c.doubtful, len(c.layout), c.validation_rmse_rad))
         ranking.append(first)
         left.remove(first)
     return ranking
@@ -100,7 +106,9 @@ def alike(ranking: Sequence[Candidate]) -> list[str]:
         return [c.effect.name for c in ranking[:1]]
     limit = (1 + TIED) * ranking[0].validation_rmse_rad
     return [
-        c.effect.name for i, c in enumerate(ranking) if i == 0 or c.validation_rmse_rad <= limit
+        c.effect.name
+        for i, c in enumerate(ranking)
+        if i == 0 or (c.validation_rmse_rad <= limit and not c.doubtful)
     ]
 
 
@@ -114,7 +122,7 @@ def mark_ties(ranking: Sequence[Candidate]) -> None:
         nested = (
             first.effect.name in other.effect.contains or other.effect.name in first.effect.contains
         )
-        if alike and not nested:
+        if alike and not nested and not other.doubtful:
             first.tied_with.append(other.effect.name)
             other.tied_with.append(first.effect.name)
 

@@ -150,6 +150,7 @@ def _ranking(
         draft_before = _residual(draft, held, so_far)
     candidates = _judge(draft, held, found.fits, draft_before)
     for name, candidate in candidates.items():
+        candidate.chosen_share = found.shares[name]
         where = (evidence.screen, evidence.screen_mask)
         if name in found.leaders:
             where = (evidence.shortlist, evidence.shortlist_mask)
@@ -163,8 +164,6 @@ def _ranking(
         ranking = promote(rank(candidates.values()), found.pair, together)
         first = [name for name in alike(ranking) if name not in full]
         if not first:
-            for candidate in ranking:
-                candidate.chosen_share = found.shares[candidate.effect.name]
             mark_ties(ranking)
             return ranking
         progress(f"fitting {', '.join(first)} to all recordings", 0.9)
@@ -175,6 +174,7 @@ def _ranking(
             del candidates[name]
             if name in judged and judged[name].train_rmse_rad < HARMFUL * train:
                 candidates[name] = judged[name]
+                candidates[name].chosen_share = found.shares[name]
                 candidates[name].uncertainty = uncertainty(
                     fits[name], evidence.train, evidence.train_mask
                 )

@@ -79,6 +79,8 @@ def chosen(candidate: Candidate) -> str:
     if candidate.chosen_share is None:
         return "The recordings are too short to tell how sure the choice is."
     sure = "" if candidate.certain else ", less than half: this is uncertain"
+    if candidate.doubtful:
+        sure = ", too rarely to be adopted"
     return f"It is chosen in {100 * candidate.chosen_share:.0f} % of the resamples{sure}."
 
 
