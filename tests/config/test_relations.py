@@ -44,7 +44,8 @@ def test_what_cannot_run_is_named(config, refused, section, keys, message):
     ],
 )
 def test_conditions_are_checked(config, refused, keys, message):
-    config["sim_to_real"]["conditions"][1].update(keys)
+    second = {"name": "another", "task": "joint_reach", **keys}
+    config["sim_to_real"]["conditions"].append(second)
     assert f"config: sim_to_real.conditions{message}" in refused(config)
 
 
