@@ -58,12 +58,12 @@ def effect_of(name, joint="hinge"):
     }
 
 
-def exported(folder, robot, effects, gravity_compensation=False, found=None, files=()):
+def exported(folder, robot, effects, gravity_compensation=False, found=None, files=(), learned=()):
     log = recording(
         robot, swing(0.5, 0.8), kp=20.0, kd=0.8, duration_s=1.5,
         gravity_compensation=gravity_compensation,
     )  # fmt: skip
-    model = Model(robot, effects, files)
+    model = Model(robot, effects, files, learned)
     controller = Controller(log.joints, log.kp, log.kd, log.control_rate_hz, gravity_compensation)
     layout, u = model.vector(log.joints)
     folder.mkdir(exist_ok=True)

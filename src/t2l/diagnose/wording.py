@@ -64,7 +64,7 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
     together = ""
     if candidate.partner and candidate.together:
         together = (
-            f" Together with {candidate.partner} it explains more than alone: "
+            f" Together with {candidate.partner.replace('_', ' ')} it explains more than alone: "
             f"{100 * candidate.together.fraction:.0f} %."
         )
     return (

@@ -15,6 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.law import FRICTION, HYSTERESIS, OTHERS, TORQUE, Curve, Law
 from t2l.sim.servo import ServoLoop
@@ -63,6 +64,8 @@ class LearnedTorque(Effect):
             "at": grid,
             "torque": curve(grid),
         }
+        if law.kind == FRICTION:
+            export_friction(to, joints, np.zeros(len(joints)))
         to.call(self.name, learned_law, joints, own)
 
 

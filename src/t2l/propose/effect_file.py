@@ -19,7 +19,7 @@ Edit it as you like: name, formula, constants and bounds are yours.
 import numpy as np
 
 from t2l.effects import Effect, Parameter
-from t2l.effects.law import Law
+{imports}from t2l.effects.law import Law
 from t2l.effects.learned import demanded, variable
 
 LAW = Law({kind!r}, {joint!r}, {follows!r}, {of!r})
@@ -61,7 +61,7 @@ INSTALL_TORQUE = """{motor}
 
 EXPORT = '''
     def export(self, to, joints, values):
-        to.call(self.name, push, joints, {{**values, "of": to.joints.index(LAW.of)}})
+{room}        to.call(self.name, push, joints, {{**values, "of": to.joints.index(LAW.of)}})
 
 
 def push(robot, joints, values):
@@ -71,7 +71,11 @@ def push(robot, joints, values):
     robot.{signal}[joints] += {text}
 '''
 
-# what an exported robot calls the variables; it does not know the time
+# the MJCF's own friction stays beside what is added
+ROOM = "        export_friction(to, joints, np.zeros(len(joints)))\n"
+ROOM_IMPORT = "from t2l.effects.coulomb_friction import export_friction\n"
+
+# what an exported robot calls the variables
 EXPORTED = {
     "constant": "0.0",
     "position": 'robot.angle[values["of"]]',
@@ -80,6 +84,7 @@ EXPORTED = {
     "commanded torque": 'robot.motor[values["of"]]',
     "commanded torque size": 'abs(robot.motor[values["of"]])',
     "load": 'robot.load[values["of"]]',
+    "time": "robot.data.time + 0.5 * robot.period_s",
 }
 
 INSTALL_FRICTION = """        qpos = loop.batch.qpos
@@ -119,9 +124,10 @@ def effect_text(law: Law, formula: Formula) -> str:
         export = EXPORT.format(
             x=EXPORTED[law.follows], arguments=", ".join(formula.values), text=formula.text,
             names=(*formula.values, "of"), signal="friction" if dry else "torque",
+            room=ROOM if dry else "",
         )  # fmt: skip
     text = TEXT.format(
-        title=title,
+        title=title, imports=ROOM_IMPORT if dry and export else "",
         sentence=f"{'F' if dry else 'τ'} = {formula.sentence(4)}",
         variable=f"{law.follows} of {law.of}" + (f", {law.unit}" if law.unit else ""),
         kind=law.kind, joint=law.joint, follows=law.follows, of=law.of,
