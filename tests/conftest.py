@@ -39,18 +39,28 @@ def demonstrations(task):
     return demonstrate(task, count=8, max_attempts=16, rng=np.random.default_rng(7), threads=2)
 
 
+# files of tests/workflow that share one smoke run
+OF_THE_SMOKE_RUN = ("test_kills", "test_slurm", "test_smoke", "test_transfer")
+
+
 def pytest_xdist_make_scheduler(config, log):
     """Files stay together where tests run side by side, and so do all that share one smoke run."""
     from xdist.scheduler import LoadScopeScheduling
 
     class ByFile(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            file = nodeid.split("::")[0]
-            return "workflow" if file.startswith("tests/workflow/") else file
+            file = Path(nodeid.split("::")[0])
+            shares = file.parent.name == "workflow" and file.stem in OF_THE_SMOKE_RUN
+            return "the smoke run" if shares else str(file)
 
     return ByFile(config, log)
 
 
 def pytest_collection_modifyitems(items):
-    """What takes longest begins."""
-    items.sort(key=lambda item: item.path.parent.name != "workflow")
+    """What takes longest begins: the smoke run on one processor, other workflows on another."""
+
+    def turn(item):
+        workflow = item.path.parent.name == "workflow"
+        return not (workflow and item.path.stem in OF_THE_SMOKE_RUN), not workflow
+
+    items.sort(key=turn)
