@@ -1,4 +1,4 @@
-"""Cheaper evidence to choose and fit effects by, where recordings are many or long.
+"""Cheaper evidence to choose and fit effects by.
 
 Every effect is tried on what is cheap, and what looks likeliest on what is dear: on the beginnings
 of long recordings, and with coarser ticks of the control loop.
@@ -9,15 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence
-from t2l.diagnose.settings import MANY
 from t2l.effects.term import Layout
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request
 
 COARSENESS = (5, 4, 2)  # control periods a tick that are tried
-LONG = 8000  # ticks of one recording, which are simulated one after the other
 NEGLIGIBLE = 0.3  # of the noise: adds 4 % to an error that is noise alone
-SMALL = 0.01  # of the model's error: adds nothing to what an effect takes off it
 SCREENED_S = 5.0  # of a recording half as long again or longer
 ALIKE = 0.5  # of a joint's mean squared error: what is cut off is no other
 
@@ -26,17 +23,11 @@ def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evi
     """`evidence` with all but `train` and `holdout` simulated at fewer ticks.
 
     At the fewest that change the prediction of model `layout`, `u` negligibly beside the noise of
-    what was measured or beside what the model misses. Where there are few recordings and none is
-    long every tick is simulated.
+    what was measured.
     """
-    recordings = evidence.train.recordings
-    ticks = max(recording.duration_s * recording.control_rate_hz for recording in recordings)
-    if len(recordings) < MANY and ticks < LONG:
-        return evidence
     screen, request = evidence.screen, Request(layout, u[None])
     exact = screen.predict([request])[0][0]
-    missed = np.sqrt(np.mean((exact - screen.samples.q)[evidence.screen_mask] ** 2))
-    limit = max(NEGLIGIBLE * noise_floor(list(screen.recordings)), SMALL * missed)
+    limit = NEGLIGIBLE * noise_floor(list(screen.recordings))
     for coarseness in COARSENESS:
         coarse = screen.of(screen.recordings, coarseness)
         change = np.sqrt(np.mean((coarse.predict([request])[0][0] - exact) ** 2))
