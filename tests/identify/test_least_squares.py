@@ -77,6 +77,19 @@ def test_a_linear_problem_is_solved_in_a_few_rounds():
     assert fit.iterations <= 6
 
 
+def test_an_angle_that_does_nothing_at_first_does_not_hold_the_other_back():
+    """As a base that leans to the side: no derivative at zero, and so the wildest step."""
+    layout = Layout([Term(builtin()["base_tilt"], (0, 1))])
+    fit = LeastSquares(layout, np.array([0.0, 0.03]), np.full(2, 0.02))
+
+    def residual(u):
+        roll, pitch = np.cos(u[0]) - np.cos(0.05), np.sin(u[1]) - np.sin(0.1)
+        return A @ np.array([roll, pitch])
+
+    drive(fit, residual)
+    assert np.abs(fit.u) == pytest.approx([0.05, 0.1], abs=1e-3)
+
+
 def test_a_step_into_divergence_is_not_taken():
     """Half of the space explodes, and the best point lies close to its edge."""
     fit, truth = two_offsets(), np.array([0.3, -2.0])

@@ -33,8 +33,8 @@ class Candidate:
         partner: the effect with which it explains far more than either alone.
         together: improvement of the two over the model so far, by validation.
         why: a sentence for people.
-        chosen_share: how often it is selected, over resamples of what is screened; None where
-            these are too few to tell.
+        chosen_share: in what share of the resamples of what is screened it explains as well as
+            anything; None where these are too few to tell.
     """
 
     effect: Effect
@@ -59,19 +59,24 @@ class Candidate:
 
     @property
     def certain(self) -> bool | None:
-        """Whether it is selected in at least half of the resamples."""
+        """Whether it explains as well as anything in at least half of the resamples."""
         return None if self.chosen_share is None else self.chosen_share >= CERTAIN
 
     @property
     def doubtful(self) -> bool:
-        """Whether hardly any resample selects it: then one stretch of the log asks for it."""
+        """Whether it does in hardly any: then one stretch of the log asks for it."""
         return self.chosen_share is not None and self.chosen_share < LEAST_SHARE
 
     @property
     def justified(self) -> bool:
         """Whether it, or it with its partner, earns its place on data it has not seen."""
         together = self.together is not None and _earns(self.together)
-        return together or (_earns(self.improvement) and not self.doubtful)
+        return together or (self.earns and not self.doubtful)
+
+    @property
+    def earns(self) -> bool:
+        """Whether it makes the validation error less."""
+        return _earns(self.improvement)
 
 
 @dataclass(frozen=True)
@@ -87,24 +92,33 @@ class Pair:
         return self.second if name == self.first else self.first
 
 
-def rank(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Best first by validation error; among equals one that is not doubtful, of few parameters."""
+def _as_good_as(error: float, quiet: float) -> float:
+    """The largest error in rad that explains as well as `error`."""
+    return max((1 + TIED) * error, quiet)
+
+
+def rank(candidates: Sequence[Candidate], quiet: float = 0.0) -> list[Candidate]:
+    """Best first by validation error; among equals one that is not doubtful, of few parameters.
+
+    Args:
+        quiet: RMSE in rad up to which all that is left is measurement.
+    """
     left = sorted(candidates, key=lambda c: c.validation_rmse_rad)
     ranking = []
     while left:
-        best = left[0].validation_rmse_rad
-        alike = [c for c in left if c.validation_rmse_rad <= (1 + TIED) * best]
+        limit = _as_good_as(left[0].validation_rmse_rad, quiet)
+        alike = [c for c in left if c.validation_rmse_rad <= limit]
         first = min(alike, key=lambda c: (c.doubtful, len(c.layout), c.validation_rmse_rad))
         ranking.append(first)
         left.remove(first)
     return ranking
 
 
-def alike(ranking: Sequence[Candidate]) -> list[str]:
+def alike(ranking: Sequence[Candidate], quiet: float = 0.0) -> list[str]:
     """Names of the first and, if it earns its place, of those that explain as well as it."""
     if not ranking or not ranking[0].justified:
         return [c.effect.name for c in ranking[:1]]
-    limit = (1 + TIED) * ranking[0].validation_rmse_rad
+    limit = _as_good_as(ranking[0].validation_rmse_rad, quiet)
     return [
         c.effect.name
         for i, c in enumerate(ranking)
@@ -112,17 +126,17 @@ def alike(ranking: Sequence[Candidate]) -> list[str]:
     ]
 
 
-def mark_ties(ranking: Sequence[Candidate]) -> None:
+def mark_ties(ranking: Sequence[Candidate], quiet: float = 0.0) -> None:
     """Note which effects explain as well as the first, unless one merely contains the other."""
     if not ranking or not ranking[0].justified or ranking[0].partner:
         return
     first = ranking[0]
     for other in ranking[1:]:
-        alike = abs(other.validation_rmse_rad / first.validation_rmse_rad - 1) <= TIED
+        less, more = sorted((first.validation_rmse_rad, other.validation_rmse_rad))
         nested = (
             first.effect.name in other.effect.contains or other.effect.name in first.effect.contains
         )
-        if alike and not nested and not other.doubtful:
+        if more <= _as_good_as(less, quiet) and not nested and not other.doubtful:
             first.tied_with.append(other.effect.name)
             other.tied_with.append(first.effect.name)
 

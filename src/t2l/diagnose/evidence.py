@@ -28,7 +28,6 @@ class Evidence:
         train, validation, test: predictors; one and the same where blocks of time are taken.
         shortlist, screen: predictors of some of the training recordings, or of all if few.
         draft: predictor of all training recordings for all but the last steps of a fit to them.
-        validation_draft: predictor of validation for what was not fitted to all recordings.
         train_mask, …: (nsample,) bool of each predictor's samples.
         split: what became validation and test samples, in words.
     """
@@ -44,7 +43,6 @@ class Evidence:
     screen: Predictor
     screen_mask: np.ndarray
     draft: Predictor
-    validation_draft: Predictor
     split: str
 
 
@@ -85,7 +83,7 @@ def gather(
     return Evidence(
         train, masks[0], validation, masks[1], tested, masks[2],
         *_over_the_gains(train, masks[0], settings.SHORTLISTED), *_screened(train, masks[0]),
-        train, validation, f"validation: {chooses}; test: {reports}",
+        train, f"validation: {chooses}; test: {reports}",
     )  # fmt: skip
 
 

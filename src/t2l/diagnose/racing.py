@@ -11,7 +11,6 @@ from t2l.diagnose.idle_joints import without_idle_joints
 from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
 from t2l.diagnose.pairs import best_pair
 from t2l.diagnose.responses import dictionary_of
-from t2l.diagnose.stability_selection import shares
 from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
@@ -48,8 +47,8 @@ class Fitted:
         fits: by the effect's name; leaders on the shortlist, the others on what is screened.
         leaders: the likeliest few, best first.
         pair: two effects that explain far more together.
-        shares: by name, how often an effect is selected over resamples; None where that cannot
-            be told.
+        shares: by name, in what share of the resamples an effect explains as well as anything;
+            None where that cannot be told.
     """
 
     fits: dict[str, LeastSquares]
@@ -98,8 +97,9 @@ def fit_all(
     mild = {key_of(term): response for term, (_, response) in zip(terms, guesses, strict=True)}
     every = tuple(range(len(screen.joints)))
     mild = {name: mild[name, every] for name in fits}
-    selections = list(dictionary_of(fits, mild, so_far, evidence).selections())
-    chosen = shares(selections, list(fits))
+    told = dictionary_of(fits, mild, so_far, evidence).shares()
+    # of what every simulation ran away with there is no response
+    chosen = {name: told.get(name) for name in fits}
     pair = None
     if least_loss(fits) > (PARTIAL * floor) ** 2:
         progress("trying pairs of effects", 0.5)

@@ -10,6 +10,7 @@ from t2l.diagnose.candidate import Candidate, alike, mark_ties, promote, rank
 from t2l.diagnose.evidence import Evidence, pooled
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import Progress, fit_all, fit_fully
+from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify import block_bootstrap as judge
@@ -23,8 +24,9 @@ logger = logging.getLogger(__name__)
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
 
-AT_THE_FLOOR = 1.10  # times the noise floor: what remains is measurement
-NEAR_THE_FLOOR = 1.25  # likewise, if no effect improves on it
+NEAR_THE_FLOOR = (
+    1.25  # times the noise floor: what remains is measurement, if no effect improves on it
+)
 HARMFUL = 1.05  # times the training error before: a fit that ran away, whatever validation says
 SEED = 0  # of the bootstrap
 
@@ -144,11 +146,8 @@ def _ranking(
     """The effects fitted and judged, best first; what is first is fitted on all samples."""
     found = fit_all(evidence, adopted, u, effects, floor, progress)
     progress("judging on validation data", 0.85)
-    held, draft, draft_before = evidence.validation_mask, evidence.validation_draft, before
-    if draft is not evidence.validation:
-        so_far = draft.predict([Request(adopted, u[None])])[0][0]
-        draft_before = _residual(draft, held, so_far)
-    candidates = _judge(draft, held, found.fits, draft_before)
+    held = evidence.validation_mask
+    candidates = _judge(evidence.validation, held, found.fits, before)
     for name, candidate in candidates.items():
         candidate.chosen_share = found.shares[name]
         where = (evidence.screen, evidence.screen_mask)
@@ -156,15 +155,17 @@ def _ranking(
             where = (evidence.shortlist, evidence.shortlist_mask)
         candidate.uncertainty = uncertainty(found.fits[name], *where)
     full: set[str] = set()
+    quiet = AT_THE_FLOOR * floor
     together = None
     if found.pair:
-        pair = _judge(draft, held, {found.pair.second: found.pair.fit}, draft_before)
-        together = next((both.improvement for both in pair.values()), None)
+        both = {found.pair.second: found.pair.fit}
+        pair = _judge(evidence.validation, held, both, before)
+        together = next((judged.improvement for judged in pair.values()), None)
     while True:
-        ranking = promote(rank(candidates.values()), found.pair, together)
-        first = [name for name in alike(ranking) if name not in full]
+        ranking = promote(rank(candidates.values(), quiet), found.pair, together)
+        first = [name for name in alike(ranking, quiet) if name not in full]
         if not first:
-            mark_ties(ranking)
+            mark_ties(ranking, quiet)
             return ranking
         progress(f"fitting {', '.join(first)} to all recordings", 0.9)
         origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))

@@ -4,8 +4,9 @@ What the simulation does in response to an effect are the atoms of a dictionary:
 effect's own fit moved the prediction, and the derivatives there. The atoms of one effect are a
 group, taken or left as a whole. On a resample of blocks of time, groups are selected forward, with
 backward elimination after each (Efroymson, Multiple regression analysis, 1960); the blocks that
-were not drawn judge. How often a group is selected over many resamples says how stable the choice
-is (Meinshausen and Bühlmann, Stability selection, 2010). Nothing is simulated here.
+were not drawn judge. How often a group is selected over many resamples, or serves as well as one
+that is, says how stable the choice is (Meinshausen and Bühlmann, Stability selection, 2010).
+Nothing is simulated here.
 """
 
 from collections import Counter
@@ -68,27 +69,36 @@ class Dictionary:
         starts = np.flatnonzero(np.diff(block[order], prepend=-1))
         self.products = np.stack([p.T @ p for p in np.split(columns[order], starts[1:])])
 
-    def selections(self) -> Iterator[tuple[str, ...]]:
-        """The groups selected on each of `SELECTIONS` resamples of blocks, sorted by name.
+    def shares(self) -> dict[str, float | None]:
+        """By group, in what share of the resamples it explains as well as anything.
 
-        None at all where there are fewer than `LEAST_BLOCKS`.
+        It is selected there, or serves as well in place of one that is: else alike effects would
+        split the choice among them. None where there are fewer blocks than `LEAST_BLOCKS`.
         """
+        served = [self._serving(self.select(drawn), drawn) for drawn in self.resamples()]
+        counts = Counter(name for names in served for name in names)
+        return {name: counts[name] / len(served) if served else None for name in self.groups}
+
+    def resamples(self) -> Iterator[np.ndarray]:
+        """(nblock,) how often each block is drawn, `SELECTIONS` times at most."""
         rng, count = np.random.default_rng(SEED), len(self.products)
         if count < LEAST_BLOCKS:
             return
         for _ in range(SELECTIONS):
             drawn = np.bincount(rng.integers(0, count, count), minlength=count)
             if (drawn == 0).any():
-                yield self.select(drawn)
+                yield drawn
 
     def select(self, drawn: np.ndarray) -> tuple[str, ...]:
         """Forward selection with backward elimination: fitted to blocks as often as drawn.
 
         Args:
             drawn: (nblock,) how often; those with zero judge.
+
+        Returns:
+            The names, sorted.
         """
-        fitted = np.tensordot(drawn.astype(float), self.products, 1)
-        judging = np.tensordot((drawn == 0).astype(float), self.products, 1)
+        fitted, judging = self._sides(drawn)
         chosen: list[str] = []
         error = self._error(chosen, fitted, judging)
         while len(chosen) < MOST_TOGETHER:
@@ -111,6 +121,28 @@ class Dictionary:
                     chosen, error = rest, without
         return tuple(sorted(chosen))
 
+    def _serving(self, chosen: tuple[str, ...], drawn: np.ndarray) -> set[str]:
+        """What was selected, and what serves as well in place of one of it."""
+        sides = self._sides(drawn)
+        error, serving = self._error(chosen, *sides), set(chosen)
+        for other in chosen:
+            rest = [name for name in chosen if name != other]
+            # nearly all that the selected one takes off
+            limit = error + MATERIAL * (self._error(rest, *sides) - error)
+            serving |= {
+                name
+                for name, group in self.groups.items()
+                if name not in serving
+                and not group.excludes & set(rest)
+                and self._error([*rest, name], *sides) <= limit
+            }
+        return serving
+
+    def _sides(self, drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Products of the columns in the blocks that are fitted, and in those that judge."""
+        fitted = np.tensordot(drawn.astype(float), self.products, 1)
+        return fitted, np.tensordot((drawn == 0).astype(float), self.products, 1)
+
     def _simplest(self, errors: dict[str, float]) -> str:
         limit = min(errors.values()) / (1 - MATERIAL)
         alike = [name for name, error in errors.items() if error <= limit]
@@ -124,9 +156,3 @@ class Dictionary:
         weights = np.linalg.solve(normal, fitted[at, -1])
         left = judging[-1, -1] - 2 * weights @ judging[at, -1]
         return float(np.sqrt(max(left + weights @ judging[np.ix_(at, at)] @ weights, 0.0)))
-
-
-def shares(selections: Sequence[tuple[str, ...]], names: Sequence[str]) -> dict[str, float | None]:
-    """How often each group was selected, as a share of the resamples; None if there are none."""
-    counts = Counter(name for chosen in selections for name in chosen)
-    return {name: counts[name] / len(selections) if selections else None for name in names}

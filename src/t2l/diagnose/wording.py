@@ -48,6 +48,12 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
         correlations: by joint, of the error before and the condition that the effect follows.
     """
     effect, gain = candidate.effect, candidate.improvement
+    if candidate.earns and candidate.doubtful:
+        return (
+            f"{effect.title} lowers the validation error by {100 * gain.fraction:.0f} %, but is "
+            f"chosen in {100 * candidate.chosen_share:.0f} % of the resamples, too rarely to be "
+            "adopted: a small part of the recordings asks for it."
+        )
     if not candidate.justified:
         return (
             f"{effect.title} does not earn its place: it changes the validation error by "
@@ -79,8 +85,6 @@ def chosen(candidate: Candidate) -> str:
     if candidate.chosen_share is None:
         return "The recordings are too short to tell how sure the choice is."
     sure = "" if candidate.certain else ", less than half: this is uncertain"
-    if candidate.doubtful:
-        sure = ", too rarely to be adopted"
     return f"It is chosen in {100 * candidate.chosen_share:.0f} % of the resamples{sure}."
 
 

@@ -20,6 +20,7 @@ TOLERANCE = 1e-3
 LARGEST_LOG_STEP = 1.5
 SMALL_DAMPING = 1.0  # below, a step is nearly that of Gauss and Newton
 LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
+WEAK = 1e-6  # of the strongest one's sum of squares: damped as if an element moved as much
 
 
 @dataclass
@@ -173,14 +174,13 @@ class LeastSquares(Optimiser):
         if not len(moving):
             return self.u.copy()
         normal = self.jacobian[:, moving].T @ self.jacobian[:, moving]
-        scale = np.diag(normal) + 1e-12 * max(np.diag(normal).max(), 1e-30)
+        log, own = self.layout.log[moving], np.maximum(np.abs(self.u), self.size)[moving]
+        unit = np.where(log, 1.0, own)
+        moved = np.diag(normal) * unit**2
+        scale = np.maximum(moved, max(WEAK * moved.max(), np.finfo(float).tiny)) / unit**2
         damped = normal + max(damping, LEAST_DAMPING) * np.diag(scale)
         change = -np.linalg.solve(damped, gradient[moving])
-        limit = np.where(
-            self.layout.log[moving],
-            LARGEST_LOG_STEP,
-            20 * np.maximum(np.abs(self.u[moving]), self.size[moving]),
-        )
+        limit = np.where(log, LARGEST_LOG_STEP, 20 * own)
         change = np.clip(change, -limit, limit)
         new = self.u.copy()
         new[moving] += change

@@ -12,12 +12,13 @@ from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.files import MODEL, PROPOSAL, PROPOSED
 from t2l.diagnose.forward_selection import Explanation, fingerprint
 from t2l.diagnose.ranking import UNEXPLAINED
+from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
 from t2l.propose.reconsider import RECORDINGS, Reconsidered, reconsider
-from t2l.propose.search import AT_THE_FLOOR, Progress
+from t2l.propose.search import Progress
 from t2l.propose.split import few, split
 from t2l.propose.wording import headline, part
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.effects.law import Curve, Law
 from t2l.effects.term import Layout
 from t2l.identify.model import Model, from_vector
@@ -13,7 +14,7 @@ from t2l.propose.band import band
 from t2l.propose.bases import tabulated
 from t2l.propose.dictionary import moved, weights_in
 from t2l.propose.refit import State, refit
-from t2l.propose.search import AT_THE_FLOOR, Ceiling, Progress, Search, search
+from t2l.propose.search import Ceiling, Progress, Search, search
 from t2l.propose.split import split
 
 LAW, NOTHING, NO_LAW = "law", "nothing_to_explain", "no_law"

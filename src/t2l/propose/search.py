@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.effects.law import TORQUE, Law
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout
@@ -27,7 +28,6 @@ from t2l.propose.refit import State, begin_at_the_best, refit
 from t2l.propose.ridge import Fit, fit
 from t2l.propose.split import few
 
-AT_THE_FLOOR = 1.10  # times the noise: what is left is measurement
 LEAST_IMPROVEMENT = 0.05  # of the error; less is no finding
 ALIKE = 0.03  # of the error between laws that explain alike
 PROMISING = 1.5  # times the least error that a linear fit leaves: laws that are simulated
