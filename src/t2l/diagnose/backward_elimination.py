@@ -34,23 +34,26 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
         layout, u = model.vector(joints)
         limit = (1 + TIED) ** 2 * _validation(evidence, layout, u)
         trials = _without_one(layout, u, joints) + _with_simpler(model, layout, u, evidence)
-        if evidence.draft is not evidence.train:
+        part = evidence.shortlist is not evidence.train
+        if part:
             best = _fit_all(trials, evidence.screen, evidence.screen_mask, layout, u)
             trials = [(name, fit.again()) for name, fit in trials if fit.loss < NEARLY * best]
         _fit_all(trials, evidence.shortlist, evidence.shortlist_mask, layout, u)
-        kept = [
-            (_validation(evidence, fit.layout, fit.u), name, fit)
-            for name, fit in trials
-            if np.isfinite(fit.loss)
-        ]
+        if part:
+            trials = [entry for entry in trials if _error(evidence, entry[1]) < NEARLY * limit]
+            trials = [(n, fit_fully({n: fit}, [n], evidence)[n]) for n, fit in trials]
+        kept = [(_error(evidence, fit), name, fit) for name, fit in trials]
         kept = [entry for entry in kept if entry[0] <= limit]
         if not kept:
             return model, gone
         _, name, fit = min(kept, key=lambda entry: (len(entry[2].layout), entry[0]))
-        if evidence.shortlist is not evidence.train:
-            fit = fit_fully({name: fit}, [name], evidence)[name]
         model = from_vector(model, fit.layout, fit.u, joints)
         gone.append(name)
+
+
+def _error(evidence: Evidence, fit: LeastSquares) -> float:
+    """Validation error of a fit; infinite where it runs away."""
+    return _validation(evidence, fit.layout, fit.u) if np.isfinite(fit.loss) else np.inf
 
 
 def _fit_all(

@@ -27,7 +27,6 @@ class Evidence:
     Attributes:
         train, validation, test: predictors; one and the same where blocks of time are taken.
         shortlist, screen: predictors of some of the training recordings, or of all if few.
-        draft: predictor of all training recordings for all but the last steps of a fit to them.
         train_mask, …: (nsample,) bool of each predictor's samples.
         split: what became validation and test samples, in words.
     """
@@ -42,7 +41,6 @@ class Evidence:
     shortlist_mask: np.ndarray
     screen: Predictor
     screen_mask: np.ndarray
-    draft: Predictor
     split: str
 
 
@@ -83,7 +81,7 @@ def gather(
     return Evidence(
         train, masks[0], validation, masks[1], tested, masks[2],
         *_over_the_gains(train, masks[0], settings.SHORTLISTED), *_screened(train, masks[0]),
-        train, f"validation: {chooses}; test: {reports}",
+        f"validation: {chooses}; test: {reports}",
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ ALIKE = 0.5  # of a joint's mean squared error: what is cut off is no other
 
 
 def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evidence:
-    """`evidence` with all but `train`, `validation` and `test` simulated at fewer ticks.
+    """`evidence` with what is screened and shortlisted simulated at fewer ticks.
 
     At the fewest that change the prediction of model `layout`, `u` negligibly beside the noise of
     what was measured.
@@ -32,11 +32,11 @@ def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evi
         coarse = screen.of(screen.recordings, coarseness)
         change = np.sqrt(np.mean((coarse.predict([request])[0][0] - exact) ** 2))
         if change < limit:
-            shortlist, train = (
-                coarse if predictor is screen else predictor.of(predictor.recordings, coarseness)
-                for predictor in (evidence.shortlist, evidence.train)
+            shortlist = evidence.shortlist
+            shortlist = (
+                coarse if shortlist is screen else shortlist.of(shortlist.recordings, coarseness)
             )
-            return replace(evidence, screen=coarse, shortlist=shortlist, draft=train)
+            return replace(evidence, screen=coarse, shortlist=shortlist)
     return evidence
 
 

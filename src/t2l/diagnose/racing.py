@@ -22,8 +22,7 @@ from t2l.identify.rough import search
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
 ITERATIONS = 8
 REFINEMENTS = 3
-FINISHING = 1  # rounds on every tick, after a fit to coarse simulations
-RESTARTS = 2  # derivatives on all recordings are dear
+RESTARTS = 4  # at most: derivatives on all recordings are dear
 LEADERS = 4
 PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
 NEAR = 4.0  # times the least loss: what may still turn out to be best
@@ -33,7 +32,6 @@ LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
 SEARCHED = 2  # recordings on which rough effects are searched
 CLOSE_BY = 0.25  # of the spread of that search, where a fit to all recordings has ended
 SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
-LOST = 1.2  # times the loss that a coarse simulation left: a fine one is fitted from the start
 
 Progress = Callable[[str, float], None]
 Origin = Mapping[tuple, float]  # elements of u by slot key
@@ -124,22 +122,8 @@ def fit_fully(
     Args:
         origin: the model so far, fitted to all; few recordings may have led away from it.
     """
-    chosen, origin = {name: fits[name] for name in names}, origin or {}
-    full = _fitted_fully(chosen, origin, evidence, evidence.draft)
-    if evidence.draft is evidence.train:
-        return full
-    drafts, full = full, _finished(full, evidence)
-    _settle([full[n] for n in _lost(full, drafts)], evidence.train, evidence.train_mask)
-    # near where a simulation runs away its ticks decide
-    lost = {name: chosen[name] for name in _lost(full, drafts)}
-    return full | (_fitted_fully(lost, origin, evidence, evidence.train) if lost else {})
-
-
-def _fitted_fully(
-    fits: dict[str, LeastSquares], origin: Origin, evidence: Evidence, predictor: Predictor
-) -> dict[str, LeastSquares]:
-    mask = evidence.train_mask
-    full = _from_the_better(fits, origin, predictor, mask)
+    predictor, mask = evidence.train, evidence.train_mask
+    full = _from_the_better({name: fits[name] for name in names}, origin or {}, predictor, mask)
     _settle(list(full.values()), predictor, mask)
     smaller = {name: without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
@@ -183,19 +167,6 @@ def _settle(fits: list[LeastSquares], predictor: Predictor, mask: np.ndarray) ->
         left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
 
 
-def _lost(fits: dict[str, LeastSquares], drafts: dict[str, LeastSquares]) -> list[str]:
-    return [name for name, fit in fits.items() if not fit.loss < LOST * drafts[name].loss]
-
-
-def _finished(fits: dict[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
-    """Fits to the draft of all recordings, with their derivatives, fitted to them in full."""
-    finished = {name: fit.again() for name, fit in fits.items()}
-    for name, fit in finished.items():
-        fit.given = fits[name].columns()
-    run(list(finished.values()), evidence.train, evidence.train_mask, FINISHING)
-    return finished
-
-
 def _out_of_dents(
     fits: dict[str, LeastSquares], evidence: Evidence, predictor: Predictor
 ) -> dict[str, LeastSquares]:
@@ -203,7 +174,9 @@ def _out_of_dents(
     rough = {name: fit for name, fit in fits.items() if _is_rough(name, fit)}
     if not rough:
         return {}
-    found = search(list(rough.values()), evidence.shortlist, evidence.shortlist_mask, CLOSE_BY)
+    # a dent has its place on every tick
+    exact = evidence.shortlist.of(evidence.shortlist.recordings, 1)
+    found = search(list(rough.values()), exact, evidence.shortlist_mask, CLOSE_BY)
     moved = {name: fit.again() for name, fit in rough.items()}
     for fit, u in zip(moved.values(), found, strict=True):
         fit.u = u

@@ -31,4 +31,6 @@ class TorqueSaturation(Effect):
         loop.motor_filters.append(change)
 
     def starts(self, scales):
-        return [{"limit": f * scales.peak_torque} for f in (0.9, 0.75, 0.55, 0.35, 0.2)]
+        return [
+            {"limit": f * scales.peak_torque} for f in (0.9, 0.75, 0.55, 0.35, 0.2, 0.1, 0.05, 0.02)
+        ]

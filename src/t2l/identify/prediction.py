@@ -39,7 +39,8 @@ class Predictor:
         joints: driven joints, the same in all recordings.
         samples: what was measured.
         substeps: physics steps a control tick are multiplied by this.
-        coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`.
+        coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`; a plant
+            with more joints than are driven, as between motor and link, moves at the real ones.
     """
 
     def __init__(
@@ -56,7 +57,9 @@ class Predictor:
         self.threads = threads or len(os.sched_getaffinity(0))
         self.samples = Samples.measured(self.recordings)
         self._models: dict[tuple, mujoco.MjModel] = {}
-        self._groups = groups(self.recordings, self.samples, coarseness)
+        self._groups = {
+            ticks: groups(self.recordings, self.samples, ticks) for ticks in {1, coarseness}
+        }
 
     def of(self, recordings: Sequence[Recording], coarseness: int | None = None) -> "Predictor":
         """A predictor of other recordings, or of ticks as coarse as said, otherwise the same."""
@@ -76,7 +79,7 @@ class Predictor:
                     term.effect.extend(spec, tuple(self.joints[j] for j in term.joints))
             with_effects = f"{self.robot}{f' with {", ".join(names)}' if names else ''}"
             model = self._models[key] = plant.compiled(spec, with_effects)
-            if model.nv > len(self.joints):
+            if self._extended(model):
                 # motor and link on one axis: conjugate gradients take many iterations
                 model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
         return self._models[key]
@@ -98,7 +101,7 @@ class Predictor:
         parts = [
             (model, pieces, group, self._steps(model, group))
             for model, pieces in self._by_structure(requests)
-            for group in self._groups
+            for group in self._groups[1 if self._extended(model) else self.coarseness]
         ]
         work = sum(steps * len(pieces) for _, pieces, _, steps in parts)
         jobs = []
@@ -124,8 +127,10 @@ class Predictor:
         return jobs
 
     def _substeps(self, model: mujoco.MjModel) -> int:
-        extended = model.nv > len(self.joints)
-        return self.substeps * (max(2, self.coarseness) if extended else 1)
+        return self.substeps * (2 if self._extended(model) else 1)
+
+    def _extended(self, model: mujoco.MjModel) -> bool:
+        return model.nv > len(self.joints)
 
     def _steps(self, model: mujoco.MjModel, group: Group) -> int:
         """Steps of single joints that one variant takes."""
