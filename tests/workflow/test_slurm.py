@@ -10,9 +10,9 @@ from tests.workflow.same import assert_same, comparable
 @pytest.mark.parametrize(
     ("target", "least"),
     [
-        ("results/smoke/sim_to_real/identification.parquet", 20),
+        ("results/smoke/sim_to_real/identification.parquet", 10),
         # both chains, every job: ten minutes
-        pytest.param("all", 100, marks=pytest.mark.slow),
+        pytest.param("all", 80, marks=pytest.mark.slow),
     ],
 )
 def test_slurm_gives_the_same_results_and_takes_short_jobs_together(tmp_path, smoke, target, least):

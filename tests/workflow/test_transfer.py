@@ -5,7 +5,7 @@ import copy
 import pandas as pd
 import pytest
 
-CELLS = [(16, 1), (512, 1), (16, 24), (512, 24)]
+CELLS = [(16, 24), (512, 24)]
 
 
 def test_tables_hold_a_row_a_rollout_and_a_cell(smoke):
@@ -26,12 +26,12 @@ def test_a_table_is_there_in_every_format(smoke, name):
 
 
 def test_more_trials_continue_a_study_and_one_cell_is_one_path(copied):
-    cell = copied.results / "sim_to_real" / "joint_reach" / "kp512_kd1"
-    other = cell.with_name("kp16_kd1") / "trials.parquet"
+    cell = copied.results / "sim_to_real" / "joint_reach" / "kp512_kd24"
+    other = cell.with_name("kp16_kd24") / "trials.parquet"
     before, others = pd.read_parquet(cell / "trials.parquet"), other.stat().st_mtime_ns
     config = copy.deepcopy(copied.config)
     config["tuning"]["trials"] += 1
-    target = "results/smoke/sim_to_real/joint_reach/kp512_kd1/seed1/rollouts.parquet"
+    target = "results/smoke/sim_to_real/joint_reach/kp512_kd24/seed1/rollouts.parquet"
     done = copied.run("--", target, config=config)
     assert done.returncode == 0, done.stdout[-4000:]
     after = pd.read_parquet(cell / "trials.parquet")
