@@ -55,6 +55,7 @@ def test_what_its_back_end_does_not_take_is_named(config, refused, keys, message
 
 def test_missing_recordings_are_named(config, refused, tmp_path):
     config["robot"] = {"backend": "recorded", "recordings": str(tmp_path)}
+    config["recording_grid"] = {"kp": [16, 512], "kd": [1, 24]}
     assert "found no kp16_kd1, kp512_kd1, kp16_kd24 in" in refused(config)
     assert "(and 1 more)" in refused(config)
 
