@@ -24,9 +24,7 @@ logger = logging.getLogger(__name__)
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
 
-NEAR_THE_FLOOR = (
-    1.25  # times the noise floor: what remains is measurement, if no effect improves on it
-)
+NEAR_THE_FLOOR = 1.25  # times the noise floor: likewise, if no effect improves on it
 HARMFUL = 1.05  # times the training error before: a fit that ran away, whatever validation says
 SEED = 0  # of the bootstrap
 
