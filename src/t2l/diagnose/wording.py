@@ -50,8 +50,8 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
     effect, gain = candidate.effect, candidate.improvement
     if candidate.earns and candidate.doubtful:
         return (
-            f"{effect.title} lowers the validation error by {100 * gain.fraction:.0f} %, but is not "
-            f"adopted: only {100 * candidate.chosen_share:.0f} % of the resamples choose it."
+            f"{effect.title} lowers the validation error by {100 * gain.fraction:.0f} %, but only "
+            f"{100 * candidate.chosen_share:.0f} % of the resamples choose it: it is not adopted."
         )
     if not candidate.justified:
         return (
