@@ -19,6 +19,9 @@ from t2l.recordings.recording import Recording
 from t2l.robots import plant
 from t2l.sim.dry_friction import make_room
 
+# periods a tick, with as many steps: with more, play that meets between two ticks is fitted wrong
+EXTENDED = 2
+
 
 class DivergenceError(T2LError):
     """A simulation of the model runs away."""
@@ -39,8 +42,8 @@ class Predictor:
         joints: driven joints, the same in all recordings.
         samples: what was measured.
         substeps: physics steps a control tick are multiplied by this.
-        coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`; a plant
-            with more joints than are driven, as between motor and link, moves at the real ones.
+        coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`; of a
+            plant with more joints than are driven, as between motor and link, two at most.
     """
 
     def __init__(
@@ -58,7 +61,8 @@ class Predictor:
         self.samples = Samples.measured(self.recordings)
         self._models: dict[tuple, mujoco.MjModel] = {}
         self._groups = {
-            ticks: groups(self.recordings, self.samples, ticks) for ticks in {1, coarseness}
+            ticks: groups(self.recordings, self.samples, ticks)
+            for ticks in {coarseness, min(coarseness, EXTENDED)}
         }
 
     def of(self, recordings: Sequence[Recording], coarseness: int | None = None) -> "Predictor":
@@ -101,7 +105,7 @@ class Predictor:
         parts = [
             (model, pieces, group, self._steps(model, group))
             for model, pieces in self._by_structure(requests)
-            for group in self._groups[1 if self._extended(model) else self.coarseness]
+            for group in self._groups[self._coarseness(model)]
         ]
         work = sum(steps * len(pieces) for _, pieces, _, steps in parts)
         jobs = []
@@ -127,7 +131,10 @@ class Predictor:
         return jobs
 
     def _substeps(self, model: mujoco.MjModel) -> int:
-        return self.substeps * (2 if self._extended(model) else 1)
+        return self.substeps * (EXTENDED if self._extended(model) else 1)
+
+    def _coarseness(self, model: mujoco.MjModel) -> int:
+        return min(self.coarseness, EXTENDED) if self._extended(model) else self.coarseness
 
     def _extended(self, model: mujoco.MjModel) -> bool:
         return model.nv > len(self.joints)
