@@ -43,6 +43,8 @@ def demonstrations(task):
 OF_THE_SMOKE_RUN = ("test_kills", "test_slurm", "test_smoke", "test_transfer")
 
 
+# without pytest-xdist there is nothing to schedule
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Files stay together where tests run side by side, and so do all that share one smoke run."""
     from xdist.scheduler import LoadScopeScheduling

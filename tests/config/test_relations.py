@@ -7,7 +7,7 @@ import pytest
         ("grid", {"compliant_up_to_kp": 1}, "put 0 of 16 cells"),
         ("demonstrations", {"max_attempts": 10}, "at least demonstrations.count = 100"),
         ("retargeting", {"policy_rate_hz": 60}, "a divisor of the simulation's 500 Hz"),
-        ("fidelity", {"replays": 101}, "at most demonstrations.count = "),
+        ("fidelity", {"replays": 101}, "at most demonstrations.count = 80"),
         ("training", {"validation_fraction": 0.999}, "leaves demonstrations to train on"),
         ("rollouts", {"executed_actions": 11}, "at most training.chunk = 10"),
         ("identification", {"rate_hz": 75}, "a multiple of the recordings' 50 Hz"),

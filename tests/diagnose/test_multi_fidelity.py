@@ -163,6 +163,8 @@ def test_an_effect_that_only_coarse_ticks_favour_is_ranked_by_all_of_them(tmp_pa
     found = diagnose(Model(robot), evidence, [wild, plain])
     assert [c.effect.name for c in found.ranking] == ["coulomb_friction", "wild"]
     assert not found.ranking[1].justified
+    # alone it is fitted to all, makes training worse, and is left out
+    assert diagnose(Model(robot), evidence, [wild]).ranking == []
 
 
 def test_a_fit_that_coarse_ticks_led_astray_ends_where_every_tick_leads(tmp_path):
@@ -184,6 +186,17 @@ def test_a_fit_that_coarse_ticks_led_astray_ends_where_every_tick_leads(tmp_path
         left.append(np.sqrt(full.loss))
     assert left[2] > 20 * left[1]
     assert left[3] < 1.05 * left[1]
+
+
+def test_a_torque_limit_far_below_the_demand_is_found(tmp_path):
+    robot = pendulum(tmp_path)
+    hidden = {"torque_saturation": {"limit": {"hinge": 1.0}}}
+    evidence = gather(robot, recordings(robot, 2, hidden, noise_rad=1e-4))
+    effects, silent = [builtin()["torque_saturation"]], lambda what, fraction: None
+    fits = fit_all(evidence, Layout(()), np.zeros(0), effects, 1e-4, silent).fits
+    full = fit_fully(fits, list(fits), evidence)["torque_saturation"]
+    assert np.sqrt(full.loss) < 1.1e-4
+    assert full.layout.theta(full.u) == pytest.approx([1.0], rel=0.01)
 
 
 SLOW = {"control_rate_hz": 250.0}

@@ -11,6 +11,7 @@ from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.candidate import Candidate, alike, mark_ties, rank
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, UNEXPLAINED, adopt, diagnose
+from t2l.diagnose.wording import why
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.errors import T2LError
@@ -181,6 +182,23 @@ def test_what_hardly_any_resample_selects_is_not_adopted():
     # nor is a worse one in its place
     worse = candidate("stribeck_friction", 1.5)
     assert names(rank([doubtful, worse])) == ["velocity_filter", "stribeck_friction"]
+
+
+def test_what_only_leaves_the_noise_is_tied_and_the_simplest_first():
+    candidates = [candidate("stribeck_friction", 1.0), candidate("torque_offset", 1.08)]
+    assert names(rank(candidates)) == ["stribeck_friction", "torque_offset"]
+    ranking = rank(candidates, quiet=1.1)
+    assert names(ranking) == alike(ranking, quiet=1.1) == ["torque_offset", "stribeck_friction"]
+    mark_ties(ranking, quiet=1.1)
+    assert ranking[0].tied_with == ["stribeck_friction"]
+
+
+def test_a_doubtful_effect_is_told_as_not_adopted_unless_a_pair_needs_it():
+    doubtful = candidate("velocity_filter", 1.0)
+    doubtful.chosen_share = 0.02
+    assert "2 % of the resamples choose it: it is not adopted" in why(doubtful, {})
+    doubtful.partner, doubtful.together = "armature", doubtful.improvement
+    assert "not adopted" not in why(doubtful, {})
 
 
 def test_explanations_as_good_as_the_first_are_tied_unless_one_contains_the_other():

@@ -130,7 +130,7 @@ def fit_fully(
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
     # what a joint contributes beyond 1 % of the error is kept
     full |= {n: fit for n, fit in smaller.items() if fit.loss < 1.02 * full[n].loss}
-    return full | _out_of_dents(full, evidence, predictor)
+    return full | _out_of_dents(full, evidence)
 
 
 def moves_together(joints: Sequence[str]) -> bool:
@@ -167,9 +167,7 @@ def _settle(fits: list[LeastSquares], predictor: Predictor, mask: np.ndarray) ->
         left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
 
 
-def _out_of_dents(
-    fits: dict[str, LeastSquares], evidence: Evidence, predictor: Predictor
-) -> dict[str, LeastSquares]:
+def _out_of_dents(fits: dict[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
     """Rough effects where a search around them finds better: derivatives end in the first dent."""
     rough = {name: fit for name, fit in fits.items() if _is_rough(name, fit)}
     if not rough:
@@ -180,7 +178,7 @@ def _out_of_dents(
     moved = {name: fit.again() for name, fit in rough.items()}
     for fit, u in zip(moved.values(), found, strict=True):
         fit.u = u
-    run(list(moved.values()), predictor, evidence.train_mask, 0)
+    run(list(moved.values()), evidence.train, evidence.train_mask, 0)
     return {name: fit for name, fit in moved.items() if fit.loss < rough[name].loss}
 
 

@@ -48,7 +48,7 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
         correlations: by joint, of the error before and the condition that the effect follows.
     """
     effect, gain = candidate.effect, candidate.improvement
-    if candidate.earns and candidate.doubtful:
+    if candidate.earns and not candidate.justified:
         return (
             f"{effect.title} lowers the validation error by {100 * gain.fraction:.0f} %, but only "
             f"{100 * candidate.chosen_share:.0f} % of the resamples choose it: it is not adopted."
