@@ -1,13 +1,32 @@
+import multiprocessing
 import os
 import re
 import shutil
-import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 import yaml
 
 from tests.conftest import ROOT, configuration
+
+# importing Snakemake takes longer than planning a study; here it is imported once
+STARTED = multiprocessing.get_context("forkserver")
+STARTED.set_forkserver_preload(["snakemake.cli"])
+
+
+def _snakemake(arguments, folder, environment, output):
+    """`python -m snakemake`, in a process of its own, with both streams in a file."""
+    from snakemake.cli import main
+
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.path[:0] = [str(folder), *environment.get("PYTHONPATH", "").split(os.pathsep)]
+    with open(output, "wb") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    main(arguments)
 
 
 class Project:
@@ -27,28 +46,29 @@ class Project:
         self.config = configuration("studies/smoke")
         self.results = folder / "results" / "smoke"
 
-    def command(self, *arguments, config=None):
+    def arguments(self, *arguments, config=None):
         path = self.folder / "test.yaml"
         path.write_text(yaml.safe_dump(config or self.config))
-        arguments = ["--cores", "2", "--configfile", str(path), *arguments]
-        return [sys.executable, "-m", "snakemake", *arguments]
+        return ["--cores", "2", "--configfile", str(path), *arguments]
+
+    def command(self, *arguments, config=None):
+        return [sys.executable, "-m", "snakemake", *self.arguments(*arguments, config=config)]
 
     def run(self, *arguments, config=None):
-        return self._run(self.command(*arguments, config=config))
+        return self._run(self.arguments(*arguments, config=config))
 
     def run_default(self, *arguments):
         """Without naming a configuration."""
-        return self._run([sys.executable, "-m", "snakemake", "--cores", "2", *arguments])
+        return self._run(["--cores", "2", *arguments])
 
-    def _run(self, command):
-        return subprocess.run(
-            command,
-            cwd=self.folder,
-            env=os.environ | {"PYTHONUNBUFFERED": "1"},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
+    def _run(self, arguments):
+        output = self.folder / ".output"
+        run = STARTED.Process(
+            target=_snakemake, args=(arguments, self.folder, dict(os.environ), output)
         )
+        run.start()
+        run.join()
+        return SimpleNamespace(returncode=run.exitcode, stdout=output.read_text())
 
     def planned(self, *targets, config=None):
         """How many jobs of each rule a run would start."""

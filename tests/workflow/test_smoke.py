@@ -120,54 +120,56 @@ def test_one_deleted_artefact_rebuilds_that_cell_alone(copied):
     assert set(planned) & set(WORK) == {"train", "roll_out", "noisy_replays"}
 
 
-def test_one_cell_is_one_path_and_comes_out_the_same(copied):
+def _appears(path):
+    deadline = time.monotonic() + 90
+    while not path.exists():
+        assert time.monotonic() < deadline, f"{path} did not appear"
+        time.sleep(0.05)
+
+
+def test_one_cell_is_one_path_and_comes_out_the_same_after_a_kill(copied):
     cell = copied.results / "block_stack" / "nominal" / "kp512_kd32"
+    logs = copied.results / "logs"
     target = "results/smoke/block_stack/nominal/kp512_kd32/seed0/rollouts.parquet"
     before, artefacts = pd.read_parquet(cell / "seed0/rollouts.parquet"), copied.artefacts()
     weights = (cell / "seed0/policy.safetensors").read_bytes()
     shutil.rmtree(cell)
-    done = copied.run("--", target)
-    assert done.returncode == 0, done.stdout
-    plan = re.search(r"^3 jobs: (.+)$", done.stdout, re.MULTILINE)[1]
-    assert set(plan.split(", ")) == {"1 retarget", "1 train", "1 roll_out"}
-    pd.testing.assert_frame_equal(pd.read_parquet(cell / "seed0/rollouts.parquet"), before)
-    assert (cell / "seed0/policy.safetensors").read_bytes() == weights
-    changed = {p for p, t in copied.artefacts().items() if artefacts.get(p) != t}
-    assert all(p.startswith("block_stack/nominal/kp512_kd32/") for p in changed)
-
-
-def test_a_killed_run_leaves_nothing_half_written_and_resumes(copied):
-    cell = copied.results / "block_stack" / "nominal" / "kp32_kd2"
-    config = _changed(copied, "training", epochs=2000)
-    (cell / "seed0/rollouts.parquet").unlink()
-    retargeted = (cell / "replays.parquet").stat().st_mtime_ns
-    target = "results/smoke/block_stack/nominal/kp32_kd2/seed0/rollouts.parquet"
-    log = copied.results / "logs/train/block_stack_nominal_kp32_kd2_seed0.log"
-    log.unlink()
-    run = subprocess.Popen(
-        copied.command("--", target, config=config),
-        cwd=copied.folder,
-        start_new_session=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    deadline = time.monotonic() + 90
-    while "of 2000" not in (log.read_text() if log.exists() else ""):
-        assert time.monotonic() < deadline, "training did not start"
-        time.sleep(0.2)
+    begun = [logs / rule / f"block_stack_nominal_kp512_kd32{rest}.log" for rule, rest in (
+        ("retarget", ""), ("train", "_seed0"),
+    )]  # fmt: skip
+    for log in begun:
+        log.unlink()
+    said = copied.folder / "said.txt"
+    with said.open("w") as stream:
+        run = subprocess.Popen(
+            copied.command("--", target),
+            cwd=copied.folder,
+            start_new_session=True,
+            stdout=stream,
+            stderr=stream,
+        )
+    _appears(begun[0])
     # a second run in the same folder is refused while the first is alive
     second = copied.run("--", target)
     assert second.returncode != 0
     assert "another run is at work here" in second.stdout
+    _appears(begun[1])
     os.killpg(run.pid, signal.SIGKILL)
     run.wait()
+    plan = re.search(r"^3 jobs: (.+)$", said.read_text(), re.MULTILINE)[1]
+    assert set(plan.split(", ")) == {"1 retarget", "1 train", "1 roll_out"}
+    retargeted = (cell / "replays.parquet").stat().st_mtime_ns
     assert not (cell / "seed0/policy.safetensors").exists()
     assert not (cell / "seed0/losses.parquet").exists()
+
     resumed = copied.run("--", target)
     assert resumed.returncode == 0, resumed.stdout[-4000:]
-    assert (cell / "seed0/policy.safetensors").exists()
-    assert (cell / "replays.parquet").stat().st_mtime_ns == retargeted
     assert not re.search(r" of \d+  (demonstrate|retarget) ", resumed.stdout)
+    assert (cell / "replays.parquet").stat().st_mtime_ns == retargeted
+    pd.testing.assert_frame_equal(pd.read_parquet(cell / "seed0/rollouts.parquet"), before)
+    assert (cell / "seed0/policy.safetensors").read_bytes() == weights
+    changed = {p for p, t in copied.artefacts().items() if artefacts.get(p) != t}
+    assert all(p.startswith("block_stack/nominal/kp512_kd32/") for p in changed)
 
 
 def test_a_truncated_artefact_is_named_and_made_anew(copied):

@@ -7,6 +7,8 @@ from t2l.config.models.experiment import Condition
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import find_backend
+from t2l.stats.attainable import least_attainable_p
+from t2l.stats.decision_rule import Rule
 from t2l.tasks import Rewarded, Task
 from t2l.typed import Invalid, Problem, describe, suggestion
 
@@ -39,10 +41,6 @@ def decision(configuration: Configuration, cells: Sequence[Cell]) -> Iterator[Pr
     section = configuration.transfer_decision
     if section is None:
         return
-    # loads SciPy's and statsmodels' statistics, for seconds, as no other section does
-    from t2l.stats.attainable import least_attainable_p
-    from t2l.stats.decision import Rule
-
     rule, key = Rule(**section.model_dump()), "transfer_decision"
     conditions: Mapping[str, Condition] = {c.name: c for c in configuration.sim_to_real.conditions}
     if rule.condition not in conditions:

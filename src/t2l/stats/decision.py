@@ -14,7 +14,6 @@ over cells of E with the study's published errors, and of E with the policies' f
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from math import nan
@@ -26,6 +25,7 @@ import yaml
 from scipy.stats import spearmanr
 
 from t2l.stats.attainable import least_attainable_p
+from t2l.stats.decision_rule import Rule
 from t2l.stats.rank_tests import rank_sum_p
 from t2l.stats.text import p_value
 from t2l.stats.transfer import log_error_regression, of_policies
@@ -33,23 +33,6 @@ from t2l.stats.transfer import log_error_regression, of_policies
 REPRODUCED, NOT_REPRODUCED, CANNOT_BE_TOLD = "reproduced", "not reproduced", "cannot be told"
 DECISION_COLUMNS = ["what", "found", "error", "p", "cells", "policies", "holds"]
 POLICY_COLUMNS = ("kp", "kd", "seed", "success_sim_100", "feedback_gain")
-
-
-@dataclass(frozen=True)
-class Rule:
-    """The section `transfer_decision` of a configuration; see there."""
-
-    condition: str
-    alpha: float
-    stiff_from_kp: float
-    overdamped_from_kd: float
-    cells: int
-    seeds: int
-    success: float
-
-    def inside(self, kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
-        """(n,) bool, which gains are in G^SO."""
-        return (np.asarray(kp) >= self.stiff_from_kp) & (np.asarray(kd) >= self.overdamped_from_kd)
 
 
 def decide(rollouts: pd.DataFrame, policies: pd.DataFrame, rule: Rule) -> pd.DataFrame:
