@@ -11,12 +11,13 @@ from t2l.diagnose.idle_joints import without_idle_joints
 from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
 from t2l.diagnose.pairs import best_pair
 from t2l.diagnose.responses import dictionary_of
-from t2l.diagnose.starting_points import starting_points_of
+from t2l.diagnose.settings import AT_THE_FLOOR
+from t2l.diagnose.starting_points import Start, starting_points_of
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_best
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.prediction import Predictor
+from t2l.identify.prediction import Predictor, Request
 from t2l.identify.rough import search
 
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
@@ -108,7 +109,46 @@ def fit_all(
     # else they have seen all of it, with derivatives of their own
     if adopted.slots or evidence.shortlist is not screen:
         fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
+    first = {
+        term.effect.name: start
+        for term, (start, _) in zip(terms, guesses, strict=True)
+        if term.joints == every
+    }
+    if evidence.shortlist.coarseness > 1:
+        fits |= _on_every_tick({name: fits[name] for name in leaders}, first, evidence, floor)
     return Fitted(fits, leaders, pair, chosen)
+
+
+def _on_every_tick(
+    leaders: Mapping[str, LeastSquares],
+    first: Mapping[str, Start],
+    evidence: Evidence,
+    floor: float,
+) -> dict[str, LeastSquares]:
+    """Leaders that feel how coarse the ticks are, fitted on every tick.
+
+    From where they ended, and from the first guess: coarse ticks may have minima of their own.
+    """
+    coarse, mask = evidence.shortlist, evidence.shortlist_mask
+    exact = coarse.of(coarse.recordings, 1)
+    requests = [Request(fit.layout, fit.u[None]) for fit in leaders.values()]
+    fits = []
+    for (name, fit), (q,), (true,) in zip(
+        leaders.items(), coarse.predict(requests), exact.predict(requests), strict=True
+    ):
+        felt = np.sqrt(np.mean((q - true)[mask] ** 2))
+        if np.hypot(floor, felt) <= AT_THE_FLOOR * floor:
+            continue
+        layout, guess, _ = first[name]
+        values = dict(zip((slot.key for slot in layout.slots), guess, strict=True))
+        begun = np.array([values[slot.key] for slot in fit.layout.slots])
+        fits += [
+            (name, fit.again()),
+            (name, LeastSquares(fit.layout, begun, fit.size, fit.diagonal)),
+        ]
+    run([fit for _, fit in fits], exact, mask, ITERATIONS)
+    # the better of two is the last that stays
+    return dict(sorted(fits, key=lambda pair: -pair[1].loss))
 
 
 def fit_fully(

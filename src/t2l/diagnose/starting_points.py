@@ -77,7 +77,7 @@ def starting_points_of(
         )
         for term, layout in zip(terms, layouts, strict=True)
     ]
-    predicted = predictor.predict(requests)
+    predicted = _predicted(terms, requests, predictor)
     residual = (so_far - samples.q)[mask]
     joint = samples.joint[mask]
     found = []
@@ -90,6 +90,25 @@ def starting_points_of(
         start = layout, layout.encode({**adopted_values, effect.name: values}), size
         found.append((start, _mildest(changed - residual)))
     return found
+
+
+def _predicted(
+    terms: Sequence[Term], requests: Sequence[Request], predictor: Predictor
+) -> list[np.ndarray]:
+    """Positions with each guess; on every tick where a guess has to be final."""
+    final = [_is_final(term.effect) for term in terms]
+    found = {}
+    for every_tick in (False, True):
+        rows = [i for i, is_final in enumerate(final) if is_final == every_tick]
+        if rows:
+            simulator = predictor.of(predictor.recordings, 1) if every_tick else predictor
+            found |= zip(rows, simulator.predict([requests[i] for i in rows]), strict=True)
+    return [found[i] for i in range(len(terms))]
+
+
+def _is_final(effect: Effect) -> bool:
+    """Whether nothing refines an element of a first guess: neither derivatives nor a search."""
+    return not effect.rough_error and any(p.rough for p in effect.parameters)
 
 
 def _mildest(responses: np.ndarray) -> np.ndarray:
