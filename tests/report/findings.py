@@ -1,7 +1,11 @@
 """Folders as `t2l compare`, `diagnose` and `explain` fill them, small and quick to make."""
 
 import json
+import shutil
+from collections.abc import Callable
+from functools import cache, wraps
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from t2l.diagnose.compare import compare, write
 from t2l.identify.model import Model, write_model
@@ -11,6 +15,23 @@ FRICTION = {"coulomb_friction": {"torque": {"hinge": 0.06}}}
 PARAMETER = {"value": 0.0601, "ci95": [0.0595, 0.0607], "unit": "N·m", "meaning": "friction torque"}
 
 
+def made_once(make: Callable[[Path], Path]) -> Callable[[Path], Path]:
+    """`make`, run for the first folder only; others get copies."""
+
+    @cache
+    def first() -> TemporaryDirectory:
+        folder = TemporaryDirectory()
+        make(Path(folder.name))
+        return folder
+
+    @wraps(make)
+    def copied(folder: Path) -> Path:
+        return shutil.copytree(first().name, folder, dirs_exist_ok=True)
+
+    return copied
+
+
+@made_once
 def compared(folder: Path) -> Path:
     """What `compare` leaves for a pendulum whose model lacks friction."""
     robot = pendulum(folder)
@@ -70,6 +91,7 @@ def diagnosed(folder: Path) -> Path:
     return folder
 
 
+@made_once
 def explained(folder: Path) -> Path:
     """What `explain` leaves after one step."""
     robot = pendulum(folder)

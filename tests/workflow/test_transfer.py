@@ -31,7 +31,7 @@ def test_more_trials_continue_a_study_and_one_cell_is_one_path(copied):
     before, others = pd.read_parquet(cell / "trials.parquet"), other.stat().st_mtime_ns
     config = copy.deepcopy(copied.config)
     config["tuning"]["trials"] += 1
-    target = "results/smoke/sim_to_real/joint_reach/kp512_kd24/seed1/rollouts.parquet"
+    target = "results/smoke/sim_to_real/joint_reach/kp512_kd24/trials.parquet"
     done = copied.run("--", target, config=config)
     assert done.returncode == 0, done.stdout[-4000:]
     after = pd.read_parquet(cell / "trials.parquet")
