@@ -176,7 +176,7 @@ def two(robot, effects):
     ("name", "values", "made"),
     [
         # what limits the torque from tick to tick
-        ("torque_rate_limit", {"rate": {"hinge": 10.0}, "ramp": 0.0}, swings),
+        ("torque_rate_limit", {"rate": {"hinge": 10.0}, "ramp": 0.0}, two),
         # four periods are as long as one of this loop
         ("low_rate_loop", {"rate": 250.0}, swings),
         # what sticks and slips within a tick
