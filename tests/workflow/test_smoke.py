@@ -134,11 +134,10 @@ def test_one_cell_is_one_path_and_comes_out_the_same_after_a_kill(copied):
     before, artefacts = pd.read_parquet(cell / "seed0/rollouts.parquet"), copied.artefacts()
     weights = (cell / "seed0/policy.safetensors").read_bytes()
     shutil.rmtree(cell)
-    begun = [logs / rule / f"block_stack_nominal_kp512_kd32{rest}.log" for rule, rest in (
-        ("retarget", ""), ("train", "_seed0"),
-    )]  # fmt: skip
-    for log in begun:
-        log.unlink()
+    retargeting = logs / "retarget/block_stack_nominal_kp512_kd32.log"
+    training = logs / "train/block_stack_nominal_kp512_kd32_seed0.log"
+    retargeting.unlink()
+    training.unlink()
     said = copied.folder / "said.txt"
     with said.open("w") as stream:
         run = subprocess.Popen(
@@ -148,12 +147,12 @@ def test_one_cell_is_one_path_and_comes_out_the_same_after_a_kill(copied):
             stdout=stream,
             stderr=stream,
         )
-    _appears(begun[0])
+    _appears(retargeting)
     # a second run in the same folder is refused while the first is alive
     second = copied.run("--", target)
     assert second.returncode != 0
     assert "another run is at work here" in second.stdout
-    _appears(begun[1])
+    _appears(training)
     os.killpg(run.pid, signal.SIGKILL)
     run.wait()
     plan = re.search(r"^3 jobs: (.+)$", said.read_text(), re.MULTILINE)[1]

@@ -96,7 +96,7 @@ def _predicted(
     terms: Sequence[Term], requests: Sequence[Request], predictor: Predictor
 ) -> list[np.ndarray]:
     """Positions with each guess; on every tick where a guess has to be final."""
-    final = [_is_final(term.effect) for term in terms]
+    final = [predictor.coarseness > 1 and _is_final(term.effect) for term in terms]
     found = {}
     for every_tick in (False, True):
         rows = [i for i, is_final in enumerate(final) if is_final == every_tick]
