@@ -6,6 +6,8 @@ CONFIG ?= config/config.yaml
 UV_VERSION := 0.13.8
 # uv from PATH, else from PyPI into a private folder
 UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
+# with it, as containers set it, every process compiles its libraries anew: twice the time
+unexport PYTHONDONTWRITEBYTECODE
 SNAKEMAKE = $(BIN)/snakemake --cores $(CORES) --configfile $(CONFIG)
 
 .PHONY: help figures tables diagnosis decoupling landscape all report test test-slow lint bench docs lock clean

@@ -30,6 +30,7 @@ include: "workflow/rules/scoreboard.smk"
 
 localrules:
     all,
+    datasets,
     decoupling,
     diagnosis,
     figures,
@@ -91,6 +92,11 @@ rule tables:
         EVERY_CELL,
         EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
+
+
+rule datasets:
+    input:
+        DATASETS,
 
 
 rule decoupling:

@@ -10,12 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from t2l.actions import make_control
-from t2l.demos.dataset import (
-    read_demonstrations,
-    read_replays,
-    write_demonstrations,
-    write_replays,
-)
+from t2l.demos.dataset import read_demonstrations, write_dataset, write_demonstrations
 from t2l.demos.replay import replay
 from t2l.errors import ArtefactError, OutputError
 from t2l.gains import Cell
@@ -66,35 +61,33 @@ print("losses", losses[0], losses[-1])
 
 
 @pytest.fixture(scope="module")
+def stored(task, demonstrations, tmp_path_factory):
+    path = tmp_path_factory.mktemp("sets") / "demonstrations"
+    write_demonstrations(demonstrations[:2], task, path)
+    return path
+
+
+@pytest.fixture(scope="module")
 def replay_set(task, demonstrations, tmp_path_factory):
     path = tmp_path_factory.mktemp("sets") / "kp128_kd8"
     control = make_control({"kind": "joint_target"}, Cell(128, 8), task.robot, task.model)
     replays = replay(task, demonstrations[:3], control, decimation=10, threads=2)
-    write_replays(replays, task, control.actions.names, 50, path)
-    return path, replays
+    write_dataset([r.episode for r in replays], task, control.actions.names, 50, path)
+    return path
 
 
-def test_demonstrations_survive_the_disk_to_the_last_bit(task, demonstrations, tmp_path):
-    path = tmp_path / "demonstrations"
-    write_demonstrations(demonstrations[:2], task, path)
-    for a, b in zip(demonstrations[:2], read_demonstrations(path, task), strict=True):
+def test_demonstrations_survive_the_disk_to_the_last_bit(task, demonstrations, stored):
+    for a, b in zip(demonstrations[:2], read_demonstrations(stored, task), strict=True):
         np.testing.assert_array_equal(a.torque, b.torque)
         np.testing.assert_array_equal(a.dq, b.dq)
         np.testing.assert_array_equal(a.gripper, b.gripper)
         np.testing.assert_array_equal(a.qpos, b.qpos)
 
 
-def test_replays_survive_the_disk(task, replay_set):
-    path, replays = replay_set
-    for r, (observation, action) in zip(replays, read_replays(path, task), strict=True):
-        np.testing.assert_array_equal(observation, r.observation)
-        np.testing.assert_array_equal(action[:, :7], r.command.astype(np.float32))
-
-
 def test_lerobot_trains_on_a_replay_set(replay_set, tmp_path):
     environment = {**os.environ, "HF_HUB_OFFLINE": "1", "HF_HOME": str(tmp_path)}
     done = subprocess.run(
-        [sys.executable, "-c", TRAIN_WITH_LEROBOT, str(replay_set[0])],
+        [sys.executable, "-c", TRAIN_WITH_LEROBOT, str(replay_set)],
         capture_output=True,
         text=True,
         env=environment,
@@ -134,7 +127,7 @@ def _shorter(table):
     lists = table["action"].to_pylist()
     lists[3] = lists[3][:-1]
     at = table.column_names.index("action")
-    return table.set_column(at, "action", pa.array(lists, pa.list_(pa.float32())))
+    return table.set_column(at, "action", pa.array(lists, pa.list_(pa.float64())))
 
 
 @pytest.mark.parametrize(
@@ -160,12 +153,12 @@ def _shorter(table):
         *("list", "column", "lengths"),
     ],
 )
-def test_a_damaged_set_is_named(task, replay_set, tmp_path, damage, message):
+def test_a_damaged_set_is_named(task, stored, tmp_path, damage, message):
     path = tmp_path / "damaged"
-    shutil.copytree(replay_set[0], path)
+    shutil.copytree(stored, path)
     damage(path)
     with pytest.raises(ArtefactError, match=message) as error:
-        read_replays(path, task)
+        read_demonstrations(path, task)
     assert str(path) in str(error.value)
     assert error.value.path == path
 

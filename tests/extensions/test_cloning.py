@@ -5,7 +5,8 @@ import pytest
 
 from t2l.actions import make_control
 from t2l.bc.rollout import roll_out
-from t2l.demos.dataset import read_replays, write_demonstrations, write_replays
+from t2l.demos.dataset import read_demonstrations, write_demonstrations
+from t2l.demos.episodes import read_episodes, write_episodes
 from t2l.demos.expert import demonstrate
 from t2l.demos.replay import replay
 from t2l.gains import Cell
@@ -27,11 +28,12 @@ def demonstrations(lift):
 @pytest.mark.parametrize("kind", ["joint_target", "joint_velocity"])
 def test_what_is_recorded_is_retargeted_stored_and_rolled_out(lift, demonstrations, kind, tmp_path):
     write_demonstrations(demonstrations, lift, tmp_path / "demonstrations")
+    stored = read_demonstrations(tmp_path / "demonstrations", lift)
     control = make_control({"kind": kind}, CELL, lift.robot, lift.model)
-    replays = replay(lift, demonstrations, control, CHUNK)
+    replays = replay(lift, stored, control, CHUNK)
     assert all(r.success for r in replays)
-    write_replays(replays, lift, control.actions.names, 50, tmp_path / "replays")
-    (_, action), *_ = read_replays(tmp_path / "replays", lift)
+    write_episodes([r.episode for r in replays], tmp_path / "episodes.parquet")
+    (_, action), *_ = read_episodes(tmp_path / "episodes.parquet", lift)
     asked = iter(range(1000))
 
     def act(history):

@@ -120,6 +120,19 @@ def test_one_deleted_artefact_rebuilds_that_cell_alone(copied):
     assert set(planned) & set(WORK) == {"train", "roll_out", "noisy_replays"}
 
 
+def test_a_cell_is_written_for_lerobot_on_request(copied):
+    cell = copied.results / "block_stack" / "nominal" / "kp32_kd2"
+    assert not (cell / "demonstrations").exists()
+    target = "results/smoke/block_stack/nominal/kp32_kd2/demonstrations"
+    done = copied.run("--", target)
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert re.search(r"^1 job: 1 dataset$", done.stdout, re.MULTILINE)
+    told = json.loads((cell / "demonstrations/meta/info.json").read_text())
+    episodes = pd.read_parquet(cell / "episodes.parquet")
+    assert (told["total_frames"], told["fps"]) == (len(episodes), 50)
+    assert copied.planned("datasets") == {"dataset": 3, "datasets": 1}
+
+
 def _appears(path):
     deadline = time.monotonic() + 90
     while not path.exists():

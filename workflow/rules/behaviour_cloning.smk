@@ -12,7 +12,7 @@ EVERY_CELL = [
         task=TASKS,
         variant={like(name, *LABELS) for name in VARIANTS},
         cell=CELLS,
-        artefact=["demonstrations", "replays.parquet"],
+        artefact=["episodes.parquet", "replays.parquet"],
     ),
     *expand(
         of_clone("{artefact}"),
@@ -38,7 +38,7 @@ if STUDY.sections["training_jobs"] == "policy":
 
     rule train:
         input:
-            demonstrations=by_cell("demonstrations"),
+            episodes=by_cell("episodes.parquet"),
         output:
             policies=[of_clone("policy.safetensors")],
             losses=[of_clone("losses.parquet")],
@@ -66,8 +66,8 @@ else:
 
     rule train_side_by_side:
         input:
-            demonstrations=lambda wildcards: expand(
-                of_cell("demonstrations"),
+            episodes=lambda wildcards: expand(
+                of_cell("episodes.parquet"),
                 variant=like(wildcards.variant, *LABELS),
                 cell=CELLS,
                 allow_missing=True,

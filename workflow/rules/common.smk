@@ -26,6 +26,8 @@ config.update(STUDY.sections)
 # one process a core: libraries must not start threads of their own
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+# with it, as containers set it, every job compiles its libraries anew: twice the time
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # torch's threads wait without holding the core that the simulator's next step needs
 os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 

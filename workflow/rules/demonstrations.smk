@@ -1,5 +1,13 @@
 """Demonstrations, their retargeting to each cell, and how faithful that is."""
 
+# for training with lerobot; nothing here needs them
+DATASETS = expand(
+    of_cell("demonstrations"),
+    task=TASKS,
+    variant={like(name, *LABELS) for name in VARIANTS},
+    cell=CELLS,
+)
+
 
 rule demonstrate:
     output:
@@ -28,7 +36,7 @@ rule retarget:
     input:
         demonstrations=DEMONSTRATIONS,
     output:
-        demonstrations=directory(of_cell("demonstrations")),
+        episodes=of_cell("episodes.parquet"),
         replays=of_cell("replays.parquet"),
     params:
         version=VERSION,
@@ -46,6 +54,28 @@ rule retarget:
         "../envs/t2l.yaml"
     script:
         "../scripts/retarget.py"
+
+
+rule dataset:
+    input:
+        by_cell("episodes.parquet"),
+    output:
+        directory(of_cell("demonstrations")),
+    params:
+        version=VERSION,
+        task=task_parameters,
+        actions=of_variant("actions"),
+        settings=of_variant("retargeting"),
+    log:
+        result("logs", "dataset", "{task}_{variant}_{cell}.log"),
+    benchmark:
+        result("benchmarks", "dataset", "{task}_{variant}_{cell}.tsv")
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/dataset.py"
 
 
 rule fidelity:

@@ -57,7 +57,7 @@ rule fidelity_figure:
 rule tracking_figure:
     input:
         expand(
-            of_cell("demonstrations"), variant=NOMINAL, cell=CORNERS, allow_missing=True
+            of_cell("episodes.parquet"), variant=NOMINAL, cell=CORNERS, allow_missing=True
         ),
     output:
         figure("tracking", "tracking"),

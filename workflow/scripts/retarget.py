@@ -1,10 +1,9 @@
 """Retarget the demonstrations to one cell and keep those that still succeed."""
 
-from pathlib import Path
-
 from t2l.actions import make_control
 from t2l.artefacts import write_table
-from t2l.demos.dataset import read_demonstrations, write_replays
+from t2l.demos.dataset import read_demonstrations
+from t2l.demos.episodes import write_episodes
 from t2l.demos.replay import replay, replay_table, successful
 from t2l.gains import Cell
 from t2l.jobs import job
@@ -18,6 +17,5 @@ with job(snakemake):
     settings, decimation = snakemake.params.settings, snakemake.params.decimation
     replays = replay(task, demonstrations, control, decimation, settings["hold"], snakemake.threads)
     kept = successful(replays, cell)
-    path = Path(snakemake.output.demonstrations)
-    write_replays(kept, task, control.actions.names, settings["policy_rate_hz"], path)
+    write_episodes([r.episode for r in kept], snakemake.output.episodes)
     write_table(replay_table(replays, cell), snakemake.output.replays)

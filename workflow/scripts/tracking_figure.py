@@ -1,7 +1,7 @@
 """Draw commanded and achieved positions of the first replay in every corner cell."""
 
 from t2l.actions import make_control
-from t2l.demos.dataset import read_replays
+from t2l.demos.episodes import read_episodes
 from t2l.demos.tracked import tracked
 from t2l.figures.style import short, title, write
 from t2l.figures.tracking import tracking
@@ -17,7 +17,7 @@ with job(snakemake):
         control = make_control(
             snakemake.params.actions, Cell.from_name(name), task.robot, task.model
         )
-        episodes[control.cell] = tracked(task, control, *read_replays(path, task)[0])
+        episodes[control.cell] = tracked(task, control, *read_episodes(path, task)[0])
     controller = control.controller
     labels = short(controller.command_names).values()
     units = controller.command_units

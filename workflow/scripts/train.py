@@ -15,7 +15,7 @@ with job(snakemake):
     control = make_control(params.actions, cells[0], task.robot, task.model)
     trained = train(
         task,
-        dict(zip(cells, snakemake.input.demonstrations, strict=True)),
+        dict(zip(cells, snakemake.input.episodes, strict=True)),
         params.seeds,
         (params.seed, "train", wildcards.task),
         control.actions.names,

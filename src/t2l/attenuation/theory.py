@@ -14,7 +14,6 @@ where h Kp / (2 Kd) is small. `held_variance` is exact for any h.
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_discrete_lyapunov
-from scipy.signal import cont2discrete
 
 
 def attenuation(kp: ArrayLike, kd: ArrayLike, hold_s: float) -> np.ndarray:
@@ -65,6 +64,9 @@ def continuous_matrices(
 
     What differs is the integrator's own: to first order it adds a damping of Kp dt.
     """
+    # seconds to import, for many jobs that need no matrices
+    from scipy.signal import cont2discrete
+
     a = np.array([[0, 1], [-kp / inertia, -kd / inertia]])
     b = np.array([[0], [kp / inertia]])
     state, pushed, *_ = cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), interval_s)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from t2l.demos.dataset import read_replays
+from t2l.demos.episodes import read_episodes
 from t2l.gains import Cell
 from t2l.policies import POLICIES, ClonedPolicy, Episode, TrainingSet
 from t2l.policies.validation import prediction_mse, split
@@ -29,7 +29,7 @@ def train(
     """Train a policy for each cell and training seed, cell by cell.
 
     Args:
-        data: each cell's data set of replays.
+        data: each cell's table of episodes.
         seeds: numbers of the trainings of a cell.
         stage: base seed and names that the seed of a training is derived from.
         actions: names of an action's elements, without those of grippers.
@@ -42,13 +42,13 @@ def train(
         every row.
 
     Raises:
-        ArtefactError: a data set is missing, cut short or foreign.
+        ArtefactError: a table is missing, cut short or foreign.
     """
     own = dict(settings)
     kind, fraction = POLICIES.find(own.pop("policy")), own.pop("validation_fraction")
     members, sets = [], []
     for cell, path in data.items():
-        episodes = [Episode(*replay) for replay in read_replays(path, task)]
+        episodes = [Episode(*replay) for replay in read_episodes(path, task)]
         most = used.get(cell.name) if isinstance(used, Mapping) else used
         for number in seeds:
             seed = torch_seed(*stage, cell.name, number)

@@ -1,4 +1,4 @@
-"""Demonstrations and replays on disk: LeRobot data sets.
+"""Demonstrations on disk, and what policies are trained on for lerobot: LeRobot data sets.
 
 lerobot writes them; reading takes the Parquet files they consist of, because importing lerobot
 costs seconds that most stages do not have to spend.
@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 
 from t2l.artefacts import read_arrow, read_json, reading, whole
 from t2l.demos.demonstration import Demonstration
-from t2l.demos.replay import Replay
+from t2l.demos.episodes import NUMBER, by_episode
 from t2l.errors import ArtefactError
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Task
@@ -81,16 +80,21 @@ def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
     return demonstrations
 
 
-def write_replays(
-    replays: Iterable[Replay], task: Task, actions: Sequence[str], fps: int, path: Path
+def write_dataset(
+    episodes: Iterable[tuple[np.ndarray, np.ndarray]],
+    task: Task,
+    actions: Sequence[str],
+    fps: int,
+    path: Path,
 ) -> None:
-    """Write replays at the policy's rate: observation, and action with the gripper commands.
+    """Write what the policies of a cell are trained on, at the policy's rate.
 
     The observation is split as lerobot's policies expect it: the robot's own state, and the
     state of its environment.
 
     Args:
-        actions: names of an action's elements.
+        episodes: observation (n, nobs) and action (n, nact) of each, as `read_episodes` gives them.
+        actions: names of an action's elements, without those of grippers.
     """
     names, own = list(task.observation_names), task.robot_observation_size
     features = {
@@ -98,33 +102,11 @@ def write_replays(
         ENVIRONMENT: _feature("float32", names[own:]),
         ACTION: _feature("float32", [*actions, *_grippers(task)]),
     }
-    episodes = (
-        {
-            STATE: r.observation[:, :own],
-            ENVIRONMENT: r.observation[:, own:],
-            ACTION: np.concatenate([r.action, r.gripper], axis=1, dtype=np.float32),
-        }
-        for r in replays
+    frames = (
+        {STATE: observation[:, :own], ENVIRONMENT: observation[:, own:], ACTION: action}
+        for observation, action in episodes
     )
-    _write(path, task, fps, features, episodes)
-
-
-def read_replays(path: Path | str, task: Task) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Observation (n, nobs) and action (n, nact) of every episode that `write_replays` wrote.
-
-    Raises:
-        ArtefactError: the folder is missing, cut short, or of another task.
-    """
-    own = task.robot_observation_size
-    sizes = {
-        STATE: own,
-        ENVIRONMENT: len(task.observation_names) - own,
-        ACTION: None,
-    }
-    return [
-        (np.concatenate([episode[STATE], episode[ENVIRONMENT]], axis=1), episode[ACTION])
-        for episode in _read(Path(path), sizes)
-    ]
+    _write(path, task, fps, features, frames)
 
 
 def _grippers(task: Task) -> list[str]:
@@ -188,8 +170,8 @@ def _no_images() -> Iterator[None]:
         dataset_writer.embed_images = embed
 
 
-def _read(path: Path, sizes: Mapping[str, int | None]) -> list[dict[str, np.ndarray]]:
-    shapes = ", ".join(f"{k} ({'…' if n is None else n},)" for k, n in sizes.items())
+def _read(path: Path, sizes: Mapping[str, int]) -> list[dict[str, np.ndarray]]:
+    shapes = ", ".join(f"{k} ({n},)" for k, n in sizes.items())
     expected = f"a LeRobot data set with {shapes}"
     try:
         return _episodes(path, sizes, expected)
@@ -201,51 +183,20 @@ def _read(path: Path, sizes: Mapping[str, int | None]) -> list[dict[str, np.ndar
         raise ArtefactError(path, found, error.expected) from None
 
 
-def _episodes(
-    path: Path, sizes: Mapping[str, int | None], expected: str
-) -> list[dict[str, np.ndarray]]:
+def _episodes(path: Path, sizes: Mapping[str, int], expected: str) -> list[dict[str, np.ndarray]]:
     if not path.is_dir():
         found = "a file" if path.exists() else "no such folder"
         raise ArtefactError(path, found, expected)
-    info_path, sizes = path / "meta" / "info.json", dict(sizes)
+    info_path = path / "meta" / "info.json"
     info = read_json(info_path, "what a data set holds", ("features", "total_frames"))
     with reading(info_path, "what a data set holds"):
         shapes = {key: info["features"][key]["shape"] for key in sizes}
-        (sizes[ACTION],) = shapes[ACTION] if sizes[ACTION] is None else (sizes[ACTION],)
     for key, size in sizes.items():
         if shapes[key] != [size]:
             raise ArtefactError(path, f"{key} has shape {shapes[key]}", expected)
     files = sorted(path.glob("data/*/*.parquet"))
-    tables = [read_arrow(file, [*sizes, "episode_index"]) for file in files]
+    tables = [read_arrow(file, [*sizes, NUMBER]) for file in files]
     frames, total = sum(map(len, tables)), info["total_frames"]
     if frames != total or frames == 0:
         raise ArtefactError(path, f"{frames} frames where info.json says {total}", expected)
-    parts = [
-        {key: _rows(file, table, key, size) for key, size in sizes.items()}
-        for file, table in zip(files, tables, strict=True)
-    ]
-    values = {key: np.concatenate([part[key] for part in parts]) for key in sizes}
-    numbers = [_numbers(file, table) for file, table in zip(files, tables, strict=True)]
-    starts = np.flatnonzero(np.diff(np.concatenate(numbers))) + 1
-    split = {key: np.split(value, starts) for key, value in values.items()}
-    return [dict(zip(split, episode, strict=True)) for episode in zip(*split.values(), strict=True)]
-
-
-def _rows(file: Path, table: pa.Table, key: str, size: int) -> np.ndarray:
-    """A column of lists as (nframe, size)."""
-    column = table[key].combine_chunks()
-    lists = pa.types.is_list(column.type) or pa.types.is_fixed_size_list(column.type)
-    if not lists or not pa.types.is_floating(column.type.value_type):
-        raise ArtefactError(file, f"{key} is {column.type}", "lists of floating-point numbers")
-    flat = column.flatten()
-    lengths = column.value_lengths().unique().to_pylist()
-    if lengths != [size] or column.null_count or flat.null_count:
-        raise ArtefactError(file, f"{key} has lists of other lengths", f"lists of {size} numbers")
-    return flat.to_numpy().reshape(-1, size)
-
-
-def _numbers(file: Path, table: pa.Table) -> np.ndarray:
-    column = table["episode_index"]
-    if not pa.types.is_integer(column.type) or column.null_count:
-        raise ArtefactError(file, f"episode_index is {column.type}", "integers")
-    return column.to_numpy()
+    return by_episode(files, tables, sizes)

@@ -40,6 +40,12 @@ class Replay:
     failure: str
     mse_q_rad2: float
 
+    @property
+    def episode(self) -> tuple[np.ndarray, np.ndarray]:
+        """What a policy learns: observation, and action with the gripper commands, float32."""
+        action = np.concatenate([self.action, self.gripper], axis=1, dtype=np.float32)
+        return self.observation, action
+
 
 def replay(
     task: Demonstrated,

@@ -15,7 +15,7 @@ def tracked(
 
     Args:
         observation: (n, nobs), which begins with q.
-        action: (n, naction + ngripper) that the data set holds.
+        action: (n, naction + ngripper) as policies give it, with grippers.
     """
     n, controller = len(observation), control.controller
     batch = make_batch(task.model, n)

@@ -9,7 +9,7 @@ import pytest
 
 from t2l.actions import make_control
 from t2l.cli.main import main
-from t2l.demos.dataset import write_replays
+from t2l.demos.dataset import write_dataset
 from t2l.demos.replay import replay
 from t2l.errors import InputError, RecordingError
 from t2l.gains import Cell
@@ -102,7 +102,8 @@ def test_the_command_writes_chosen_episodes(dataset, tmp_path, capsys):
 def test_data_sets_that_lerobot_writes_are_read(task, demonstrations, tmp_path):
     control = make_control({"kind": "joint_target"}, Cell(128, 8), task.robot, task.model)
     replays = replay(task, demonstrations[:2], control, decimation=10, threads=2)
-    write_replays(replays, task, control.actions.names, 50, tmp_path / "kp128_kd8")
+    episodes = [r.episode for r in replays]
+    write_dataset(episodes, task, control.actions.names, 50, tmp_path / "kp128_kd8")
     controller = {**CONTROLLER, "joints": list(task.robot.joints), "kp": 128, "kd": 8}
     recordings = read_lerobot(tmp_path / "kp128_kd8", controller)
     for r, recording in zip(replays, recordings, strict=True):
