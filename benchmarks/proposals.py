@@ -62,18 +62,31 @@ class PeriodicTorque(HiddenEffect):
         return self.a * np.sin(2 * np.pi * self.frequency_hz * (state.t - self.begin))
 
 
-# name, robot, effect, the names that say the same, what the torque follows
+# dry friction, and what is dry friction for some values of its parameters
+DRY = (
+    "coulomb_friction",
+    "dahl_friction",
+    "directional_friction",
+    "friction_drift",
+    "friction_temperature",
+    "load_dependent_friction",
+    "lugre_friction",
+    "stribeck_friction",
+)
+# a cable that is wound on one joint alone is a spring and a damper
+SPRING = ("parallel_spring", "joint_coupling")
+# name, effect, its numbers on a pendulum, its size on an arm, the names that say the same, what
+# the torque follows
 HIDDEN = (
-    ("viscous", ViscousFriction, (0.03,), 0.08, ("viscous_friction",), ("velocity", "speed")),
+    (
+        "viscous", ViscousFriction, (0.03,), 0.08, ("viscous_friction", "joint_coupling"),
+        ("velocity", "speed"),
+    ),
     ("quadratic", QuadraticFriction, (0.02,), 0.04, ("quadratic_friction",), ("velocity", "speed")),
     ("cogging", Cogging, (0.05, 14.0), 0.06, ("cogging",), ("position",)),
-    (
-        "coulomb", CoulombFriction, (0.06,), 0.05,
-        ("coulomb_friction", "stribeck_friction", "load_dependent_friction"),
-        ("speed", "velocity", "constant"),
-    ),
+    ("coulomb", CoulombFriction, (0.06,), 0.05, DRY, ("speed", "velocity", "constant")),
     ("offset", TorqueOffset, (0.03,), -0.05, ("torque_offset",), ("constant",)),
-    ("spring", ParallelSpring, (0.15, 0.3), 0.3, ("parallel_spring",), ("position",)),
+    ("spring", ParallelSpring, (0.15, 0.3), 0.3, SPRING, ("position",)),
     ("bump", OddPositionTorque, (0.06, 0.5, 0.1, 0.3, 0.6), 0.06, (), ("position",)),
     ("periodic", PeriodicTorque, (0.04, 0.73), 0.05, ("periodic_torque",), ("time",)),
 )  # fmt: skip
@@ -139,9 +152,20 @@ def found(command: str, where: Path, out: Path, without: tuple[str, ...]) -> tup
         main([command, *logs])
         return json.loads((out / "proposal.json").read_text()), []
     main([command, *logs, *(f"--without={name}" for name in taken)])
-    content = json.loads((out / "proposal" / "proposal.json").read_text())
+    content = _proposed(out)
     model = yaml.safe_load((out / "model.yaml").read_text())
     return content, list(model["effects"])
+
+
+def _proposed(out: Path) -> dict:
+    """The proposal beside an explanation; without one, what the explanation says itself."""
+    if (out / "proposal" / "proposal.json").exists():
+        return json.loads((out / "proposal" / "proposal.json").read_text())
+    told = json.loads((out / "explanation.json").read_text())
+    errors = (told["steps"][at]["test_rmse_q_rad"] for at in (0, -1))
+    report = dict(zip(("baseline_rmse_q_rad", "rmse_q_rad"), errors, strict=True))
+    floor, verdict = told["noise_floor_rad"], told["verdict"]
+    return {"curves": [], "noise_floor_rad": floor, "verdict": verdict, "report": report}
 
 
 def main(command: str, folder: Path, names: list[str]) -> None:

@@ -9,7 +9,10 @@ from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import Explanation
 from t2l.effects.law import TORQUE, Law
 from t2l.identify.model import Model
+from t2l.identify.prediction import Predictor
+from t2l.propose.bases import effect_of
 from t2l.propose.beside import proposed_beside
+from t2l.propose.laws import before_leaving
 from tests.diagnose.made import measured, pendulum
 from tests.propose.test_search import POSITIONS, machine, planted
 
@@ -28,6 +31,25 @@ def hidden(robot, effects):
     truth = Model(robot, effects, learned=(curve,))
     recordings = [measured(r, None, 1e-4, seed, truth) for seed, r in enumerate(made)]
     return gather(robot, recordings[:2], [replace(recordings[2], name="held")], threads=1)
+
+
+def test_what_a_recording_shows_before_it_goes_further_than_those_learned_from(tmp_path):
+    robot = pendulum(tmp_path)
+    predictor = Predictor(robot, machine(robot, []), threads=1)
+    samples = predictor.samples
+    law = Law(TORQUE, "hinge", "velocity", "hinge")
+    dq = np.where(samples.time > 0.5 + samples.recording, 4.0, 1.0)
+
+    def known(ends):
+        effect = effect_of(law, ends, 0.1)
+        return before_leaving([effect], predictor, samples.q, dq)
+
+    assert known((-4.0, 4.0)).all()
+    # the first recording from half a second on; the second is over before
+    np.testing.assert_array_equal(
+        known((-1.0, 2.0)), (samples.time <= 0.5) | (samples.recording > 0)
+    )
+    assert not known((2.0, 5.0)).any()
 
 
 @pytest.mark.slow

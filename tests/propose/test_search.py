@@ -51,6 +51,16 @@ def test_a_smooth_torque_over_position_is_recovered_within_its_band(tmp_path):
     assert found.report_rmse_rad < 1.5e-4 < 5e-4 < found.report_baseline_rad
 
 
+def test_a_fast_ripple_gets_more_knots(tmp_path):
+    """Six and a half periods are too many for the knots that every law is tried with."""
+    robot = pendulum(tmp_path)
+    law, at = Law(TORQUE, "hinge", "position", "hinge"), np.linspace(-2.0, 2.5, 600)
+    truth = planted(law, at, 0.04 * np.sin(40 * at))
+    found = learn(robot, machine(robot, [truth], 3))
+    assert [one.curve.law for one in found.learned] == [law]
+    assert found.choice_rmse_rad < 1.2 * found.noise_floor_rad < 0.2 * found.choice_baseline_rad
+
+
 def sway(amplitude, hz):
     return lambda t: 0.2 + amplitude * np.sin(2 * np.pi * 0.8 * hz * t)
 

@@ -5,16 +5,14 @@ from typing import Any
 import numpy as np
 
 from t2l.diagnose.candidate import Candidate
-from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, Diagnosis
-
-TEST_DIFFERS = 1.5  # times the validation error, which already is above the noise
+from t2l.diagnose.ranking import MISSING, NEAR_THE_FLOOR, NOTHING_MISSING, Diagnosis
 
 
 def headline(diagnosis: Diagnosis) -> str:
     """What was found, in a sentence."""
     error, floor = 1e3 * diagnosis.test_rmse_rad, 1e3 * diagnosis.noise_floor_rad
     if diagnosis.verdict == NOTHING_MISSING:
-        if diagnosis.test_rmse_rad > TEST_DIFFERS * diagnosis.validation_rmse_rad:
+        if diagnosis.test_rmse_rad > NEAR_THE_FLOOR * diagnosis.validation_rmse_rad:
             return (
                 "No effect is missing in what was fitted and chosen by, but the test error is "
                 f"{error:.3g} mrad (noise {floor:.3g} mrad): the test recordings show something "

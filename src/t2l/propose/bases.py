@@ -17,12 +17,13 @@ RADII = 10  # of a hysteresis, each half of the one before, from the range down
 MARGIN = 0.05  # of the range, to each side: the motion of a better model may go further
 
 
-def effect_of(law: Law, ends: tuple[float, float], size: float) -> SplineTorque:
+def effect_of(law: Law, ends: tuple[float, float], size: float, finer: int = 1) -> SplineTorque:
     """A law with weights to fit.
 
     Args:
         ends: of its variable.
         size: N·m that make a difference.
+        finer: how many times as many intervals a spline has.
     """
     low, high = ends
     if law.kind == HYSTERESIS:
@@ -33,7 +34,7 @@ def effect_of(law: Law, ends: tuple[float, float], size: float) -> SplineTorque:
     margin = MARGIN * (high - low)
     begin = low if law.follows in ("speed", "commanded torque size", "time") else low - margin
     grid = np.linspace(begin, high + margin, GRID)
-    count = INTERVALS_OF_FRICTION if law.kind == FRICTION else INTERVALS
+    count = finer * (INTERVALS_OF_FRICTION if law.kind == FRICTION else INTERVALS)
     # friction changes most where motion begins
     spread = np.linspace(0, 1, count + 1) ** (2 if law.follows == "speed" else 1)
     basis = _splines(grid, grid[0] + spread * (grid[-1] - grid[0]))

@@ -11,7 +11,7 @@ from t2l.artefacts import read_json, write_text
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.files import MODEL, PROPOSAL, PROPOSED
 from t2l.diagnose.forward_selection import Explanation, fingerprint
-from t2l.diagnose.ranking import UNEXPLAINED
+from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
@@ -63,11 +63,11 @@ def proposed_beside(
     content = write_proposal(found.proposal, where, chosen, evidence.test, known)
     if found.proposal.verdict != LAW:
         return _kept(explanation, where, key)
-    verdict = UNEXPLAINED if found.dropped else explanation.verdict
-    sentence = f"{explanation.sentence} {content['sentence']}"
-    if found.dropped:
-        sentence = _retracted(found, explanation)
-    changed = replace(explanation, model=found.model, verdict=verdict, sentence=sentence)
+    before = explanation.sentence
+    if explanation.verdict == NOTHING_MISSING:
+        before = "Known effects explain nearly all, but not all."
+    sentence = _retracted(found) if found.dropped else f"{before} {content['sentence']}"
+    changed = replace(explanation, model=found.model, verdict=UNEXPLAINED, sentence=sentence)
     return _kept(changed, where, key)
 
 
@@ -98,7 +98,7 @@ def _kept(explanation: Explanation, where: Path, key: str) -> Explanation:
     return replace(explanation, model=replace(read_model(where / MODEL), without=without))
 
 
-def _retracted(found: Reconsidered, explanation: Explanation) -> str:
+def _retracted(found: Reconsidered) -> str:
     names = " and ".join(name.replace("_", " ") for name in found.dropped)
     first = f"Unexplained by known effects. {headline(found.proposal)}"
     if found.decision is None:

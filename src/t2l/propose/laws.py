@@ -1,6 +1,6 @@
 """Which laws a missing torque may follow, and over what range the recordings show each."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -8,8 +8,11 @@ from t2l.diagnose.conditions import Series, features
 from t2l.diagnose.explained_variance import by_bins
 from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
 from t2l.effects.law import ALLOWED, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
+from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
+from t2l.propose.bases import MARGIN
 
+SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of what a law follows
 MOVES = 1e-9  # in the variable's unit; less is no motion
 OTHER_JOINTS = 2  # laws of other joints' motion that are tried on a joint of a robot with many
 LEAST_SHARE = 0.03  # of the squared error; a joint with less has no law of its own
@@ -66,12 +69,11 @@ def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tup
     measured_dq = derivatives(Series(samples), samples.q)[1]
     both = [features(predictor, q, dq), features(predictor, samples.q, measured_dq)]
     # of time there is only one
-    source = {"commanded torque": "torque", "load": "gravity"}
     found: dict[Law, tuple[float, float]] = {}
 
     def seen(variable: str, joint: int) -> tuple[float, float]:
         at = samples.joint == joint
-        values = np.concatenate([f[source.get(variable, variable)][at] for f in both])
+        values = np.concatenate([f[SOURCE.get(variable, variable)][at] for f in both])
         return float(values.min()), float(values.max())
 
     def span(variable: str, joint: int) -> tuple[float, float]:
@@ -94,6 +96,31 @@ def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tup
                 if other != joint:
                     found[Law(TORQUE, name, variable, its)] = span(variable, other)
     return {law: ends for law, ends in found.items() if ends[1] - ends[0] > MOVES}
+
+
+def before_leaving(
+    effects: Sequence[SplineTorque], predictor: Predictor, q: np.ndarray, dq: np.ndarray
+) -> np.ndarray:
+    """(nsample,) bool: before a law's variable leaves, in that recording, where it was learned.
+
+    Args:
+        q, dq: (nsample,) predicted position and velocity.
+    """
+    samples, seen = predictor.samples, features(predictor, q, dq)
+    known = np.ones(len(samples), bool)
+    for effect in effects:
+        law, (low, high) = effect.law, effect.shown
+        if law.follows in ("constant", "distance"):
+            continue
+        signed = {"speed": "velocity", "commanded torque size": "torque"}.get(law.follows)
+        values = np.abs(seen[signed]) if signed else seen[SOURCE.get(law.follows, law.follows)]
+        margin = MARGIN * (high - low)
+        out = (values < low - margin) | (values > high + margin)
+        out &= samples.joint == predictor.joints.index(law.of)
+        for number in np.unique(samples.recording[out]):
+            of = samples.recording == number
+            known &= ~(of & (samples.time >= samples.time[out & of].min()))
+    return known
 
 
 def order(law: Law) -> int:

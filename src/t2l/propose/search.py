@@ -110,7 +110,7 @@ def search(
     ends, torque = ranges(predictor, q[0], dq[0]), scales(predictor).torque
     draft = _draft(predictor, layout, u)
     for number in range(most):
-        if _rms(found.residual[chosen]) <= AT_THE_FLOOR * found.noise_floor_rad:
+        if not _still_more(found):
             break
         progress(f"learning curve {number + 1}", number / most)
         if not _take_one(found, predictor, draft, fitted, chosen, ends, torque):
@@ -178,11 +178,60 @@ def _take_one(
     gain = improvement(found.residual[chosen], residuals[best][chosen], block, rng)
     if not (gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT):
         return False
-    found.state, found.residual, found.rmse_rad = states[best], residuals[best], errors[best]
+    _put(found, predictor, states[best], residuals[best], errors[best])
+    law, finer = effects[short[best]].law, 2
+    while _still_more(found) and law.kind == TORQUE and law.follows != "constant":
+        effect = effect_of(law, ends[law], size[law.joint], finer)
+        if not _take_finer(found, effect, predictor, draft, fitted, chosen, block):
+            break
+        finer *= 2
+    return True
+
+
+def _put(
+    found: Search, predictor: Predictor, state: State, residual: np.ndarray, error: float
+) -> None:
+    found.state, found.residual, found.rmse_rad = state, residual, error
     found.noise_floor_rad = min(
         found.noise_floor_rad,
-        noise_floor(list(predictor.recordings), predictor.samples.by_row(found.residual)),
+        noise_floor(list(predictor.recordings), predictor.samples.by_row(residual)),
     )
+
+
+def _still_more(found: Search) -> bool:
+    return found.rmse_rad > AT_THE_FLOOR * found.noise_floor_rad
+
+
+def _take_finer(
+    found: Search,
+    finer: SplineTorque,
+    predictor: Predictor,
+    draft: Predictor,
+    fitted: np.ndarray,
+    chosen: np.ndarray,
+    block: np.ndarray,
+) -> bool:
+    """Give the law that was taken last more knots, if they earn their place."""
+    state = found.state
+    *before, (coarse, _) = state.laws
+    curve = coarse.basis @ state.u[weights_in(state.layout, coarse)]
+    bare = without(state, [coarse.name])
+    layout, u = joined(bare.layout, bare.u, [term_of(finer, predictor.joints)])
+    weights = np.linalg.lstsq(finer.basis, curve, rcond=None)[0]
+    u[weights_in(layout, finer)] = weights
+    screen, at = few(draft, SCREENED)
+    (answer,) = responses(screen, layout, u, [finer])
+    target = found.residual[at] + answer @ weights
+    guess = fit(answer, target, fitted[at], chosen[at], penalty(finer))
+    u[weights_in(layout, finer)] = guess.weights
+    grown = State(layout, u, (*before, (finer, guess.penalty)))
+    refit([grown], predictor, fitted, LAST_ITERATIONS)
+    (residual,), (error,) = _left([grown], predictor, chosen)
+    rng = np.random.default_rng(SEED)
+    gain = improvement(found.residual[chosen], residual[chosen], block, rng)
+    if not (gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT):
+        return False
+    _put(found, predictor, grown, residual, error)
     return True
 
 
