@@ -30,7 +30,7 @@ from benchmarks.scene import ROOT
 FOLDER = ROOT / "results/bench/hidden_effects"
 PROCESSES = 2
 # packages whose change redoes the table
-EXPLAINS = ("sim", "robots", "effects", "identify", "diagnose")
+EXPLAINS = ("sim", "robots", "effects", "identify", "diagnose", "propose")
 
 # columns that an earlier table stands beside
 COMPARED = ("named first", "right", "adopted", "test error after", "seconds")
@@ -159,9 +159,11 @@ def explained(folder: Path) -> dict:
     """Explain the recordings of `folder` as a user would, and fit what was really hidden."""
     # here, so that listing cases does not import the simulator in the parent
     from t2l.diagnose.evidence import gather
+    from t2l.diagnose.files import PROPOSAL, PROPOSED
     from t2l.diagnose.forward_selection import explain
     from t2l.diagnose.recordings_and_model import read_recordings_and_model
     from t2l.identify.step_size import substeps_for
+    from t2l.propose.beside import proposed_beside
 
     began = perf_counter()
     truth = yaml.safe_load((folder / "truth.yaml").read_text())
@@ -171,6 +173,14 @@ def explained(folder: Path) -> dict:
     work = FOLDER / "work" / folder.name
     shutil.rmtree(work, ignore_errors=True)  # steps of other code
     found = explain(model, evidence, work)
+    left = found.steps[-1].test_rmse_rad
+    found = proposed_beside(model, found, evidence, work)
+    proposal = work / PROPOSED / PROPOSAL
+    curves, learned = [], None
+    if proposal.exists():
+        content = json.loads(proposal.read_text())
+        curves = [curve["law"] for curve in content["curves"]]
+        learned = content["report"]["rmse_q_rad"] if curves else None
     seconds = perf_counter() - began
     step = json.loads((work / "steps/0/diagnosis.json").read_text())
     first = step["ranking"][0] if step["ranking"] else None
@@ -187,7 +197,10 @@ def explained(folder: Path) -> dict:
         "chosen": [s.chosen_share for s in found.steps if s.effect],
         "final_verdict": found.verdict,
         "before": found.steps[0].test_rmse_rad,
-        "after": found.steps[-1].test_rmse_rad,
+        "after": left,
+        "stand": list(found.model.effects),
+        "curves": curves,
+        "after_with_curves": learned,
         "oracle": oracle(model, evidence, hidden, step["ranking"]),
         "noise_floor": found.noise_floor_rad,
         "recovered": recovered(truth["hidden"], step["ranking"], found.model),
@@ -294,6 +307,7 @@ def row(result: dict) -> dict:
         "right": "yes" if right(result) else "NO",
         "adopted": " + ".join(result["adopted"]) or "nothing",
         "in the end": result["final_verdict"],
+        "proposed": "; ".join(result.get("curves", [])),
         "chosen in": ", ".join(f"{share:.0%}" for share in result.get("chosen", [])),
         "before": mrad(result["before"]),
         "test error after": mrad(result["after"]),
