@@ -88,9 +88,11 @@ def predict(recordings, effects=None, substeps=1, model=None) -> np.ndarray:
     return predictor.predict([Request(layout, u[None])])[0][0]
 
 
-def measured(of: Recording, effects=None, noise_rad=0.0, seed=0, model=None) -> Recording:
+def measured(
+    of: Recording, effects=None, noise_rad=0.0, seed=0, model=None, substeps=1
+) -> Recording:
     """The recording as a machine with these effects would have made it."""
-    q = predict(of, effects, model=model).reshape(of.q.shape)
+    q = predict(of, effects, substeps, model).reshape(of.q.shape)
     return dataclasses.replace(
         of, q=q + noise_rad * np.random.default_rng(seed).normal(size=q.shape)
     )
@@ -116,11 +118,11 @@ def step(size, at_s=0.1):
 
 
 def swings(
-    robot, effects=None, noise_rad=1e-4, duration_s=1.5, model=None, **changes
+    robot, effects=None, noise_rad=1e-4, duration_s=1.5, model=None, substeps=1, **changes
 ) -> list[Recording]:
     """Three recordings, from compliant to stiff, of a machine with these effects."""
     made = [
         recording(robot, swing(0.5, hz), f"kp{kp:g}", kp, kd, duration_s, **changes)
         for kp, kd, hz in ((5.0, 0.3, 0.7), (20.0, 0.8, 0.9), (80.0, 2.0, 1.1))
     ]
-    return [measured(r, effects, noise_rad, seed, model) for seed, r in enumerate(made)]
+    return [measured(r, effects, noise_rad, seed, model, substeps) for seed, r in enumerate(made)]

@@ -3,9 +3,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from t2l.diagnose.evidence import gather, some
+from t2l.diagnose.evidence import fine_enough, gather, some
+from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
-from tests.diagnose.made import pendulum, recording, swing
+from tests.diagnose.made import pendulum, recording, swing, swings
 
 DURATIONS = st.lists(st.floats(0.3, 6.0), min_size=1, max_size=8)
 
@@ -121,3 +122,17 @@ def test_some_recordings_spread_over_their_order_with_their_part_of_the_mask(rob
     assert (part.samples.time[at] < 0.1 * (1 + np.array(whole))).all()
     assert part_mask.sum() == mask[np.isin(predictor.samples.recording, (0, 6, 13))].sum()
     assert some(predictor, mask, 14) == (predictor, mask)
+
+
+def test_an_effect_that_needs_finer_steps_gets_them(tmp_path):
+    friction = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
+    robot = pendulum(tmp_path)
+    recordings = swings(robot, friction, 1e-4, 0.5, control_rate_hz=125.0)
+    evidence = gather(robot, recordings, threads=1)
+    assert fine_enough(Model(robot), evidence) is evidence
+    finer = fine_enough(Model(robot, friction), evidence)
+    assert finer.train.substeps > evidence.train.substeps
+    assert finer.validation.substeps == finer.test.substeps == finer.train.substeps
+    assert (finer.validation is finer.train) == (evidence.validation is evidence.train)
+    assert finer.train.recordings == evidence.train.recordings
+    assert fine_enough(Model(robot, friction), finer) is finer

@@ -5,13 +5,15 @@ adopted, which is removed, what is tied. Test samples do neither and report the 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from t2l.diagnose import settings
 from t2l.identify.block_bootstrap import BLOCK_S, blocks
+from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
+from t2l.identify.step_size import substeps_for
 from t2l.recordings.recording import Recording
 from t2l.recordings.splits import hold_out, time_blocks
 
@@ -92,6 +94,25 @@ def pooled(evidence: Evidence) -> Evidence:
     return gather(
         train.robot, recordings, test.recordings, train.substeps, train.threads, by_blocks=True
     )
+
+
+def fine_enough(model: Model, evidence: Evidence) -> Evidence:
+    """The same samples, simulated with as many physics steps as the model needs.
+
+    An effect may need more than the model needs without it.
+    """
+    sets = dict.fromkeys((evidence.train, evidence.validation))
+    recordings = [recording for each in sets for recording in each.recordings]
+    needed = substeps_for(model, recordings)
+    if needed <= evidence.train.substeps:
+        return evidence
+    finer: dict[int, Predictor] = {}
+    for name in ("train", "validation", "test", "shortlist", "screen"):
+        old = getattr(evidence, name)
+        if id(old) not in finer:
+            finer[id(old)] = Predictor(old.robot, old.recordings, needed, old.threads)
+        evidence = replace(evidence, **{name: finer[id(old)]})
+    return evidence
 
 
 def _by_blocks(predictor: Predictor, sets: Sequence[str]) -> list[np.ndarray]:

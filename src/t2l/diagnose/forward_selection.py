@@ -9,12 +9,13 @@ from pathlib import Path
 from t2l.artefacts import read_json, read_text, reading, write_text
 from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
-from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.evidence import Evidence, fine_enough
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
 from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
+from t2l.identify.refit import refitted
 from t2l.names import path_of
 from t2l.registry import python_files
 from t2l.robots import plant
@@ -84,6 +85,7 @@ def explain(
             break
         added, share = (content["ranking"][0][key] for key in ("effect", "chosen_share"))
         model, dropped = _adopted(model, added, evidence, where, key)
+        evidence = fine_enough(model, evidence)
         key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
         steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model
@@ -101,6 +103,9 @@ def _adopted(
     # what is not to be known is in no file
     grown = replace(read_model(_model_with(where, effect)), without=model.without)
     found, dropped = simplify(grown, evidence) if model.effects else (grown, [])
+    finer = fine_enough(found, evidence)
+    if finer is not evidence:
+        found = refitted(found, finer.train, finer.train_mask)
     write_model(found, kept, f"the model after {effect} was adopted")
     write_text(json.dumps({"fingerprint": key, "dropped": dropped}) + "\n", record)
     return replace(read_model(kept), without=model.without), dropped

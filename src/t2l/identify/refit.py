@@ -8,7 +8,7 @@ import numpy as np
 from t2l.effects.term import Layout
 from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.model import Model
+from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.uncertainty import Uncertainty, uncertainty
 from t2l.recordings.recording import Recording
@@ -63,6 +63,14 @@ def refit(
     return Refit(
         layout, u, uncertainty(after, predictor, mask), before, float(np.sqrt(after.loss)), held
     )
+
+
+def refitted(model: Model, predictor: Predictor, mask: np.ndarray) -> Model:
+    """The model with the parameters of its effects fitted anew to the samples of `mask`."""
+    layout, u = model.vector(predictor.joints)
+    fit = _fit(layout, u, np.ones(len(u), bool))
+    run([fit], predictor, mask, ITERATIONS)
+    return from_vector(model, fit.layout, fit.u, predictor.joints)
 
 
 def _fit(layout: Layout, u: np.ndarray, free: np.ndarray) -> LeastSquares:

@@ -11,21 +11,22 @@ from t2l.recordings.recording import Recording
 
 SUBSTEPS = (1, 2, 4, 8)
 NEGLIGIBLE = 0.25  # of the noise: adds 3 % to an error that is noise alone
-PROBED = 3  # recordings
+PROBED = 6  # recordings, spread over all: the fastest motion of few is among them
 
 
 def substeps_for(model: Model, recordings: Sequence[Recording]) -> int:
-    """The fewest physics steps a control tick whose halving changes the prediction negligibly."""
+    """The fewest physics steps a control tick that leave a negligible error of integration."""
     noise = noise_floor(list(recordings))
-    every = max(1, len(recordings) // PROBED)
-    chosen = list(recordings)[::every][:PROBED]
+    count = min(PROBED, len(recordings))
+    places = np.linspace(0, len(recordings) - 1, count).round().astype(int)
+    chosen = [recordings[place] for place in places]
     layout, u = model.vector(recordings[0].joints)
     request = Request(layout, u[None])
     last = None
     for substeps in (*SUBSTEPS, 2 * SUBSTEPS[-1]):
         q = Predictor(model.robot, chosen, substeps).predict([request])[0][0]
-        # half the step halves the error, so that the change is as large as what is left
-        if last is not None and np.sqrt(np.nanmean((q - last) ** 2)) < NEGLIGIBLE * noise:
+        # half the step halves the error, so that the longer step's is twice the change
+        if last is not None and 2 * np.sqrt(np.nanmean((q - last) ** 2)) < NEGLIGIBLE * noise:
             return substeps // 2
         last = q
     return SUBSTEPS[-1]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from t2l.artefacts import read_json, write_text
-from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.evidence import Evidence, fine_enough
 from t2l.diagnose.files import MODEL, PROPOSAL, PROPOSED
 from t2l.diagnose.forward_selection import Explanation, fingerprint
 from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
@@ -45,6 +45,7 @@ def proposed_beside(
     if before is not None:
         kept = replace(read_model(where / MODEL), without=model.without)
         return replace(explanation, model=kept, **before)
+    evidence = fine_enough(explanation.model, evidence)
     quiet = AT_THE_FLOOR * explanation.noise_floor_rad
     found = reconsider(model, explanation.model, evidence, quiet, progress)
     if found is None:
