@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from t2l.diagnose.evidence import fine_enough, gather, some
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
+from t2l.identify.step_size import substeps_for
 from tests.diagnose.made import pendulum, recording, swing, swings
 
 DURATIONS = st.lists(st.floats(0.3, 6.0), min_size=1, max_size=8)
@@ -128,7 +129,9 @@ def test_an_effect_that_needs_finer_steps_gets_them(tmp_path):
     friction = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
     robot = pendulum(tmp_path)
     recordings = swings(robot, friction, 1e-4, 0.5, control_rate_hz=125.0)
-    evidence = gather(robot, recordings, threads=1)
+    fitted = gather(robot, recordings, threads=1).train.recordings
+    few = substeps_for(Model(robot), fitted)
+    evidence = gather(robot, recordings, substeps=few, threads=1)
     assert fine_enough(Model(robot), evidence) is evidence
     finer = fine_enough(Model(robot, friction), evidence)
     assert finer.train.substeps > evidence.train.substeps

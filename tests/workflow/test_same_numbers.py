@@ -22,7 +22,8 @@ FRICTION = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
 def home(tmp_path_factory):
     """Recordings that `t2l explain` has explained."""
     home = tmp_path_factory.mktemp("home")
-    for made in swings(pendulum(home), FRICTION, duration_s=0.5, control_rate_hz=125.0):
+    logs = swings(pendulum(home), FRICTION, duration_s=0.5, substeps=8, control_rate_hz=125.0)
+    for made in logs:
         write_recording(made, home / "logs" / made.name)
     main(["explain", str(home / "logs"), "--out", str(home / "by_command")])
     return home
