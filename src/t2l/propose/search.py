@@ -174,9 +174,7 @@ def _take_one(
         )  # fmt: skip
     block = blocks(predictor.samples.recording[chosen], predictor.samples.time[chosen])
     best = _simplest([effects[i].law for i in short], residuals, errors, chosen, block)
-    rng = np.random.default_rng(SEED)
-    gain = improvement(found.residual[chosen], residuals[best][chosen], block, rng)
-    if not (gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT):
+    if not _earns_its_place(found, residuals[best], chosen, block):
         return False
     _put(found, predictor, states[best], residuals[best], errors[best])
     law, finer = effects[short[best]].law, 2
@@ -186,6 +184,14 @@ def _take_one(
             break
         finer *= 2
     return True
+
+
+def _earns_its_place(
+    found: Search, residual: np.ndarray, chosen: np.ndarray, block: np.ndarray
+) -> bool:
+    rng = np.random.default_rng(SEED)
+    gain = improvement(found.residual[chosen], residual[chosen], block, rng)
+    return gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT
 
 
 def _put(
@@ -227,9 +233,7 @@ def _take_finer(
     grown = State(layout, u, (*before, (finer, guess.penalty)))
     refit([grown], predictor, fitted, LAST_ITERATIONS)
     (residual,), (error,) = _left([grown], predictor, chosen)
-    rng = np.random.default_rng(SEED)
-    gain = improvement(found.residual[chosen], residual[chosen], block, rng)
-    if not (gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT):
+    if not _earns_its_place(found, residual, chosen, block):
         return False
     _put(found, predictor, grown, residual, error)
     return True
