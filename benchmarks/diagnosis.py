@@ -138,7 +138,7 @@ def three_parameters() -> Iterator[Row]:
 def _t2l(command: str, arguments: Sequence[str]) -> float:
     """Seconds of a `t2l` command from the start of its process, with nothing to resume."""
     with tempfile.TemporaryDirectory() as folder:
-        line = [sys.executable, "-m", "t2l.cli.main", command, *arguments, "--out", f"{folder}/out"]
+        line = [sys.executable, "-m", "t2l", command, *arguments, "--out", f"{folder}/out"]
         start = time.perf_counter()
         done = subprocess.run(line, capture_output=True, text=True)
         seconds = time.perf_counter() - start

@@ -1,6 +1,6 @@
 """What was hidden against what t2l named: every case of `benchmarks.hidden_effects`.
 
-`python -m benchmarks.hidden [--test-seed N] [CASE ...]`: the development cases, or a test set that
+`python -m benchmarks hidden [--test-seed N] [CASE ...]`: the development cases, or a test set that
 nobody has looked at, drawn from a seed. Each case is explained once and kept in
 results/bench/hidden_effects until the code changes that explains it, so that an interrupted table
 goes on where it stopped.
@@ -316,11 +316,3 @@ def row(result: dict) -> dict:
         "noise": mrad(result["noise_floor"]),
         "parameter off by": "" if np.isnan(worst) else f"{worst:.1%}",
     }
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="CASE")
-    parser.add_argument("--test-seed", type=int)
-    asked = parser.parse_args()
-    print(run(asked.names, asked.test_seed).to_markdown(index=False))

@@ -64,7 +64,7 @@ def compute(out: Path, smoke: Path) -> None:
 
 
 def _t2l(*arguments: Any) -> None:
-    command = [sys.executable, "-m", "t2l.cli.main", *map(str, arguments)]
+    command = [sys.executable, "-m", "t2l", *map(str, arguments)]
     subprocess.run(command, cwd=ROOT, check=True)
 
 

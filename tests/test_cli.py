@@ -91,7 +91,7 @@ def test_an_unknown_effect_is_named(capsys):
 
 def test_from_a_shell():
     """The module runs by itself, and a mistake is a message and an exit code."""
-    command = [sys.executable, "-m", "t2l.cli.main", "compare", "nowhere", "--out", "x"]
+    command = [sys.executable, "-m", "t2l", "compare", "nowhere", "--out", "x"]
     bad = subprocess.run(command, capture_output=True, text=True)
     assert bad.returncode == 1
     assert bad.stderr.startswith("t2l compare: nowhere")
@@ -99,7 +99,7 @@ def test_from_a_shell():
 
 
 def test_a_reader_that_stops_early_is_no_error():
-    line = f"{sys.executable} -m t2l.cli.main effects | head -1"
+    line = f"{sys.executable} -m t2l effects | head -1"
     done = subprocess.run(line, shell=True, capture_output=True, text=True)
     assert done.stdout.rstrip() in builtin()
     assert done.stderr == ""

@@ -66,7 +66,7 @@ def light(tmp_path_factory):
 
 
 def t2l(python, *arguments) -> subprocess.CompletedProcess:
-    command = [python, "-I", "-m", "t2l.cli.main", *map(str, arguments)]
+    command = [python, "-I", "-m", "t2l", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
 
 

@@ -134,7 +134,7 @@ def test_a_comparison_is_not_shown_as_an_older_diagnosis(home):
 
 @pytest.mark.parametrize("command", ["compare", "explain"])
 def test_several_runs_into_one_folder_do_not_mix(home, command):
-    line = [sys.executable, "-m", "t2l.cli.main", command, "logs", "--out", "together"]
+    line = [sys.executable, "-m", "t2l", command, "logs", "--out", "together"]
     runs = [
         subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         for _ in range(2)
@@ -257,7 +257,7 @@ def test_an_address_that_swallows_everything_is_told_soon(home, monkeypatch):
 
 def test_without_a_terminal_nothing_moves(home):
     Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, "address": "127.0.0.1"}))
-    line = [sys.executable, "-m", "t2l.cli.main", "record", "plan.yaml", "--out", "out"]
+    line = [sys.executable, "-m", "t2l", "record", "plan.yaml", "--out", "out"]
     done = subprocess.run(line, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     assert done.returncode == 1
     assert (
@@ -291,7 +291,7 @@ def test_a_killed_explanation_ends_as_if_it_had_never_stopped(home, capsys):
 
     main(["explain", "logs", "--out", "whole"])
     lines = capsys.readouterr().err.count("\n")
-    command = [sys.executable, "-m", "t2l.cli.main", "explain", "logs", "--out", "killed"]
+    command = [sys.executable, "-m", "t2l", "explain", "logs", "--out", "killed"]
     for part in (0.25, 0.6, 0.9):
         run = subprocess.Popen(command, stderr=subprocess.PIPE)
         for _ in range(round(part * lines)):

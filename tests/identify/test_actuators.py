@@ -34,11 +34,11 @@ def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
 
 def test_the_motion_is_reproduced_and_the_loss_never_rises():
     recording = made()
-    found = identify(recording, identification(iterations=150, population=20), seed=0)
+    found = identify(recording, identification(iterations=300, population=20), seed=0)
     swing = np.mean((recording.q - recording.q.mean(axis=0)) ** 2)
     assert found.mse < 2e-3 * swing
     assert np.all(np.diff(found.losses) <= 0)
-    assert len(found.losses) == 150
+    assert len(found.losses) == 300
     np.testing.assert_allclose(np.mean((found.q - recording.q) ** 2), found.mse)
 
 

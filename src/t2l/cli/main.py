@@ -79,7 +79,3 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(f"t2l {parsed.command}: not enough memory for recordings of this size")
     except KeyboardInterrupt:
         sys.exit(130)
-
-
-if __name__ == "__main__":
-    main()
