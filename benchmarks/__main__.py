@@ -14,12 +14,16 @@ from benchmarks import (
     published,
     reinforcement,
     rules,
+    servo,
     throughput,
 )
 
 BENCHMARKS = {
     module.__name__.split(".")[-1]: module
-    for module in (throughput, cell, overhead, reinforcement, diagnosis, hidden, published, rules)
+    for module in (
+        *(throughput, cell, overhead, reinforcement, diagnosis, hidden),
+        *(published, servo, rules),
+    )
 }
 
 

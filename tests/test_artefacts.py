@@ -37,7 +37,7 @@ from t2l.policies import checkpoint
 from t2l.policies.gaussian_mlp import GaussianMLP
 from t2l.rl.choice import Choice
 from t2l.rl.chosen import read_chosen, write_chosen
-from tests.policies.made import chunk_cvae, gaussian_mlp
+from tests.policies.made import chunk_policy, gaussian_mlp
 from tests.report.findings import compared
 from tests.rl.test_environments import PARAMETERS
 
@@ -205,7 +205,7 @@ def _csv(path):
 
 
 def _network(path):
-    checkpoint.save(chunk_cvae(), path)
+    checkpoint.save(chunk_policy(), path)
 
 
 def _chosen(path):

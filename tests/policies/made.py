@@ -21,24 +21,33 @@ def episodes(count: int = 10, length: int = 60) -> list[Episode]:
     return made
 
 
-def settings(**changes):
+# policies with a network from history to chunk, and what makes it small
+CHUNK_POLICIES = {
+    "chunk_cvae": {"latent": 2, "hidden": [32, 32]},
+    "chunk_diffusion": {"hidden": [64, 64]},
+    "chunk_regression": {"hidden": [32, 32]},
+    "chunk_transformer": {"latent": 2, "layers": 1, "width": 16, "heads": 2},
+}
+
+
+def settings(kind: str = "chunk_cvae", **changes):
     """Of a training of seconds."""
     small = {
-        "history": 2, "chunk": 3, "latent": 2, "hidden": [32, 32], "epochs": 30, "batch_size": 64,
-        "learning_rate": 3e-3, "weight_decay": 0.0, "observation_noise": 0.0,
+        "history": 2, "chunk": 3, "epochs": 30, "batch_size": 64, "learning_rate": 3e-3,
+        "weight_decay": 0.0, "observation_noise": 0.0,
     }  # fmt: skip
-    return POLICIES.find("chunk_cvae").settings(**small | changes)
+    return POLICIES.find(kind).settings(**small | CHUNK_POLICIES[kind] | changes)
 
 
-def fitted(given, seed: int = 1, **changes):
+def fitted(given, seed: int = 1, kind: str = "chunk_cvae", **changes):
     """A policy and its losses; a fifth of the episodes is held out."""
-    kind = POLICIES.find("chunk_cvae")
-    return kind.fit(*split(given, 0.2, seed), settings(**changes), seed)
+    own = settings(kind, **changes)
+    return POLICIES.find(kind).fit(*split(given, 0.2, seed), own, seed)
 
 
-def chunk_cvae(**changes):
+def chunk_policy(kind: str = "chunk_cvae", **changes):
     """A policy after one epoch."""
-    return fitted(episodes(), epochs=1, **changes)[0]
+    return fitted(episodes(), kind=kind, epochs=1, **changes)[0]
 
 
 def gaussian_mlp() -> GaussianMLP:

@@ -12,6 +12,8 @@ import yaml
 
 from t2l.artefacts import write_text
 from t2l.config.models import Configuration
+from t2l.config.training import cloned
+from t2l.policies import POLICIES
 
 SCHEMA, PAGE = Path("config/schema.json"), Path("config/README.md")
 BEGIN, END = "<!-- keys: made by `make docs` -->\n", "<!-- end of keys -->\n"
@@ -27,8 +29,15 @@ NOTHING = {"type": "null"}
 
 
 def schema() -> dict[str, Any]:
-    """The JSON schema of a configuration file."""
+    """The JSON schema of a configuration file, with the keys of every policy that is cloned."""
     made = _plain(Configuration.model_json_schema())
+    training = made["$defs"]["Training"]["properties"]
+    # the library's: a user's own stand with the user
+    for name in filter(cloned().__contains__, POLICIES.known):
+        own = _plain(POLICIES.find(name).settings.model_json_schema())["properties"]
+        for key, field in own.items():
+            said = f"of `{name}`: {field['description']}"
+            training.setdefault(key, {**field, "description": said})
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **made}
 
 

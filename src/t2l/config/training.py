@@ -11,6 +11,11 @@ from t2l.policies import POLICIES, ClonedPolicy
 from t2l.typed import Invalid, Problem, describe, suggestion
 
 
+def cloned() -> list[str]:
+    """Names of the policies that learn from demonstrations."""
+    return [name for name in POLICIES.names() if issubclass(POLICIES.find(name), ClonedPolicy)]
+
+
 def configuration_model(config: Any) -> type[Configuration]:
     """The model of a configuration, with the settings of its own policy.
 
@@ -22,10 +27,10 @@ def configuration_model(config: Any) -> type[Configuration]:
     # what is no name the model tells
     if not isinstance(name, str) or name == Training.model_fields["policy"].default:
         return Configuration
-    cloned = [known for known in POLICIES.names() if issubclass(POLICIES.find(known), ClonedPolicy)]
-    if name not in cloned:
-        found = describe(name) + suggestion(name, cloned)
-        raise Invalid([Problem("training.policy", found, ", ".join(cloned))])
+    known = cloned()
+    if name not in known:
+        found = describe(name) + suggestion(name, known)
+        raise Invalid([Problem("training.policy", found, ", ".join(known))])
     training = create_model("Training", __base__=(POLICIES.find(name).settings, TrainedPolicy))
     return create_model(
         "Configuration",

@@ -8,6 +8,9 @@ POLICIES: Registry[Policy] = Registry(
     Policy,
     {
         "chunk_cvae": "t2l.policies.chunk_cvae:ChunkCVAE",
+        "chunk_diffusion": "t2l.policies.chunk_diffusion:ChunkDiffusion",
+        "chunk_regression": "t2l.policies.chunk_regression:ChunkRegression",
+        "chunk_transformer": "t2l.policies.chunk_transformer:ChunkTransformer",
         "gaussian_mlp": "t2l.policies.gaussian_mlp:GaussianMLP",
     },
 )

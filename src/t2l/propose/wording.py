@@ -54,6 +54,12 @@ def headline(proposal: Proposal) -> str:
     where = "unseen recordings" if proposal.report_rmse_rad else "the samples that chose"
     if proposal.verdict == LAW:
         laws = " and ".join(told(one.curve) for one in proposal.learned)
+        if not after < before:
+            return (
+                f"{laws[0].upper()}{laws[1:]} would explain what is left in the samples that chose "
+                f"it, but not on {where}: there the error grows from {1e3 * before:.3g} to "
+                f"{1e3 * after:.3g} mrad. So it is not what the model lacks."
+            )
         return (
             f"The model lacks {laws}: with it the error on {where} falls from {1e3 * before:.3g} "
             f"to {1e3 * after:.3g} mrad (noise {floor})."

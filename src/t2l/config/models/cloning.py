@@ -82,8 +82,10 @@ class TrainedPolicy(Typed):
 
     policy: Name = Field(
         "chunk_cvae",
-        description="`chunk_cvae`, a conditional variational autoencoder of action chunks, which "
-        "the keys below are for; or a policy of yours, with the keys of its own settings",
+        description="`chunk_cvae`, a conditional variational autoencoder of action chunks; "
+        "`chunk_transformer`, the same of Transformers; `chunk_regression`, least squares; "
+        "`chunk_diffusion`, which denoises chunks; or a policy of yours, with its own settings. "
+        "The keys below are of the first, unless they name another",
     )
     validation_fraction: Number = Field(
         0.1, gt=0, lt=1, description="share of whole demonstrations that are held out"

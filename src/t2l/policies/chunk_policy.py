@@ -1,0 +1,158 @@
+"""What the policies have in common whose network goes from a window of history to a chunk.
+
+What such a network is stands in `t2l.policies.chunk_network`; only what needs it loads torch.
+"""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+import numpy as np
+from pydantic import Field
+
+from t2l.policies.policy import ClonedPolicy, Episode, TrainingSet
+from t2l.policies.training_settings import TrainingSettings
+from t2l.typed import Integer, Number, Typed, check
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from t2l.policies.chunk_network import ChunkNetwork
+
+# a file may say any size; none of these is as large
+Size = Annotated[Integer, Field(ge=1, lt=2**31)]
+# two layers of the widest side by side take 64 MB
+Widths = Annotated[
+    list[Annotated[Integer, Field(ge=1, le=4_096)]], Field(min_length=1, max_length=20)
+]
+
+
+class ChunkSizes(Typed):
+    """Of a network; `history` and `chunk` count policy steps."""
+
+    observation_size: Size
+    action_size: Size
+    history: Size
+    chunk: Size
+
+
+class ChunkSettings(TrainingSettings):
+    """Of training such a network."""
+
+    observation_noise: Number = Field(
+        0.2,
+        ge=0,
+        le=100,
+        description="standard deviation of noise on normalised observations while training; "
+        "without it a policy copies the recent past",
+    )
+
+
+class ChunkPolicy(ClonedPolicy):
+    """A network that is trained on windows of demonstrations.
+
+    Attributes:
+        settings: what else configurations say; those in `sizes` too are the network's.
+        sizes: what it takes to make the network again.
+    """
+
+    settings: type[ChunkSettings]
+    sizes: type[ChunkSizes]
+
+    def __init__(self, network: "ChunkNetwork"):
+        """See the class; `network` is trained."""
+        self.network = network.eval()
+        sizes = network.sizes
+        self.observation_size, self.action_size = sizes.observation_size, sizes.action_size
+        self.history, self.chunk = sizes.history, sizes.chunk
+
+    @classmethod
+    @abstractmethod
+    def network_class(cls) -> "type[ChunkNetwork]":
+        """What `sizes` and `settings` make; loads torch."""
+
+    @classmethod
+    def fit(
+        cls,
+        training: Sequence[Episode],
+        validation: Sequence[Episode],
+        settings: ChunkSettings,
+        seed: int,
+        threads: int = 1,
+    ) -> "tuple[Self, pd.DataFrame]":
+        """See `ClonedPolicy.fit`.
+
+        The validation loss is the mean squared error of normalised actions; `reconstruction` is
+        the part of the training loss that is an error of what the network is to give.
+        """
+        (made,) = cls.fit_side_by_side([TrainingSet(training, validation, seed)], settings, threads)
+        return made
+
+    @classmethod
+    def fit_side_by_side(
+        cls, sets: Sequence[TrainingSet], settings: ChunkSettings, threads: int = 1
+    ) -> "list[tuple[Self, pd.DataFrame]]":
+        """See `ClonedPolicy.fit_side_by_side`."""
+        import torch
+
+        from t2l.policies.training import Data, reproducible, train
+
+        own = set(cls.sizes.model_fields) & set(cls.settings.model_fields)
+        with reproducible(threads) as device:
+            data = Data([e for s in sets for e in s.training], settings, device)
+            ends = np.cumsum([sum(len(e.action) for e in s.training) for s in sets]).tolist()
+            parts = [range(*span) for span in zip([0, *ends], ends, strict=False)]
+            sizes = cls.sizes(
+                observation_size=data.observation.shape[1],
+                action_size=data.action.shape[1],
+                **settings.model_dump(include=own),
+            )
+            networks = []
+            for part, member in zip(parts, sets, strict=True):
+                # weights are drawn on the processor, so that they are the same on every device
+                torch.manual_seed(member.seed)
+                network = cls.network_class()(sizes, settings)
+                steps = slice(part.start, part.stop)
+                network.to(device).normalise_by(data.observation[steps], data.action[steps])
+                networks.append(network)
+            validation = [Data(s.validation, settings, device) for s in sets]
+            losses = train(networks, data, parts, validation, settings, [s.seed for s in sets])
+        return [(cls(n), table) for n, table in zip(networks, losses, strict=True)]
+
+    def act(self, history: np.ndarray) -> np.ndarray:
+        """See `Policy.act`."""
+        import torch
+
+        device = self.network.action_mean.device
+        with torch.inference_mode():
+            observed = torch.as_tensor(history, dtype=torch.float32, device=device)
+            return self.network(observed).cpu().numpy()
+
+    def tensors(self) -> dict[str, np.ndarray]:
+        """See `Policy.tensors`."""
+        return {name: value.cpu().numpy() for name, value in self.network.state_dict().items()}
+
+    def metadata(self) -> dict[str, Any]:
+        """See `Policy.metadata`."""
+        return self.network.sizes.model_dump()
+
+    @classmethod
+    def restored(cls, tensors: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
+        """See `Policy.restored`."""
+        import torch
+
+        sizes = check(cls.sizes, metadata)
+        # without memory, however large it says it is
+        with torch.device("meta"):
+            network = cls.network_class()(sizes)
+        wanted = network.state_dict()
+        given = {name: torch.from_numpy(array) for name, array in tensors.items()}
+        for name, tensor in wanted.items():
+            found = given[name]
+            if (found.shape, found.dtype) != (tensor.shape, tensor.dtype):
+                raise ValueError(f"{name} is {found.dtype} of {tuple(found.shape)}, "
+                                 f"not {tensor.dtype} of {tuple(tensor.shape)}")  # fmt: skip
+        if set(given) != set(wanted):
+            raise ValueError("tensors that a network of its sizes does not have")
+        network.load_state_dict(given, assign=True)
+        return cls(network)
