@@ -4,16 +4,15 @@ from typing import Annotated
 
 from pydantic import Field
 
-from t2l.typed import Number, Typed
+from t2l.tasks.table_top import TableTopParameters
+from t2l.typed import Number
 
 Range = Annotated[list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=2, max_length=2)]
 
 
-class BlockStackParameters(Typed):
+class BlockStackParameters(TableTopParameters):
     """Arguments of `t2l.tasks.block_stack.BlockStack`."""
 
-    robot: str = Field("fr3_hand", description="name of a robot with a gripper")
-    gravity_compensation: bool = Field(description="true or false")
     block_size_m: Number = Field(ge=0.01, le=0.2, description="edge of both cubes, m")
     block_mass_kg: Number = Field(gt=0, le=2, description="mass of each cube, kg")
     placement_tolerance_m: Number = Field(
@@ -22,7 +21,3 @@ class BlockStackParameters(Typed):
     workspace_x_m: Range = Field(description="where cubes start, [low, high], m")
     workspace_y_m: Range = Field(description="where cubes start, [low, high], m")
     block_yaw_rad: Number = Field(ge=0, le=0.7854, description="cubes start turned up to it, rad")
-    start_spread_rad: Number = Field(
-        ge=0, le=0.3, description="standard deviation of the arm's start, rad"
-    )
-    horizon_s: Number = Field(gt=0, le=120, description="how long a policy has, s")

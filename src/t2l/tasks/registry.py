@@ -11,6 +11,7 @@ TASKS: Registry[Task] = Registry(
     Task,
     {
         "block_stack": "t2l.tasks.block_stack:BlockStack",
+        "dishwasher": "t2l.tasks.dishwasher:Dishwasher",
         "joint_reach": "t2l.tasks.reach:JointReach",
         "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
         "pose_hold": "t2l.tasks.pose_hold:PoseHold",

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -25,6 +26,32 @@ class Waypoint:
     rotation: Rotation
     duration_s: float
     gripper: float
+
+
+@dataclass(frozen=True)
+class Arc(Waypoint):
+    """A waypoint that is reached on a circle.
+
+    Attributes:
+        pivot: (3,) m, a point of the axis.
+        turn: (3,) rad, by how much the position turns about the axis.
+    """
+
+    pivot: np.ndarray
+    turn: np.ndarray
+
+    @classmethod
+    def after(
+        cls,
+        before: Waypoint,
+        rotation: Rotation,
+        duration_s: float,
+        pivot: np.ndarray,
+        turn: np.ndarray,
+    ) -> Self:
+        """From where `before` ends, its gripper command kept."""
+        end = pivot + Rotation.from_rotvec(turn).apply(before.position - pivot)
+        return cls(end, rotation, duration_s, before.gripper, pivot, turn)
 
 
 @dataclass(frozen=True)
@@ -53,21 +80,38 @@ def motion_through(start: Waypoint, waypoints: Sequence[Waypoint], timestep_s: f
         path, speed, acceleration = (
             column[:, None] for column in minimum_jerk(np.arange(1, steps + 1) / steps)
         )
-        offset = b.position - a.position
         # a turn about one fixed axis, so its rates are those of the path times the axis
         turn = (b.rotation * a.rotation.inv()).as_rotvec()
-        change = np.concatenate([offset, turn])
+        rates = path, speed / duration, acceleration / duration**2
+        position, velocity, its_change = _travel(a, b, *rates)
         segments.append(
             Motion(
-                position=a.position + path * offset,
+                position=position,
                 rotation=(Rotation.from_rotvec(path * turn) * a.rotation).as_matrix(),
-                twist=speed / duration * change,
-                acceleration=acceleration / duration**2 * change,
+                twist=np.concatenate([velocity, rates[1] * turn], axis=1),
+                acceleration=np.concatenate([its_change, rates[2] * turn], axis=1),
                 gripper=np.full(steps, b.gripper),
             )
         )
     fields = Motion.__dataclass_fields__
     return Motion(**{f: np.concatenate([getattr(s, f) for s in segments]) for f in fields})
+
+
+def _travel(
+    a: Waypoint, b: Waypoint, path: np.ndarray, speed: np.ndarray, acceleration: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity and acceleration (n, 3) on the way from `a` to `b`.
+
+    Args:
+        path, speed, acceleration: (n, 1) of the way, which is 1: 1, 1/s and 1/s².
+    """
+    if not isinstance(b, Arc):
+        offset = b.position - a.position
+        return a.position + path * offset, speed * offset, acceleration * offset
+    arm = Rotation.from_rotvec(path * b.turn).apply(a.position - b.pivot)
+    velocity = np.cross(speed * b.turn, arm)
+    change = np.cross(acceleration * b.turn, arm) + np.cross(speed * b.turn, velocity)
+    return b.pivot + arm, velocity, change
 
 
 def padded(motion: Motion, steps: int) -> Motion:
