@@ -1,3 +1,4 @@
+import mujoco
 import numpy as np
 import pytest
 
@@ -82,6 +83,16 @@ def test_nothing_moves_at_a_start(task):
     np.testing.assert_allclose(batch.qpos, starts, atol=2e-3)
 
 
+def tool_at(task, starts):
+    data = mujoco.MjData(task.model)
+    positions = []
+    for start in starts:
+        data.qpos[:] = start
+        mujoco.mj_kinematics(task.model, data)
+        positions.append(data.site("grip").xpos.copy())
+    return positions
+
+
 def test_observations_are_what_their_names_say(task):
     batch = make_batch(task.model, 2)
     starts = task.sample_starts(np.random.default_rng(3), 2)
@@ -91,6 +102,9 @@ def test_observations_are_what_their_names_say(task):
     assert observation.shape == (2, len(names))
     assert len(set(names)) == len(names)
     np.testing.assert_array_equal(observation[:, names.index("q.fr3_joint3")], starts[:, 2])
+    np.testing.assert_allclose(
+        observation[:, names.index("grip.x") : names.index("grip.x") + 3], tool_at(task, starts)
+    )
     own = names[: task.robot_observation_size]
     assert not any("block" in name for name in own)
     poses = task.block_poses(starts)

@@ -1,7 +1,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from t2l.tasks.waypoints import POINTING_DOWN, Waypoint, motion_through, padded
+from t2l.tasks.waypoints import POINTING_DOWN, Arc, Waypoint, motion_through, padded
 
 
 def test_a_motion_meets_its_waypoints_and_its_rates_are_its_derivatives():
@@ -23,6 +23,24 @@ def test_a_motion_meets_its_waypoints_and_its_rates_are_its_derivatives():
         Rotation.from_matrix(motion.rotation[101]) * Rotation.from_matrix(motion.rotation[99]).inv()
     )
     np.testing.assert_allclose(motion.twist[100, 3:], turn.as_rotvec() / 0.004, atol=1e-4)
+
+
+def test_an_arc_keeps_its_distance_and_its_rates_are_its_derivatives():
+    timestep, pivot = 0.002, np.array([0.6, 0.1, 0.1])
+    start = Waypoint(np.array([0.55, 0.0, 0.4]), POINTING_DOWN, 0, 0.04)
+    axis = np.array([0.2, -0.97, 0.1]) / np.linalg.norm([0.2, -0.97, 0.1])
+    end = Arc.after(start, POINTING_DOWN, 1.0, pivot, 1.1 * axis)
+    assert end.gripper == start.gripper
+    motion = motion_through(start, [end], timestep)
+    arm = motion.position - pivot
+    np.testing.assert_allclose(np.linalg.norm(arm, axis=1), np.linalg.norm(start.position - pivot))
+    np.testing.assert_allclose(arm @ axis, (start.position - pivot) @ axis)
+    np.testing.assert_allclose(motion.position[-1], end.position)
+    velocity = np.gradient(motion.position, timestep, axis=0)
+    np.testing.assert_allclose(motion.twist[5:-5, :3], velocity[5:-5], atol=1e-4)
+    np.testing.assert_allclose(motion.twist[:, 3:], 0, atol=1e-12)
+    acceleration = np.gradient(motion.twist, timestep, axis=0)
+    np.testing.assert_allclose(motion.acceleration[5:-5], acceleration[5:-5], atol=1e-3)
 
 
 def test_padding_rests_at_the_end():

@@ -153,6 +153,12 @@ class Demonstrated(Task):
 
     horizon_s: float
 
+    def reset(self, batch: Batch, qpos: np.ndarray) -> None:
+        """As `Task.reset`; what is observed is current from then on."""
+        # a batch fills a derived field only after it has been asked for once
+        self.observe(batch)
+        super().reset(batch, qpos)
+
     @abstractmethod
     def observe(self, batch: Batch) -> np.ndarray:
         """(nsim, nobs) privileged state of every simulation, its derived fields current."""
