@@ -8,7 +8,7 @@ from mujoco.batch import Batch
 
 from t2l.tasks.block_stack_parameters import BlockStackParameters
 from t2l.tasks.stack_monitor import StackMonitor
-from t2l.tasks.table_top import TableTop, check_range
+from t2l.tasks.table_top import TableTop, check_graspable, check_range
 
 if TYPE_CHECKING:
     from t2l.tasks.waypoints import Waypoint
@@ -59,12 +59,7 @@ class BlockStack(TableTop):
         self.workspace_x_m = tuple(workspace_x_m)
         self.workspace_y_m = tuple(workspace_y_m)
         self.block_yaw_rad = block_yaw_rad
-        widest = self.robot.grippers[0].opening_m - 0.01
-        if block_size_m > widest:
-            raise ValueError(
-                f"block_size_m: found {block_size_m:g}; allowed: up to {widest:g}, which the "
-                f"gripper of {robot} can grasp"
-            )
+        check_graspable("block_size_m", block_size_m, self.robot)
         for key in ("workspace_x_m", "workspace_y_m"):
             check_range(key, *getattr(self, key))
         width, depth = np.ptp([self.workspace_x_m, self.workspace_y_m], axis=1)

@@ -8,7 +8,7 @@ from mujoco.batch import Batch
 
 from t2l.tasks.dishwasher_parameters import DishwasherParameters
 from t2l.tasks.door_monitor import DoorMonitor
-from t2l.tasks.table_top import TableTop, check_range
+from t2l.tasks.table_top import TableTop, check_graspable, check_range
 
 if TYPE_CHECKING:
     from t2l.tasks.waypoints import Waypoint
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 # of a small dishwasher that stands on the table, m
 WIDTH, DEPTH, THICKNESS = 0.45, 0.30, 0.02
 HINGE_HEIGHT, DOOR_HEIGHT = 0.08, 0.28
-BAR_RADIUS, BAR_LENGTH, BAR_ABOVE_DOOR = 0.009, 0.26, 0.05
+BAR_LENGTH, BAR_ABOVE_DOOR = 0.26, 0.05
 DOOR_MASS_KG = 3.0
 # what it takes to push the whole: 40 kg, half of which friction bears
 PUSH_N, PUSH_NM = 200.0, 40.0
@@ -34,12 +34,15 @@ class Dishwasher(TableTop):
         robot, gravity_compensation, start_spread_rad, horizon_s: see `TableTop`.
         opened_rad: angle of the door from which on it counts as open.
         door_friction_nm: dry friction of the hinge.
+        bar_diameter_m: of what is to be grasped; what is left of the gripper's opening is how
+            far the hand may miss it.
         front_x_m, front_y_m: where the middle of the front stands at the start, (low, high).
         yaw_rad: the dishwasher starts turned by up to this much either way.
 
     Raises:
         ConfigurationError: no such robot.
-        ValueError: the robot has not one arm with a gripper; a range is empty.
+        ValueError: the robot has not one arm with a gripper that opens wide enough; a range is
+            empty.
     """
 
     name = "dishwasher"
@@ -54,6 +57,7 @@ class Dishwasher(TableTop):
         gravity_compensation: bool,
         opened_rad: float,
         door_friction_nm: float,
+        bar_diameter_m: float,
         front_x_m: tuple[float, float],
         front_y_m: tuple[float, float],
         yaw_rad: float,
@@ -63,8 +67,10 @@ class Dishwasher(TableTop):
         super().__init__(robot, gravity_compensation, start_spread_rad, horizon_s)
         self.opened_rad = opened_rad
         self.door_friction_nm = door_friction_nm
+        self.bar_diameter_m = bar_diameter_m
         self.front_x_m, self.front_y_m = tuple(front_x_m), tuple(front_y_m)
         self.yaw_rad = yaw_rad
+        check_graspable("bar_diameter_m", bar_diameter_m, self.robot)
         for key in ("front_x_m", "front_y_m"):
             check_range(key, *getattr(self, key))
 
@@ -114,8 +120,8 @@ class Dishwasher(TableTop):
             _box(door, f"post_{i}", post, (0, y, above - post[2]), steel, 0.05)
         door.add_geom(
             name=BAR, type=mujoco.mjtGeom.mjGEOM_CAPSULE, mass=0.2, rgba=steel,
-            fromto=(0, -BAR_LENGTH / 2, above, 0, BAR_LENGTH / 2, above), size=(BAR_RADIUS, 0, 0),
-            contype=3, conaffinity=3,
+            fromto=(0, -BAR_LENGTH / 2, above, 0, BAR_LENGTH / 2, above),
+            size=(self.bar_diameter_m / 2, 0, 0), contype=3, conaffinity=3,
         )  # fmt: skip
         door.add_site(name=BAR, pos=(0, 0, above), size=(0.005, 0.005, 0.005), group=5)
         return spec

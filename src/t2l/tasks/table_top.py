@@ -5,7 +5,7 @@ import numpy as np
 from mujoco.batch import Batch
 from pydantic import Field
 
-from t2l.robots import make_robot
+from t2l.robots import Robot, make_robot
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks.task import Demonstrated
 from t2l.typed import Number, Typed
@@ -103,6 +103,16 @@ class TableTop(Demonstrated):
                 batch.bind("site_xmat")[:, self.tool_sites[0]].reshape(-1, 9)[:, :6],
             ],
             axis=1,
+        )
+
+
+def check_graspable(key: str, size_m: float, robot: Robot) -> None:
+    """Raise ValueError where the gripper does not open a centimetre wider than a size."""
+    widest = robot.grippers[0].opening_m - 0.01
+    if size_m > widest:
+        raise ValueError(
+            f"{key}: found {size_m:g}; allowed: up to {widest:g}, which the gripper of "
+            f"{robot.name} can grasp"
         )
 
 
