@@ -123,9 +123,11 @@ def _retargeting_degrades(evidence: Evidence, published: Published, tests: int) 
     return percents(paired_greater((before - after).to_numpy(), tests=tests), before, after)
 
 
-def _task(key: str, what: str) -> Claim:
+def _task(key: str, what: str, task: str | None = None) -> Claim:
+    """Of one of the study's tasks; None where t2l has none such."""
     statement = f"{what}: compliant, overdamped gains succeed more often than all others."
-    return Claim(key, statement, CELLS, CO_REST, CO_REST_NULL, tests=STUDY_TASKS)
+    judged = {} if task is None else {"judge": co_beats_rest(task=task)}
+    return Claim(key, statement, CELLS, CO_REST, CO_REST_NULL, tests=STUDY_TASKS, **judged)
 
 
 CLAIMS = [
@@ -151,19 +153,11 @@ CLAIMS = [
         "success does not fall",
         judge=_retargeting_degrades,
     ),
-    Claim(
-        "co_block_stack",
-        "Block stacking: compliant, overdamped gains succeed more often than all others.",
-        CELLS,
-        CO_REST,
-        CO_REST_NULL,
-        co_beats_rest(),
-        STUDY_TASKS,
-    ),
+    _task("co_block_stack", "Block stacking", TASK),
     _task("co_handover", "Bimanual handover"),
     _task("co_unloading", "Dishrack unloading"),
     _task("co_loading", "Dishrack loading"),
-    _task("co_dishwasher", "Dishwasher opening"),
+    _task("co_dishwasher", "Dishwasher opening", "dishwasher"),
     _task("co_mug", "Mug hanging"),
     Claim(
         "stiffness_hurts",

@@ -164,7 +164,7 @@ class Dishwasher(TableTop):
         )
 
     def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> "list[list[Waypoint]]":
-        """Above the bar, down, grasp, pull along the door's circle; place, pace and pull vary."""
+        """Before the bar, above it, down, grasp, pull along the door's circle; place, pace and pull vary."""
         # only an expert needs them, and SciPy's rotations take long to import
         from scipy.spatial.transform import Rotation
 
@@ -178,12 +178,15 @@ class Dishwasher(TableTop):
         grasp = hinge + turned.apply([0, 0, DOOR_HEIGHT + BAR_ABOVE_DOOR]) + turned.apply(where)
         # the fingers open across the bar
         across = turned * Rotation.from_euler("z", np.pi / 2) * POINTING_DOWN
-        approach = np.array([0, 0, rng.uniform(0.06, 0.10)])
+        approach = np.array([0, 0, rng.uniform(0.07, 0.10)])
+        # over the bar, not against it
+        before = approach + turned.apply([-0.12, 0, 0.02])
         held = Waypoint(grasp, across, pace * 0.3, gripper.closed)
         pull = turned.apply([0, -1, 0]) * (self.opened_rad + rng.uniform(0.1, 0.2))
         return [
             [
-                Waypoint(grasp + approach, across, pace * 1.4, gripper.opened),
+                Waypoint(grasp + before, across, pace * 1.1, gripper.opened),
+                Waypoint(grasp + approach, across, pace * 0.5, gripper.opened),
                 Waypoint(grasp, across, pace * 0.7, gripper.opened),
                 held,
                 Arc.after(held, across, pace * 2.5, hinge, pull),
