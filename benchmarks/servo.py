@@ -28,7 +28,7 @@ PROCESSES = 2
 MASS, LENGTH, GRAVITY = 0.49, 0.1, 9.81
 TORQUE_CONSTANT, RESISTANCE, SUPPLY_V = 0.304, 2.44, 7.4
 DUTY_PER_RAD = 4096 / (2 * np.pi) / (256 * 885)  # of the firmware, for a gain of one
-SUBSTEPS = 3  # of a sample of 5.3 ms: twice as many change M6's error by less than 1 %
+SUBSTEPS = 3  # of a sample of 5.3 ms; twice as many change M6's errors by 0.2 and 2 %
 GENERATIONS, POPULATION = 400, 24
 
 # lowest and highest value
