@@ -164,7 +164,7 @@ class Dishwasher(TableTop):
         )
 
     def waypoints(self, rng: np.random.Generator, qpos: np.ndarray) -> "list[list[Waypoint]]":
-        """Before the bar, above it, down, grasp, pull along the door's circle; place, pace and pull vary."""
+        """Before the bar, above it, down, grasp, pull on a circle; place, pace and pull vary."""
         # only an expert needs them, and SciPy's rotations take long to import
         from scipy.spatial.transform import Rotation
 
