@@ -20,6 +20,12 @@ from t2l.typed import describe, suggestion
 _extensions: dict[Path, ModuleType] = {}
 
 
+def imported(path: str) -> type:
+    """The class of "package.module:Class"."""
+    module, _, name = path.partition(":")
+    return getattr(importlib.import_module(module), name)
+
+
 class Registry[T]:
     """The classes that implement an interface.
 
@@ -43,8 +49,7 @@ class Registry[T]:
             ConfigurationError: no class has it.
         """
         if name in self.known:
-            module, _, cls = self.known[name].partition(":")
-            return getattr(importlib.import_module(module), cls)
+            return imported(self.known[name])
         extended = self._extended()
         if name not in extended:
             names = self.names()

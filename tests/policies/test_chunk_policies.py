@@ -7,7 +7,7 @@ import torch
 
 from t2l.config import effective
 from t2l.policies import POLICIES, Episode, TrainingSet
-from t2l.policies.validation import split
+from t2l.policies.validation import prediction_mse, split
 from t2l.typed import Invalid
 from tests.policies.made import CHUNK_POLICIES, chunk_policy, episodes, fitted, settings
 
@@ -119,6 +119,34 @@ def test_a_sample_is_reproduced_by_the_same_calls_alone():
     np.testing.assert_array_equal(again.act(history), first)
     np.testing.assert_array_equal(again.act(history), second)
     assert not np.array_equal(first, second)
+
+
+def test_a_network_of_ones_own_is_all_that_it_takes():
+    from t2l.policies.chunk_network import ChunkNetwork
+    from t2l.policies.chunk_policy import ChunkPolicy, ChunkSettings, ChunkSizes
+
+    class Linear(ChunkNetwork):
+        def make(self, sizes, settings):
+            self.layer = torch.nn.Linear(self.history_size, self.chunk_size)
+
+        def error(self, condition, target):
+            squared = (self.answer(condition) - target).square().mean()
+            return squared, squared
+
+        def answer(self, condition):
+            return self.layer(condition)
+
+    class Own(ChunkPolicy):
+        name, settings, sizes, network_class = "own", ChunkSettings, ChunkSizes, Linear
+
+    few = ChunkSettings(history=1, chunk=1, epochs=40, learning_rate=1e-2, observation_noise=0)
+    training, validation = split(episodes(), 0.2, 1)
+    policy, _ = Own.fit(training, validation, few, seed=1)
+    # of the two actions the second is linear in what is seen
+    curved, linear = prediction_mse(policy, validation)
+    assert linear < 0.01 < curved
+    again = Own.restored(policy.tensors(), policy.metadata())
+    np.testing.assert_array_equal(again.act(np.ones((1, 1, 4))), policy.act(np.ones((1, 1, 4))))
 
 
 def test_a_width_that_heads_do_not_divide_is_told():

@@ -3,15 +3,10 @@
 Its network is `t2l.policies.chunk_cvae_network`; only what needs it loads torch.
 """
 
-from typing import TYPE_CHECKING
-
 from pydantic import Field
 
 from t2l.policies.chunk_policy import ChunkPolicy, ChunkSettings, ChunkSizes, Size, Widths
 from t2l.typed import Integer, Number
-
-if TYPE_CHECKING:
-    from t2l.policies.chunk_network import ChunkNetwork
 
 
 class LatentSettings(ChunkSettings):
@@ -43,10 +38,4 @@ class ChunkCVAE(ChunkPolicy):
 
     name = "chunk_cvae"
     settings, sizes = Settings, Sizes
-
-    @classmethod
-    def network_class(cls) -> "type[ChunkNetwork]":
-        """See `ChunkPolicy.network_class`."""
-        from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
-
-        return ChunkCVAENetwork
+    network_class = "t2l.policies.chunk_cvae_network:ChunkCVAENetwork"

@@ -1,14 +1,9 @@
 """The policy `chunk_diffusion`: chunks are denoised, given the history."""
 
-from typing import TYPE_CHECKING
-
 from pydantic import Field
 
 from t2l.policies.chunk_policy import ChunkPolicy, ChunkSettings, ChunkSizes, Size, Widths
 from t2l.typed import Integer
-
-if TYPE_CHECKING:
-    from t2l.policies.chunk_network import ChunkNetwork
 
 
 class Settings(ChunkSettings):
@@ -34,10 +29,4 @@ class ChunkDiffusion(ChunkPolicy):
 
     name = "chunk_diffusion"
     settings, sizes = Settings, Sizes
-
-    @classmethod
-    def network_class(cls) -> "type[ChunkNetwork]":
-        """See `ChunkPolicy.network_class`."""
-        from t2l.policies.chunk_diffusion_network import ChunkDiffusionNetwork
-
-        return ChunkDiffusionNetwork
+    network_class = "t2l.policies.chunk_diffusion_network:ChunkDiffusionNetwork"

@@ -3,7 +3,6 @@
 What such a network is stands in `t2l.policies.chunk_network`; only what needs it loads torch.
 """
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -12,6 +11,7 @@ from pydantic import Field
 
 from t2l.policies.policy import ClonedPolicy, Episode, TrainingSet
 from t2l.policies.training_settings import TrainingSettings
+from t2l.registry import imported
 from t2l.typed import Integer, Number, Typed, check
 
 if TYPE_CHECKING:
@@ -54,10 +54,13 @@ class ChunkPolicy(ClonedPolicy):
     Attributes:
         settings: what else configurations say; those in `sizes` too are the network's.
         sizes: what it takes to make the network again.
+        network_class: what both make, a class, or "package.module:Class" where importing it
+            would load torch in vain.
     """
 
     settings: type[ChunkSettings]
     sizes: type[ChunkSizes]
+    network_class: "str | type[ChunkNetwork]"
 
     def __init__(self, network: "ChunkNetwork"):
         """See the class; `network` is trained."""
@@ -67,9 +70,9 @@ class ChunkPolicy(ClonedPolicy):
         self.history, self.chunk = sizes.history, sizes.chunk
 
     @classmethod
-    @abstractmethod
-    def network_class(cls) -> "type[ChunkNetwork]":
-        """What `sizes` and `settings` make; loads torch."""
+    def _network(cls, sizes: ChunkSizes, settings: ChunkSettings | None = None) -> "ChunkNetwork":
+        made = cls.network_class
+        return (imported(made) if isinstance(made, str) else made)(sizes, settings)
 
     @classmethod
     def fit(
@@ -111,7 +114,7 @@ class ChunkPolicy(ClonedPolicy):
             for part, member in zip(parts, sets, strict=True):
                 # weights are drawn on the processor, so that they are the same on every device
                 torch.manual_seed(member.seed)
-                network = cls.network_class()(sizes, settings)
+                network = cls._network(sizes, settings)
                 steps = slice(part.start, part.stop)
                 network.to(device).normalise_by(data.observation[steps], data.action[steps])
                 networks.append(network)
@@ -144,7 +147,7 @@ class ChunkPolicy(ClonedPolicy):
         sizes = check(cls.sizes, metadata)
         # without memory, however large it says it is
         with torch.device("meta"):
-            network = cls.network_class()(sizes)
+            network = cls._network(sizes)
         wanted = network.state_dict()
         given = {name: torch.from_numpy(array) for name, array in tensors.items()}
         for name, tensor in wanted.items():

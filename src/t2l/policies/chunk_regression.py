@@ -1,13 +1,8 @@
 """The policy `chunk_regression`: one multilayer perceptron from history to chunk."""
 
-from typing import TYPE_CHECKING
-
 from pydantic import Field
 
 from t2l.policies.chunk_policy import ChunkPolicy, ChunkSettings, ChunkSizes, Size, Widths
-
-if TYPE_CHECKING:
-    from t2l.policies.chunk_network import ChunkNetwork
 
 
 class Settings(ChunkSettings):
@@ -27,10 +22,4 @@ class ChunkRegression(ChunkPolicy):
 
     name = "chunk_regression"
     settings, sizes = Settings, Sizes
-
-    @classmethod
-    def network_class(cls) -> "type[ChunkNetwork]":
-        """See `ChunkPolicy.network_class`."""
-        from t2l.policies.chunk_regression_network import ChunkRegressionNetwork
-
-        return ChunkRegressionNetwork
+    network_class = "t2l.policies.chunk_regression_network:ChunkRegressionNetwork"

@@ -1,15 +1,12 @@
 """The policy `chunk_transformer`: `chunk_cvae` with Transformers in place of its perceptrons."""
 
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from t2l.policies.chunk_cvae import LatentSettings
 from t2l.policies.chunk_policy import ChunkPolicy, ChunkSizes, Size
 from t2l.typed import Integer, Typed
-
-if TYPE_CHECKING:
-    from t2l.policies.chunk_network import ChunkNetwork
 
 
 class Trunk(Typed):
@@ -45,10 +42,4 @@ class ChunkTransformer(ChunkPolicy):
 
     name = "chunk_transformer"
     settings, sizes = Settings, Sizes
-
-    @classmethod
-    def network_class(cls) -> "type[ChunkNetwork]":
-        """See `ChunkPolicy.network_class`."""
-        from t2l.policies.chunk_transformer_network import ChunkTransformerNetwork
-
-        return ChunkTransformerNetwork
+    network_class = "t2l.policies.chunk_transformer_network:ChunkTransformerNetwork"
