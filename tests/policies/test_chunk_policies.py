@@ -139,12 +139,14 @@ def test_a_network_of_ones_own_is_all_that_it_takes():
     class Own(ChunkPolicy):
         name, settings, sizes, network_class = "own", ChunkSettings, ChunkSizes, Linear
 
-    few = ChunkSettings(history=1, chunk=1, epochs=40, learning_rate=1e-2, observation_noise=0)
+    few = ChunkSettings(
+        history=1, chunk=1, epochs=60, batch_size=32, learning_rate=3e-2, observation_noise=0
+    )
     training, validation = split(episodes(), 0.2, 1)
     policy, _ = Own.fit(training, validation, few, seed=1)
     # of the two actions the second is linear in what is seen
     curved, linear = prediction_mse(policy, validation)
-    assert linear < 0.01 < curved
+    assert 10 * linear < curved
     again = Own.restored(policy.tensors(), policy.metadata())
     np.testing.assert_array_equal(again.act(np.ones((1, 1, 4))), policy.act(np.ones((1, 1, 4))))
 
