@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from t2l.tasks.waypoints import Waypoint
 
 # of a small dishwasher that stands on the table, m
-WIDTH, DEPTH, THICKNESS = 0.45, 0.30, 0.02
+WIDTH, DEPTH, THICKNESS, FEET = 0.45, 0.30, 0.02, 0.02
 HINGE_HEIGHT, DOOR_HEIGHT = 0.08, 0.28
 BAR_LENGTH, BAR_ABOVE_DOOR = 0.26, 0.05
 DOOR_MASS_KG = 3.0
@@ -95,12 +95,12 @@ class Dishwasher(TableTop):
             )
         height = HINGE_HEIGHT + DOOR_HEIGHT
         wall = THICKNESS / 2
-        middle, top = (height + 0.02) / 2, height - wall
+        middle, half = (height + FEET) / 2, (height - FEET) / 2
         for name, size, pos in (
-            ("left", (DEPTH / 2, wall, middle - 0.02), (DEPTH / 2, WIDTH / 2, middle)),
-            ("right", (DEPTH / 2, wall, middle - 0.02), (DEPTH / 2, -WIDTH / 2, middle)),
-            ("back", (wall, WIDTH / 2, middle - 0.02), (DEPTH, 0, middle)),
-            ("top", (DEPTH / 2, WIDTH / 2, wall), (DEPTH / 2 + THICKNESS, 0, top)),
+            ("left", (DEPTH / 2, wall, half), (DEPTH / 2, WIDTH / 2, middle)),
+            ("right", (DEPTH / 2, wall, half), (DEPTH / 2, -WIDTH / 2, middle)),
+            ("back", (wall, WIDTH / 2, half), (DEPTH, 0, middle)),
+            ("top", (DEPTH / 2, WIDTH / 2, wall), (DEPTH / 2 + THICKNESS, 0, height - wall)),
         ):
             _box(cabinet, name, size, pos, (0.75, 0.77, 0.80, 1))
         door = cabinet.add_body(name=DOOR, pos=(0, 0, HINGE_HEIGHT))

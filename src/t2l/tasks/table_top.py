@@ -1,5 +1,7 @@
 """What tasks of one arm with a gripper at a table have in common."""
 
+from abc import abstractmethod
+
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
@@ -56,9 +58,9 @@ class TableTop(Demonstrated):
         self.robot_observation_size = len(own)
 
     @property
+    @abstractmethod
     def scene_names(self) -> tuple[str, ...]:
         """Of the observation, what is not the robot's own."""
-        raise NotImplementedError
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         """The robot at its table; tasks add the rest."""
