@@ -129,7 +129,6 @@ def test_an_effect_of_any_size_is_found_among_all(tmp_path_factory, name, size):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="torque offset comes first, and the verdict is unexplained")
 def test_a_torque_offset_of_ten_times_the_noise_is_found_among_all(tmp_path, monkeypatch):
     monkeypatch.setitem(globals(), "LONG_S", 1.0)
     check_found(pendulum(tmp_path), "torque_offset", 10.0, None)
