@@ -21,8 +21,15 @@ from benchmarks import (
 BENCHMARKS = {
     module.__name__.split(".")[-1]: module
     for module in (
-        *(throughput, cell, overhead, reinforcement, diagnosis, hidden),
-        *(published, servo, rules),
+        throughput,
+        cell,
+        overhead,
+        reinforcement,
+        diagnosis,
+        hidden,
+        published,
+        servo,
+        rules,
     )
 }
 

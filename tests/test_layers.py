@@ -25,7 +25,7 @@ LAYERS = [
     {"gains", "sim"},
     {
         *("artefacts", "documents", "errors", "jobs", "names", "outputs", "published", "registry"),
-        *("seeds", "typed", "version"),
+        *("seeds", "threads", "typed", "version"),
     },
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

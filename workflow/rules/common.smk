@@ -13,6 +13,7 @@ from t2l.errors import T2LError
 from t2l.gains import Cell
 from t2l.gains.cell import NAME_PATTERN
 from t2l.outputs import claim
+from t2l.threads import one_thread
 from t2l.hardware import recorded_files
 from t2l.version import with_extensions
 
@@ -23,9 +24,8 @@ except T2LError as error:
 # captions of the report take keys from it
 config.update(STUDY.sections)
 
-# one process a core: libraries must not start threads of their own
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(variable, "1")
+# one process a core
+one_thread()
 # with it, as containers set it, every job compiles its libraries anew: twice the time
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # torch's threads wait without holding the core that the simulator's next step needs

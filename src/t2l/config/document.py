@@ -33,7 +33,7 @@ def schema() -> dict[str, Any]:
     made = _plain(Configuration.model_json_schema())
     training = made["$defs"]["Training"]["properties"]
     # the library's: a user's own stand with the user
-    for name in filter(cloned().__contains__, POLICIES.known):
+    for name in (name for name in cloned() if name in POLICIES.known):
         own = _plain(POLICIES.find(name).settings.model_json_schema())["properties"]
         for key, field in own.items():
             said = f"of `{name}`: {field['description']}"

@@ -1,15 +1,18 @@
 """The network of `chunk_transformer`.
 
 Every observation of the history is a token, every action of a chunk too, as in ACT (Zhao et al.
-2023), and all tokens attend to all. Without dropout, so that a training is its seed's alone.
+2023), and all tokens attend to all; the latent is one token. Without dropout, so that a training is
+its seed's alone.
 """
+
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor, nn
 from torch.nn.attention import SDPBackend, sdpa_kernel
 
 from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
-from t2l.policies.chunk_transformer import Sizes
+from t2l.policies.chunk_transformer import Sizes, Trunk
 
 FEED_FORWARD = 4  # times the width of a token, as Vaswani et al. (2017) have it
 
@@ -19,64 +22,43 @@ class ChunkTransformerNetwork(ChunkCVAENetwork):
 
     def coders(self, sizes: Sizes) -> tuple[nn.Module, nn.Module]:
         """See `ChunkCVAENetwork.coders`."""
-        return _Encoder(sizes), _Decoder(sizes)
+        history = (sizes.history, sizes.observation_size)
+        chunk, latent = (sizes.chunk, sizes.action_size), (1, sizes.latent)
+        return (
+            _Coder(sizes, [history, chunk], (1, 2 * sizes.latent)),
+            _Coder(sizes, [history, latent], chunk),
+        )
 
 
-class _Encoder(nn.Module):
-    """The answer is read from a token of its own, the last."""
+class _Coder(nn.Module):
+    """Tokens of what is known, then those that the answer is read from.
 
-    def __init__(self, sizes: Sizes):
+    Args:
+        known: (tokens, numbers in each) of each part of a row.
+        asked: the same of the answer.
+    """
+
+    def __init__(self, sizes: Trunk, known: Sequence[tuple[int, int]], asked: tuple[int, int]):
         super().__init__()
-        self.sizes = sizes
-        self.observed = nn.Linear(sizes.observation_size, sizes.width)
-        self.demonstrated = nn.Linear(sizes.action_size, sizes.width)
-        self.position = _positions(sizes.history + sizes.chunk + 1, sizes.width)
+        self.known, self.asked, self.width = known, asked[0], sizes.width
+        self.embeddings = nn.ModuleList(nn.Linear(numbers, sizes.width) for _, numbers in known)
+        tokens = sum(count for count, _ in known) + asked[0]
+        # small, as the weights of the layers are
+        self.position = nn.Parameter(0.02 * torch.randn(tokens, sizes.width))
         self.trunk = _trunk(sizes)
-        self.latent = nn.Linear(sizes.width, 2 * sizes.latent)
+        self.answer = nn.Linear(sizes.width, asked[1])
 
     def forward(self, row: Tensor) -> Tensor:
-        s = self.sizes
-        history, chunk = row.split([s.history * s.observation_size, s.chunk * s.action_size], dim=1)
-        tokens = torch.cat(
-            [
-                self.observed(history.unflatten(1, (s.history, -1))),
-                self.demonstrated(chunk.unflatten(1, (s.chunk, -1))),
-                row.new_zeros(len(row), 1, s.width),
-            ],
-            dim=1,
-        )
-        return self.latent(self.trunk(tokens + self.position)[:, -1])
-
-
-class _Decoder(nn.Module):
-    """Each action is read from a token of its own, after those of the history and the latent."""
-
-    def __init__(self, sizes: Sizes):
-        super().__init__()
-        self.sizes = sizes
-        self.observed = nn.Linear(sizes.observation_size, sizes.width)
-        self.latent = nn.Linear(sizes.latent, sizes.width)
-        self.position = _positions(sizes.history + 1 + sizes.chunk, sizes.width)
-        self.trunk = _trunk(sizes)
-        self.action = nn.Linear(sizes.width, sizes.action_size)
-
-    def forward(self, row: Tensor) -> Tensor:
-        s = self.sizes
-        history, latent = row.split([s.history * s.observation_size, s.latent], dim=1)
-        tokens = torch.cat(
-            [
-                self.observed(history.unflatten(1, (s.history, -1))),
-                self.latent(latent)[:, None],
-                row.new_zeros(len(row), s.chunk, s.width),
-            ],
-            dim=1,
-        )
-        return self.action(self.trunk(tokens + self.position)[:, -s.chunk :]).flatten(1)
-
-
-def _positions(tokens: int, width: int) -> nn.Parameter:
-    # small, as the weights of the layers are
-    return nn.Parameter(0.02 * torch.randn(tokens, width))
+        parts = row.split([count * numbers for count, numbers in self.known], dim=1)
+        tokens = [
+            embed(part.unflatten(1, (count, numbers)))
+            for embed, part, (count, numbers) in zip(
+                self.embeddings, parts, self.known, strict=True
+            )
+        ]
+        tokens.append(row.new_zeros(len(row), self.asked, self.width))
+        seen = self.trunk(torch.cat(tokens, dim=1) + self.position)
+        return self.answer(seen[:, -self.asked :]).flatten(1)
 
 
 class _Trunk(nn.TransformerEncoder):
@@ -86,7 +68,7 @@ class _Trunk(nn.TransformerEncoder):
             return super().forward(tokens)
 
 
-def _trunk(sizes: Sizes) -> _Trunk:
+def _trunk(sizes: Trunk) -> _Trunk:
     layer = nn.TransformerEncoderLayer(
         sizes.width, sizes.heads, FEED_FORWARD * sizes.width, dropout=0.0, activation="gelu",
         batch_first=True, norm_first=True,

@@ -11,6 +11,7 @@ import numpy as np
 from t2l.errors import ConfigurationError
 from t2l.robots.registry import ROBOTS, make_robot
 from t2l.robots.robot import Robot
+from t2l.robots.specs import hold_at_rest
 
 # of a path in a message; more is no path
 MOST_CHARACTERS = 500
@@ -177,7 +178,7 @@ def position_controlled(robot: Robot) -> mujoco.MjSpec:
         joint = spec.joint(name)
         joint.actfrclimited = 0
         joint.frictionloss = 0.1  # nonzero, so that friction is part of the compiled model
-        joint.solimp_friction[:2] = 0.9999
+        hold_at_rest(joint)
         actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=100.0, kv=10.0)
     return spec

@@ -1,11 +1,13 @@
 """Dishwasher: grasp the bar on top of the door and pull the door open."""
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
+from t2l.robots.specs import hold_at_rest
 from t2l.tasks.dishwasher_parameters import DishwasherParameters
 from t2l.tasks.door_monitor import DoorMonitor
 from t2l.tasks.table_top import TableTop, check_graspable, check_range
@@ -20,7 +22,6 @@ BAR_LENGTH, BAR_ABOVE_DOOR = 0.26, 0.05
 DOOR_MASS_KG = 3.0
 # what it takes to push the whole: 40 kg, half of which friction bears
 PUSH_N, PUSH_NM = 200.0, 40.0
-RIGID = (0.9999, 0.9999, 0.001, 0.5, 2)  # friction that does not creep
 PLACE = ("dishwasher_x", "dishwasher_y", "dishwasher_yaw")
 DOOR, BAR = "door", "bar"
 
@@ -90,9 +91,7 @@ class Dishwasher(TableTop):
         hinge, slide = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
         axes = (slide, (1, 0, 0), PUSH_N), (slide, (0, 1, 0), PUSH_N), (hinge, (0, 0, 1), PUSH_NM)
         for name, (kind, axis, friction) in zip(PLACE, axes, strict=True):
-            cabinet.add_joint(
-                name=name, type=kind, axis=axis, frictionloss=friction, solimp_friction=RIGID
-            )
+            hold_at_rest(cabinet.add_joint(name=name, type=kind, axis=axis, frictionloss=friction))
         height = HINGE_HEIGHT + DOOR_HEIGHT
         wall = THICKNESS / 2
         middle, half = (height + FEET) / 2, (height - FEET) / 2
@@ -105,11 +104,11 @@ class Dishwasher(TableTop):
             _box(cabinet, name, size, pos, (0.75, 0.77, 0.80, 1))
         door = cabinet.add_body(name=DOOR, pos=(0, 0, HINGE_HEIGHT))
         weight = DOOR_MASS_KG * 9.81 * DOOR_HEIGHT / 2
-        door.add_joint(
+        joint = door.add_joint(
             name=DOOR, type=hinge, axis=(0, -1, 0), range=(0, np.pi / 2), limited=True,
-            frictionloss=self.door_friction_nm, solimp_friction=RIGID, damping=0.5,
-            stiffness=weight,
+            frictionloss=self.door_friction_nm, damping=0.5, stiffness=weight,
         )  # fmt: skip
+        hold_at_rest(joint)
         panel = (wall, WIDTH / 2, DOOR_HEIGHT / 2)
         _box(door, "panel", panel, (0, 0, DOOR_HEIGHT / 2), (0.60, 0.63, 0.68, 1), DOOR_MASS_KG)
         above = DOOR_HEIGHT + BAR_ABOVE_DOOR
@@ -138,11 +137,11 @@ class Dishwasher(TableTop):
 
     def bar(self, batch: Batch) -> np.ndarray:
         """(nsim, 3) position of the bar's middle, m."""
-        return batch.bind("site_xpos")[:, self.model.site(BAR).id]
+        return batch.bind("site_xpos")[:, self._bar]
 
     def bar_axis(self, batch: Batch) -> np.ndarray:
         """(nsim, 3) the direction that the bar has."""
-        return batch.bind("site_xmat")[:, self.model.site(BAR).id].reshape(-1, 3, 3)[:, :, 1]
+        return batch.bind("site_xmat")[:, self._bar].reshape(-1, 3, 3)[:, :, 1]
 
     def distance_from_bar(self, batch: Batch) -> np.ndarray:
         """(nsim,) m, from the tool to the bar's line."""
@@ -196,7 +195,11 @@ class Dishwasher(TableTop):
     def monitor(self, nsim: int) -> DoorMonitor:
         return DoorMonitor(self, nsim)
 
-    @property
+    @cached_property
+    def _bar(self) -> int:
+        return self.model.site(BAR).id
+
+    @cached_property
     def _place(self) -> list[int]:
         return [self.model.joint(name).qposadr[0] for name in PLACE]
 

@@ -1,13 +1,9 @@
 """What a file of config/tasks/ may say of the dishwasher."""
 
-from typing import Annotated
-
 from pydantic import Field
 
-from t2l.tasks.table_top import TableTopParameters
+from t2l.tasks.table_top import Range, TableTopParameters
 from t2l.typed import Number
-
-Range = Annotated[list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=2, max_length=2)]
 
 
 class DishwasherParameters(TableTopParameters):

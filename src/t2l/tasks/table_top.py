@@ -1,6 +1,7 @@
 """What tasks of one arm with a gripper at a table have in common."""
 
 from abc import abstractmethod
+from typing import Annotated
 
 import mujoco
 import numpy as np
@@ -11,6 +12,9 @@ from t2l.robots import Robot, make_robot
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks.task import Demonstrated
 from t2l.typed import Number, Typed
+
+# of a coordinate on the table, [low, high], m
+Range = Annotated[list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=2, max_length=2)]
 
 
 class TableTopParameters(Typed):
