@@ -36,8 +36,15 @@ class Mug:
     @property
     def reach_m(self) -> float:
         """From the middle of the mug to what of it is farthest away."""
-        handle = np.hypot(self.handle[0] + self.opening_m / 2 + BAR, BAR_WIDTH / 2)
-        return float(np.hypot(handle, HANDLE_HEIGHT + self.opening_m / 2))
+        half = self.opening_m / 2
+        handle = self.handle + np.array([half + BAR, BAR_WIDTH / 2, half + BAR])
+        rim = np.array([self.diameter_m / 2, self._side, HEIGHT / 2])
+        return float(np.linalg.norm([handle, rim], axis=1).max())
+
+    @property
+    def _side(self) -> float:
+        """Half the width of a wall, m."""
+        return self.diameter_m / 2 * np.tan(np.pi / 8)
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Put it into a scene, to move freely, with a site in the handle's opening."""
@@ -54,9 +61,8 @@ class Mug:
     def _boxes(self) -> list[tuple]:
         """(name, half sizes, position, yaw) of each."""
         radius = self.diameter_m / 2
-        side = radius * np.tan(np.pi / 8)
         # walls end above the underside, so that four contacts with a table bear the mug, not 36
-        wall = (WALL / 2, side, (HEIGHT - BOTTOM / 2) / 2)
+        wall = (WALL / 2, self._side, (HEIGHT - BOTTOM / 2) / 2)
         boxes = [
             (
                 f"wall_{i}",

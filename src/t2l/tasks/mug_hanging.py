@@ -46,7 +46,7 @@ class MugHanging(TableTop):
     instruction = "Hang the mug on the red peg."
     parameters = MugHangingParameters
     # from where the opening of the handle and the tip of the peg are both seen
-    camera = ((1.18, -0.68, 0.6), (0.68, 0.74, 0, -0.28, 0.26, 0.92))
+    camera = ((1.18, -0.68, 0.6), (0.68, 0.74, 0, -0.25, 0.23, 0.94))
 
     def __init__(
         self,
