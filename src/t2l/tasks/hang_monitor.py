@@ -13,11 +13,10 @@ if TYPE_CHECKING:
 
 
 class HangMonitor(Monitor):
-    """Success: the peg is through the handle, and has been since the hand left the mug half a
-    second ago.
+    """Success: the hand has left the mug, and half a second later the handle is still on the peg.
 
-    Failure kinds: `not_grasped` (the mug never left the table), `not_released` (it is in the hand
-    or on the peg, not yet let go for so long), `missed` (it was at the peg and is not on it),
+    Failure kinds: `not_grasped` (the mug never left the table), `not_released` (at the end it is
+    in the hand, or not yet let go for so long), `missed` (it was at the peg and is not on it),
     `dropped` (it never came there), `diverged`.
     """
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 # above the middle of the mug, where fingers hold it: below the rim, above the peg
 GRASP_HEIGHT = 0.02
-# of the peg's tip from the nearest mug, so that a hand that grasps it passes by, m
+# along y from a mug at its start to the tip of the peg, so that a hand fits in between, m
 ROOM_M = 0.12
 
 
@@ -157,9 +157,8 @@ class MugHanging(TableTop):
         # of the hand in the mug's frame; across the fingers it is the mug that gives way
         held = np.array([rng.normal(0, 0.002), 0, GRASP_HEIGHT + rng.uniform(-0.003, 0.006)])
         grasp = pose[:3] + turned.apply(held)
-        approach, lift, retreat = rng.uniform([0.10, 0.14, 0.09], [0.15, 0.20, 0.13])[
-            :, None
-        ] * np.array([0, 0, 1])
+        up = np.array([0, 0, 1])
+        approach, lift, retreat = rng.uniform([0.10, 0.14, 0.09], [0.15, 0.20, 0.13])
         tip, root = self.tree.peg
         inwards = (root - tip) / np.linalg.norm(root - tip)
         # of the hand where the peg's tip is in the middle of the opening
@@ -168,19 +167,19 @@ class MugHanging(TableTop):
         onto = at_tip + rng.uniform(0.055, 0.075) * inwards
         # until the handle all but rests on the peg
         play = (self.mug.opening_m - self.tree.peg_diameter_m) / 2
-        hung = onto - [0, 0, 0.8 * play]
+        hung = onto - 0.8 * play * up
         first, last = turned * POINTING_DOWN, POINTING_DOWN
         legs = [
-            (grasp + approach, first, 1.0, opened),
+            (grasp + approach * up, first, 1.0, opened),
             (grasp, first, 0.6, opened),
             (grasp, first, 0.25, closed),
-            (grasp + lift, first, 0.6, closed),
+            (grasp + lift * up, first, 0.6, closed),
             (before, last, 1.1, closed),
             (onto, last, 0.8, closed),
             (hung, last, 0.25, closed),
             (hung, last, 0.2, opened),
-            (hung + retreat, last, 0.5, opened),
-            (hung + retreat, last, 0.6, opened),
+            (hung + retreat * up, last, 0.5, opened),
+            (hung + retreat * up, last, 0.6, opened),
         ]
         return [
             [
