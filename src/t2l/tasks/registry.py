@@ -12,6 +12,7 @@ TASKS: Registry[Task] = Registry(
     {
         "block_stack": "t2l.tasks.block_stack:BlockStack",
         "dishwasher": "t2l.tasks.dishwasher:Dishwasher",
+        "mug_hanging": "t2l.tasks.mug_hanging:MugHanging",
         "joint_reach": "t2l.tasks.reach:JointReach",
         "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
         "pose_hold": "t2l.tasks.pose_hold:PoseHold",
