@@ -120,8 +120,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
 
 
 def _controller(arguments: argparse.Namespace, model):
-    import numpy as np
-
+    from t2l.cli.inputs import gain_of_each
     from t2l.errors import ConfigurationError
     from t2l.export.mjcf import Controller
     from t2l.identify.model import check_joints
@@ -135,15 +134,7 @@ def _controller(arguments: argparse.Namespace, model):
     else:
         joints = tuple(joint.name for joint in plant.scalar_joints(model.robot))
     check_joints(arguments.model, model, joints)
-    gains = {}
-    for name, least in (("kp", 0.0), ("kd", 0.0)):
-        values = np.atleast_1d(np.array(getattr(arguments, name), float))
-        if len(values) not in (1, len(joints)) or not (values >= least).all():
-            raise ConfigurationError(
-                f"--{name}: found {getattr(arguments, name)}; allowed: one number from 0 up, or "
-                f"one for each of {', '.join(joints)}"
-            )
-        gains[name] = np.broadcast_to(values, len(joints)).copy()
+    gains = {name: gain_of_each(arguments, name, joints) for name in ("kp", "kd")}
     rate = arguments.control_rate_hz
     if not 1 <= rate <= 100_000:
         raise ConfigurationError(f"--control-rate-hz: found {rate:g}; allowed: 1 to 100000")

@@ -7,6 +7,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from t2l.errors import ConfigurationError
 from t2l.identify.model import Model
 from t2l.outputs import output_folder
 from t2l.recordings.recording import Recording
@@ -124,6 +127,28 @@ def check_without(names: Sequence[str], model: Model) -> None:
             raise ConfigurationError(
                 f"--without: found {name!r}, which the model has; allowed: one that it has not"
             )
+
+
+def gain_of_each(
+    arguments: argparse.Namespace, name: str, joints: Sequence[str], zero: bool = True
+) -> np.ndarray:
+    """(njoint,) of an option such as --kp, one number or one for each joint.
+
+    Args:
+        zero: whether it may be zero.
+
+    Raises:
+        ConfigurationError: it is something else.
+    """
+    given = getattr(arguments, name)
+    values = np.atleast_1d(np.array(given, float))
+    positive = (values >= 0 if zero else values > 0) & np.isfinite(values)
+    if len(values) not in (1, len(joints)) or not positive.all():
+        raise ConfigurationError(
+            f"--{name.replace('_', '-')}: found {given}; allowed: one number "
+            f"{'from 0 up' if zero else 'above 0'}, or one for each of {', '.join(joints)}"
+        )
+    return np.broadcast_to(values, len(joints)).copy()
 
 
 def progress_line() -> Callable[[str, float], None]:

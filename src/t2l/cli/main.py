@@ -20,6 +20,7 @@ from t2l.cli import (
     plan,
     propose,
     record,
+    retarget,
 )
 from t2l.cli.extras import extra_of
 from t2l.errors import T2LError
@@ -37,6 +38,7 @@ COMMANDS = {
     "export": export,
     "plan": plan,
     "record": record,
+    "retarget": retarget,
     "import-csv": import_csv,
     "import-lerobot": import_lerobot,
     "import-rosbag": import_rosbag,
