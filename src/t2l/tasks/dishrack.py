@@ -33,6 +33,8 @@ WALL, WALL_HEIGHT, WALL_LENGTH = 0.004, 0.06, 0.12
 # where plates go, m above the table
 SURFACES = {RACK: 0.01, PAD: 0.01}
 RACK_SLOTS, PAD_HALF = 3, 0.08
+# from the lower edge of a plate to the wall it leans against, m: with less it may fall back
+LEANS = 0.008
 # what it takes to push rack or pad: 3 kg on rubber
 MASS_KG, PUSH_N, PUSH_NM = 3.0, 30.0, 3.0
 # between the middles of rack and pad, m: the hand is at one without touching the other
@@ -47,8 +49,8 @@ class Dishrack(TableTop):
     The plate leans in a slot, of the rack or of a holder on the pad. A hand grasps it from above
     by its rim, as a person does, and carries it in the plane of the fingers.
 
-    Frames: the plate's z is its axis, upwards when it lies; its x leads inwards from the rim that
-    is grasped. The y of rack and pad is along the slots.
+    Frames: the x of rack and pad is along the slots. The plate's z is its axis, upwards when it
+    lies; its y leads outwards to the rim that is grasped, upwards when it stands.
 
     Args:
         robot, gravity_compensation, start_spread_rad, horizon_s: see `TableTop`.
@@ -96,7 +98,7 @@ class Dishrack(TableTop):
         self.pad_x_m, self.pad_y_m = tuple(pad_x_m), tuple(pad_y_m)
         self.yaw_rad = yaw_rad
         check_graspable("plate_thickness_m", plate_thickness_m, self.robot)
-        narrowest = plate_thickness_m + FOOT_HEIGHT + 0.004
+        narrowest = plate_thickness_m + LEANS
         if slot_width_m < narrowest:
             raise ValueError(
                 f"slot_width_m: found {slot_width_m:g}; allowed: from {narrowest:g} up, where a "
@@ -131,7 +133,7 @@ class Dishrack(TableTop):
         return (
             *(f"plate.{c}" for c in "xyz"),
             *(f"plate.axis_{c}" for c in "xyz"),
-            *(f"plate.inwards_{c}" for c in "xyz"),
+            *(f"plate.outwards_{c}" for c in "xyz"),
             *(f"rim_from_grip.{c}" for c in "xyz"),
             *(f"{self.goal}.along_{c}" for c in "xy"),
             *(f"{self.goal}_from_plate.{c}" for c in "xyz"),
@@ -142,30 +144,32 @@ class Dishrack(TableTop):
         slots = {RACK: RACK_SLOTS, PAD: int(self.origin == PAD)}
         pitch = self.slot_width_m + WALL
         sizes = {
-            RACK: ((RACK_SLOTS * pitch + WALL) / 2, WALL_LENGTH / 2),
+            RACK: (WALL_LENGTH / 2, (RACK_SLOTS * pitch + WALL) / 2),
             PAD: (PAD_HALF, PAD_HALF),
         }
         colours = {RACK: (0.55, 0.58, 0.63, 1), PAD: (0.36, 0.52, 0.60, 1)}
-        wall = (WALL / 2, WALL_LENGTH / 2, WALL_HEIGHT / 2)
+        wall = (WALL_LENGTH / 2, WALL / 2, WALL_HEIGHT / 2)
         for name, height in SURFACES.items():
             body = add_furniture(spec, name, MASS_KG, PUSH_N, PUSH_NM)
             body.add_site(name=name, pos=(0, 0, height), group=5)
             base = (*sizes[name], height / 2)
             add_box(body, name, base, (0, 0, height / 2), colours[name], **STANDS)
             for i in range(slots[name] + 1 if slots[name] else 0):
-                place = ((i - slots[name] / 2) * pitch, 0, height + WALL_HEIGHT / 2)
+                place = (0, (i - slots[name] / 2) * pitch, height + WALL_HEIGHT / 2)
                 add_box(body, f"{name}_wall_{i}", wall, place, colours[RACK], **STANDS)
 
         plate = spec.worldbody.add_body(name=PLATE, pos=(0.5, 0, 0.5))
         plate.add_freejoint(name=PLATE)
         plate.add_site(name=PLATE, group=5)
         half, mass = self.plate_thickness_m / 2, self.plate_mass_kg / 5
-        # four make the octagon, whose sides lie between the fingers and in the slot
-        across = (RADIUS, RADIUS * np.tan(np.pi / 8), half)
+        white = (0.95, 0.95, 0.93, 1)
+        # four make the octagon; the one that is grasped and stands in the slot is a little larger:
+        # touched by one, not by four, the simulation is half as fast again
+        across = np.array([RADIUS, RADIUS * np.tan(np.pi / 8), half])
         for i in range(4):
+            size = across if i == 2 else 0.98 * across
             quat = (np.cos(i * np.pi / 8), 0, 0, np.sin(i * np.pi / 8))
-            white = (0.95, 0.95, 0.93, 1)
-            add_box(plate, f"rim_{i}", across, (0, 0, 0), white, mass, quat=quat)
+            add_box(plate, f"rim_{i}", size, (0, 0, 0), white, mass, quat=quat)
         foot, below = (FOOT_HALF, FOOT_HALF, FOOT_HEIGHT / 2), (0, 0, -half - FOOT_HEIGHT / 2)
         add_box(plate, "foot", foot, below, (0.75, 0.76, 0.78, 1), mass)
         return spec
@@ -181,20 +185,20 @@ class Dishrack(TableTop):
 
         # where its front stands between the walls; the farther back, the more it leans
         half, wall = self.plate_thickness_m / 2, self.slot_width_m / 2
-        front = rng.uniform(2 * half - wall, wall - 0.003, n)
+        front = rng.uniform(2 * half - wall, wall - LEANS, n)
         lean = np.arctan((wall - front) / WALL_HEIGHT)
-        aside = rng.uniform(-0.01, 0.01, n)
+        along = rng.uniform(-0.01, 0.01, n)
         ahead = front + RADIUS * np.sin(lean) - half * np.cos(lean)
         x, y, yaw = qpos[:, self._place[self.origin]].T
         half_yaw, half_tilt = yaw / 2, (np.pi / 2 + lean) / 2
         pose = [
-            x + np.cos(yaw) * ahead - np.sin(yaw) * aside,
-            y + np.sin(yaw) * ahead + np.cos(yaw) * aside,
+            x + np.cos(yaw) * along + np.sin(yaw) * ahead,
+            y + np.sin(yaw) * along - np.cos(yaw) * ahead,
             SURFACES[self.origin] + RADIUS * np.cos(lean) + half * np.sin(lean),
-            # tilted about its y, then turned
+            # tilted about its x, then turned
             np.cos(half_yaw) * np.cos(half_tilt),
-            -np.sin(half_yaw) * np.sin(half_tilt),
             np.cos(half_yaw) * np.sin(half_tilt),
+            np.sin(half_yaw) * np.sin(half_tilt),
             np.sin(half_yaw) * np.cos(half_tilt),
         ]
         qpos[:, self._plate_qpos] = np.stack(pose, axis=1)
@@ -213,16 +217,16 @@ class Dishrack(TableTop):
     def observe(self, batch: Batch) -> np.ndarray:
         position, rotation = self._pose(batch, PLATE)
         goal, frame = self._pose(batch, self.goal)
-        inwards = rotation[:, :, 0]
-        rim = position - (RADIUS - GRASP_DEPTH) * inwards
+        outwards = rotation[:, :, 1]
+        rim = position + (RADIUS - GRASP_DEPTH) * outwards
         return np.concatenate(
             [
                 super().observe(batch),
                 position,
                 rotation[:, :, 2],
-                inwards,
+                outwards,
                 rim - self.grip(batch),
-                frame[:, :2, 1],
+                frame[:, :2, 0],
                 goal - position,
             ],
             axis=1,
@@ -245,12 +249,12 @@ class Dishrack(TableTop):
         x, y, yaw = qpos[self._place[self.goal]]
         turned, (position, rotation) = Rotation.from_euler("z", yaw), self.target(rng)
         goal = [x, y, SURFACES[self.goal]] + turned.apply(position), turned * rotation
-        # the hand comes along the plate's x, and its fingers open along z
-        hand = Rotation.from_matrix([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
-        slip = [rng.normal(0, 0.002), rng.normal(0, 0.004), 0]
-        rim = np.array([GRASP_DEPTH - RADIUS, 0, 0]) + slip
+        # the hand comes against the plate's y, and its fingers open along z
+        hand = Rotation.from_matrix([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
+        slip = [rng.normal(0, 0.004), rng.normal(0, 0.002), 0]
+        rim = np.array([0, RADIUS - GRASP_DEPTH, 0]) + slip
         approach, retreat, lift, lower = rng.uniform(
-            [0.07, 0.08, 0.10, 0.05], [0.10, 0.11, 0.13, 0.08]
+            [0.07, 0.08, 0.10, 0.08], [0.10, 0.11, 0.13, 0.11]
         )
         legs = [
             (start, approach, 0, 1.4, opened),
@@ -266,7 +270,7 @@ class Dishrack(TableTop):
         return [
             [
                 Waypoint(
-                    position + rotation.apply(rim - [back, 0, 0]) + [0, 0, above],
+                    position + rotation.apply(rim + [0, back, 0]) + [0, 0, above],
                     rotation * hand,
                     pace * duration,
                     command,

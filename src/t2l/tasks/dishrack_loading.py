@@ -29,13 +29,13 @@ class DishrackLoading(Dishrack):
         edge = position + RADIUS * down / np.maximum(length, 1e-9)
         return (
             (length[:, 0] > np.cos(self.UPRIGHT_RAD))
-            & (np.abs(edge[:, 0]) < self.slot_width_m / 2)
-            & (np.abs(position[:, 1]) < WALL_LENGTH / 2)
+            & (np.abs(edge[:, 1]) < self.slot_width_m / 2)
+            & (np.abs(position[:, 0]) < WALL_LENGTH / 2)
             & (np.abs(edge[:, 2]) < 0.01)
         )
 
     def target(self, rng: np.random.Generator) -> "tuple[np.ndarray, Rotation]":
         from scipy.spatial.transform import Rotation
 
-        position = [rng.normal(0, 0.0015), rng.normal(0, 0.006), RADIUS + 0.004]
-        return np.array(position), Rotation.from_euler("y", np.pi / 2 + rng.normal(0, 0.02))
+        position = [rng.normal(0, 0.006), rng.normal(0, 0.0015), RADIUS + 0.004]
+        return np.array(position), Rotation.from_euler("x", np.pi / 2 + rng.normal(0, 0.02))

@@ -32,8 +32,7 @@ class DishrackUnloading(Dishrack):
     def target(self, rng: np.random.Generator) -> "tuple[np.ndarray, Rotation]":
         from scipy.spatial.transform import Rotation
 
-        tilt = self.TILT_RAD + rng.normal(0, 0.05)
-        # its far edge is on the pad, its foot where that of a plate in the middle would be
-        edge = np.array([RADIUS + 0.003, 0, 0.004]) + [*rng.normal(0, 0.004, 2), 0]
-        rotation = Rotation.from_euler("y", tilt)
-        return edge - rotation.apply([RADIUS, 0, -self.plate_thickness_m / 2]), rotation
+        # its far edge is on the pad, as far from the middle as when the plate lies there
+        edge = np.array([*rng.normal(0, 0.004, 2), 0.003]) - [0, RADIUS, 0]
+        rotation = Rotation.from_euler("x", self.TILT_RAD + rng.normal(0, 0.05))
+        return edge + rotation.apply([0, RADIUS, self.plate_thickness_m / 2]), rotation
