@@ -1,6 +1,7 @@
 """A plate, a rack with slots and a pad: what loading and unloading a dish rack share."""
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -30,15 +31,14 @@ PLATE, RACK, PAD = "plate", "rack", "pad"
 RADIUS, FOOT_HEIGHT, FOOT_HALF = 0.06, 0.004, 0.03
 # of the walls between slots, m: they reach the middle of a plate
 WALL, WALL_HEIGHT, WALL_LENGTH = 0.004, 0.06, 0.12
-# where plates go, m above the table
-SURFACES = {RACK: 0.01, PAD: 0.01}
-RACK_SLOTS, PAD_HALF = 3, 0.08
+# of the rack's floor and of the pad, m: where plates stand and lie
+SURFACE, PAD_HALF = 0.01, 0.08
 # from the lower edge of a plate to the wall it leans against, m: with less it may fall back
 LEANS = 0.008
 # what it takes to push rack or pad: 3 kg on rubber
 MASS_KG, PUSH_N, PUSH_NM = 3.0, 30.0, 3.0
 # between the middles of rack and pad, m: the hand is at one without touching the other
-APART = 0.2
+APART = 0.25
 # from the rim to the tool that grasps it, m
 GRASP_DEPTH = 0.008
 
@@ -71,6 +71,8 @@ class Dishrack(TableTop):
     """
 
     parameters = DishrackParameters
+    # close, and where one sees into the slots
+    camera = ((1.15, -0.55, 0.55), (0.60, 0.80, 0, -0.29, 0.22, 0.93))
     origin: str
     goal: str
     missed: str
@@ -94,9 +96,8 @@ class Dishrack(TableTop):
         self.plate_thickness_m = plate_thickness_m
         self.plate_mass_kg = plate_mass_kg
         self.slot_width_m = slot_width_m
-        self.rack_x_m, self.rack_y_m = tuple(rack_x_m), tuple(rack_y_m)
-        self.pad_x_m, self.pad_y_m = tuple(pad_x_m), tuple(pad_y_m)
         self.yaw_rad = yaw_rad
+        self.ranges_m = {RACK: (rack_x_m, rack_y_m), PAD: (pad_x_m, pad_y_m)}
         check_graspable("plate_thickness_m", plate_thickness_m, self.robot)
         narrowest = plate_thickness_m + LEANS
         if slot_width_m < narrowest:
@@ -104,11 +105,11 @@ class Dishrack(TableTop):
                 f"slot_width_m: found {slot_width_m:g}; allowed: from {narrowest:g} up, where a "
                 f"plate of plate_thickness_m {plate_thickness_m:g} fits in"
             )
-        for key in ("rack_x_m", "rack_y_m", "pad_x_m", "pad_y_m"):
-            check_range(key, *getattr(self, key))
+        for name, ranges in self.ranges_m.items():
+            for axis, (low, high) in zip("xy", ranges, strict=True):
+                check_range(f"{name}_{axis}_m", low, high)
         gaps = [
-            max(rack[0], pad[0]) - min(rack[1], pad[1])
-            for rack, pad in ((self.rack_x_m, self.pad_x_m), (self.rack_y_m, self.pad_y_m))
+            max(a[0], b[0]) - min(a[1], b[1]) for a, b in zip(*self.ranges_m.values(), strict=True)
         ]
         if max(gaps) < APART:
             raise ValueError(
@@ -141,45 +142,48 @@ class Dishrack(TableTop):
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         spec = super().spec(visual)
-        slots = {RACK: RACK_SLOTS, PAD: int(self.origin == PAD)}
         pitch = self.slot_width_m + WALL
-        sizes = {
-            RACK: (WALL_LENGTH / 2, (RACK_SLOTS * pitch + WALL) / 2),
-            PAD: (PAD_HALF, PAD_HALF),
-        }
-        colours = {RACK: (0.55, 0.58, 0.63, 1), PAD: (0.36, 0.52, 0.60, 1)}
-        wall = (WALL_LENGTH / 2, WALL / 2, WALL_HEIGHT / 2)
-        for name, height in SURFACES.items():
-            body = add_furniture(spec, name, MASS_KG, PUSH_N, PUSH_NM)
-            body.add_site(name=name, pos=(0, 0, height), group=5)
-            base = (*sizes[name], height / 2)
-            add_box(body, name, base, (0, 0, height / 2), colours[name], **STANDS)
-            for i in range(slots[name] + 1 if slots[name] else 0):
-                place = (0, (i - slots[name] / 2) * pitch, height + WALL_HEIGHT / 2)
-                add_box(body, f"{name}_wall_{i}", wall, place, colours[RACK], **STANDS)
+        rack_base = (WALL_LENGTH / 2, (3 * pitch + WALL) / 2)
+        self._add_surface(spec, RACK, rack_base, (0.55, 0.58, 0.63, 1), walls=4)
+        # what a plate starts in is a holder of one slot
+        walls = 2 if self.origin == PAD else 0
+        self._add_surface(spec, PAD, (PAD_HALF, PAD_HALF), (0.36, 0.52, 0.60, 1), walls)
+        self._add_plate(spec)
+        return spec
 
+    def _add_surface(
+        self, spec: mujoco.MjSpec, name: str, half: Sequence[float], colour, walls: int
+    ) -> None:
+        body = add_furniture(spec, name, MASS_KG, PUSH_N, PUSH_NM)
+        body.add_site(name=name, pos=(0, 0, SURFACE), group=5)
+        add_box(body, name, (*half, SURFACE / 2), (0, 0, SURFACE / 2), colour, **STANDS)
+        size = (WALL_LENGTH / 2, WALL / 2, WALL_HEIGHT / 2)
+        for i in range(walls):
+            y = (i - (walls - 1) / 2) * (self.slot_width_m + WALL)
+            pos = (0, y, SURFACE + WALL_HEIGHT / 2)
+            add_box(body, f"{name}_wall_{i}", size, pos, (0.55, 0.58, 0.63, 1), **STANDS)
+
+    def _add_plate(self, spec: mujoco.MjSpec) -> None:
         plate = spec.worldbody.add_body(name=PLATE, pos=(0.5, 0, 0.5))
         plate.add_freejoint(name=PLATE)
         plate.add_site(name=PLATE, group=5)
         half, mass = self.plate_thickness_m / 2, self.plate_mass_kg / 5
-        white = (0.95, 0.95, 0.93, 1)
-        # four make the octagon; the one that is grasped and stands in the slot is a little larger:
-        # touched by one, not by four, the simulation is half as fast again
+        # four make the octagon; the one that is grasped and stands in the slot is a little larger,
+        # so that it alone is touched and the simulation is a third faster
         across = np.array([RADIUS, RADIUS * np.tan(np.pi / 8), half])
         for i in range(4):
             size = across if i == 2 else 0.98 * across
             quat = (np.cos(i * np.pi / 8), 0, 0, np.sin(i * np.pi / 8))
+            white = (0.95, 0.95, 0.93, 1)
             add_box(plate, f"rim_{i}", size, (0, 0, 0), white, mass, quat=quat)
         foot, below = (FOOT_HALF, FOOT_HALF, FOOT_HEIGHT / 2), (0, 0, -half - FOOT_HEIGHT / 2)
         add_box(plate, "foot", foot, below, (0.75, 0.76, 0.78, 1), mass)
-        return spec
 
     def sample_starts(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """The robot about its home, rack and pad somewhere, the plate leaning in its slot."""
         qpos = super().sample_starts(rng, n)
         turned = (-self.yaw_rad, self.yaw_rad)
-        ranges = {RACK: (self.rack_x_m, self.rack_y_m), PAD: (self.pad_x_m, self.pad_y_m)}
-        for name, (x, y) in ranges.items():
+        for name, (x, y) in self.ranges_m.items():
             low, high = np.transpose([x, y, turned])
             qpos[:, self._place[name]] = rng.uniform(low, high, (n, 3))
 
@@ -194,7 +198,7 @@ class Dishrack(TableTop):
         pose = [
             x + np.cos(yaw) * along + np.sin(yaw) * ahead,
             y + np.sin(yaw) * along - np.cos(yaw) * ahead,
-            SURFACES[self.origin] + RADIUS * np.cos(lean) + half * np.sin(lean),
+            SURFACE + RADIUS * np.cos(lean) + half * np.sin(lean),
             # tilted about its x, then turned
             np.cos(half_yaw) * np.cos(half_tilt),
             np.cos(half_yaw) * np.sin(half_tilt),
@@ -248,11 +252,12 @@ class Dishrack(TableTop):
         start = plate[:3], Rotation.from_quat(plate[3:], scalar_first=True)
         x, y, yaw = qpos[self._place[self.goal]]
         turned, (position, rotation) = Rotation.from_euler("z", yaw), self.target(rng)
-        goal = [x, y, SURFACES[self.goal]] + turned.apply(position), turned * rotation
+        goal = turned.apply(position) + np.array([x, y, SURFACE]), turned * rotation
         # the hand comes against the plate's y, and its fingers open along z
         hand = Rotation.from_matrix([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
         slip = [rng.normal(0, 0.004), rng.normal(0, 0.002), 0]
         rim = np.array([0, RADIUS - GRASP_DEPTH, 0]) + slip
+        _, outwards, up = np.eye(3)
         approach, retreat, lift, lower = rng.uniform(
             [0.07, 0.08, 0.10, 0.08], [0.10, 0.11, 0.13, 0.11]
         )
@@ -270,7 +275,7 @@ class Dishrack(TableTop):
         return [
             [
                 Waypoint(
-                    position + rotation.apply(rim + [0, back, 0]) + [0, 0, above],
+                    position + rotation.apply(rim + back * outwards) + above * up,
                     rotation * hand,
                     pace * duration,
                     command,
@@ -282,17 +287,17 @@ class Dishrack(TableTop):
     def monitor(self, nsim: int) -> PlateMonitor:
         return PlateMonitor(self, nsim)
 
-    def _pose(self, batch: Batch, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """(nsim, 3) and (nsim, 3, 3): of PLATE, or of the surface of RACK or PAD."""
-        site = self._sites[name]
-        rotation = batch.bind("site_xmat")[:, site].reshape(-1, 3, 3)
-        return batch.bind("site_xpos")[:, site], rotation
-
     @cached_property
     def plate_dofs(self) -> slice:
         """Of the plate's position in qvel."""
         address = self.model.joint(PLATE).dofadr[0]
         return slice(address, address + 3)
+
+    def _pose(self, batch: Batch, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """(nsim, 3) and (nsim, 3, 3): of PLATE, or of the surface of RACK or PAD."""
+        site = self._sites[name]
+        rotation = batch.bind("site_xmat")[:, site].reshape(-1, 3, 3)
+        return batch.bind("site_xpos")[:, site], rotation
 
     @cached_property
     def _plate_qpos(self) -> slice:
@@ -303,9 +308,9 @@ class Dishrack(TableTop):
     def _place(self) -> dict[str, list[int]]:
         return {
             name: [self.model.joint(joint).qposadr[0] for joint in furniture_joints(name)]
-            for name in SURFACES
+            for name in (RACK, PAD)
         }
 
     @cached_property
     def _sites(self) -> dict[str, int]:
-        return {name: self.model.site(name).id for name in (PLATE, *SURFACES)}
+        return {name: self.model.site(name).id for name in (PLATE, RACK, PAD)}

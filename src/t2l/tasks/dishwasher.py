@@ -205,4 +205,3 @@ class Dishwasher(TableTop):
     @cached_property
     def _place(self) -> list[int]:
         return [self.model.joint(name).qposadr[0] for name in PLACE]
-
