@@ -129,7 +129,7 @@ def lying(height, tilt=0.0, aside=0.0):
     return [0, aside, height, np.cos(tilt / 2), np.sin(tilt / 2), 0, 0]
 
 
-LYING, STANDING = 0.008, 0.06
+LYING, STANDING = 0.007, 0.06
 
 
 @pytest.mark.parametrize(
@@ -185,7 +185,7 @@ def test_what_is_left_in_the_middle_is_named(task, shown, until, kind):
     ("change", "message"),
     [
         ({"plate_thickness_m": 0.075}, "plate_thickness_m: found 0.075; allowed: up to 0.07,"),
-        ({"slot_width_m": 0.012}, "slot_width_m: found 0.012; allowed: from 0.016 up"),
+        ({"slot_width_m": 0.012}, "slot_width_m: found 0.012; allowed: from 0.014 up"),
         ({"rack_x_m": [0.6, 0.5]}, r"rack_x_m: found \[0.6, 0.5\]; allowed: low below high"),
         ({"pad_y_m": [-0.1, -0.1]}, r"pad_y_m: found \[-0.1, -0.1\]; allowed: low below high"),
         ({"pad_y_m": [-0.1, 0.0]}, "found gaps of .* m and .* m between rack and pad; allowed"),

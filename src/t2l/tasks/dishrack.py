@@ -1,7 +1,6 @@
 """A plate, a rack with slots and a pad: what loading and unloading a dish rack share."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -152,7 +151,12 @@ class Dishrack(TableTop):
         return spec
 
     def _add_surface(
-        self, spec: mujoco.MjSpec, name: str, half: Sequence[float], colour, walls: int
+        self,
+        spec: mujoco.MjSpec,
+        name: str,
+        half: tuple[float, float],
+        colour: tuple[float, ...],
+        walls: int,
     ) -> None:
         body = add_furniture(spec, name, MASS_KG, PUSH_N, PUSH_NM)
         body.add_site(name=name, pos=(0, 0, SURFACE), group=5)

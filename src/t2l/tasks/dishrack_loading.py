@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 class DishrackLoading(Dishrack):
-    """The plate leans in a holder on the pad and is put into the middle slot; see `Dishrack`."""
+    """The plate leans in a holder on the pad and is put into the middle slot; see `Dishrack`.
+
+    In a holder, not flat: fingers can get at its rim from above, and what is hard is the slot.
+    """
 
     name = "dishrack_loading"
     instruction = "Put the plate into the dish rack."

@@ -11,14 +11,19 @@ if TYPE_CHECKING:
 
 
 class DishrackUnloading(Dishrack):
-    """The plate leans in the middle slot and is laid on the pad; see `Dishrack`."""
+    """The plate leans in the middle slot and is laid on the pad; see `Dishrack`.
+
+    The expert sets its far edge down and lets go, and it falls level: so close to the table a
+    person would not hold it level either, for the hand that does so is 20 cm high.
+    """
 
     name = "dishrack_unloading"
     instruction = "Take the plate out of the dish rack and lay it on the pad."
     origin, goal = RACK, PAD
     missed = "tipped"
-    # a hand that lets go of it so is clear of the table, and it falls level
+    # from level, when it is let go; at less the hand comes too close to the table
     TILT_RAD = np.radians(40)
+    # a plate that lies on anything but the pad is steeper, or not at its height
     LEVEL_RAD = np.radians(10)
     HEIGHT_TOLERANCE_M = 0.005
 
@@ -32,7 +37,7 @@ class DishrackUnloading(Dishrack):
     def target(self, rng: np.random.Generator) -> "tuple[np.ndarray, Rotation]":
         from scipy.spatial.transform import Rotation
 
-        # its far edge is on the pad, as far from the middle as when the plate lies there
+        # of the edge, just above the pad; the plate that falls about it lies in the middle
         edge = np.array([*rng.normal(0, 0.004, 2), 0.003]) - [0, RADIUS, 0]
         rotation = Rotation.from_euler("x", self.TILT_RAD + rng.normal(0, 0.05))
         return edge + rotation.apply([0, RADIUS, self.plate_thickness_m / 2]), rotation
