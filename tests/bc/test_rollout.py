@@ -1,4 +1,5 @@
 import numpy as np
+import pandas as pd
 import pytest
 
 from t2l.actions import make_control
@@ -100,7 +101,9 @@ def test_a_simulation_that_blows_up_is_recorded_and_the_others_go_on(task, start
     assert set(table.failure.drop(1)) == {"not_grasped"}
 
 
-def test_traces_hold_a_success_and_a_failure(task, demonstrations, starts, block_stack):
+def test_traces_hold_a_success_and_a_failure_of_each_kind(
+    task, demonstrations, starts, block_stack
+):
     act = Recorded(task, demonstrations[:1])
     good = traces(roll_out(task, act, 10, CHUNK, control(task), starts[:1], decimation=10), 10)
     still = np.append(starts[0][task.arm_qpos], 0.04)
@@ -124,3 +127,6 @@ def test_traces_hold_a_success_and_a_failure(task, demonstrations, starts, block
     times, qpos = picked["failure\nnot grasped\nKp 128, Kd 8"]
     assert qpos.shape == (21, task.model.nq)
     assert times[-1] == pytest.approx(0.4)
+    other = bad.assign(failure="dropped")
+    picked = pick_traces({"kp64_kd8": pd.concat([bad, other]), "kp128_kd8": bad}, "kp128_kd8")
+    assert list(picked) == ["failure\ndropped\nKp 64, Kd 8", "failure\nnot grasped\nKp 128, Kd 8"]

@@ -7,8 +7,10 @@ import pytest
 
 from t2l.effects.law import TORQUE, Curve, Law
 from t2l.identify.model import Model
+from t2l.propose.decision import Decision
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING, Learned, Proposal
-from t2l.propose.wording import headline
+from t2l.propose.reconsider import Reconsidered
+from t2l.propose.wording import headline, retracted
 from tests.diagnose.made import pendulum
 
 
@@ -45,3 +47,13 @@ def test_without_unseen_recordings_those_that_chose_are_named(proposal):
 )
 def test_no_law_is_told_as_such(proposal, verdict, said):
     assert said in headline(replace(proposal, verdict=verdict))
+
+
+@pytest.mark.parametrize(("names_left_rad", "told"), [(1e-3, False), (5e-5, True)])
+def test_names_that_a_law_replaced_are_told_where_they_leave_less(proposal, names_left_rad, told):
+    found = Reconsidered(
+        proposal.model, proposal, ("cogging",), names_left_rad, Decision(False, 0.3)
+    )
+    said = retracted(found)
+    assert "Cogging explains a third of the squared error" in said
+    assert ("known effects alone leave 0.05 mrad, less than the curve's 0.2" in said) == told

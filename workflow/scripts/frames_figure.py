@@ -1,4 +1,4 @@
-"""Render a demonstration, a success and a failure."""
+"""Render a demonstration, a success and a failure of each kind."""
 
 from t2l.artefacts import read_table
 from t2l.bc.rollout import TRACE_COLUMNS, pick_traces

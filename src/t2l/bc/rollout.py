@@ -114,11 +114,11 @@ def roll_out(
 
 
 def traces(rollouts: Rollouts, decimation: int) -> pd.DataFrame:
-    """The first success and the first failure, one row per policy step, columns `TRACE_COLUMNS`.
+    """The first success and the first failure of each kind, a row a policy step, `TRACE_COLUMNS`.
 
     The last row of a rollout holds its final position and, as nothing follows, its last command.
     """
-    shown = rollouts.table.drop_duplicates("success")
+    shown = rollouts.table.drop_duplicates("failure")
     tables = []
     for row in shown.itertuples():
         sent = np.isfinite(rollouts.command[:, row.rollout]).all(axis=1)
@@ -145,7 +145,7 @@ def traces(rollouts: Rollouts, decimation: int) -> pd.DataFrame:
 def pick_traces(
     by_cell: Mapping[str, pd.DataFrame], preferred: str
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """A success and a failure, from the `preferred` cell where it has them.
+    """A success and a failure of each kind, from the `preferred` cell where it has them.
 
     Args:
         by_cell: `traces` of every cell, by the cell's name.
@@ -153,14 +153,13 @@ def pick_traces(
     Returns:
         Per label, times (n,) s and positions (n, nq).
     """
+    shown: dict[str, tuple[str, pd.DataFrame]] = {}
+    for name in sorted(by_cell, key=lambda name: name != preferred):
+        for kind, rows in by_cell[name].groupby("failure"):
+            shown.setdefault(kind, (name, rows))
     picked = {}
-    order = sorted(by_cell, key=lambda name: name != preferred)
-    for wanted, word in ((True, "success"), (False, "failure")):
-        for name in order:
-            rows = by_cell[name][by_cell[name].success == wanted]
-            if len(rows):
-                kind = rows.failure.iloc[0].replace("_", " ")
-                label = "\n".join(filter(None, (word, kind, str(Cell.from_name(name)))))
-                picked[label] = (rows.time_s.to_numpy(), np.stack(rows.qpos))
-                break
+    for kind, (name, rows) in sorted(shown.items()):
+        what = ("failure", kind.replace("_", " ")) if kind else ("success",)
+        label = "\n".join((*what, str(Cell.from_name(name))))
+        picked[label] = (rows.time_s.to_numpy(), np.stack(rows.qpos))
     return picked

@@ -17,10 +17,10 @@ from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
-from t2l.propose.reconsider import RECORDINGS, Reconsidered, reconsider
+from t2l.propose.reconsider import RECORDINGS, reconsider
 from t2l.propose.search import Progress
 from t2l.propose.split import few, split
-from t2l.propose.wording import headline, part
+from t2l.propose.wording import retracted
 
 RECORD = "beside.json"
 
@@ -67,7 +67,7 @@ def proposed_beside(
     before = explanation.sentence
     if explanation.verdict == NOTHING_MISSING:
         before = "Known effects explain nearly all, but not all."
-    sentence = _retracted(found) if found.dropped else f"{before} {content['sentence']}"
+    sentence = retracted(found) if found.dropped else f"{before} {content['sentence']}"
     changed = replace(explanation, model=found.model, verdict=UNEXPLAINED, sentence=sentence)
     return _kept(changed, where, key)
 
@@ -97,15 +97,3 @@ def _kept(explanation: Explanation, where: Path, key: str) -> Explanation:
     record = {"fingerprint": key, "verdict": explanation.verdict, "sentence": explanation.sentence}
     write_text(json.dumps(record) + "\n", where / RECORD)
     return replace(explanation, model=replace(read_model(where / MODEL), without=without))
-
-
-def _retracted(found: Reconsidered) -> str:
-    names = " and ".join(name.replace("_", " ") for name in found.dropped)
-    first = f"Unexplained by known effects. {headline(found.proposal)}"
-    if found.decision is None:
-        return f"{first} It takes {names} together to explain as much, with more numbers."
-    verb = "explains" if len(found.dropped) == 1 else "explain"
-    return (
-        f"{first} {names[0].upper()}{names[1:]} {verb} {part(found.decision.fraction)} of the "
-        "squared error, and would be a wrong name for it."
-    )

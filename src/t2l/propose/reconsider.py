@@ -39,12 +39,14 @@ class Reconsidered:
     Attributes:
         model: without the laws; with the values that fit beside them where a name was dropped.
         dropped: names of adopted effects that do not stand.
+        names_rmse_rad: what all adopted effects leave without a law, on the recordings that report.
         decision: on all adopted effects together.
     """
 
     model: Model
     proposal: Proposal
     dropped: tuple[str, ...]
+    names_rmse_rad: float
     decision: Decision | None
 
 
@@ -112,7 +114,8 @@ def _reconsidered(
         names_alone = _without_laws(found, final, predictor, split(predictor)[1])
         return _reconsidered(original, final, names_alone, [], evidence, None)
     model = proposal.model if dropped else final
-    return Reconsidered(model, proposal, tuple(dropped), decision)
+    names = error_of(final, evidence.test, evidence.test_mask)
+    return Reconsidered(model, proposal, tuple(dropped), names, decision)
 
 
 def _confirmed(

@@ -3,7 +3,9 @@
 import numpy as np
 
 from t2l.effects.law import FRICTION, HYSTERESIS, Curve, Law
+from t2l.propose.decision import NEAR
 from t2l.propose.proposal import LAW, NOTHING, Proposal
+from t2l.propose.reconsider import Reconsidered
 
 MONOTONE = 0.8  # of the way that a curve goes up and down, its ends differ by at least
 FRACTIONS = ((0.29, 0.38, "a third"), (0.45, 0.55, "half"), (0.62, 0.71, "two thirds"))
@@ -69,6 +71,28 @@ def headline(proposal: Proposal) -> str:
     return (
         f"No law of one variable explains the error of {1e3 * before:.3g} mrad (noise {floor}) on "
         "data that it was not fitted to."
+    )
+
+
+def retracted(found: Reconsidered) -> str:
+    """What takes the place of names that do not stand, and whether it does so on unseen data."""
+    names = " and ".join(name.replace("_", " ") for name in found.dropped)
+    said = f"Unexplained by known effects. {headline(found.proposal)}"
+    if found.decision is None:
+        said = f"{said} It takes {names} together to explain as much, with more numbers."
+    else:
+        verb = "explains" if len(found.dropped) == 1 else "explain"
+        said = (
+            f"{said} {names[0].upper()}{names[1:]} {verb} {part(found.decision.fraction)} of the "
+            "squared error, and would be a wrong name for it."
+        )
+    left = found.proposal.report_rmse_rad
+    if left is None or left <= NEAR * found.names_rmse_rad:
+        return said
+    names_left, left = f"{1e3 * found.names_rmse_rad:.3g}", f"{1e3 * left:.3g}"
+    return (
+        f"{said} On unseen recordings, however, known effects alone leave {names_left} mrad, less "
+        f"than the curve's {left}: neither is all that the model lacks."
     )
 
 

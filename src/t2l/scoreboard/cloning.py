@@ -158,7 +158,7 @@ CLAIMS = [
     _task("co_unloading", "Dishrack unloading", "dishrack_unloading"),
     _task("co_loading", "Dishrack loading", "dishrack_loading"),
     _task("co_dishwasher", "Dishwasher opening", "dishwasher"),
-    _task("co_mug", "Mug hanging"),
+    _task("co_mug", "Mug hanging", "mug_hanging"),
     Claim(
         "stiffness_hurts",
         "Block stacking: stiffness lowers the odds of success.",

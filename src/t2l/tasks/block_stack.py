@@ -7,6 +7,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from t2l.tasks.block_stack_parameters import BlockStackParameters
+from t2l.tasks.poses import position_and_axes, upright
 from t2l.tasks.stack_monitor import StackMonitor
 from t2l.tasks.table_top import TableTop, check_graspable, check_range
 
@@ -110,19 +111,15 @@ class BlockStack(TableTop):
             gap = np.linalg.norm(positions[:, 0] - positions[:, 1], axis=1)
             missing = gap < self.block_gap_m
         yaws = rng.uniform(-self.block_yaw_rad, self.block_yaw_rad, (n, 2))
+        height = np.full((n, 1), self.block_size_m / 2)
         for i, name in enumerate(BLOCKS):
-            pose = qpos[:, self._pose(name)]
-            pose[:, :2] = positions[:, i]
-            pose[:, 2] = self.block_size_m / 2
-            pose[:, 3] = np.cos(yaws[:, i] / 2)
-            pose[:, 4:6] = 0
-            pose[:, 6] = np.sin(yaws[:, i] / 2)
-            qpos[:, self._pose(name)] = pose
+            centre = np.concatenate([positions[:, i], height], axis=1)
+            qpos[:, self.pose_of(name)] = upright(centre, yaws[:, i])
         return qpos
 
     def block_poses(self, qpos: np.ndarray) -> np.ndarray:
         """(..., 2, 7) position and quaternion of the red and the blue block."""
-        return np.stack([qpos[..., self._pose(name)] for name in BLOCKS], axis=-2)
+        return np.stack([qpos[..., self.pose_of(name)] for name in BLOCKS], axis=-2)
 
     def observe(self, batch: Batch) -> np.ndarray:
         poses = self.block_poses(batch.bind("qpos"))
@@ -130,7 +127,7 @@ class BlockStack(TableTop):
         return np.concatenate(
             [
                 super().observe(batch),
-                *(_position_and_axes(poses[:, i]) for i in range(2)),
+                *(position_and_axes(poses[:, i]) for i in range(2)),
                 red - self.grip(batch),
                 blue - red,
             ],
@@ -177,15 +174,3 @@ class BlockStack(TableTop):
 
     def monitor(self, nsim: int) -> StackMonitor:
         return StackMonitor(self, BLOCKS[0], nsim)
-
-    def _pose(self, name: str) -> slice:
-        address = self.model.joint(name).qposadr[0]
-        return slice(address, address + 7)
-
-
-def _position_and_axes(pose: np.ndarray) -> np.ndarray:
-    """(n, 9): position and the first two columns of the rotation of (n, 7) poses."""
-    w, x, y, z = pose[:, 3:].T
-    first = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], 1)
-    second = np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], 1)
-    return np.concatenate([pose[:, :3], first, second], axis=1)

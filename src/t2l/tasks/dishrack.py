@@ -10,6 +10,7 @@ from mujoco.batch import Batch
 
 from t2l.tasks.dishrack_parameters import DishrackParameters
 from t2l.tasks.plate_monitor import PlateMonitor
+from t2l.tasks.poses import tilted
 from t2l.tasks.table_top import (
     STANDS,
     TableTop,
@@ -198,18 +199,12 @@ class Dishrack(TableTop):
         along = rng.uniform(-0.01, 0.01, n)
         ahead = front + RADIUS * np.sin(lean) - half * np.cos(lean)
         x, y, yaw = qpos[:, self._place[self.origin]].T
-        half_yaw, half_tilt = yaw / 2, (np.pi / 2 + lean) / 2
-        pose = [
+        position = [
             x + np.cos(yaw) * along + np.sin(yaw) * ahead,
             y + np.sin(yaw) * along - np.cos(yaw) * ahead,
             SURFACE + RADIUS * np.cos(lean) + half * np.sin(lean),
-            # tilted about its x, then turned
-            np.cos(half_yaw) * np.cos(half_tilt),
-            np.cos(half_yaw) * np.sin(half_tilt),
-            np.sin(half_yaw) * np.sin(half_tilt),
-            np.sin(half_yaw) * np.cos(half_tilt),
         ]
-        qpos[:, self._plate_qpos] = np.stack(pose, axis=1)
+        qpos[:, self.pose_of(PLATE)] = tilted(np.stack(position, axis=1), yaw, np.pi / 2 + lean)
         return qpos
 
     def plate_from_goal(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:
@@ -252,7 +247,7 @@ class Dishrack(TableTop):
 
         gripper, pace = self.robot.grippers[0], rng.uniform(0.85, 1.2)
         opened, closed = gripper.opened, gripper.closed
-        plate = qpos[self._plate_qpos]
+        plate = qpos[self.pose_of(PLATE)]
         start = plate[:3], Rotation.from_quat(plate[3:], scalar_first=True)
         x, y, yaw = qpos[self._place[self.goal]]
         turned, (position, rotation) = Rotation.from_euler("z", yaw), self.target(rng)
@@ -302,11 +297,6 @@ class Dishrack(TableTop):
         site = self._sites[name]
         rotation = batch.bind("site_xmat")[:, site].reshape(-1, 3, 3)
         return batch.bind("site_xpos")[:, site], rotation
-
-    @cached_property
-    def _plate_qpos(self) -> slice:
-        address = self.model.joint(PLATE).qposadr[0]
-        return slice(address, address + 7)
 
     @cached_property
     def _place(self) -> dict[str, list[int]]:

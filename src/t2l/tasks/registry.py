@@ -14,6 +14,7 @@ TASKS: Registry[Task] = Registry(
         "dishrack_loading": "t2l.tasks.dishrack_loading:DishrackLoading",
         "dishrack_unloading": "t2l.tasks.dishrack_unloading:DishrackUnloading",
         "dishwasher": "t2l.tasks.dishwasher:Dishwasher",
+        "mug_hanging": "t2l.tasks.mug_hanging:MugHanging",
         "joint_reach": "t2l.tasks.reach:JointReach",
         "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
         "pose_hold": "t2l.tasks.pose_hold:PoseHold",

@@ -99,6 +99,11 @@ class TableTop(Demonstrated):
         qpos[:, self.gripper_qpos] = self.robot.grippers[0].opened_qpos
         return qpos
 
+    def pose_of(self, name: str) -> slice:
+        """Of a body that moves freely, where qpos has position and quaternion."""
+        address = self.model.joint(name).qposadr[0]
+        return slice(address, address + 7)
+
     def grip(self, batch: Batch) -> np.ndarray:
         """(nsim, 3) position of the tool, m."""
         return batch.bind("site_xpos")[:, self.tool_sites[0]]

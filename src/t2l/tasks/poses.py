@@ -1,0 +1,23 @@
+"""Poses of free bodies: position in m above a quaternion, w first."""
+
+import numpy as np
+
+
+def upright(position: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    """(n, 7) poses at `position` (n, 3), turned by `yaw` (n,) rad about the vertical."""
+    return tilted(position, yaw, np.zeros(len(yaw)))
+
+
+def tilted(position: np.ndarray, yaw: np.ndarray, tilt: np.ndarray) -> np.ndarray:
+    """As `upright`, but turned by `tilt` (n,) rad about their own x before."""
+    cy, sy, ct, st = np.cos(yaw / 2), np.sin(yaw / 2), np.cos(tilt / 2), np.sin(tilt / 2)
+    turn = np.stack([cy * ct, cy * st, sy * st, sy * ct], axis=1)
+    return np.concatenate([position, turn], axis=1)
+
+
+def position_and_axes(pose: np.ndarray) -> np.ndarray:
+    """(n, 9): position and the first two columns of the rotation of (n, 7) poses."""
+    w, x, y, z = pose[:, 3:].T
+    first = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], 1)
+    second = np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], 1)
+    return np.concatenate([pose[:, :3], first, second], axis=1)
