@@ -31,8 +31,8 @@ PLATE, RACK, PAD = "plate", "rack", "pad"
 RADIUS, FOOT_HEIGHT, FOOT_HALF = 0.06, 0.004, 0.03
 # of the walls between slots, m: they reach the middle of a plate
 WALL, WALL_HEIGHT, WALL_LENGTH = 0.004, 0.06, 0.12
-# of the rack's floor and of the pad, m: where plates stand and lie
-SURFACE, PAD_HALF = 0.01, 0.08
+# of the rack's floor and of the pad, m: where plates stand and lie; the pad is as wide as a plate
+SURFACE, PAD_HALF = 0.01, 0.06
 # from the lower edge of a plate to the wall it leans against, m: with less it may fall back
 LEANS = 0.008
 # what it takes to push rack or pad: 3 kg on rubber

@@ -17,7 +17,7 @@ class DishrackLoading(Dishrack):
     """
 
     name = "dishrack_loading"
-    instruction = "Put the plate into the dish rack."
+    instruction = "Put the plate into the middle slot of the dish rack."
     origin, goal = PAD, RACK
     missed = "beside_slot"
     # a plate that leans against a wall of its slot is upright
