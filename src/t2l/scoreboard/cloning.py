@@ -155,8 +155,8 @@ CLAIMS = [
     ),
     _task("co_block_stack", "Block stacking", TASK),
     _task("co_handover", "Bimanual handover"),
-    _task("co_unloading", "Dishrack unloading"),
-    _task("co_loading", "Dishrack loading"),
+    _task("co_unloading", "Dishrack unloading", "dishrack_unloading"),
+    _task("co_loading", "Dishrack loading", "dishrack_loading"),
     _task("co_dishwasher", "Dishwasher opening", "dishwasher"),
     _task("co_mug", "Mug hanging", "mug_hanging"),
     Claim(

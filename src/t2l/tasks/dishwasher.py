@@ -10,7 +10,15 @@ from mujoco.batch import Batch
 from t2l.robots.specs import hold_at_rest
 from t2l.tasks.dishwasher_parameters import DishwasherParameters
 from t2l.tasks.door_monitor import DoorMonitor
-from t2l.tasks.table_top import TableTop, check_graspable, check_range
+from t2l.tasks.table_top import (
+    MOVES,
+    TableTop,
+    add_box,
+    add_furniture,
+    check_graspable,
+    check_range,
+    furniture_joints,
+)
 
 if TYPE_CHECKING:
     from t2l.tasks.waypoints import Waypoint
@@ -22,7 +30,7 @@ BAR_LENGTH, BAR_ABOVE_DOOR = 0.26, 0.05
 DOOR_MASS_KG = 3.0
 # what it takes to push the whole: 40 kg, half of which friction bears
 PUSH_N, PUSH_NM = 200.0, 40.0
-PLACE = ("dishwasher_x", "dishwasher_y", "dishwasher_yaw")
+PLACE = furniture_joints("dishwasher")
 DOOR, BAR = "door", "bar"
 
 
@@ -86,12 +94,7 @@ class Dishwasher(TableTop):
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         spec = super().spec(visual)
-        cabinet = spec.worldbody.add_body(name="dishwasher", mass=40, inertia=(1, 1, 1))
-        cabinet.explicitinertial = True
-        hinge, slide = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
-        axes = (slide, (1, 0, 0), PUSH_N), (slide, (0, 1, 0), PUSH_N), (hinge, (0, 0, 1), PUSH_NM)
-        for name, (kind, axis, friction) in zip(PLACE, axes, strict=True):
-            hold_at_rest(cabinet.add_joint(name=name, type=kind, axis=axis, frictionloss=friction))
+        cabinet = add_furniture(spec, "dishwasher", 40, PUSH_N, PUSH_NM)
         height = HINGE_HEIGHT + DOOR_HEIGHT
         wall = THICKNESS / 2
         middle, half = (height + FEET) / 2, (height - FEET) / 2
@@ -101,26 +104,26 @@ class Dishwasher(TableTop):
             ("back", (wall, WIDTH / 2, half), (DEPTH, 0, middle)),
             ("top", (DEPTH / 2, WIDTH / 2, wall), (DEPTH / 2 + THICKNESS, 0, height - wall)),
         ):
-            _box(cabinet, name, size, pos, (0.75, 0.77, 0.80, 1))
+            add_box(cabinet, name, size, pos, (0.75, 0.77, 0.80, 1))
         door = cabinet.add_body(name=DOOR, pos=(0, 0, HINGE_HEIGHT))
         weight = DOOR_MASS_KG * 9.81 * DOOR_HEIGHT / 2
         joint = door.add_joint(
-            name=DOOR, type=hinge, axis=(0, -1, 0), range=(0, np.pi / 2), limited=True,
-            frictionloss=self.door_friction_nm, damping=0.5, stiffness=weight,
+            name=DOOR, type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0, -1, 0), range=(0, np.pi / 2),
+            limited=True, frictionloss=self.door_friction_nm, damping=0.5, stiffness=weight,
         )  # fmt: skip
         hold_at_rest(joint)
         panel = (wall, WIDTH / 2, DOOR_HEIGHT / 2)
-        _box(door, "panel", panel, (0, 0, DOOR_HEIGHT / 2), (0.60, 0.63, 0.68, 1), DOOR_MASS_KG)
+        add_box(door, "panel", panel, (0, 0, DOOR_HEIGHT / 2), (0.60, 0.63, 0.68, 1), DOOR_MASS_KG)
         above = DOOR_HEIGHT + BAR_ABOVE_DOOR
         steel = (0.25, 0.27, 0.30, 1)
         for i, side in enumerate((-1, 1)):
             post = (0.006, 0.006, BAR_ABOVE_DOOR / 2)
             y = side * BAR_LENGTH / 2
-            _box(door, f"post_{i}", post, (0, y, above - post[2]), steel, 0.05)
+            add_box(door, f"post_{i}", post, (0, y, above - post[2]), steel, 0.05)
         door.add_geom(
             name=BAR, type=mujoco.mjtGeom.mjGEOM_CAPSULE, mass=0.2, rgba=steel,
             fromto=(0, -BAR_LENGTH / 2, above, 0, BAR_LENGTH / 2, above),
-            size=(self.bar_diameter_m / 2, 0, 0), contype=3, conaffinity=3,
+            size=(self.bar_diameter_m / 2, 0, 0), **MOVES,
         )  # fmt: skip
         door.add_site(name=BAR, pos=(0, 0, above), size=(0.005, 0.005, 0.005), group=5)
         return spec
@@ -202,10 +205,3 @@ class Dishwasher(TableTop):
     @cached_property
     def _place(self) -> list[int]:
         return [self.model.joint(name).qposadr[0] for name in PLACE]
-
-
-def _box(body, name: str, size, pos, colour, mass: float = 0.0) -> None:
-    body.add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=pos, rgba=colour, mass=mass,
-        contype=3, conaffinity=3,
-    )  # fmt: skip

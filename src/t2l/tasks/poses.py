@@ -5,8 +5,13 @@ import numpy as np
 
 def upright(position: np.ndarray, yaw: np.ndarray) -> np.ndarray:
     """(n, 7) poses at `position` (n, 3), turned by `yaw` (n,) rad about the vertical."""
-    zero = np.zeros(len(yaw))
-    turn = np.stack([np.cos(yaw / 2), zero, zero, np.sin(yaw / 2)], axis=1)
+    return tilted(position, yaw, np.zeros(len(yaw)))
+
+
+def tilted(position: np.ndarray, yaw: np.ndarray, tilt: np.ndarray) -> np.ndarray:
+    """As `upright`, but turned by `tilt` (n,) rad about their own x before."""
+    cy, sy, ct, st = np.cos(yaw / 2), np.sin(yaw / 2), np.cos(tilt / 2), np.sin(tilt / 2)
+    turn = np.stack([cy * ct, cy * st, sy * st, sy * ct], axis=1)
     return np.concatenate([position, turn], axis=1)
 
 

@@ -11,6 +11,8 @@ TASKS: Registry[Task] = Registry(
     Task,
     {
         "block_stack": "t2l.tasks.block_stack:BlockStack",
+        "dishrack_loading": "t2l.tasks.dishrack_loading:DishrackLoading",
+        "dishrack_unloading": "t2l.tasks.dishrack_unloading:DishrackUnloading",
         "dishwasher": "t2l.tasks.dishwasher:Dishwasher",
         "mug_hanging": "t2l.tasks.mug_hanging:MugHanging",
         "joint_reach": "t2l.tasks.reach:JointReach",

@@ -1,7 +1,8 @@
 """What tasks of one arm with a gripper at a table have in common."""
 
 from abc import abstractmethod
-from typing import Annotated
+from collections.abc import Sequence
+from typing import Annotated, Any
 
 import mujoco
 import numpy as np
@@ -9,9 +10,15 @@ from mujoco.batch import Batch
 from pydantic import Field
 
 from t2l.robots import Robot, make_robot
+from t2l.robots.specs import hold_at_rest
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks.task import Demonstrated
 from t2l.typed import Number, Typed
+
+# what collides with what, by MuJoCo's bits: the table and what stands on it, not with each other;
+# and what is moved, with everything
+STANDS = {"contype": 1, "conaffinity": 2}
+MOVES = {"contype": 3, "conaffinity": 3}
 
 # of a coordinate on the table, [low, high], m
 Range = Annotated[list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=2, max_length=2)]
@@ -76,8 +83,7 @@ class TableTop(Demonstrated):
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=(1, 1, 0.05),
             rgba=(0.93, 0.92, 0.90, 1),
-            contype=1,
-            conaffinity=2,
+            **STANDS,
         )
         if visual:
             _stage_lights(spec)
@@ -115,6 +121,48 @@ class TableTop(Demonstrated):
             ],
             axis=1,
         )
+
+
+def furniture_joints(name: str) -> tuple[str, str, str]:
+    """The joints of `add_furniture`: x, y and yaw."""
+    return f"{name}_x", f"{name}_y", f"{name}_yaw"
+
+
+def add_furniture(
+    spec: mujoco.MjSpec, name: str, mass_kg: float, push_n: float, push_nm: float
+) -> mujoco.MjsBody:
+    """A body that stands on the table wherever its joints say, and stays there.
+
+    Args:
+        push_n, push_nm: friction, which only a greater force or moment overcomes.
+    """
+    body = spec.worldbody.add_body(name=name, mass=mass_kg, inertia=(1, 1, 1))
+    body.explicitinertial = True
+    hinge, slide = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+    axes = (slide, (1, 0, 0), push_n), (slide, (0, 1, 0), push_n), (hinge, (0, 0, 1), push_nm)
+    for joint, (kind, axis, friction) in zip(furniture_joints(name), axes, strict=True):
+        hold_at_rest(body.add_joint(name=joint, type=kind, axis=axis, frictionloss=friction))
+    return body
+
+
+def add_box(
+    body: mujoco.MjsBody,
+    name: str,
+    size: Sequence[float],
+    pos: Sequence[float],
+    colour: Sequence[float],
+    mass: float = 0.0,
+    **more: Any,
+) -> None:
+    """A box that everything collides with, unless `more` says otherwise.
+
+    Args:
+        size: half of its edges, m.
+        more: other fields of a MuJoCo geom.
+    """
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    more = {**MOVES, **more}
+    body.add_geom(name=name, type=box, size=size, pos=pos, rgba=colour, mass=mass, **more)
 
 
 def check_graspable(key: str, size_m: float, robot: Robot) -> None:
