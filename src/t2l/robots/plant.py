@@ -109,7 +109,7 @@ def free_joints(robot: str) -> list[str]:
     Raises:
         ConfigurationError: no such robot, or not MJCF.
     """
-    joints = _read(mjcf_path(robot)).joints
+    joints = _read(robot).joints
     return [joint.name for joint in joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
 
 
@@ -129,7 +129,7 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
             neither a hinge nor a slide, or a link of a URDF without mass.
     """
     path = mjcf_path(robot)
-    spec = _read(path)
+    spec = _read(robot)
     if _root(path) == "robot":
         _check_inertials(spec, path)
     allowed = [joint.name for joint in scalar_joints(robot)]
@@ -210,12 +210,14 @@ def scalar_joints(robot: str) -> list[mujoco.MjsJoint]:
         ConfigurationError: no such robot, or not MJCF.
     """
     scalar = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
-    return [joint for joint in _read(mjcf_path(robot)).joints if joint.type in scalar]
+    return [joint for joint in _read(robot).joints if joint.type in scalar]
 
 
-def _read(path: Path) -> mujoco.MjSpec:
+def _read(robot: str) -> mujoco.MjSpec:
+    path = mjcf_path(robot)
     try:
-        return mujoco.MjSpec.from_file(str(path))
+        known = robot in ROBOTS.names()
+        return make_robot(robot).bare() if known else mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         reason = " ".join(str(error).split())
         if _root(path) == "robot" and b"xacro" in path.read_bytes():

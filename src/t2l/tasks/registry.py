@@ -11,6 +11,7 @@ TASKS: Registry[Task] = Registry(
     Task,
     {
         "block_stack": "t2l.tasks.block_stack:BlockStack",
+        "bimanual_handover": "t2l.tasks.bimanual_handover:BimanualHandover",
         "dishwasher": "t2l.tasks.dishwasher:Dishwasher",
         "joint_reach": "t2l.tasks.reach:JointReach",
         "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
