@@ -22,7 +22,7 @@ FROM_END = 0.03
 # where the bar's middle is handed over, between the arms and well above the table, m
 MEETING = (0.0, 0.0, 0.30)
 # of the taking hand, so that there is room for both wrists, rad
-TILT = 0.55
+TILT = 0.25
 
 
 class BimanualHandover(TableTop):
@@ -32,8 +32,8 @@ class BimanualHandover(TableTop):
 
     Args:
         robot, gravity_compensation, start_spread_rad, horizon_s: see `TableTop`.
-        bar_length_m, bar_width_m: of the bar, whose cross-section is square; what the width leaves
-            of the gripper's opening is how far a hand may miss it.
+        bar_length_m, bar_width_m, bar_height_m: of the bar, as it lies; what the width leaves of
+            the gripper's opening is how far a hand may miss it sideways.
         bar_mass_kg: its mass.
         bar_x_m, bar_y_m: where its middle lies at the start, (low, high).
         bar_yaw_rad: it starts turned from x by up to this much either way.
@@ -57,6 +57,7 @@ class BimanualHandover(TableTop):
         gravity_compensation: bool,
         bar_length_m: float,
         bar_width_m: float,
+        bar_height_m: float,
         bar_mass_kg: float,
         bar_x_m: tuple[float, float],
         bar_y_m: tuple[float, float],
@@ -65,8 +66,7 @@ class BimanualHandover(TableTop):
         horizon_s: float,
     ):
         super().__init__(robot, gravity_compensation, start_spread_rad, horizon_s)
-        self.bar_length_m = bar_length_m
-        self.bar_width_m = bar_width_m
+        self.bar_size_m = np.array([bar_length_m, bar_width_m, bar_height_m])
         self.bar_mass_kg = bar_mass_kg
         self.bar_x_m, self.bar_y_m = tuple(bar_x_m), tuple(bar_y_m)
         self.bar_yaw_rad = bar_yaw_rad
@@ -86,13 +86,12 @@ class BimanualHandover(TableTop):
         spec = super().spec(visual)
         # or a bar that is held at one end slowly turns in the fingers
         spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10
-        half = self.bar_width_m / 2
-        bar = spec.worldbody.add_body(name=BAR, pos=(0, 0, half))
+        bar = spec.worldbody.add_body(name=BAR, pos=(0, 0, self.bar_size_m[2] / 2))
         bar.add_freejoint(name=BAR)
         bar.add_geom(
             name=BAR,
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=(self.bar_length_m / 2, half, half),
+            size=self.bar_size_m / 2,
             mass=self.bar_mass_kg,
             rgba=(0.85, 0.55, 0.15, 1),
             contype=3,
@@ -105,7 +104,7 @@ class BimanualHandover(TableTop):
         yaw = self.bar_yaw_rad
         low, high = np.transpose([self.bar_x_m, self.bar_y_m, (-yaw, yaw)])
         x, y, yaw = rng.uniform(low, high, (n, 3)).T
-        zero, height = np.zeros(n), np.full(n, self.bar_width_m / 2)
+        zero, height = np.zeros(n), np.full(n, self.bar_size_m[2] / 2)
         pose = x, y, height, np.cos(yaw / 2), zero, zero, np.sin(yaw / 2)
         qpos[:, self.bar_qpos] = np.transpose(pose)
         return qpos
@@ -126,14 +125,13 @@ class BimanualHandover(TableTop):
 
     def height(self, batch: Batch) -> np.ndarray:
         """(nsim,) m, of the bar's lowest corner above the table."""
-        half = np.array([self.bar_length_m, self.bar_width_m, self.bar_width_m]) / 2
-        return self.bar(batch)[:, 2] - np.abs(self.bar_axes(batch)[:, 2]) @ half
+        return self.bar(batch)[:, 2] - np.abs(self.bar_axes(batch)[:, 2]) @ self.bar_size_m / 2
 
     def distance_from_bar(self, batch: Batch, arm: int) -> np.ndarray:
         """(nsim,) m, from an arm's tool to the bar's middle line."""
         offset = self.grip(batch, arm) - self.bar(batch)
         axis = self.bar_axes(batch)[:, :, 0]
-        half = self.bar_length_m / 2
+        half = self.bar_size_m[0] / 2
         along = np.clip((offset * axis).sum(axis=1), -half, half)
         return np.linalg.norm(offset - along[:, None] * axis, axis=1)
 
@@ -158,35 +156,27 @@ class BimanualHandover(TableTop):
         from t2l.tasks.waypoints import POINTING_DOWN, in_step
 
         giver, taker = self.robot.grippers
-        position, turned = qpos[self.bar_qpos][:3], Rotation.from_quat(
-            qpos[self.bar_qpos][3:], scalar_first=True
-        )
-        pace, reach = rng.uniform(0.85, 1.2), self.bar_length_m / 2 - FROM_END
-        # along the bar, across it and up, where the hand is on it
-        given, taken = rng.normal(0, [0.004, 0.002, 0.003], (2, 3)) + [[-reach, 0, 0], [reach, 0, 0]]
-        above = np.array([0, 0, rng.uniform(0.08, 0.12)])
-        lift = np.array([0, 0, rng.uniform(0.08, 0.14)])
-        meeting = MEETING + rng.normal(0, [0.01, 0.015, 0.015])
-        tilt = TILT + rng.normal(0, 0.03)
-
-        down = turned * POINTING_DOWN
-        grasp = position + turned.apply(given)
-        # straight before the giver, so that the bar lies along x
-        give = meeting + given
-        # from the other side, leaning back
-        slanted = Rotation.from_euler("ZY", [np.pi, -tilt]) * POINTING_DOWN
-        back = -slanted.apply([0, 0, 1])
-        take = meeting + taken
-        wait = take + rng.uniform(0.12, 0.16) * back
-        away = give + [-rng.uniform(0.08, 0.12), 0, rng.uniform(0.10, 0.14)]
+        pose, reach = qpos[self.bar_qpos], self.bar_size_m[0] / 2 - FROM_END
+        position, turned = pose[:3], Rotation.from_quat(pose[3:], scalar_first=True)
+        pace = rng.uniform(0.85, 1.2)
+        # where each hand is on the bar: along it, across it and up
+        given, taken = rng.normal([[-reach, 0, 0], [reach, 0, 0]], [0.004, 0.002, 0.002])
+        above, lift = rng.uniform([0.08, 0.08], [0.12, 0.14])[:, None] * np.array([0, 0, 1])
+        grasp, down = position + turned.apply(given), turned * POINTING_DOWN
+        # the giver points straight down there, so the bar lies along x
+        meeting = rng.normal(MEETING, [0.01, 0.015, 0.015])
+        give, take = meeting + given, meeting + taken
+        away = give + rng.uniform([-0.12, 0, 0.10], [-0.08, 0, 0.14])
+        slanted = Rotation.from_euler("ZY", [np.pi, -rng.normal(TILT, 0.03)]) * POINTING_DOWN
+        wait = take - slanted.apply([0, 0, rng.uniform(0.12, 0.16)])
         phases = [
             # s, and where the giver and the taker are at its end
             (1.0, (grasp + above, down, giver.opened), (wait, slanted, taker.opened)),
-            (0.6, (grasp, down, giver.opened), None),
+            (0.8, (grasp, down, giver.opened), None),
             (0.3, (grasp, down, giver.closed), None),
             (0.5, (grasp + lift, down, giver.closed), None),
             (1.1, (give, POINTING_DOWN, giver.closed), None),
-            (0.7, None, (take, slanted, taker.opened)),
+            (0.8, None, (take, slanted, taker.opened)),
             (0.3, None, (take, slanted, taker.closed)),
             (0.25, (give, POINTING_DOWN, giver.opened), None),
             (0.6, (away, POINTING_DOWN, giver.opened), None),

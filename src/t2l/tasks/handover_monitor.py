@@ -21,7 +21,7 @@ class HandoverMonitor(Monitor):
 
     HOLD_S = 0.5
     LIFTED_M = 0.02
-    # beside what the bar itself is wide: beyond, no finger touches it
+    # from the bar's surface; beyond, no finger touches it
     REACH_M = 0.04
 
     def __init__(self, task: "BimanualHandover", nsim: int):
@@ -36,7 +36,7 @@ class HandoverMonitor(Monitor):
         task = self.task
         off_table = task.height(batch) > self.LIFTED_M
         distance = np.stack([task.distance_from_bar(batch, arm) for arm in range(2)], axis=1)
-        at_bar = distance < task.bar_width_m / 2 + self.REACH_M
+        at_bar = distance < task.bar_size_m[1:].max() / 2 + self.REACH_M
         self._lifted[running] |= off_table[running]
         self._on_table[running] = ~off_table[running]
         self._at_bar[running] = at_bar[running]

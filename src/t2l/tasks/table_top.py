@@ -57,11 +57,11 @@ class TableTop(Demonstrated):
         self.gravity_compensation = gravity_compensation
         self.start_spread_rad = start_spread_rad
         self.horizon_s = horizon_s
-        found = len(self.robot.groups), len(self.robot.grippers)
-        if found != (self.arms, self.arms):
+        hands = len(self.robot.grippers)
+        if len(self.robot.groups) != self.arms or hands != self.arms:
             raise ValueError(
-                f"robot: found {robot}, which has {found[0]} with {found[1]}; allowed: arms with "
-                f"grippers: {self.arms} with {self.arms}"
+                f"robot: found {robot}, a robot of {hands} arm{'s' * (hands != 1)} with a gripper; "
+                f"allowed: of {self.arms}"
             )
         own = _robot_names(self.robot)
         self.observation_names = (*own, *self.scene_names)
