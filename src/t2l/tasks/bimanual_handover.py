@@ -18,11 +18,11 @@ BAR = "bar"
 # the arms, by their place in the robot's groups
 GIVER, TAKER = 0, 1
 # of each hand from its end of the bar: the width of a finger and what grasps vary by, m
-FROM_END = 0.03
+FROM_END = 0.035
 # where the bar's middle is handed over, between the arms and well above the table, m
 MEETING = (0.0, 0.0, 0.30)
 # of the taking hand, so that there is room for both wrists, rad
-TILT = 0.25
+TILT = 0.15
 
 
 class BimanualHandover(TableTop):
@@ -160,7 +160,8 @@ class BimanualHandover(TableTop):
         position, turned = pose[:3], Rotation.from_quat(pose[3:], scalar_first=True)
         pace = rng.uniform(0.85, 1.2)
         # where each hand is on the bar: along it, across it and up
-        given, taken = rng.normal([[-reach, 0, 0], [reach, 0, 0]], [0.004, 0.002, 0.002])
+        given, taken = rng.normal([[-reach, 0, 0], [reach, 0, 0]], [0.006, 0.003, 0])
+        given[2], taken[2] = rng.uniform(-0.006, 0.012, 2)
         above, lift = rng.uniform([0.08, 0.08], [0.12, 0.14])[:, None] * np.array([0, 0, 1])
         grasp, down = position + turned.apply(given), turned * POINTING_DOWN
         # the giver points straight down there, so the bar lies along x
@@ -173,10 +174,12 @@ class BimanualHandover(TableTop):
             # s, and where the giver and the taker are at its end
             (1.0, (grasp + above, down, giver.opened), (wait, slanted, taker.opened)),
             (0.8, (grasp, down, giver.opened), None),
+            (0.2, None, None),
             (0.3, (grasp, down, giver.closed), None),
             (0.5, (grasp + lift, down, giver.closed), None),
             (1.1, (give, POINTING_DOWN, giver.closed), None),
             (0.8, None, (take, slanted, taker.opened)),
+            (0.2, None, None),
             (0.3, None, (take, slanted, taker.closed)),
             (0.25, (give, POINTING_DOWN, giver.opened), None),
             (0.6, (away, POINTING_DOWN, giver.opened), None),
