@@ -93,13 +93,17 @@ def test_without_contact_and_friction_a_replay_is_exact_to_rounding():
     assert replayed.mse_q_rad2 < 1e-24
 
 
-def test_at_50_hz_it_is_handed_over_too(task, attempts):
-    control = make_control({"kind": "joint_target"}, Cell(128, 8), task.robot, task.model)
-    replays = replay(task, attempts[0], control, decimation=10, how="sample", threads=2)
+@pytest.mark.parametrize(
+    ("kind", "cell", "size"),
+    [("joint_target", Cell(128, 8), 7), ("task_delta", Cell(1600, 80), 6)],
+)
+def test_at_50_hz_it_is_handed_over_too(task, attempts, kind, cell, size):
+    control = make_control({"kind": kind}, cell, task.robot, task.model)
+    replays = replay(task, attempts[0][:4], control, decimation=10, how="sample", threads=2)
     assert all(r.success for r in replays)
     observation, action = replays[0].episode
-    # 14 joints and two grippers
-    assert action.shape == (len(observation), 16)
+    # of both arms, and two grippers
+    assert action.shape == (len(observation), 2 * size + 2)
 
 
 @pytest.fixture(scope="module")

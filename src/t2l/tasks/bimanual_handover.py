@@ -161,15 +161,15 @@ class BimanualHandover(TableTop):
         pace = rng.uniform(0.85, 1.2)
         # where each hand is on the bar: along it, across it and up
         given, taken = rng.normal([[-reach, 0, 0], [reach, 0, 0]], [0.006, 0.003, 0])
-        given[2], taken[2] = rng.uniform(-0.006, 0.012, 2)
+        given[2], taken[2] = rng.uniform(-0.006, 0.006, 2)
         above, lift = rng.uniform([0.08, 0.08], [0.12, 0.14])[:, None] * np.array([0, 0, 1])
         grasp, down = position + turned.apply(given), turned * POINTING_DOWN
         # the giver points straight down there, so the bar lies along x
-        meeting = rng.normal(MEETING, [0.01, 0.015, 0.015])
+        meeting = rng.normal(MEETING, [0.005, 0.008, 0.008])
         give, take = meeting + given, meeting + taken
         away = give + rng.uniform([-0.12, 0, 0.10], [-0.08, 0, 0.14])
         slanted = Rotation.from_euler("ZY", [np.pi, -rng.normal(TILT, 0.03)]) * POINTING_DOWN
-        wait = take - slanted.apply([0, 0, rng.uniform(0.12, 0.16)])
+        wait = take - slanted.apply([0, 0, rng.uniform(0.08, 0.12)])
         phases = [
             # s, and where the giver and the taker are at its end
             (1.0, (grasp + above, down, giver.opened), (wait, slanted, taker.opened)),
@@ -178,7 +178,7 @@ class BimanualHandover(TableTop):
             (0.3, (grasp, down, giver.closed), None),
             (0.5, (grasp + lift, down, giver.closed), None),
             (1.1, (give, POINTING_DOWN, giver.closed), None),
-            (0.8, None, (take, slanted, taker.opened)),
+            (1.0, None, (take, slanted, taker.opened)),
             (0.2, None, None),
             (0.3, None, (take, slanted, taker.closed)),
             (0.25, (give, POINTING_DOWN, giver.opened), None),
