@@ -4,7 +4,7 @@ import mujoco
 
 # bit 1: the scene; geoms of an arm touch what has it and never one another
 COLLIDES_WITH_SCENE = {"contype": 2, "conaffinity": 1, "group": 3}
-# bit 3: between two arms
+# bit 3: between two arms of a robot
 _OTHER_ARM = 4
 
 

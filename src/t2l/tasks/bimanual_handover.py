@@ -165,11 +165,12 @@ class BimanualHandover(TableTop):
         above, lift = rng.uniform([0.08, 0.08], [0.12, 0.14])[:, None] * np.array([0, 0, 1])
         grasp, down = position + turned.apply(given), turned * POINTING_DOWN
         # the giver points straight down there, so the bar lies along x
-        meeting = rng.normal(MEETING, [0.005, 0.008, 0.008])
+        meeting = rng.normal(MEETING, [0.01, 0.015, 0.01])
         give, take = meeting + given, meeting + taken
         away = give + rng.uniform([-0.12, 0, 0.10], [-0.08, 0, 0.14])
         slanted = Rotation.from_euler("ZY", [np.pi, -rng.normal(TILT, 0.03)]) * POINTING_DOWN
-        wait = take - slanted.apply([0, 0, rng.uniform(0.08, 0.12)])
+        # only about there, and so a policy sees how the taker comes to the bar from either side
+        wait = rng.normal(take - slanted.apply([0, 0, rng.uniform(0.10, 0.14)]), [0.015, 0.03, 0])
         phases = [
             # s, and where the giver and the taker are at its end
             (1.0, (grasp + above, down, giver.opened), (wait, slanted, taker.opened)),

@@ -13,6 +13,7 @@ class BimanualHandoverParameters(TableTopParameters):
     # below, there is no room for two hands
     bar_length_m: Number = Field(ge=0.2, le=0.5, description="of what is handed over, m")
     bar_width_m: Number = Field(ge=0.01, le=0.2, description="of it, where it is grasped, m")
+    # above, it meets the palm
     bar_height_m: Number = Field(ge=0.03, le=0.06, description="of it, as it lies, m")
     bar_mass_kg: Number = Field(gt=0, le=5, description="mass of the bar, kg")
     bar_x_m: Range = Field(description="where its middle lies at the start, [low, high], m")

@@ -21,8 +21,8 @@ class HandoverMonitor(Monitor):
 
     HOLD_S = 0.5
     LIFTED_M = 0.02
-    # from the bar's surface; beyond, no finger touches it
-    REACH_M = 0.04
+    # of a tool from the bar's surface: farther than the fingers of an open hand
+    REACH_M = 0.055
 
     def __init__(self, task: "BimanualHandover", nsim: int):
         self.task = task
@@ -35,7 +35,7 @@ class HandoverMonitor(Monitor):
     def update(self, batch: Batch, time_s: float, running: np.ndarray) -> None:
         task = self.task
         off_table = task.height(batch) > self.LIFTED_M
-        distance = np.stack([task.distance_from_bar(batch, arm) for arm in range(2)], axis=1)
+        distance = np.stack([task.distance_from_bar(batch, arm) for arm in range(task.arms)], axis=1)
         at_bar = distance < task.bar_size_m[1:].max() / 2 + self.REACH_M
         self._lifted[running] |= off_table[running]
         self._on_table[running] = ~off_table[running]
