@@ -35,8 +35,8 @@ class HandoverMonitor(Monitor):
     def update(self, batch: Batch, time_s: float, running: np.ndarray) -> None:
         task = self.task
         off_table = task.height(batch) > self.LIFTED_M
-        distance = np.stack([task.distance_from_bar(batch, arm) for arm in range(task.arms)], axis=1)
-        at_bar = distance < task.bar_size_m[1:].max() / 2 + self.REACH_M
+        distance = [task.distance_from_bar(batch, arm) for arm in range(task.arms)]
+        at_bar = np.stack(distance, axis=1) < task.bar_size_m[1:].max() / 2 + self.REACH_M
         self._lifted[running] |= off_table[running]
         self._on_table[running] = ~off_table[running]
         self._at_bar[running] = at_bar[running]
