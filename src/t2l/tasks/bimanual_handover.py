@@ -161,7 +161,8 @@ class BimanualHandover(TableTop):
         pace = rng.uniform(0.85, 1.2)
         # where each hand is on the bar: along it, across it and up
         given, taken = rng.normal([[-reach, 0, 0], [reach, 0, 0]], [0.006, 0.003, 0])
-        given[2], taken[2] = rng.uniform(-0.006, 0.006, 2)
+        # deeper, the palm meets the bar
+        given[2], taken[2] = rng.uniform(-0.006, 0.02, 2)
         above, lift = rng.uniform([0.08, 0.08], [0.12, 0.14])[:, None] * np.array([0, 0, 1])
         grasp, down = position + turned.apply(given), turned * POINTING_DOWN
         # the giver points straight down there, so the bar lies along x
@@ -169,7 +170,7 @@ class BimanualHandover(TableTop):
         give, take = meeting + given, meeting + taken
         away = give + rng.uniform([-0.12, 0, 0.10], [-0.08, 0, 0.14])
         slanted = Rotation.from_euler("ZY", [np.pi, -rng.normal(TILT, 0.03)]) * POINTING_DOWN
-        # only about there, and so a policy sees how the taker comes to the bar from either side
+        # about there: a policy is to see how the taker comes to the bar from either side
         wait = rng.normal(take - slanted.apply([0, 0, rng.uniform(0.10, 0.14)]), [0.015, 0.03, 0])
         phases = [
             # s, and where the giver and the taker are at its end
