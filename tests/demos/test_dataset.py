@@ -8,12 +8,16 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import yaml
 
 from t2l.actions import make_control
 from t2l.demos.dataset import read_demonstrations, write_dataset, write_demonstrations
+from t2l.demos.demonstration import Demonstration
 from t2l.demos.replay import replay
 from t2l.errors import ArtefactError, OutputError
 from t2l.gains import Cell
+from t2l.tasks import make_task
+from tests.conftest import ROOT
 
 # lerobot opens the data set from disk and trains its own policy on it
 TRAIN_WITH_LEROBOT = """
@@ -82,6 +86,17 @@ def test_demonstrations_survive_the_disk_to_the_last_bit(task, demonstrations, s
         np.testing.assert_array_equal(a.dq, b.dq)
         np.testing.assert_array_equal(a.gripper, b.gripper)
         np.testing.assert_array_equal(a.qpos, b.qpos)
+
+
+def test_so_do_those_of_two_arms(tmp_path):
+    content = yaml.safe_load((ROOT / "config/tasks/bimanual_handover.yaml").read_text())
+    task, rng = make_task(content), np.random.default_rng(0)
+    sizes = task.model.nq, len(task.robot.joints), len(task.robot.joints), len(task.robot.grippers)
+    made = Demonstration(*(rng.normal(size=(9, size)) for size in sizes))
+    write_demonstrations([made], task, tmp_path / "set")
+    (read,) = read_demonstrations(tmp_path / "set", task)
+    for field in ("qpos", "dq", "torque", "gripper"):
+        np.testing.assert_array_equal(getattr(read, field), getattr(made, field))
 
 
 def test_lerobot_trains_on_a_replay_set(replay_set, tmp_path):

@@ -125,6 +125,7 @@ def test_the_region_is_the_only_formula(tmp_path):
         (["fr3_joint1", "fr3_joint2"], ["joint1", "joint2"]),
         (["elbow_joint", "wrist_1_joint"], ["elbow", "wrist_1"]),
         (["q_des.fr3_joint1", "q_des.fr3_joint2"], ["joint1", "joint2"]),
+        (["q.left/a1", "q.left/a2", "q.right/a1"], ["left/a1", "left/a2", "right/a1"]),
         (["hinge"], ["hinge"]),
         (["x_y", "x_q_y"], ["x_y", "q"]),
     ],

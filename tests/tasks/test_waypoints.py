@@ -1,7 +1,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from t2l.tasks.waypoints import POINTING_DOWN, Arc, Waypoint, motion_through, padded
+from t2l.tasks.waypoints import POINTING_DOWN, Arc, Waypoint, in_step, motion_through, padded
 
 
 def test_a_motion_meets_its_waypoints_and_its_rates_are_its_derivatives():
@@ -41,6 +41,18 @@ def test_an_arc_keeps_its_distance_and_its_rates_are_its_derivatives():
     np.testing.assert_allclose(motion.twist[:, 3:], 0, atol=1e-12)
     acceleration = np.gradient(motion.twist, timestep, axis=0)
     np.testing.assert_allclose(motion.acceleration[5:-5], acceleration[5:-5], atol=1e-3)
+
+
+def test_tools_in_step_wait_for_each_other():
+    near, far = ((np.full(3, x), POINTING_DOWN, 0.04) for x in (0.1, 0.5))
+    one, other = in_step([(0.4, (near, near)), (0.2, (far, None)), (0.6, (None, far))])
+    assert [w.duration_s for w in one] == [w.duration_s for w in other] == [0.4, 0.2, 0.6]
+    start = Waypoint(np.zeros(3), POINTING_DOWN, 0, 0.04)
+    first, second = (motion_through(start, tool, 0.002).position[:, 0] for tool in (one, other))
+    np.testing.assert_allclose(second[200:300], 0.1)
+    np.testing.assert_allclose(first[300:], 0.5)
+    assert first[250] > 0.1
+    assert second[-1] == first[-1] == 0.5
 
 
 def test_padding_rests_at_the_end():

@@ -95,13 +95,14 @@ def shown(name: str) -> str:
 def short(names: Sequence[str]) -> dict[str, str]:
     """Names, as `shown`, without the words that all of them begin or end with.
 
-    `fr3_joint1`, `fr3_joint2` become joint1, joint2; `elbow_joint`, `wrist_1_joint` elbow, wrist_1.
+    `fr3_joint1`, `fr3_joint2` become joint1, joint2; `elbow_joint`, `wrist_1_joint` elbow, wrist_1;
+    `q.left/a1`, `q.left/a2`, `q.right/a1` left/a1, left/a2, right/a1.
     """
-    words = [name.split("_") for name in names]
+    words = [re.split(r"(?<=[_./])", name) for name in names]
     least = min(map(len, words), default=1)
     first = next((i for i in range(least) if len({w[i] for w in words}) > 1), least)
     last = next((i for i in range(least) if len({w[-1 - i] for w in words}) > 1), least)
-    parts = ("_".join(w[first : len(w) - last]) for w in words)
+    parts = ("".join(w[first : len(w) - last]).rstrip("_./") for w in words)
     return {name: shown(part or name) for name, part in zip(names, parts, strict=True)}
 
 

@@ -52,9 +52,8 @@ def _model(compared: Compared) -> mujoco.MjModel | None:
     if not isinstance(robot, str):
         return None
     try:
-        path = plant.mjcf_path(robot)
         try:
-            return mujoco.MjModel.from_xml_path(str(path))
+            return plant.read(robot).compile()
         except ValueError:
             return plant.compiled(plant.load(robot, joints), robot)
     except T2LError:

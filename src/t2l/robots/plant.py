@@ -109,8 +109,25 @@ def free_joints(robot: str) -> list[str]:
     Raises:
         ConfigurationError: no such robot, or not MJCF.
     """
-    joints = _read(mjcf_path(robot)).joints
+    joints = read(robot).joints
     return [joint.name for joint in joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
+
+
+def read(robot: str) -> mujoco.MjSpec:
+    """A robot without tools as its file says, with its looks.
+
+    Raises:
+        ConfigurationError: no such robot, or neither MJCF nor URDF.
+    """
+    path = mjcf_path(robot)
+    try:
+        known = robot in ROBOTS.names()
+        return make_robot(robot).bare() if known else mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        if _root(path) == "robot" and b"xacro" in path.read_bytes():
+            reason = f"it is a xacro; allowed: what `xacro {path.name}` makes of it"
+        raise ConfigurationError(f"{path}: MuJoCo cannot read it: {reason}") from None
 
 
 def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
@@ -129,7 +146,7 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
             neither a hinge nor a slide, or a link of a URDF without mass.
     """
     path = mjcf_path(robot)
-    spec = _read(path)
+    spec = read(robot)
     if _root(path) == "robot":
         _check_inertials(spec, path)
     allowed = [joint.name for joint in scalar_joints(robot)]
@@ -210,17 +227,7 @@ def scalar_joints(robot: str) -> list[mujoco.MjsJoint]:
         ConfigurationError: no such robot, or not MJCF.
     """
     scalar = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
-    return [joint for joint in _read(mjcf_path(robot)).joints if joint.type in scalar]
-
-
-def _read(path: Path) -> mujoco.MjSpec:
-    try:
-        return mujoco.MjSpec.from_file(str(path))
-    except ValueError as error:
-        reason = " ".join(str(error).split())
-        if _root(path) == "robot" and b"xacro" in path.read_bytes():
-            reason = f"it is a xacro; allowed: what `xacro {path.name}` makes of it"
-        raise ConfigurationError(f"{path}: MuJoCo cannot read it: {reason}") from None
+    return [joint for joint in read(robot).joints if joint.type in scalar]
 
 
 def _root(path: Path) -> str:

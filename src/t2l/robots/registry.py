@@ -11,6 +11,7 @@ ROBOTS: Registry[Robot] = Registry(
     {
         "fr3": "t2l.robots.fr3:FR3",
         "fr3_hand": "t2l.robots.fr3:FR3Hand",
+        "fr3_duo": "t2l.robots.fr3_duo:FR3Duo",
         "ur5e": "t2l.robots.ur5e:UR5e",
         "ur5e_2f85": "t2l.robots.ur5e:UR5e2F85",
     },

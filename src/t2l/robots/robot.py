@@ -1,9 +1,10 @@
 """What the rest of t2l knows of a robot: its model, its joints with all their limits, its tools."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -29,6 +30,13 @@ class Gripper:
     opened: float
     opened_qpos: tuple[float, ...]
     opening_m: float
+
+    def prefixed(self, prefix: str) -> Self:
+        """The gripper of an arm whose names have a prefix."""
+        joints, actuators = (
+            tuple(prefix + name for name in names) for names in (self.joints, self.actuators)
+        )
+        return replace(self, joints=joints, actuators=actuators)
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,15 @@ class JointGroup:
     tool_site: str
     gripper: Gripper | None = None
 
+    def prefixed(self, prefix: str) -> Self:
+        """The group of an arm whose names have a prefix, as MuJoCo attaches it."""
+        return replace(
+            self,
+            joints=tuple(prefix + name for name in self.joints),
+            tool_site=prefix + self.tool_site,
+            gripper=self.gripper and self.gripper.prefixed(prefix),
+        )
+
 
 class Robot(ABC):
     """A position-controlled robot: one group of joints, or several, such as two arms.
@@ -74,11 +91,22 @@ class Robot(ABC):
 
     @abstractmethod
     def mjcf(self) -> Path:
-        """The file of the bare robot, whose joints are those of `groups`.
+        """The file that `bare` is made of.
 
         Raises:
             ConfigurationError: it is not installed; the message says what brings it.
         """
+
+    def bare(self) -> mujoco.MjSpec:
+        """The robot without tools, with the joints of `groups`: what the file says.
+
+        A robot of several arms puts them together here.
+
+        Raises:
+            ConfigurationError: the file is not installed.
+            ValueError: MuJoCo cannot read it.
+        """
+        return mujoco.MjSpec.from_file(str(self.mjcf()))
 
     @abstractmethod
     def spec(self, gravity_compensation: bool = True, visual: bool = False) -> mujoco.MjSpec:

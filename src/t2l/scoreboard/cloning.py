@@ -154,7 +154,7 @@ CLAIMS = [
         judge=_retargeting_degrades,
     ),
     _task("co_block_stack", "Block stacking", TASK),
-    _task("co_handover", "Bimanual handover"),
+    _task("co_handover", "Bimanual handover", "bimanual_handover"),
     _task("co_unloading", "Dishrack unloading", "dishrack_unloading"),
     _task("co_loading", "Dishrack loading", "dishrack_loading"),
     _task("co_dishwasher", "Dishwasher opening", "dishwasher"),

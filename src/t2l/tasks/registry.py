@@ -11,6 +11,7 @@ TASKS: Registry[Task] = Registry(
     Task,
     {
         "block_stack": "t2l.tasks.block_stack:BlockStack",
+        "bimanual_handover": "t2l.tasks.bimanual_handover:BimanualHandover",
         "dishrack_loading": "t2l.tasks.dishrack_loading:DishrackLoading",
         "dishrack_unloading": "t2l.tasks.dishrack_unloading:DishrackUnloading",
         "dishwasher": "t2l.tasks.dishwasher:Dishwasher",

@@ -1,8 +1,8 @@
-"""What tasks of one arm with a gripper at a table have in common."""
+"""What tasks of arms with grippers at a table have in common."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -27,32 +27,34 @@ Range = Annotated[list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=
 class TableTopParameters(Typed):
     """Arguments of `TableTop`."""
 
-    robot: str = Field("fr3_hand", description="name of a robot with a gripper")
+    robot: str = Field("fr3_hand", description="name of a robot with a gripper on each arm")
     gravity_compensation: bool = Field(description="true or false")
     start_spread_rad: Number = Field(
-        ge=0, le=0.3, description="standard deviation of the arm's start, rad"
+        ge=0, le=0.3, description="standard deviation of the arms' start, rad"
     )
     horizon_s: Number = Field(gt=0, le=120, description="how long a policy has, s")
 
 
 class TableTop(Demonstrated):
-    """An arm with a gripper at a table.
+    """Arms at a table, each with a gripper: one, unless a task says so.
 
     Args:
-        robot: name of a robot with one gripper.
-        gravity_compensation: whether the robot cancels the gravity of arm and hand; without it
+        robot: name of a robot of so many arms.
+        gravity_compensation: whether the robot cancels the gravity of arms and hands; without it
             their weight loads the position controller.
-        start_spread_rad: standard deviation of the arm's start about its home pose.
+        start_spread_rad: standard deviation of the arms' start about their home pose.
         horizon_s: how long a policy has.
 
     Raises:
         ConfigurationError: no such robot.
-        ValueError: the robot has not one arm with a gripper.
+        ValueError: the robot has not so many arms, or one without a gripper.
 
     Attributes:
+        arms: how many the task is for.
         camera: where pictures are taken from, m, and the camera's right and up.
     """
 
+    arms: ClassVar[int] = 1
     camera = ((1.2, -0.75, 0.75), (0.71, 0.70, 0, -0.31, 0.31, 0.90))
 
     def __init__(
@@ -62,9 +64,13 @@ class TableTop(Demonstrated):
         self.gravity_compensation = gravity_compensation
         self.start_spread_rad = start_spread_rad
         self.horizon_s = horizon_s
-        if len(self.robot.groups) != 1 or len(self.robot.grippers) != 1:
-            raise ValueError(f"robot: found {robot}; allowed: a robot of one arm with a gripper")
-        own = _robot_names(self.robot.joints)
+        hands = len(self.robot.grippers)
+        if len(self.robot.groups) != self.arms or hands != self.arms:
+            raise ValueError(
+                f"robot: found {robot}, a robot of {hands} arm{'s' * (hands != 1)} with a gripper; "
+                f"allowed: of {self.arms}"
+            )
+        own = _robot_names(self.robot)
         self.observation_names = (*own, *self.scene_names)
         self.robot_observation_size = len(own)
 
@@ -92,11 +98,12 @@ class TableTop(Demonstrated):
         return spec
 
     def sample_starts(self, rng: np.random.Generator, n: int) -> np.ndarray:
-        """The robot about its home, its gripper open; tasks put their objects."""
+        """The robot about its home, its grippers open; tasks put their objects."""
         qpos = np.tile(self.model.qpos0, (n, 1))
         home = self.robot.home
         qpos[:, self.arm_qpos] = home + rng.normal(0, self.start_spread_rad, (n, home.size))
-        qpos[:, self.gripper_qpos] = self.robot.grippers[0].opened_qpos
+        opened = [gripper.opened_qpos for gripper in self.robot.grippers]
+        qpos[:, self.gripper_qpos] = np.concatenate(opened)
         return qpos
 
     def pose_of(self, name: str) -> slice:
@@ -104,23 +111,18 @@ class TableTop(Demonstrated):
         address = self.model.joint(name).qposadr[0]
         return slice(address, address + 7)
 
-    def grip(self, batch: Batch) -> np.ndarray:
-        """(nsim, 3) position of the tool, m."""
-        return batch.bind("site_xpos")[:, self.tool_sites[0]]
+    def grip(self, batch: Batch, arm: int = 0) -> np.ndarray:
+        """(nsim, 3) position of an arm's tool, m."""
+        return batch.bind("site_xpos")[:, self.tool_sites[arm]]
 
     def observe(self, batch: Batch) -> np.ndarray:
         """The robot's own state; tasks add the rest."""
         qpos, qvel = batch.bind("qpos"), batch.bind("qvel")
-        return np.concatenate(
-            [
-                qpos[:, self.arm_qpos],
-                qvel[:, self.arm_dofs],
-                qpos[:, self.opening_qpos],
-                self.grip(batch),
-                batch.bind("site_xmat")[:, self.tool_sites[0]].reshape(-1, 9)[:, :6],
-            ],
-            axis=1,
-        )
+        position = batch.bind("site_xpos")[:, self.tool_sites]
+        rows = batch.bind("site_xmat")[:, self.tool_sites].reshape(*position.shape[:2], 9)[:, :, :6]
+        tools = np.concatenate([position, rows], axis=2).reshape(len(qpos), -1)
+        joints = qpos[:, self.arm_qpos], qvel[:, self.arm_dofs], qpos[:, self.opening_qpos]
+        return np.concatenate([*joints, tools], axis=1)
 
 
 def furniture_joints(name: str) -> tuple[str, str, str]:
@@ -166,8 +168,8 @@ def add_box(
 
 
 def check_graspable(key: str, size_m: float, robot: Robot) -> None:
-    """Raise ValueError where the gripper does not open a centimetre wider than a size."""
-    widest = robot.grippers[0].opening_m - 0.01
+    """Raise ValueError where a gripper does not open a centimetre wider than a size."""
+    widest = min(gripper.opening_m for gripper in robot.grippers) - 0.01
     if size_m > widest:
         raise ValueError(
             f"{key}: found {size_m:g}; allowed: up to {widest:g}, which the gripper of "
@@ -181,13 +183,14 @@ def check_range(key: str, low: float, high: float) -> None:
         raise ValueError(f"{key}: found [{low}, {high}]; allowed: low below high")
 
 
-def _robot_names(joints: tuple[str, ...]) -> tuple[str, ...]:
+def _robot_names(robot: Robot) -> tuple[str, ...]:
+    arms = [f"{group.name}/" for group in robot.groups] if len(robot.groups) > 1 else [""]
+    tool = *"xyz", *(f"row{i}_{c}" for i in (1, 2) for c in "xyz")
     return (
-        *(f"q.{joint}" for joint in joints),
-        *(f"dq.{joint}" for joint in joints),
-        "finger",
-        *(f"grip.{c}" for c in "xyz"),
-        *(f"grip.row{i}_{c}" for i in (1, 2) for c in "xyz"),
+        *(f"q.{joint}" for joint in robot.joints),
+        *(f"dq.{joint}" for joint in robot.joints),
+        *(f"{arm}finger" for arm in arms),
+        *(f"{arm}grip.{name}" for arm in arms for name in tool),
     )
 
 

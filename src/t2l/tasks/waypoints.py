@@ -1,7 +1,7 @@
 """Waypoints of a grip frame and the smooth motion through them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -52,6 +52,28 @@ class Arc(Waypoint):
         """From where `before` ends, its gripper command kept."""
         end = pivot + Rotation.from_rotvec(turn).apply(before.position - pivot)
         return cls(end, rotation, duration_s, before.gripper, pivot, turn)
+
+
+# of a tool: position, rotation and gripper command, as of a waypoint
+Goal = tuple[np.ndarray, Rotation, float]
+
+
+def in_step(phases: Sequence[tuple[float, Sequence[Goal | None]]]) -> list[list[Waypoint]]:
+    """Waypoints of several tools that wait for one another: a phase ends for all at once.
+
+    Args:
+        phases: how long each takes, s, and where each tool is at its end; None stays where it is,
+            from the second phase on.
+    """
+    tools: list[list[Waypoint]] = [[] for _ in phases[0][1]]
+    for duration, goals in phases:
+        for waypoints, goal in zip(tools, goals, strict=True):
+            if goal is None:
+                waypoints.append(replace(waypoints[-1], duration_s=duration))
+            else:
+                position, rotation, gripper = goal
+                waypoints.append(Waypoint(position, rotation, duration, gripper))
+    return tools
 
 
 @dataclass(frozen=True)
