@@ -63,7 +63,7 @@ class BatchEnvironment(VectorEnv):
         self.single_action_space = _unbounded(sizes[ACTION])
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
-        self._pictures = Pictures(task, n, round(fps / picture_hz) if picture_hz else 0)
+        self._pictures = Pictures(task, n, max(1, round(fps / picture_hz)) if picture_hz else 0)
 
     @property
     def _max_episode_steps(self) -> int:
@@ -98,7 +98,7 @@ class BatchEnvironment(VectorEnv):
     def step(
         self, actions: np.ndarray
     ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Hold one action (n, naction) of each policy.
+        """Hold an action (n, naction + ngripper) of the policy in each episode.
 
         Raises:
             ConfigurationError: the actions are not this environment's.
@@ -106,7 +106,7 @@ class BatchEnvironment(VectorEnv):
         if np.shape(actions) != self.action_space.shape:
             raise ConfigurationError(
                 f"action: found an array of shape {np.shape(actions)}; allowed: "
-                f"{self.action_space.shape}, for each of {self.num_envs} episodes one action"
+                f"{self.action_space.shape}, one action for each episode"
             )
         episodes, before = self._episodes, self._episodes.running.copy()
         if before.any():

@@ -27,7 +27,7 @@ def check_policy(names: Names) -> None:
     if path is None or parser.parse_arg("rename_map"):
         return
     policy = PreTrainedConfig.from_pretrained(path)
-    _check(path, {**policy.input_features, **policy.output_features}, names)
+    _check(path, {**(policy.input_features or {}), **(policy.output_features or {})}, names)
 
 
 def check_dataset(names: Names, fps: int) -> None:
@@ -45,11 +45,12 @@ def check_dataset(names: Names, fps: int) -> None:
     path = root or repo_id
     _check(path, dataset_to_policy_features(dataset.features), names)
     for key, here in names.items():
-        there = dataset.features[key]["names"] if key in dataset.features else None
-        # those of others may have no names, or names by group
-        for i, name in enumerate(there if isinstance(there, list) else []):
-            if name != here[i]:
-                raise InputError(path, f"{key}[{i}]", name, f"{here[i]}, as in the environment")
+        there = dataset.features.get(key, {}).get("names")
+        # data sets of others may have no names, or names by group
+        pairs = zip(there, here, strict=False) if isinstance(there, list) else ()
+        for i, (name, wanted) in enumerate(pairs):
+            if name != wanted:
+                raise InputError(path, f"{key}[{i}]", name, f"{wanted}, as in the environment")
     if dataset.fps != fps:
         raise InputError(path, "fps", str(dataset.fps), f"{fps}, as in the environment")
 
@@ -61,6 +62,6 @@ def _check(path: str, features: Mapping[str, PolicyFeature], names: Names) -> No
         if key not in names:
             allowed = f"{', '.join(names)}, the features of the environment"
             raise InputError(path, "features", key, allowed)
-        if feature.shape != (len(names[key]),):
-            allowed = f"({len(names[key])},), as in the environment"
-            raise InputError(path, key, f"shape {feature.shape}", allowed)
+        shape, wanted = tuple(feature.shape), (len(names[key]),)
+        if shape != wanted:
+            raise InputError(path, key, f"shape {shape}", f"{wanted}, as in the environment")

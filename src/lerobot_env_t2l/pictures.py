@@ -1,4 +1,4 @@
-"""Pictures of episodes for lerobot's videos, which shows the first few of many."""
+"""Pictures of episodes for the videos of lerobot, which shows the first few of many."""
 
 from collections.abc import Sequence
 from typing import overload
@@ -26,7 +26,7 @@ class Pictures(Sequence[np.ndarray]):
 
     def follow(self, moved: np.ndarray) -> None:
         """The episodes in the mask `moved` (n,) have changed."""
-        due = self._every and self._episodes.tick % self._every == 0
+        due = self._every > 0 and self._episodes.tick % self._every == 0
         for i in np.flatnonzero(moved & (due | ~self._episodes.running)):
             self._held.pop(i, None)
 
