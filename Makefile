@@ -58,10 +58,11 @@ clean:
 	rm -rf $(ENV) .uv
 
 # A half-made environment has no `ready`, so an interrupted install is done again.
-$(ENV)/ready: environment.lock pyproject.toml Makefile | $(UV)
+$(ENV)/ready: environment.lock pyproject.toml src/lerobot_env_t2l/pyproject.toml Makefile | $(UV)
 	$(UV) venv --quiet --clear --python 3.12 $(ENV)
 	$(UV) pip sync --quiet --python $(BIN)/python --require-hashes environment.lock
-	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
+	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable . \
+		./src/lerobot_env_t2l
 	touch $@
 
 .uv/bin/uv:

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from t2l.actions import Control
+from t2l.bc.episodes import Episodes
 from t2l.gains import Cell
-from t2l.sim import make_batch
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated
 
@@ -55,57 +55,31 @@ def roll_out(
         starts: (n, nq).
         decimation: timesteps that each command is held for.
     """
-    n = len(starts)
-    tick_s = decimation * TIMESTEP_S
-    ticks = round(task.horizon_s / tick_s)
-    controller, grippers = control.controller, len(task.robot.grippers)
-    size, width = len(control.actions.names), len(controller.command_names)
-
-    batch = make_batch(task.model, n, threads)
-    controller.install(batch)
-    task.reset(batch, starts)
-    monitor = task.monitor(n)
-    sound = np.ones(n, dtype=bool)
-    active = sound.copy()
-    past = np.repeat(task.observe(batch).astype(np.float32)[:, None], history, axis=1)
+    episodes = Episodes(task, control, starts, decimation, threads)
+    n, ticks, grippers = len(starts), episodes.ticks, len(task.robot.grippers)
+    past = np.repeat(episodes.observation[:, None], history, axis=1)
     qpos = np.empty((ticks + 1, n, task.model.nq))
-    qpos[0] = batch.qpos
-    command = np.full((ticks, n, width + grippers), np.nan)
-    chunk = np.empty((n, executed, size + grippers))
-    before = np.concatenate([controller.measured(batch), np.tile(task.opened, (n, 1))], axis=1)
-    for k in range(ticks):
+    qpos[0] = episodes.qpos
+    command = np.full((ticks, n, len(control.controller.command_names) + grippers), np.nan)
+    chunk = np.empty((n, executed, len(control.actions.names) + grippers))
+    while episodes.running.any():
+        k = episodes.tick
         if k % executed == 0:
             chunk.fill(np.nan)
-            chunk[active] = act(past[active])[:, :executed]
-        action, gripper = np.split(chunk[:, k % executed], [size], axis=1)
-        arm = control.actions.command(action, controller.measured(batch), before[:, :width])
-        command[k] = np.concatenate([arm, gripper], axis=1)
-        # a policy that answers NaN has failed; its simulation must not be fed one
-        diverging = active & ~np.isfinite(command[k]).all(axis=1)
-        sound &= ~diverging
-        active &= ~diverging
-        # what has ended is sent what it was sent last
-        before = np.where(active[:, None], command[k], before)
-        task.command_grippers(batch.ctrl, before[:, width:])
-        controller.step(batch, before[:, :width], active, decimation)
-        monitor.update(batch, (k + 1) * tick_s, active)
-        finished = ~np.isnan(monitor.success_time_s)
-        sound &= active | finished
-        active &= ~finished
-        qpos[k + 1] = np.where(sound[:, None], batch.qpos, qpos[k])
-        if not active.any():
-            qpos[k + 2 :] = qpos[k + 1]
-            break
-        past = np.concatenate([past[:, 1:], task.observe(batch)[:, None]], axis=1, dtype=np.float32)
+            chunk[episodes.running] = act(past[episodes.running])[:, :executed]
+        command[k] = episodes.step(chunk[:, k % executed])
+        qpos[k + 1] = episodes.qpos
+        past = np.concatenate([past[:, 1:], episodes.observation[:, None]], axis=1)
+    qpos[episodes.tick + 1 :] = episodes.qpos
 
-    failures = monitor.failures(sound)
+    failures = episodes.failures()
     table = pd.DataFrame(
         {
             "kp": control.cell.kp,
             "kd": control.cell.kd,
             "rollout": np.arange(n),
             "success": [failure == "" for failure in failures],
-            "time_to_success_s": monitor.success_time_s,
+            "time_to_success_s": episodes.success_time_s,
             "failure": failures,
         },
         columns=list(COLUMNS),

@@ -132,10 +132,10 @@ def _cloned(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator
     for i, name in enumerate(configuration.tasks):
         if name in tasks and not isinstance(tasks[name], Demonstrated):
             yield Problem(f"tasks[{i}]", describe(name), "a task that an expert can demonstrate")
-    yield from _actions("actions", configuration.actions)
+    yield from of_actions("actions", configuration.actions)
 
 
-def _actions(key: str, section: Actions, controller: str = "") -> Iterator[Problem]:
+def of_actions(key: str, section: Actions, controller: str = "") -> Iterator[Problem]:
     """What is wrong with an action space, which `controller` is to understand if one is named."""
     try:
         space = ACTIONS.find(section.kind)
@@ -184,7 +184,7 @@ def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
                 f"{describe(condition.task)}, a task of {task.robot.name}",
                 f"a task of robot.name = {robot}",
             )
-        yield from _actions(f"{key}.actions", condition.actions, "joint_pd")
+        yield from of_actions(f"{key}.actions", condition.actions, "joint_pd")
         yield from transfer_design.given_scales(key, condition, task, cells)
         rate = condition.policy_rate_hz
         if physics % rate or LOG_RATE_HZ % rate:
@@ -209,7 +209,7 @@ def _decoupling(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
             yield Problem(
                 f"{key}.name", f"{pairing.name!r} a second time", "names without repetitions"
             )
-        yield from _actions(f"{key}.actions", pairing.actions, "joint_pd")
+        yield from of_actions(f"{key}.actions", pairing.actions, "joint_pd")
     if section.evaluate_every > section.updates:
         yield Problem(
             "decoupling.evaluate_every",

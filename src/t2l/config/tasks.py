@@ -20,7 +20,7 @@ def read_task(key: str, name: str, folder: Path) -> dict[str, Any]:
     if name not in known:
         raise ConfigurationError(
             f"config: {key}: found {describe(name)}{suggestion(name, known)}; allowed: "
-            f"{', '.join(known)}, the files in {folder}"
+            f"{', '.join(known) or 'none'}, the files in {folder}"
         )
     path = folder / f"{name}.yaml"
     try:

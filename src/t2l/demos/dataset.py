@@ -87,26 +87,38 @@ def write_dataset(
     fps: int,
     path: Path,
 ) -> None:
-    """Write what the policies of a cell are trained on, at the policy's rate.
-
-    The observation is split as lerobot's policies expect it: the robot's own state, and the
-    state of its environment.
+    """Write what the policies of a cell are trained on, at the policy's rate: `feature_names`.
 
     Args:
         episodes: observation (n, nobs) and action (n, nact) of each, as `read_episodes` gives them.
         actions: names of an action's elements, without those of grippers.
     """
-    names, own = list(task.observation_names), task.robot_observation_size
+    own = task.robot_observation_size
     features = {
-        STATE: _feature("float32", names[:own]),
-        ENVIRONMENT: _feature("float32", names[own:]),
-        ACTION: _feature("float32", [*actions, *_grippers(task)]),
+        key: _feature("float32", names) for key, names in feature_names(task, actions).items()
     }
     frames = (
         {STATE: observation[:, :own], ENVIRONMENT: observation[:, own:], ACTION: action}
         for observation, action in episodes
     )
     _write(path, task, fps, features, frames)
+
+
+def feature_names(task: Task, actions: Sequence[str]) -> dict[str, list[str]]:
+    """The features that a policy of lerobot learns from, by key: the names of their elements.
+
+    The observation is split as lerobot's policies expect it: the robot's own state, and the
+    state of its environment.
+
+    Args:
+        actions: as `write_dataset` takes them.
+    """
+    names, own = list(task.observation_names), task.robot_observation_size
+    return {
+        STATE: names[:own],
+        ENVIRONMENT: names[own:],
+        ACTION: [*actions, *_grippers(task)],
+    }
 
 
 def _grippers(task: Task) -> list[str]:
