@@ -14,9 +14,7 @@ Width = Annotated[Integer, Field(ge=1, le=4_096)]
 class ACTKeys(Keys):
     """Of lerobot's `ACTConfig`, smaller than there: no images are seen."""
 
-    chunk_size: Integer = Field(
-        10, ge=1, le=1_000, description="actions that it predicts at once"
-    )
+    chunk_size: Integer = Field(10, ge=1, le=1_000, description="actions that it predicts at once")
     dim_model: Width = Field(64, description="numbers in a token, a multiple of `n_heads`")
     n_heads: Annotated[Integer, Field(ge=1, le=64)] = Field(4, description="heads of attention")
     dim_feedforward: Width = Field(256, description="width of the layers between attention")

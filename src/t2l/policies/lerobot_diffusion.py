@@ -29,7 +29,7 @@ class DiffusionKeys(Keys):
     down_dims: Annotated[
         list[Annotated[Integer, Field(ge=GROUPS, le=4_096, multiple_of=GROUPS)]],
         Field(min_length=1, max_length=8),
-    ] = Field([64, 128], description="channels of each stage of the U-Net, multiples of 8")
+    ] = Field([64, 64], description="channels of each stage of the U-Net, multiples of 8")
     kernel_size: Integer = Field(5, ge=1, le=99, description="of its convolutions, odd")
     num_train_timesteps: Integer = Field(
         100, ge=1, le=10_000, description="levels of noise while training"

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+# steps that an epoch is judged by: one that is denoised takes as long as several trained on
+JUDGED = 500
+
 
 class Features(Typed):
     """How many numbers lerobot's features hold; both policies want to see the first two."""
@@ -120,7 +123,7 @@ class LeRobotPolicy(ClonedPolicy):
             variance = network.action_std.cpu().numpy() ** 2
             for epoch, loss in enumerate(epochs(network, training, settings, seed), 1):
                 policy = cls(network, keys)
-                judged = float((prediction_mse(policy, validation) / variance).mean())
+                judged = float((prediction_mse(policy, validation, JUDGED) / variance).mean())
                 rows.append((epoch, loss, judged))
                 left_s = (time.monotonic() - start) / epoch * (settings.epochs - epoch)
                 log.info(
