@@ -139,8 +139,8 @@ def _cloned(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator
 
 def _unseen(policy: str, name: str, task: Task) -> Iterator[Problem]:
     """Parts of an observation that a policy needs, and a task has not."""
-    own = task.robot_observation_size
-    sizes = {"robot": own, "environment": len(task.observation_names) - own}
+    seen = task.robot_observation_size
+    sizes = {"robot": seen, "environment": len(task.observation_names) - seen}
     for part in POLICIES.find(policy).needs:
         if not sizes[part]:
             found = f"{describe(policy)}, which needs to see the {part}; {name} does not show it"

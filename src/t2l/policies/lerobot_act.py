@@ -4,7 +4,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from t2l.policies.lerobot_policy import Keys, LeRobotPolicy, Training
+from t2l.policies.lerobot_policy import Keys, LeRobotPolicy, LeRobotSettings
 from t2l.typed import Integer, Number
 
 Layers = Annotated[Integer, Field(ge=1, le=50)]
@@ -41,7 +41,7 @@ class ACTKeys(Keys):
         return self.model_dump() | {"n_action_steps": self.chunk_size}
 
 
-class Settings(ACTKeys, Training):
+class Settings(ACTKeys, LeRobotSettings):
     """Of training."""
 
 

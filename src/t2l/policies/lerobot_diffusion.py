@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from t2l.policies.lerobot_policy import Keys, LeRobotPolicy, Training
+from t2l.policies.lerobot_policy import Keys, LeRobotPolicy, LeRobotSettings
 from t2l.typed import Integer, Number
 
 GROUPS = 8  # of channels that are normalised together, lerobot's `n_groups`
@@ -24,7 +24,10 @@ class DiffusionKeys(Keys):
         "a multiple of 2 to the power of the number of `down_dims`",
     )
     n_action_steps: Integer = Field(
-        10, ge=1, le=1_000, description="those of them that it answers with, from the latest on"
+        10,
+        ge=1,
+        le=1_000,
+        description="those of them that it answers with, from the latest observation on",
     )
     down_dims: Annotated[
         list[Annotated[Integer, Field(ge=GROUPS, le=4_096, multiple_of=GROUPS)]],
@@ -72,7 +75,7 @@ class DiffusionKeys(Keys):
         }
 
 
-class Settings(DiffusionKeys, Training):
+class Settings(DiffusionKeys, LeRobotSettings):
     """Of training, and of acting."""
 
 

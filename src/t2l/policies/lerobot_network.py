@@ -38,17 +38,17 @@ class LeRobotNetwork(nn.Module):
         super().__init__()
         self.features = features
         self._names = {"robot": OBS_STATE, "environment": OBS_ENV_STATE, "action": ACTION}
-        types = {"robot": FeatureType.STATE, "environment": FeatureType.ENV,
-                 "action": FeatureType.ACTION}  # fmt: skip
-        named = {
-            self._names[part]: PolicyFeature(types[part], (size,))
-            for part, size in features.model_dump().items()
-        }
-        outputs = {ACTION: named.pop(ACTION)}
         config = make_policy_config(
-            kind, input_features=named, output_features=outputs, device=device,
-            push_to_hub=False, **keys,
-        )  # fmt: skip
+            kind,
+            input_features={
+                OBS_STATE: PolicyFeature(FeatureType.STATE, (features.robot,)),
+                OBS_ENV_STATE: PolicyFeature(FeatureType.ENV, (features.environment,)),
+            },
+            output_features={ACTION: PolicyFeature(FeatureType.ACTION, (features.action,))},
+            device=device,
+            push_to_hub=False,
+            **keys,
+        )
         # unless told, lerobot leaves the environment's state as it is, and blocks move centimetres
         config.normalization_mapping["ENV"] = config.normalization_mapping["STATE"]
         self.policy = get_policy_class(kind)(config)
@@ -72,6 +72,7 @@ class LeRobotNetwork(nn.Module):
         robot, environment = np.split(observations, [self.features.robot], axis=1)
         parts = {"robot": robot, "environment": environment, "action": actions}
         for part, values in parts.items():
+            values = values.astype(float)
             mean, std, low, high = (f(values, axis=0) for f in (np.mean, np.std, np.min, np.max))
             still = std <= 1e-4
             found = mean, np.where(still, 1, std), low - still, high + still

@@ -46,8 +46,8 @@ class Keys(Typed):
         """What lerobot's class of configurations is made of, but for features."""
 
 
-class Training(Typed):
-    """What lerobot leaves to whoever trains."""
+class LeRobotSettings(Typed):
+    """Of a training, which lerobot leaves to whoever trains."""
 
     epochs: Integer = Field(50, ge=1, le=10_000, description="passes over the training episodes")
     batch_size: Integer = Field(256, ge=1, le=65_536, description="windows per gradient step")
@@ -86,7 +86,7 @@ class LeRobotPolicy(ClonedPolicy):
         cls,
         training: Sequence[Episode],
         validation: Sequence[Episode],
-        settings: Training,
+        settings: LeRobotSettings,
         seed: int,
         threads: int = 1,
     ) -> "tuple[Self, pd.DataFrame]":

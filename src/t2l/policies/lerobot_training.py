@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from t2l.policies.lerobot_network import LeRobotNetwork
-from t2l.policies.lerobot_policy import Training
+from t2l.policies.lerobot_policy import LeRobotSettings
 from t2l.policies.policy import Episode
 from t2l.policies.windows import around
 
@@ -42,7 +42,7 @@ class Samples:
 
 
 def epochs(
-    network: LeRobotNetwork, episodes: Sequence[Episode], settings: Training, seed: int
+    network: LeRobotNetwork, episodes: Sequence[Episode], settings: LeRobotSettings, seed: int
 ) -> Iterator[float]:
     """Train a network in place; its mean loss in each epoch, when that has ended.
 
