@@ -15,17 +15,19 @@ from t2l.config.models import Configuration
 from t2l.config.training import configuration_model
 from t2l.errors import ArtefactError
 from t2l.policies import POLICIES, Episode, checkpoint
+from t2l.policies.lerobot_policy import side_by_side
 from t2l.policies.validation import prediction_mse
 from t2l.typed import Invalid, check
 from tests.policies.made import header
 
 SMALL = {
     "lerobot_act": {
-        "chunk_size": 3, "dim_model": 16, "n_heads": 2, "dim_feedforward": 32, "latent_dim": 2,
-        "n_encoder_layers": 1, "n_vae_encoder_layers": 1, "dropout": 0, "optimizer_lr": 1e-2,
+        "history": 2, "chunk_size": 3, "dim_model": 16, "n_heads": 2, "dim_feedforward": 32,
+        "latent_dim": 2, "n_encoder_layers": 1, "n_vae_encoder_layers": 1, "dropout": 0,
+        "optimizer_lr": 1e-2,
     },
     "lerobot_diffusion": {
-        "horizon": 4, "n_action_steps": 3, "down_dims": [64], "kernel_size": 3,
+        "n_obs_steps": 2, "horizon": 4, "n_action_steps": 3, "down_dims": [64], "kernel_size": 3,
         "num_train_timesteps": 20, "num_inference_steps": 5, "scheduler_warmup_steps": 20,
         "optimizer_lr": 3e-3,
     },
@@ -51,6 +53,11 @@ def fitted(kind, seed=1, given=None, **changes):
     settings = found.settings(**{"batch_size": 50, "epochs": 100} | SMALL[kind] | changes)
     given = given or shown()
     return found.fit(given, given[:1], settings, seed)
+
+
+def test_observations_side_by_side_keep_the_robot_first():
+    seen = np.arange(12).reshape(2, 2, 3)
+    assert side_by_side(seen, robot_size=2).tolist() == [[0, 1, 3, 4, 2, 5], [6, 7, 9, 10, 8, 11]]
 
 
 @pytest.fixture(scope="module")
@@ -79,14 +86,11 @@ def test_few_demonstrations_are_learned_by_heart(kind, trained):
 def test_a_policy_survives_the_disk(kind, trained, tmp_path):
     policy, path = trained[kind][0], tmp_path / "policy.safetensors"
     checkpoint.save(policy, path)
-    one, other = checkpoint.load(path), checkpoint.load(path)
-    history = history_of(policy)
-    first = one.act(history)
-    np.testing.assert_array_equal(first, other.act(history))
-    # one that draws has drawn while it was trained
-    again = type(policy)(policy.network, policy.keys(**policy.metadata()["config"]))
-    np.testing.assert_array_equal(first, again.act(history))
-    checkpoint.save(one, tmp_path / "again.safetensors")
+    loaded, history = checkpoint.load(path), history_of(policy)
+    # a policy anew: one that draws has drawn for other tests
+    same = type(policy)(policy.network, policy._features, policy._keys)
+    np.testing.assert_array_equal(loaded.act(history), same.act(history))
+    checkpoint.save(loaded, tmp_path / "again.safetensors")
     assert (tmp_path / "again.safetensors").read_bytes() == path.read_bytes()
 
 
@@ -99,12 +103,13 @@ def test_lerobot_acts_alike_by_what_is_saved_for_it(kind, trained, tmp_path):
     ours.save_pretrained(tmp_path / "pretrained")
     theirs = get_policy_class(ours.kind).from_pretrained(tmp_path / "pretrained")
     before, after = make_pre_post_processors(theirs.config, str(tmp_path / "pretrained"))
+    # what it sees first, lerobot takes for all that was before
     history = np.repeat(history_of(ours)[:, :1], ours.history, axis=1)
-    seen = torch.from_numpy(history[:, 0])
+    robot, environment = torch.from_numpy(history[:, 0]).split(2, dim=1)
+    if kind == "lerobot_act":
+        robot, environment = (part.repeat(1, ours.history) for part in (robot, environment))
     torch.manual_seed(1)
-    action = after(
-        theirs.select_action(before({OBS_STATE: seen[:, :2], OBS_ENV_STATE: seen[:, 2:]}))
-    )
+    action = after(theirs.select_action(before({OBS_STATE: robot, OBS_ENV_STATE: environment})))
     np.testing.assert_allclose(ours.act(history)[:, 0], action, atol=1e-6)
 
 
@@ -145,7 +150,7 @@ def test_files_of_no_such_policy_are_told(kind, trained, tmp_path):
     metadata = policy.metadata()
     for wrong in (
         {},
-        metadata | {"features": metadata["features"] | {"robot": 3}},
+        metadata | {"features": metadata["features"] | {"robot": 6}},
         metadata | {"features": metadata["features"] | {"robot": 2**40}},
         metadata | {"config": {}},
         metadata | {"config": metadata["config"] | {"device": "cuda"}},
@@ -160,10 +165,11 @@ def test_files_of_no_such_policy_are_told(kind, trained, tmp_path):
     [
         ({"policy": "lerobot_act", "chunk_size": 0}, r"chunk_size: found 0; allowed: .* from 1"),
         ({"policy": "lerobot_act", "n_obs_steps": 2}, "n_obs_steps: found an unknown key"),
+        ({"policy": "lerobot_act", "history": 0}, r"history: found 0; allowed: .* from 1"),
         ({"policy": "lerobot_act", "chunk": 5}, "chunk: found an unknown key .*chunk_size"),
         ({"policy": "lerobot_act", "n_heads": 3}, "a dim_model that is a multiple of n_heads"),
         ({"policy": "lerobot_diffusion", "horizon": 18}, "a horizon that is a multiple of 4"),
-        ({"policy": "lerobot_diffusion", "n_action_steps": 16}, "at most horizon - n_obs_steps"),
+        ({"policy": "lerobot_diffusion", "n_action_steps": 12}, "at most horizon - n_obs_steps"),
         ({"policy": "lerobot_diffusion", "kernel_size": 4}, "an odd kernel_size"),
         ({"policy": "lerobot_diffusion", "down_dims": [20]}, r"down_dims\[0\]: found 20"),
         ({"policy": "lerobot_diffusion", "noise_scheduler_type": "DIM"}, "did you mean DDIM"),

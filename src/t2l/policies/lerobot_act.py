@@ -1,4 +1,8 @@
-"""The policy `lerobot_act`: lerobot's ACT (Zhao et al. 2023), which sees one observation."""
+"""The policy `lerobot_act`: lerobot's ACT (Zhao et al. 2023).
+
+lerobot's ACT sees one observation, and a policy that sees one alone solves no task here. So what it
+takes for one holds the latest few, side by side.
+"""
 
 from typing import Annotated, Any, Self
 
@@ -14,6 +18,9 @@ Width = Annotated[Integer, Field(ge=1, le=4_096)]
 class ACTKeys(Keys):
     """Of lerobot's `ACTConfig`, smaller than there: no images are seen."""
 
+    history: Integer = Field(
+        10, ge=1, le=1_000, description="observations that it sees, in policy steps"
+    )
     chunk_size: Integer = Field(10, ge=1, le=1_000, description="actions that it predicts at once")
     dim_model: Width = Field(64, description="numbers in a token, a multiple of `n_heads`")
     n_heads: Annotated[Integer, Field(ge=1, le=64)] = Field(4, description="heads of attention")
@@ -35,10 +42,15 @@ class ACTKeys(Keys):
             raise ValueError("a dim_model that is a multiple of n_heads")
         return self
 
+    @property
+    def stacked(self) -> int:
+        """See `Keys.stacked`."""
+        return self.history
+
     def configuration(self) -> dict[str, Any]:
         """See `Keys.configuration`."""
         # how much of a chunk is carried out, whoever acts decides
-        return self.model_dump() | {"n_action_steps": self.chunk_size}
+        return self.model_dump(exclude={"history"}) | {"n_action_steps": self.chunk_size}
 
 
 class Settings(ACTKeys, LeRobotSettings):

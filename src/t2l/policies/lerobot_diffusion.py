@@ -14,10 +14,10 @@ class DiffusionKeys(Keys):
     """Of lerobot's `DiffusionConfig`, smaller than there: no images are seen."""
 
     n_obs_steps: Integer = Field(
-        2, ge=1, le=1_000, description="observations that it sees, in policy steps"
+        10, ge=1, le=1_000, description="observations that it sees, in policy steps"
     )
     horizon: Integer = Field(
-        16,
+        20,
         ge=1,
         le=1_000,
         description="actions that are denoised at once, from the first observation that is seen; "

@@ -9,6 +9,7 @@ import logging
 import time
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -17,6 +18,7 @@ from pydantic import Field
 
 from t2l.policies.policy import ClonedPolicy, Episode
 from t2l.policies.validation import prediction_mse
+from t2l.policies.windows import around
 from t2l.typed import Integer, Typed, check
 
 if TYPE_CHECKING:
@@ -31,7 +33,7 @@ JUDGED = 500
 
 
 class Features(Typed):
-    """How many numbers lerobot's features hold; both policies want to see the first two."""
+    """Numbers in lerobot's features of one step; both policies want to see the first two."""
 
     robot: Integer = Field(ge=1, lt=2**31, description="in observation.state")
     environment: Integer = Field(ge=1, lt=2**31, description="in observation.environment_state")
@@ -39,7 +41,12 @@ class Features(Typed):
 
 
 class Keys(Typed):
-    """Of lerobot's configuration of a policy, under its names."""
+    """Of lerobot's configuration of a policy, under its names, and what else makes the policy."""
+
+    @property
+    def stacked(self) -> int:
+        """Observations that stand side by side in what lerobot takes for one."""
+        return 1
 
     @abstractmethod
     def configuration(self) -> dict[str, Any]:
@@ -51,6 +58,19 @@ class LeRobotSettings(Typed):
 
     epochs: Integer = Field(50, ge=1, le=10_000, description="passes over the training episodes")
     batch_size: Integer = Field(256, ge=1, le=65_536, description="windows per gradient step")
+
+
+def side_by_side(observations: np.ndarray, robot_size: int) -> np.ndarray:
+    """Observations (..., m, nobs) as one (..., m nobs), what is the robot's first."""
+    parts = np.split(observations, [robot_size], axis=-1)
+    return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in parts], axis=-1)
+
+
+def _stacked(episode: Episode, m: int) -> Episode:
+    """An episode of which every observation holds the m latest."""
+    past, _ = around([len(episode.action)], range(1 - m, 1))
+    observation = side_by_side(episode.observation[past], episode.robot_size)
+    return replace(episode, observation=observation, robot_size=m * episode.robot_size)
 
 
 class LeRobotPolicy(ClonedPolicy):
@@ -66,20 +86,21 @@ class LeRobotPolicy(ClonedPolicy):
     packages = ("lerobot",)
     needs = ("robot", "environment")
 
-    def __init__(self, network: "LeRobotNetwork", keys: Keys):
-        """See the class; `network` is of these keys."""
-        self.network, self._keys = network.eval(), keys
-        features = network.features
+    def __init__(self, network: "LeRobotNetwork", features: Features, keys: Keys):
+        """See the class; `network` is of these features and keys."""
+        self.network, self._features, self._keys = network.eval(), features, keys
         self.observation_size = features.robot + features.environment
         self.action_size = features.action
-        self.history, self.chunk = network.history, network.chunk
+        self.history, self.chunk = network.history + keys.stacked - 1, network.chunk
         self._asked = 0
 
     @classmethod
     def _network(cls, features: Features, keys: Keys, device: str = "cpu") -> "LeRobotNetwork":
         from t2l.policies.lerobot_network import LeRobotNetwork
 
-        return LeRobotNetwork(cls.kind, features, keys.configuration(), device)
+        seen = {"robot": features.robot, "environment": features.environment}
+        stacked = features.model_copy(update={k: n * keys.stacked for k, n in seen.items()})
+        return LeRobotNetwork(cls.kind, stacked, keys.configuration(), device)
 
     @classmethod
     def fit(
@@ -111,6 +132,7 @@ class LeRobotPolicy(ClonedPolicy):
                 "action": training[0].action.shape[1],
             },
         )
+        training = [_stacked(episode, keys.stacked) for episode in training]
         rows, start = [], time.monotonic()
         with reproducible(threads) as device:
             # weights are drawn on the processor, so that they are the same on every device
@@ -122,7 +144,7 @@ class LeRobotPolicy(ClonedPolicy):
             )
             variance = network.action_std.cpu().numpy() ** 2
             for epoch, loss in enumerate(epochs(network, training, settings, seed), 1):
-                policy = cls(network, keys)
+                policy = cls(network, features, keys)
                 judged = float((prediction_mse(policy, validation, JUDGED) / variance).mean())
                 rows.append((epoch, loss, judged))
                 left_s = (time.monotonic() - start) / epoch * (settings.epochs - epoch)
@@ -131,11 +153,13 @@ class LeRobotPolicy(ClonedPolicy):
                     *(epoch, settings.epochs, loss, judged, left_s),
                 )
         columns = ["epoch", "training_loss", "validation_loss"]
-        return cls(network, keys), pd.DataFrame(rows, columns=columns)
+        return cls(network, features, keys), pd.DataFrame(rows, columns=columns)
 
     def act(self, history: np.ndarray) -> np.ndarray:
         """See `Policy.act`; the same calls draw the same numbers."""
         self._asked += 1
+        seen = np.arange(self.network.history)[:, None] + np.arange(self._keys.stacked)
+        history = side_by_side(history[:, seen], self._features.robot)
         return self.network.act(history, seed=self._asked)
 
     def tensors(self) -> dict[str, np.ndarray]:
@@ -144,7 +168,7 @@ class LeRobotPolicy(ClonedPolicy):
 
     def metadata(self) -> dict[str, Any]:
         """See `Policy.metadata`."""
-        return {"features": self.network.features.model_dump(), "config": self._keys.model_dump()}
+        return {"features": self._features.model_dump(), "config": self._keys.model_dump()}
 
     @classmethod
     def restored(cls, tensors: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> Self:
@@ -161,7 +185,7 @@ class LeRobotPolicy(ClonedPolicy):
         with torch.random.fork_rng():
             network = cls._network(features, keys)
         network.load_state_dict(state)
-        return cls(network, keys)
+        return cls(network, features, keys)
 
     def save_pretrained(self, folder: Path | str) -> None:
         """Write what lerobot reads as a pretrained policy, with its processors."""
