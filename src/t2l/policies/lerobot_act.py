@@ -1,7 +1,7 @@
 """The policy `lerobot_act`: lerobot's ACT (Zhao et al. 2023).
 
-lerobot's ACT sees one observation, and a policy that sees one alone solves no task here. So what it
-takes for one holds the latest few, side by side.
+lerobot's ACT sees one observation; the study's policies see ten. So what it takes for one holds the
+latest few, side by side.
 """
 
 from typing import Annotated, Any, Self
