@@ -35,7 +35,7 @@ def test_its_settings_are_checked_as_those_of_the_library():
 @pytest.mark.parametrize("name", ["chunk_cvea", "gaussian_mlp"])
 def test_a_policy_that_cannot_be_trained_on_episodes_is_told(name):
     with pytest.raises(
-        Invalid, match=f"training.policy: found '{name}'.*chunk_transformer, {NAME}"
+        Invalid, match=f"training.policy: found '{name}'.*lerobot_diffusion, {NAME}"
     ):
         effective({"study": "tests", "training": {"policy": name}})
 

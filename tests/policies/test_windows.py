@@ -1,7 +1,7 @@
 import numpy as np
 
 from t2l.policies import Episode
-from t2l.policies.windows import windows
+from t2l.policies.windows import around, windows
 
 
 def test_windows_stay_in_their_episode():
@@ -18,3 +18,15 @@ def test_windows_stay_in_their_episode():
     assert chunk[0].tolist() == [0, 1, 2, 3]
     assert chunk[4].tolist() == [4, 4, 4, 4]
     assert chunk[6].tolist() == [101, 102, 102, 102]
+
+
+def test_steps_that_an_episode_does_not_have_are_told():
+    index, beyond = around([3, 2], [-1, 0, 2])
+    assert index.tolist() == [[0, 0, 2], [0, 1, 2], [1, 2, 2], [3, 3, 4], [3, 4, 4]]
+    assert beyond.tolist() == [
+        [True, False, False],
+        [False, False, True],
+        [False, False, True],
+        [True, False, True],
+        [False, False, True],
+    ]

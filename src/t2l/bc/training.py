@@ -48,7 +48,8 @@ def train(
     kind, fraction = POLICIES.find(own.pop("policy")), own.pop("validation_fraction")
     members, sets = [], []
     for cell, path in data.items():
-        episodes = [Episode(*replay) for replay in read_episodes(path, task)]
+        replays = read_episodes(path, task)
+        episodes = [Episode(*replay, task.robot_observation_size) for replay in replays]
         most = used.get(cell.name) if isinstance(used, Mapping) else used
         for number in seeds:
             seed = torch_seed(*stage, cell.name, number)

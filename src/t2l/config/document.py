@@ -37,7 +37,9 @@ def schema() -> dict[str, Any]:
         own = _plain(POLICIES.find(name).settings.model_json_schema())["properties"]
         for key, field in own.items():
             said = f"of `{name}`: {field['description']}"
-            training.setdefault(key, {**field, "description": said})
+            known = training.setdefault(key, {**field, "description": said})
+            if known["default"] != field["default"]:
+                known["description"] += f"; {_in_yaml(field['default'])} for `{name}`"
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **made}
 
 

@@ -9,7 +9,7 @@ from t2l.config.models import Configuration
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
 from t2l.hardware.motion import COMMAND_RATE_HZ
-from t2l.policies.training_settings import TrainingSettings
+from t2l.policies import POLICIES
 from t2l.rl.registry import ALGORITHMS
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated, Rewarded, Task
@@ -77,10 +77,10 @@ def _counts(configuration: Configuration) -> Iterator[Problem]:
     if replays > count:
         yield Problem("fidelity.replays", str(replays), f"at most demonstrations.count = {count}")
     executed = configuration.rollouts.executed_actions
-    if isinstance(training, TrainingSettings) and executed > training.chunk:
-        yield Problem(
-            "rollouts.executed_actions", str(executed), f"at most training.chunk = {training.chunk}"
-        )
+    key = POLICIES.find(training.policy).chunk_setting
+    if key and executed > getattr(training, key):
+        allowed = f"at most training.{key} = {getattr(training, key)}"
+        yield Problem("rollouts.executed_actions", str(executed), allowed)
     if round(training.validation_fraction * count) >= count:
         yield Problem(
             "training.validation_fraction",
@@ -132,7 +132,19 @@ def _cloned(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator
     for i, name in enumerate(configuration.tasks):
         if name in tasks and not isinstance(tasks[name], Demonstrated):
             yield Problem(f"tasks[{i}]", describe(name), "a task that an expert can demonstrate")
+        elif name in tasks:
+            yield from _unseen(configuration.training.policy, name, tasks[name])
     yield from of_actions("actions", configuration.actions)
+
+
+def _unseen(policy: str, name: str, task: Task) -> Iterator[Problem]:
+    """Parts of an observation that a policy needs, and a task has not."""
+    seen = task.robot_observation_size
+    sizes = {"robot": seen, "environment": len(task.observation_names) - seen}
+    for part in POLICIES.find(policy).needs:
+        if not sizes[part]:
+            found = f"{describe(policy)}, which needs to see the {part}; {name} does not show it"
+            yield Problem("training.policy", found, "another policy")
 
 
 def of_actions(key: str, section: Actions, controller: str = "") -> Iterator[Problem]:

@@ -1,6 +1,7 @@
 """The section `training`, whose keys are those of the policy that it names."""
 
 from collections.abc import Mapping
+from importlib.util import find_spec
 from typing import Any
 
 from pydantic import Field, create_model
@@ -20,7 +21,8 @@ def configuration_model(config: Any) -> type[Configuration]:
     """The model of a configuration, with the settings of its own policy.
 
     Raises:
-        Invalid: no policy that learns from demonstrations has the name.
+        Invalid: no policy that learns from demonstrations has the name, or it needs a package
+            that is not installed.
     """
     section = config.get("training") if isinstance(config, Mapping) else None
     name = section.get("policy") if isinstance(section, Mapping) else None
@@ -31,7 +33,11 @@ def configuration_model(config: Any) -> type[Configuration]:
     if name not in known:
         found = describe(name) + suggestion(name, known)
         raise Invalid([Problem("training.policy", found, ", ".join(known))])
-    training = create_model("Training", __base__=(POLICIES.find(name).settings, TrainedPolicy))
+    policy = POLICIES.find(name)
+    if missing := [package for package in policy.packages if not find_spec(package)]:
+        found = f"{describe(name)}, which needs {', '.join(missing)}: not installed"
+        raise Invalid([Problem("training.policy", found, "pip install 't2l[study]'")])
+    training = create_model("Training", __base__=(policy.settings, TrainedPolicy))
     return create_model(
         "Configuration",
         __base__=Configuration,

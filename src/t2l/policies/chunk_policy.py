@@ -60,6 +60,7 @@ class ChunkPolicy(ClonedPolicy):
 
     settings: type[ChunkSettings]
     sizes: type[ChunkSizes]
+    chunk_setting = "chunk"
     network_class: "str | type[ChunkNetwork]"
 
     def __init__(self, network: "ChunkNetwork"):
@@ -144,18 +145,11 @@ class ChunkPolicy(ClonedPolicy):
         """See `Policy.restored`."""
         import torch
 
+        from t2l.policies.state import fitting
+
         sizes = check(cls.sizes, metadata)
         # without memory, however large it says it is
         with torch.device("meta"):
             network = cls._network(sizes)
-        wanted = network.state_dict()
-        given = {name: torch.from_numpy(array) for name, array in tensors.items()}
-        for name, tensor in wanted.items():
-            found = given[name]
-            if (found.shape, found.dtype) != (tensor.shape, tensor.dtype):
-                raise ValueError(f"{name} is {found.dtype} of {tuple(found.shape)}, "
-                                 f"not {tensor.dtype} of {tuple(tensor.shape)}")  # fmt: skip
-        if set(given) != set(wanted):
-            raise ValueError("tensors that a network of its sizes does not have")
-        network.load_state_dict(given, assign=True)
+        network.load_state_dict(fitting(tensors, network.state_dict()), assign=True)
         return cls(network)

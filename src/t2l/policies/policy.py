@@ -15,10 +15,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Episode:
-    """A demonstration at the policy's rate: observation (n, nobs) and action (n, nact), float32."""
+    """A demonstration at the policy's rate: observation (n, nobs) and action (n, nact), float32.
+
+    Attributes:
+        robot_size: how many numbers of an observation, its first, are the robot's own; the others
+            tell its environment.
+    """
 
     observation: np.ndarray
     action: np.ndarray
+    robot_size: int = 0
 
 
 @dataclass(frozen=True)
@@ -87,9 +93,15 @@ class ClonedPolicy(Policy):
     Attributes:
         name: what configurations write as `training.policy` too.
         settings: what else they may write under `training`: the only place of its defaults.
+        chunk_setting: which of them says `chunk`, if one does.
+        packages: to import, without which it is not to be had.
+        needs: parts of an observation that it cannot do without: `robot`, `environment`.
     """
 
     settings: type[Typed]
+    chunk_setting: str | None = None
+    packages: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
 
     @classmethod
     @abstractmethod

@@ -12,5 +12,7 @@ POLICIES: Registry[Policy] = Registry(
         "chunk_regression": "t2l.policies.chunk_regression:ChunkRegression",
         "chunk_transformer": "t2l.policies.chunk_transformer:ChunkTransformer",
         "gaussian_mlp": "t2l.policies.gaussian_mlp:GaussianMLP",
+        "lerobot_act": "t2l.policies.lerobot_act:LeRobotACT",
+        "lerobot_diffusion": "t2l.policies.lerobot_diffusion:LeRobotDiffusion",
     },
 )

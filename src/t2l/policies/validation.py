@@ -26,13 +26,21 @@ def split(
     return [episodes[i] for i in order[held_out:]], [episodes[i] for i in order[:held_out]]
 
 
-def prediction_mse(policy: Policy, episodes: Sequence[Episode]) -> np.ndarray:
+def prediction_mse(
+    policy: Policy, episodes: Sequence[Episode], at_most: int | None = None
+) -> np.ndarray:
     """Mean squared error of each element of the action, (nact,), in its unit squared.
 
     The mean is over the episodes' steps and over the chunk that the policy answers with at each;
     its square root over the joints is ε_π of the study's corollary (App. A).
+
+    Args:
+        at_most: steps, evenly spread over the episodes'; all without it.
     """
     observation, action, past, future = windows(episodes, policy.history, policy.chunk)
+    if at_most and at_most < len(past):
+        judged = np.linspace(0, len(past) - 1, at_most).astype(int)
+        past, future = past[judged], future[judged]
     total = np.zeros(action.shape[1])
     for start in range(0, len(past), AT_ONCE):
         rows = slice(start, start + AT_ONCE)

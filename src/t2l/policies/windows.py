@@ -7,6 +7,24 @@ import numpy as np
 from t2l.policies.policy import Episode
 
 
+def around(lengths: Sequence[int], offsets: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Which steps lie at some offsets from each step of episodes that follow one another.
+
+    Args:
+        lengths: steps of each episode.
+        offsets: in steps, negative ones before.
+
+    Returns:
+        (n, noffset) indices of steps, an episode's first or last for those beyond it, and (n,
+        noffset) whether it is beyond.
+    """
+    first = np.repeat(np.cumsum([0, *lengths[:-1]]), lengths)[:, None]
+    last = np.repeat(np.cumsum(lengths) - 1, lengths)[:, None]
+    wanted = np.arange(sum(lengths))[:, None] + np.asarray(offsets)
+    index = np.clip(wanted, first, last)
+    return index, index != wanted
+
+
 def windows(
     episodes: Sequence[Episode], history: int, chunk: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -20,12 +38,9 @@ def windows(
         the indices of its history (n, history) and of its chunk (n, chunk) among them.
     """
     lengths = [len(e.action) for e in episodes]
-    first = np.repeat(np.cumsum([0, *lengths[:-1]]), lengths)[:, None]
-    last = np.repeat(np.cumsum(lengths) - 1, lengths)[:, None]
-    now = np.arange(sum(lengths))[:, None]
     return (
         np.concatenate([e.observation for e in episodes]),
         np.concatenate([e.action for e in episodes]),
-        np.maximum(now + np.arange(1 - history, 1), first),
-        np.minimum(now + np.arange(chunk), last),
+        around(lengths, range(1 - history, 1))[0],
+        around(lengths, range(chunk))[0],
     )

@@ -25,6 +25,8 @@ VARIANTS = {
     "ablation_regression": ("policies that regress", "regression"),
     "ablation_diffusion": ("diffusion policies", "diffusion"),
     "ablation_transformer": ("Transformers", "transformer"),
+    "ablation_lerobot_act": ("ACT, as lerobot has it", "lerobot_act"),
+    "ablation_lerobot_diffusion": ("Diffusion Policy, as lerobot has it", "lerobot_diffusion"),
     "ablation_history": ("policies without a history of observations", "history_1"),
     "ablation_chunk": ("single actions instead of chunks", "chunk_1"),
     "ablation_images": ("images instead of states", "images"),

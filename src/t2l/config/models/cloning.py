@@ -84,7 +84,8 @@ class TrainedPolicy(Typed):
         "chunk_cvae",
         description="`chunk_cvae`, a conditional variational autoencoder of action chunks; "
         "`chunk_transformer`, the same of Transformers; `chunk_regression`, least squares; "
-        "`chunk_diffusion`, which denoises chunks; or a policy of yours, with its own settings. "
+        "`chunk_diffusion`, which denoises chunks; `lerobot_act` and `lerobot_diffusion`, those of "
+        "lerobot; or a policy of yours, with its own settings. "
         "The keys below are of the first, unless they name another",
     )
     validation_fraction: Number = Field(
