@@ -13,14 +13,12 @@ from t2l.tasks import make_task
 with job(snakemake):
     params, wildcards = snakemake.params, snakemake.wildcards
     task, cell = make_task(params.task), Cell.from_name(wildcards.cell)
-    operator = dict(params.operator)
     attempts = collect(
         task,
         make_control(params.actions, cell, task.robot, task.model),
         params.decimation,
         **params.wanted,
-        person=Person(operator.pop("reaction_s"), operator.pop("motor_noise")),
-        **operator,
+        person=Person(**params.operator),
         # the expert's: every cell begins with the same starts
         rng=generator(params.seed, "demonstrations", wildcards.task),
         threads=snakemake.threads,

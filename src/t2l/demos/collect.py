@@ -48,29 +48,27 @@ def collect(
     count: int,
     max_attempts: int,
     person: Person,
-    crossover_rad_s: Sequence[float],
-    practice: int,
     rng: np.random.Generator,
     threads: int = 1,
 ) -> list[Attempt]:
     """Attempts from random starts, up to the one with the `count`-th success.
 
+    Of several crossover frequencies, the operator takes the one that succeeds most often in
+    practice, of equals the quickest. What was done in practice is not kept.
+
     Args:
         control: of a cell, in the task's model.
         decimation: timesteps that each command is held for.
-        crossover_rad_s: of several, the operator takes the one that succeeds most often in
-            practice, of equals the quickest.
-        practice: attempts with each of them; they are not kept.
 
     Raises:
         OperatorError: fewer than two of `max_attempts` succeeded, too few to train and validate on.
     """
-    # of its own, so that every cell begins with the same starts, and the expert's
-    practising = rng.spawn(1)[0]
-    crossover = crossover_rad_s[0]
-    if len(crossover_rad_s) > 1:
-        starts = task.sample_starts(practising, practice * len(crossover_rad_s))
-        each = np.repeat(crossover_rad_s, practice)
+    crossover, *others = person.crossover_rad_s
+    if others:
+        # of its own, so that every cell begins with the same starts, and with the expert's
+        practising = rng.spawn(1)[0]
+        each = np.repeat(person.crossover_rad_s, person.practice)
+        starts = task.sample_starts(practising, len(each))
         tried = attempt(task, control, decimation, starts, person, each, practising, threads)
         crossover = _best(tried)
     attempts: list[Attempt] = []
@@ -80,11 +78,11 @@ def collect(
         starts = task.sample_starts(rng, n)
         attempts += attempt(task, control, decimation, starts, person, crossover, rng, threads)
         missing = count - sum(a.success for a in attempts)
-    if count - missing < 2:
+    if (won := count - missing) < 2:
         kinds = ", ".join(sorted({a.failure for a in attempts if a.failure}))
         raise OperatorError(
-            f"{control.cell}: {count - missing} of {len(attempts)} attempts of the operator succeed "
-            f"({kinds}); at least 2 are needed. Take these gains out of grid, raise "
+            f"{control.cell}: {won} of {len(attempts)} attempts of the operator succeed ({kinds}); "
+            "at least 2 are needed. Take these gains out of grid, raise "
             "demonstrations.max_attempts, or change operator."
         )
     return attempts
@@ -153,6 +151,7 @@ def attempt_table(attempts: Sequence[Attempt], cell: Cell) -> pd.DataFrame:
 
 
 def _best(tried: Sequence[Attempt]) -> float:
-    table = pd.DataFrame([(a.crossover_rad_s, a.success, a.time_s) for a in tried])
-    by_crossover = table.groupby(0).mean()
-    return float(by_crossover.sort_values([1, 2], ascending=[False, True]).index[0])
+    """The crossover frequency that succeeded most often, of equals the quickest."""
+    rows = pd.DataFrame([(a.crossover_rad_s, a.success, a.time_s) for a in tried])
+    order = rows.groupby(0).mean().sort_values([1, 2], ascending=[False, True])
+    return float(order.index[0])

@@ -9,11 +9,12 @@ the tool and adds to it what is seen to be wrong,
 
 and makes up for how arm and controller answer by an inverse model of both, as people learn it
 (Shadmehr and Mussa-Ivaldi 1994, "Adaptive representation of dynamics during learning of a motor
-task"): it commands what gives the arm the torque M q̈ + bias, where q are the joints for x. Friction,
-contacts and loads are not in it. They are seen, and corrected.
+task"): the command is the one at which the controller yields M q̈ + bias, where q are the joints for
+x. Friction, contacts and loads are not in it. They are seen, and corrected.
 
 Motion is executed with noise in proportion to its speed (Harris and Wolpert 1998, "Signal-dependent
-noise determines motor planning"). The plan waits at each waypoint until the tool is seen there.
+noise determines motor planning"). The plan is made from where things are at the start. It waits at
+each waypoint until the tool is seen there.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,16 +43,20 @@ DAMPING = 1e-4
 
 @dataclass(frozen=True)
 class Person:
-    """What limits an operator.
+    """What an operator can do.
 
     Attributes:
         reaction_s: τ, from seeing to acting.
         motor_noise: by how much the end of a movement of one second scatters, in each direction, as
             a share of its length.
+        crossover_rad_s: the ω_c that are tried in practice.
+        practice: attempts with each of them.
     """
 
     reaction_s: float
     motor_noise: float
+    crossover_rad_s: Sequence[float]
+    practice: int
 
 
 class Operator:
@@ -61,9 +66,11 @@ class Operator:
         batch: at `starts`, with the controller installed, before its first step.
         starts: (n, nq).
         tick_s: from one command to the next.
-        crossover_rad_s: ω_c, (n,) or one number.
+        crossover_rad_s: ω_c of each, (n,), or of all.
 
     Attributes:
+        wanted: (n, narm, 12) where the plan has the tools: position in m, rotation by rows.
+        meant: (n, narm, 12) where the operator means them to be, corrections and noise included.
         finished: (n,) bool, which have been seen to arrive at their last waypoint.
     """
 
@@ -79,25 +86,30 @@ class Operator:
         rng: np.random.Generator,
     ):
         n, robot = len(starts), task.robot
-        self._task, self._tick_s, self._rng = task, tick_s, rng
+        self._task, self._controller, self._tick_s, self._rng = (
+            task,
+            control.controller,
+            tick_s,
+            rng,
+        )
         self._tools = [ArmDynamics(batch, arm) for arm in robot.arms]
-        self._ends = np.cumsum([len(arm.joints) for arm in robot.arms])[:-1]
         self._plan = planned(task, self._tools, starts, tick_s, rng)
         self._at = np.zeros(n, int)
-        self.finished = np.zeros(n, bool)
-        self._crossover = np.broadcast_to(crossover_rad_s, n)
-        self._controller = control.controller
+        self._crossover = np.broadcast_to(crossover_rad_s, n)[:, None, None]
         self._seen = DelayLine(np.array(person.reaction_s / tick_s))
         # white, so that its integral over a second scatters by motor_noise
         self._noise_size = person.motor_noise / np.sqrt(tick_s)
         self._noise = np.zeros((2, n, len(self._tools), 6))
 
-        # the arm as it is meant to be
-        self._meant = make_batch(task.model, n)
-        self._meant.qpos[:] = starts
-        self._meant_tools = [ArmDynamics(self._meant, arm) for arm in robot.arms]
-        self._velocity = np.zeros((n, len(robot.joints)))
-        self._pose = _poses(self._meant_tools)
+        # the arms as they are meant to be
+        self._model = make_batch(task.model, n)
+        self._model.qpos[:] = starts
+        self._model_tools = [ArmDynamics(self._model, arm) for arm in robot.arms]
+        self._ends = np.cumsum([len(arm.joints) for arm in robot.arms])[:-1]
+        self._dq = np.zeros((n, len(robot.joints)))
+
+        self.wanted, self.meant = self._planned(self._at), _poses(self._model_tools)
+        self.finished = np.zeros(n, bool)
 
     def act(self, running: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The next command (n, ncommand) and gripper command (n, ngripper).
@@ -105,17 +117,20 @@ class Operator:
         Args:
             running: (n,) bool; what others are sent means nothing.
         """
-        wanted, now = self._planned(self._at), _poses(self._tools)
-        before, seen = np.split(self._seen_poses(wanted, now), 2, axis=1)
-        arrived = self._arrived(_difference(wanted, seen))
+        both = np.concatenate([self.wanted, _poses(self._tools)], axis=1)
+        was_wanted, seen = np.split(self._delayed(both), 2, axis=1)
+        arrived = self._arrived(_difference(self.wanted, seen))
         last = self._at == self._plan.lengths - 1
         self.finished |= running & last & arrived
         self._at = self._at + (running & arrived & ~last)
 
-        planned_change = _difference(self._planned(self._at), wanted) / self._tick_s
-        correction = self._crossover[:, None, None] * _difference(before, seen)
-        velocity = np.where(running[:, None, None], planned_change + correction, 0)
-        self._pose = _moved(self._pose, (velocity + self._shaken(velocity)) * self._tick_s)
+        wanted = self._planned(self._at)
+        planned_velocity = _difference(wanted, self.wanted) / self._tick_s
+        velocity = planned_velocity + self._crossover * _difference(was_wanted, seen)
+        # those that have ended may be anywhere
+        velocity = np.where(running[:, None, None], velocity, 0)
+        self.wanted = wanted
+        self.meant = _moved(self.meant, (velocity + self._shaken(velocity)) * self._tick_s)
         return self._command(), self._plan.gripper[np.arange(len(running)), self._at]
 
     def _planned(self, at: np.ndarray) -> np.ndarray:
@@ -127,9 +142,8 @@ class Operator:
         ]
         return np.stack(poses, axis=1)
 
-    def _seen_poses(self, *poses: np.ndarray) -> np.ndarray:
-        together = np.concatenate(poses, axis=1)
-        return self._seen(together.reshape(len(together), -1)).reshape(together.shape)
+    def _delayed(self, poses: np.ndarray) -> np.ndarray:
+        return self._seen(poses.reshape(len(poses), -1)).reshape(poses.shape)
 
     def _arrived(self, missing: np.ndarray) -> np.ndarray:
         """(n,) bool, whether no arm is at a waypoint of its plan and seen elsewhere."""
@@ -150,25 +164,24 @@ class Operator:
         return speed * noise
 
     def _command(self) -> np.ndarray:
-        """That takes the arms to where they are meant to be in the coming tick."""
-        q = self._meant.qpos[:, self._task.arm_qpos]
-        missing = _difference(self._pose, _poses(self._meant_tools)).swapaxes(0, 1)
-        change = _by_arm(_joint_step, self._meant_tools, missing)
-        velocity = change / self._tick_s
-        acceleration = (velocity - self._velocity) / self._tick_s
-        self._velocity = velocity
+        """That takes the arms to where they are meant to be at the end of the coming tick."""
+        q = self._model.qpos[:, self._task.arm_qpos]
+        missing = _difference(self.meant, _poses(self._model_tools)).swapaxes(0, 1)
+        change = _by_arm(_joint_step, self._model_tools, missing)
+        dq = change / self._tick_s
+        ddq = np.split((dq - self._dq) / self._tick_s, self._ends, axis=1)
+        self._dq = dq
         # the middle of the tick stands for all of it
-        self._place(q + change / 2, velocity)
-        parts = np.split(acceleration, self._ends, axis=1)
-        torque = _by_arm(_torque, self._meant_tools, parts)
-        command = self._controller.solved(self._meant.qpos, velocity, torque)
-        self._place(q + change, velocity)
+        self._place(q + change / 2, dq)
+        torque = _by_arm(_torque, self._model_tools, ddq)
+        command = self._controller.solved(self._model.qpos, dq, torque)
+        self._place(q + change, dq)
         return command
 
     def _place(self, q: np.ndarray, dq: np.ndarray) -> None:
-        self._meant.qpos[:, self._task.arm_qpos] = q
-        self._meant.qvel[:, self._task.arm_dofs] = dq
-        self._meant.forward(stage=mujoco.mjtStage.mjSTAGE_VEL.value)
+        self._model.qpos[:, self._task.arm_qpos] = q
+        self._model.qvel[:, self._task.arm_dofs] = dq
+        self._model.forward(stage=mujoco.mjtStage.mjSTAGE_VEL.value)
 
 
 def _by_arm(
