@@ -28,6 +28,11 @@ import pytest
             "operator.crossover_rad_s[3]: found 4; allowed: a number below π/2 / "
             "operator.reaction_s = 3.142",
         ),
+        (
+            "operator",
+            {"practice": 500, "crossover_rad_s": [1, 2, 3, 4, 5, 6]},
+            "horizon_s of a task: found 6 × 500 × 8; allowed: a product of at most 20000",
+        ),
         ("retargeting", {"policy_rate_hz": 60}, "a divisor of the simulation's 500 Hz"),
         ("fidelity", {"replays": 101}, "at most demonstrations.count = 80"),
         ("training", {"validation_fraction": 0.999}, "leaves demonstrations to train on"),

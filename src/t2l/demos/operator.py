@@ -86,12 +86,8 @@ class Operator:
         rng: np.random.Generator,
     ):
         n, robot = len(starts), task.robot
-        self._task, self._controller, self._tick_s, self._rng = (
-            task,
-            control.controller,
-            tick_s,
-            rng,
-        )
+        self._task, self._controller = task, control.controller
+        self._tick_s, self._rng = tick_s, rng
         self._tools = [ArmDynamics(batch, arm) for arm in robot.arms]
         self._plan = planned(task, self._tools, starts, tick_s, rng)
         self._at = np.zeros(n, int)
