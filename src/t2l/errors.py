@@ -64,6 +64,10 @@ class ReplayError(T2LError):
     """Too few retargeted demonstrations succeed in a cell to train on."""
 
 
+class OperatorError(T2LError):
+    """An operator succeeds too seldom in a cell to train on."""
+
+
 class ExpertError(T2LError):
     """The expert did not reach the wanted number of successful demonstrations."""
 

@@ -6,6 +6,33 @@ import pytest
     [
         ("grid", {"compliant_up_to_kp": 1}, "put 0 of 16 cells"),
         ("demonstrations", {"max_attempts": 10}, "at least demonstrations.count = 100"),
+        (
+            "operator",
+            {"reaction_s": 2},
+            "operator.reaction_s: found 2; allowed: a number up to 1",
+        ),
+        (
+            "operator",
+            {"motor_nose": 0.1},
+            "operator.motor_nose: found an unknown key (did you mean",
+        ),
+        ("operator", {"motor_noise": -1}, "operator.motor_noise: found -1; allowed: a number from"),
+        (
+            "operator",
+            {"crossover_rad_s": []},
+            "operator.crossover_rad_s: found []; allowed: a list",
+        ),
+        (
+            "operator",
+            {"reaction_s": 0.5, "crossover_rad_s": [1, 2, 3, 4]},
+            "operator.crossover_rad_s[3]: found 4; allowed: a number below π/2 / "
+            "operator.reaction_s = 3.142",
+        ),
+        (
+            "operator",
+            {"practice": 500, "crossover_rad_s": [1, 2, 3, 4, 5, 6]},
+            "horizon_s of a task: found 6 × 500 × 8; allowed: a product of at most 20000",
+        ),
         ("retargeting", {"policy_rate_hz": 60}, "a divisor of the simulation's 500 Hz"),
         ("fidelity", {"replays": 101}, "at most demonstrations.count = 80"),
         ("training", {"validation_fraction": 0.999}, "leaves demonstrations to train on"),

@@ -22,6 +22,14 @@ def test_a_variant_is_the_nominal_but_for_what_it_names(config):
     assert slow["training"] == nominal["training"]
 
 
+def test_a_variant_may_have_an_operator(config):
+    config["variants"] = {"operator": {"operator": {"reaction_s": 0.3}}}
+    variants = study_of(config).variants
+    assert variants["nominal"]["operator"] is None
+    assert variants["operator"]["operator"]["reaction_s"] == 0.3
+    assert variants["operator"]["operator"]["practice"] == 16
+
+
 def test_a_variant_with_another_policy_has_that_policys_keys(config, tmp_path):
     config["extensions"] = ["examples/extensions/nearest_neighbour.py"]
     study_of(config)
@@ -38,6 +46,10 @@ def test_a_variant_with_another_policy_has_that_policys_keys(config, tmp_path):
             "config: variants.a.training.epoch: found an unknown key (did",
         ),
         ({"training": {"epochs": 0}}, "config: variants.a.training.epochs: found 0; allowed: a"),
+        (
+            {"operator": {"crossover_rad_s": [9]}},
+            "variants.a.operator.crossover_rad_s[0]: found 9; allowed: a number below",
+        ),
         ({"task": {}}, "config: variants.a.task: found an unknown key"),
         ({"training": {"chunk": 1}}, "variants.a.rollouts.executed_actions: found 10; allowed: at"),
         ({"demonstrations": {"count": 7}}, "variants.a.demonstrations.count: found what all"),

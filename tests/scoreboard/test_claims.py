@@ -53,6 +53,27 @@ def test_regions_of_cloning(key, trend):
     assert verdict(key) is NOT_RUN
 
 
+def end_to_end(seeds=3, **by_region):
+    """Policies of an operator's demonstrations at the corners, a row each."""
+    one = cloning(FOUR, **by_region)
+    rows = pd.concat([one.assign(success=one.success + 0.01 * i) for i in range(seeds)])
+    return {"block_stack_teleoperated__operator__cells": rows}
+
+
+def test_end_to_end_asks_whether_every_other_corner_is_worse():
+    assert verdict("end_to_end", **end_to_end(CO=0.8)) is YES
+    assert verdict("end_to_end", **end_to_end(CO=0.8, SO=0.8)) is NO
+    assert verdict("end_to_end", **end_to_end(CO=0.5, CU=0.9)) is NO
+    # of two policies a corner, the least p is a sixth
+    assert verdict("end_to_end", **end_to_end(seeds=2, CO=0.8)) is OPEN
+    found = CLAIMS["end_to_end"].finding(evidence(**end_to_end(CO=0.8)))
+    assert found.n == 12
+    assert found.ours.startswith("CO 8")
+    assert verdict("end_to_end", block_stack__nominal__cells=cloning(CO=0.8)) is NOT_RUN
+    few = cloning([(32, 2), (2048, 128)])
+    assert verdict("end_to_end", block_stack_teleoperated__operator__cells=few) is NOT_RUN
+
+
 def test_the_project_s_own_first_grid_is_told_as_it_is():
     """Region means of the first 16 cells, CO 41, SO 51, CU 40, SU 8: compliance does not help."""
     table = cloning(CO=0.41, SO=0.51, CU=0.40, SU=0.08)

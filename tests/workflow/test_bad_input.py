@@ -74,3 +74,20 @@ def test_an_expert_that_fails_says_its_rate(empty_project):
     assert done.returncode != 0
     assert "the expert succeeded in 0 of 2 attempts (0 %), 2 successes are wanted" in done.stdout
     assert not (empty_project.results / "block_stack" / "demonstrations").exists()
+
+
+def test_a_cell_where_the_operator_fails_is_named_and_leaves_nothing(empty_project):
+    """And the other cell goes on."""
+    config = empty_project.config
+    config["grid"] = {"kp": [1, 2048], "kd": [1], "overdamped_from_kd": 1}
+    config["demonstrations"] = {"count": 2, "max_attempts": 2}
+    config["fidelity"]["replays"] = 2
+    config["operator"] = {"motor_noise": 0, "crossover_rad_s": [3]}
+    cells = empty_project.results / "block_stack" / "nominal"
+    wanted = [f"results/smoke/block_stack/nominal/kp{kp}_kd1/episodes.parquet" for kp in (1, 2048)]
+    done = empty_project.run("--", *wanted)
+    assert done.returncode != 0
+    assert "Kp 1, Kd 1: 0 of 2 attempts of the operator succeed" in done.stdout
+    assert not list(cells.glob("kp1_kd1/*"))
+    made = sorted(path.name for path in cells.glob("kp2048_kd1/*"))
+    assert made == ["episodes.parquet", "replays.parquet"]

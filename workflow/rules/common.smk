@@ -42,6 +42,11 @@ def of_cell(artefact: str) -> str:
     return result("{task}", "{variant}", "{cell}", artefact)
 
 
+def one_of(names) -> str:
+    """A pattern of names, which nothing matches where there are none."""
+    return "|".join(sorted(names)) or "(?!)"
+
+
 def of_clone(artefact: str) -> str:
     """The path of an artefact that every training seed of a cell has."""
     return of_cell(f"seed{{seed}}/{artefact}")
@@ -191,7 +196,7 @@ TASKS = STUDY.sections["tasks"]
 CONDITIONS = [asdict(condition) for condition in STUDY.conditions]
 VARIANTS = STUDY.variants
 # what decides what a policy is trained on, and how
-LABELS = ("actions", "retargeting")
+LABELS = ("actions", "operator", "retargeting")
 TRAINED = (*LABELS, "demonstrations", "training")
 # what the nominal's figures and tables show, and the other variants are compared with
 NOMINAL = next(iter(VARIANTS))

@@ -1,5 +1,8 @@
 """Demonstrations, their retargeting to each cell, and how faithful that is."""
 
+# demonstrated in each cell; in all others the expert's demonstrations are retargeted
+OPERATED = [name for name, variant in VARIANTS.items() if variant["operator"]]
+
 # for training with lerobot; nothing here needs them
 DATASETS = expand(
     of_cell("demonstrations"),
@@ -44,6 +47,8 @@ rule retarget:
         actions=of_variant("actions"),
         decimation=of_variant("decimation"),
         settings=of_variant("retargeting"),
+    wildcard_constraints:
+        variant=one_of(set(VARIANTS) - set(OPERATED)),
     log:
         result("logs", "retarget", "{task}_{variant}_{cell}.log"),
     benchmark:
@@ -54,6 +59,32 @@ rule retarget:
         "../envs/t2l.yaml"
     script:
         "../scripts/retarget.py"
+
+
+rule collect:
+    output:
+        episodes=of_cell("episodes.parquet"),
+        replays=of_cell("replays.parquet"),
+    params:
+        version=VERSION,
+        task=task_parameters,
+        seed=SEED,
+        actions=of_variant("actions"),
+        decimation=of_variant("decimation"),
+        wanted={k: v for k, v in STUDY.sections["demonstrations"].items() if k != "used"},
+        operator=of_variant("operator"),
+    wildcard_constraints:
+        variant=one_of(OPERATED),
+    log:
+        result("logs", "collect", "{task}_{variant}_{cell}.log"),
+    benchmark:
+        result("benchmarks", "collect", "{task}_{variant}_{cell}.tsv")
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/collect.py"
 
 
 rule dataset:

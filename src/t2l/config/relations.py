@@ -1,6 +1,7 @@
 """What keys of a configuration must be in view of others."""
 
 from collections.abc import Iterator, Mapping
+from math import pi
 
 from t2l.actions import ACTIONS
 from t2l.config import transfer_design
@@ -31,6 +32,7 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
     return [
         *_regions(configuration),
         *_counts(configuration),
+        *_operator(configuration),
         *_rates(configuration, tasks),
         *_cloned(configuration, tasks),
         *_conditions(configuration, tasks),
@@ -102,6 +104,21 @@ def _used(configuration: Configuration) -> Iterator[Problem]:
         if used is not None and used > section.count:
             key = f"demonstrations.used.{name}".removesuffix(".")
             yield Problem(key, str(used), f"at most demonstrations.count = {section.count}")
+
+
+def _operator(configuration: Configuration) -> Iterator[Problem]:
+    section = configuration.operator
+    if section is None:
+        return
+    for i, crossover in enumerate(section.crossover_rad_s):
+        # beyond it, a loop of an integrator and this delay corrects ever more
+        if crossover * section.reaction_s >= pi / 2:
+            most = pi / 2 / section.reaction_s
+            yield Problem(
+                f"operator.crossover_rad_s[{i}]",
+                describe(crossover),
+                f"a number below π/2 / operator.reaction_s = {most:.4g}",
+            )
 
 
 def _rates(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:

@@ -42,6 +42,10 @@ def _products(
         (task.horizon_s for task in tasks.values() if isinstance(task, Demonstrated)), default=0
     )
     yield "demonstrations.count, horizon_s of a task", (c.demonstrations.count, horizon_s), 50_000
+    if c.operator:
+        keys = "operator.crossover_rad_s, operator.practice, horizon_s of a task"
+        tried = len(c.operator.crossover_rad_s), c.operator.practice
+        yield keys, (*tried, horizon_s), 20_000
     yield "rollouts.count, horizon_s of a task", (c.rollouts.count, horizon_s), 100_000
     yield "attenuation.replays, horizon_s of a task", (c.attenuation.replays, horizon_s), 100_000
     # joints side by side, some hundred bytes each

@@ -38,7 +38,8 @@ class Study:
         conditions: what policies are trained and deployed under; none where the robot is only
             recorded.
         variants: for each variant of behaviour cloning, the nominal first: its sections
-            `variants.SECTIONS`, and `decimation`, timesteps of the simulation per policy step.
+            `variants.SECTIONS`, None for one that it lacks, and `decimation`, timesteps of the
+            simulation per policy step.
     """
 
     sections: Mapping[str, Any]
@@ -136,7 +137,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
 def _cloning(configuration: Configuration) -> dict[str, Any]:
     sections = _sections(configuration)
     decimation = round(SIMULATION_RATE_HZ / configuration.retargeting.policy_rate_hz)
-    return {name: sections[name] for name in variants.SECTIONS} | {"decimation": decimation}
+    return {name: sections.get(name) for name in variants.SECTIONS} | {"decimation": decimation}
 
 
 def _read_tasks(

@@ -2,9 +2,9 @@
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from t2l.demos.demonstration import Demonstration
+from t2l.demos.plan import planned
 from t2l.errors import ExpertError
 from t2l.sim import apply_torque_control, make_batch, step
 from t2l.sim.batch import TIMESTEP_S
@@ -12,7 +12,7 @@ from t2l.sim.controllers import Arm
 from t2l.sim.controllers.arm_dynamics import ArmDynamics
 from t2l.sim.controllers.operational_space import operational_space_torque, rotation_error
 from t2l.tasks import Demonstrated
-from t2l.tasks.waypoints import Motion, Waypoint, motion_through, padded
+from t2l.tasks.waypoints import Motion
 
 # of the tool, 1/s²; its damping is critical: a time constant of 33 ms follows motions of 0.5 s
 STIFFNESS = 900.0
@@ -53,20 +53,9 @@ def attempt(
     apply_torque_control(batch, robot.joints)
     task.reset(batch, starts)
     arms = [ArmDynamics(batch, arm) for arm in robot.arms]
-    waypoints = [task.waypoints(rng, qpos) for qpos in starts]
-    motions = [
-        [
-            motion_through(start, legs[i], TIMESTEP_S)
-            for start, legs in zip(_tool_waypoints(arm), waypoints, strict=True)
-        ]
-        for i, arm in enumerate(arms)
-    ]
-    lengths = np.max([[len(motion.gripper) for motion in of_arm] for of_arm in motions], axis=0)
-    steps = int(lengths.max())
-    motion = [_stack([padded(each, steps) for each in of_arm]) for of_arm in motions]
-    gripper = np.stack(
-        [m.gripper for m, group in zip(motion, robot.groups, strict=True) if group.gripper], axis=2
-    )
+    plan = planned(task, arms, starts, TIMESTEP_S, rng)
+    motion, gripper, lengths = plan.motions, plan.gripper, plan.lengths
+    steps = gripper.shape[1]
 
     limit = robot.torque_limit
     qpos = np.empty((n, steps, task.model.nq))
@@ -93,12 +82,6 @@ def attempt(
     return demonstrations, running & (monitor.success_time_s <= lengths * TIMESTEP_S)
 
 
-def _tool_waypoints(arm: ArmDynamics) -> list[Waypoint]:
-    """Where the tool of each simulation is now."""
-    poses = zip(arm.position.copy(), arm.rotation.copy(), strict=True)
-    return [Waypoint(p, Rotation.from_matrix(r), 0.0, 0.0) for p, r in poses]
-
-
 def _torque(arm: Arm, now: ArmDynamics, motion: Motion, k: int) -> np.ndarray:
     """(n, njoint) torques that follow step k of a stacked motion."""
     error = [
@@ -118,8 +101,3 @@ def _torque(arm: Arm, now: ArmDynamics, motion: Motion, k: int) -> np.ndarray:
         kp=STIFFNESS,
         kd=2 * np.sqrt(STIFFNESS),
     )
-
-
-def _stack(motions: list[Motion]) -> Motion:
-    fields = Motion.__dataclass_fields__
-    return Motion(**{field: np.stack([getattr(m, field) for m in motions]) for field in fields})

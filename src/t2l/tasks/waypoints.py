@@ -84,6 +84,7 @@ class Motion:
         position: (n, 3) m; rotation: (n, 3, 3).
         twist: (n, 6) m/s above rad/s; acceleration: (n, 6) m/s² above rad/s².
         gripper: (n,) m.
+        arrived: (n,) bool, whether it is at a waypoint.
     """
 
     position: np.ndarray
@@ -91,6 +92,7 @@ class Motion:
     twist: np.ndarray
     acceleration: np.ndarray
     gripper: np.ndarray
+    arrived: np.ndarray
 
 
 def motion_through(start: Waypoint, waypoints: Sequence[Waypoint], timestep_s: float) -> Motion:
@@ -113,6 +115,7 @@ def motion_through(start: Waypoint, waypoints: Sequence[Waypoint], timestep_s: f
                 twist=np.concatenate([velocity, rates[1] * turn], axis=1),
                 acceleration=np.concatenate([its_change, rates[2] * turn], axis=1),
                 gripper=np.full(steps, b.gripper),
+                arrived=np.arange(1, steps + 1) == steps,
             )
         )
     fields = Motion.__dataclass_fields__

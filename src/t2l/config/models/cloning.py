@@ -42,6 +42,33 @@ class Demonstrations(Typed):
     )
 
 
+class Operator(Typed):
+    """Who demonstrates through the controller of a cell."""
+
+    reaction_s: Number = Field(
+        0.2, ge=0, le=1, description="from seeing to acting, s; people take 0.15 to 0.25"
+    )
+    motor_noise: Number = Field(
+        0.02,
+        ge=0,
+        le=0.5,
+        description="by how much the end of a movement of one second scatters, in each direction, "
+        "as a share of its length",
+    )
+    crossover_rad_s: Annotated[
+        list[Annotated[Number, Field(gt=0, ge=0.01, le=100)]],
+        Field(min_length=1, max_length=20),
+        Unique,
+    ] = Field(
+        [1, 2, 3],
+        description="how quickly what is seen to be wrong is corrected, rad/s; of several, the "
+        "operator takes the one that does best in practice under the gains of the cell",
+    )
+    practice: Integer = Field(
+        16, ge=1, le=500, description="attempts with each of them, which are not kept"
+    )
+
+
 class Retargeting(Typed):
     """To the gains of a cell."""
 
@@ -121,6 +148,7 @@ class Variant(Typed):
         None, description="`used` alone: all variants share what was recorded"
     )
     actions: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
+    operator: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     retargeting: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     training: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     rollouts: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")

@@ -10,6 +10,7 @@ from t2l.config.models.cloning import (
     CloningGrid,
     Demonstrations,
     Fidelity,
+    Operator,
     Retargeting,
     Rollouts,
     Training,
@@ -64,6 +65,12 @@ class Configuration(Typed):
     )
     demonstrations: Demonstrations = _section(Demonstrations, "demonstrations of the expert")
     actions: Actions = _section(Actions, "what the output of cloned policies means")
+    operator: Annotated[Operator | None, Given] = Field(
+        None,
+        description="who demonstrates in each cell, through its controller: a model of a person, "
+        "whose attempts `demonstrations` counts; without this section the expert's demonstrations "
+        "are retargeted",
+    )
     retargeting: Retargeting = _section(
         Retargeting, "how demonstrations become position commands for the gains of a cell"
     )

@@ -27,7 +27,7 @@ class Arm:
 class Controller(ABC):
     """Turns commands into joint torques, for a batch of simulations of one model.
 
-    The same law, solved for its command, retargets demonstrations: `commands`.
+    The same law, solved for its command, retargets demonstrations: `solved`, `commands`.
 
     Args:
         model: with the arms in it.
@@ -63,6 +63,16 @@ class Controller(ABC):
     @abstractmethod
     def step(self, batch: Batch, command: np.ndarray, running: np.ndarray, nstep: int) -> None:
         """Hold a command (nsim, ncommand) for `nstep` timesteps; see `t2l.sim.batch.step`."""
+
+    @abstractmethod
+    def solved(self, qpos: np.ndarray, dq: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """(n, ncommand) at which the law yields torques (n, njoint) in each of n states.
+
+        Args:
+            qpos: (n, nq) of the scene.
+            dq: (n, njoint) rad/s.
+            torque: (n, njoint) N·m, net of gravity compensation.
+        """
 
     @abstractmethod
     def commands(self, qpos: np.ndarray, dq: np.ndarray, torque: np.ndarray) -> np.ndarray:

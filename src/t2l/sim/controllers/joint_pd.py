@@ -68,6 +68,10 @@ class JointPD(Controller):
         batch.bind("ctrl")[:, self.ctrl] = command
         step(batch, running, nstep=nstep)
 
+    def solved(self, qpos, dq, torque):
+        """See `Controller.solved`."""
+        return position_command(qpos[:, self.qpos], dq, torque, self.kp, self.kd)
+
     def commands(self, qpos, dq, torque):
         """See `Controller.commands`.
 
@@ -75,4 +79,4 @@ class JointPD(Controller):
         goes with q[k+1] and q̇[k+1]; replayed at the rate of the recording, the commands reproduce
         it to numerical precision.
         """
-        return position_command(qpos[1:, self.qpos], dq[1:], torque[:-1], self.kp, self.kd)
+        return self.solved(qpos[1:], dq[1:], torque[:-1])

@@ -126,17 +126,21 @@ class OperationalSpacePD(Controller):
 
     def commands(self, qpos, dq, torque):
         """See `Controller.commands`: the law is evaluated where a timestep begins."""
-        n = len(qpos) - 1
+        return self.solved(qpos[:-1], dq[:-1], torque[:-1])
+
+    def solved(self, qpos, dq, torque):
+        """See `Controller.solved`."""
+        n = len(qpos)
         batch = make_batch(self.model, n)
-        batch.qpos[:] = qpos[:-1]
-        batch.qvel[:, self.dofs] = dq[:-1]
+        batch.qpos[:] = qpos
+        batch.qvel[:, self.dofs] = dq
         parts, first = [], 0
         for arm in self.arms:
             dynamics = ArmDynamics(batch, arm)
             own = slice(first, first + len(arm.joints))
             first = own.stop
             jacobian = dynamics.jacobian()
-            net = torque[:-1, own] - dynamics.bias()
+            net = torque[:, own] - dynamics.bias()
             moved = np.linalg.solve(dynamics.mass(), net[:, :, None])[:, :, 0]
             twist = np.einsum("nij,nj->ni", jacobian, dynamics.dq)
             offset = (np.einsum("nij,nj->ni", jacobian, moved) + self.kd * twist) / self.kp
