@@ -64,6 +64,10 @@ class ReplayError(T2LError):
     """Too few retargeted demonstrations succeed in a cell to train on."""
 
 
+class CameraError(T2LError):
+    """A camera that is not there, that sees nothing, or that nothing can render."""
+
+
 class ExpertError(T2LError):
     """The expert did not reach the wanted number of successful demonstrations."""
 

@@ -9,6 +9,7 @@ from t2l.config.models import Configuration
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
 from t2l.hardware.motion import COMMAND_RATE_HZ
+from t2l.policies import POLICIES
 from t2l.policies.training_settings import TrainingSettings
 from t2l.rl.registry import ALGORITHMS
 from t2l.sim.batch import TIMESTEP_S
@@ -133,6 +134,21 @@ def _cloned(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator
         if name in tasks and not isinstance(tasks[name], Demonstrated):
             yield Problem(f"tasks[{i}]", describe(name), "a task that an expert can demonstrate")
     yield from _actions("actions", configuration.actions)
+    yield from _cameras(configuration, tasks)
+
+
+def _cameras(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
+    wanted, policy = configuration.observation.cameras, configuration.training.policy
+    if wanted and not POLICIES.find(policy).sees_pictures:
+        yield Problem("observation.cameras", describe(wanted), f"none with {policy}, which is blind")
+    # a scene is read again for its cameras, so only where they matter
+    for name in configuration.tasks if wanted else ():
+        known = tasks[name].cameras if name in tasks else wanted
+        for i, camera in enumerate(wanted):
+            if camera not in known:
+                found = f"{describe(camera)}{suggestion(camera, known)}"
+                allowed = ", ".join(known) or "none"
+                yield Problem(f"observation.cameras[{i}]", found, f"{allowed}, cameras of {name}")
 
 
 def _actions(key: str, section: Actions, controller: str = "") -> Iterator[Problem]:

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.policies.policy import Episode, Policy
-from t2l.policies.windows import windows
+from t2l.policies.windows import pictured, windows
 
-# histories that a policy is shown at once, some 10 MB
-AT_ONCE = 4096
+# histories that a policy is shown at once, some 10 MB; with pictures, some 100 MB in its layers
+AT_ONCE, PICTURED_AT_ONCE = 4096, 128
 
 
 def split(
@@ -33,9 +33,12 @@ def prediction_mse(policy: Policy, episodes: Sequence[Episode]) -> np.ndarray:
     its square root over the joints is ε_π of the study's corollary (App. A).
     """
     observation, action, past, future = windows(episodes, policy.history, policy.chunk)
+    pictures = pictured(episodes)
+    at_once = AT_ONCE if pictures is None else PICTURED_AT_ONCE
     total = np.zeros(action.shape[1])
-    for start in range(0, len(past), AT_ONCE):
-        rows = slice(start, start + AT_ONCE)
-        error = policy.act(observation[past[rows]]) - action[future[rows]]
+    for start in range(0, len(past), at_once):
+        rows = slice(start, start + at_once)
+        seen = () if pictures is None else (pictures.store[pictures.frames[rows]],)
+        error = policy.act(observation[past[rows]], *seen) - action[future[rows]]
         total += (error.astype(float) ** 2).mean(axis=1).sum(axis=0)
     return total / len(past)

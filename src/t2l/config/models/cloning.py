@@ -119,6 +119,7 @@ class Variant(Typed):
     demonstrations: Annotated[dict[Text, Any] | None, Given] = Field(
         None, description="`used` alone: all variants share what was recorded"
     )
+    observation: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     actions: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     retargeting: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     training: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
