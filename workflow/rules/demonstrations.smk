@@ -4,7 +4,7 @@
 DATASETS = expand(
     of_cell("demonstrations"),
     task=TASKS,
-    variant={like(name, *LABELS) for name in VARIANTS},
+    variant={like(name, *LABELS, "observation") for name in VARIANTS},
     cell=CELLS,
 )
 
@@ -30,6 +30,31 @@ rule demonstrate:
         "../envs/t2l.yaml"
     script:
         "../scripts/demonstrate.py"
+
+
+rule render:
+    input:
+        demonstrations=DEMONSTRATIONS,
+    output:
+        pictures=directory(result("{task}", "{variant}", "pictures")),
+    params:
+        version=VERSION,
+        task=task_parameters,
+        observation=of_variant("observation"),
+        decimation=of_variant("decimation"),
+        rate_hz=lambda wildcards: VARIANTS[wildcards.variant]["retargeting"]["policy_rate_hz"],
+    log:
+        result("logs", "render", "{task}_{variant}.log"),
+    benchmark:
+        result("benchmarks", "render", "{task}_{variant}.tsv")
+    # every training with pictures waits for it
+    priority: 1
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/render.py"
 
 
 rule retarget:
@@ -58,12 +83,14 @@ rule retarget:
 
 rule dataset:
     input:
-        by_cell("episodes.parquet"),
+        episodes=by_cell("episodes.parquet"),
+        pictures=pictures,
     output:
         directory(of_cell("demonstrations")),
     params:
         version=VERSION,
         task=task_parameters,
+        observation=of_variant("observation"),
         actions=of_variant("actions"),
         settings=of_variant("retargeting"),
     log:
@@ -71,7 +98,7 @@ rule dataset:
     benchmark:
         result("benchmarks", "dataset", "{task}_{variant}_{cell}.tsv")
     resources:
-        mem_mb=2000,
+        mem_mb=memory,
     conda:
         "../envs/t2l.yaml"
     script:

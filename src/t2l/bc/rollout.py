@@ -10,13 +10,14 @@ from t2l.actions import Control
 from t2l.gains import Cell
 from t2l.sim import make_batch
 from t2l.sim.batch import TIMESTEP_S
+from t2l.sim.cameras import Cameras
 from t2l.tasks import Demonstrated
 
 COLUMNS = ("kp", "kd", "rollout", "success", "time_to_success_s", "failure")
 TRACE_COLUMNS = ("kp", "kd", "rollout", "success", "failure", "time_s", "qpos", "command")
 
-# histories (n, history, nobs) to chunks (n, chunk, nact)
-ActionChunks = Callable[[np.ndarray], np.ndarray]
+# histories (n, history, nobs), and pictures of a policy that sees some, to chunks (n, chunk, nact)
+ActionChunks = Callable[..., np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ def roll_out(
     starts: np.ndarray,
     decimation: int,
     threads: int = 1,
+    cameras: Cameras | None = None,
 ) -> Rollouts:
     """Roll out from every start until success, divergence or the task's horizon.
 
@@ -54,7 +56,13 @@ def roll_out(
         control: of a cell, in the task's model.
         starts: (n, nq).
         decimation: timesteps that each command is held for.
+        cameras: of a policy that sees by them, and else the robot's own state alone. They are asked
+            when the policy is.
     """
+
+    def observe() -> np.ndarray:
+        return task.observe(batch)[:, : task.robot_observation_size if cameras else None]
+
     n = len(starts)
     tick_s = decimation * TIMESTEP_S
     ticks = round(task.horizon_s / tick_s)
@@ -67,7 +75,7 @@ def roll_out(
     monitor = task.monitor(n)
     sound = np.ones(n, dtype=bool)
     active = sound.copy()
-    past = np.repeat(task.observe(batch).astype(np.float32)[:, None], history, axis=1)
+    past = np.repeat(observe().astype(np.float32)[:, None], history, axis=1)
     qpos = np.empty((ticks + 1, n, task.model.nq))
     qpos[0] = batch.qpos
     command = np.full((ticks, n, width + grippers), np.nan)
@@ -76,7 +84,8 @@ def roll_out(
     for k in range(ticks):
         if k % executed == 0:
             chunk.fill(np.nan)
-            chunk[active] = act(past[active])[:, :executed]
+            seen = (cameras.pictures(batch.qpos[active]),) if cameras else ()
+            chunk[active] = act(past[active], *seen)[:, :executed]
         action, gripper = np.split(chunk[:, k % executed], [size], axis=1)
         arm = control.actions.command(action, controller.measured(batch), before[:, :width])
         command[k] = np.concatenate([arm, gripper], axis=1)
@@ -96,7 +105,7 @@ def roll_out(
         if not active.any():
             qpos[k + 2 :] = qpos[k + 1]
             break
-        past = np.concatenate([past[:, 1:], task.observe(batch)[:, None]], axis=1, dtype=np.float32)
+        past = np.concatenate([past[:, 1:], observe()[:, None]], axis=1, dtype=np.float32)
 
     failures = monitor.failures(sound)
     table = pd.DataFrame(

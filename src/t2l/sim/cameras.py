@@ -8,8 +8,7 @@ import numpy as np
 
 from t2l.errors import CameraError
 
-# of the four on which a renderer without a GPU spends nine tenths of its time, none tells a policy
-# where things are
+# a renderer without a GPU spends nine tenths of its time on them, and on smooth edges
 _LEFT_OUT = (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION)
 
 
@@ -20,19 +19,19 @@ class Cameras:
 
     Args:
         model: with all that is to be seen; its own quality of rendering is not regarded.
-        names: of its cameras.
+        cameras: names of its cameras.
         size_px: width and height of their square pictures.
 
     Raises:
         CameraError: the model has no such camera, or nothing here can render.
     """
 
-    def __init__(self, model: mujoco.MjModel, names: Sequence[str], size_px: int):
+    def __init__(self, model: mujoco.MjModel, cameras: Sequence[str], size_px: int):
         known = camera_names(model)
-        for name in names:
+        for name in cameras:
             if name not in known:
                 raise CameraError(f"camera: found {name!r}; allowed: {', '.join(known) or 'none'}")
-        self.names, self.size_px = tuple(names), size_px
+        self.names, self.size_px = tuple(cameras), size_px
         self._model, self._data = model, mujoco.MjData(model)
         model.vis.global_.offwidth = model.vis.global_.offheight = size_px
         model.vis.quality.offsamples = 0

@@ -1,0 +1,18 @@
+"""Render what cameras see of the demonstrations, at the policy's rate."""
+
+from pathlib import Path
+
+from t2l.demos.dataset import read_demonstrations
+from t2l.demos.pictures import render, write_pictures
+from t2l.jobs import job
+from t2l.sim.cameras import Cameras
+from t2l.tasks import make_task
+
+with job(snakemake):
+    params = snakemake.params
+    task = make_task(params.task)
+    demonstrations = read_demonstrations(snakemake.input.demonstrations, task)
+    with Cameras(task.spec(visual=True).compile(), **params.observation) as cameras:
+        pictures = render(demonstrations, cameras, params.decimation)
+        path = Path(snakemake.output.pictures)
+        write_pictures(pictures, cameras, task, params.rate_hz, path)
