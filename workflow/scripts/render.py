@@ -5,7 +5,7 @@ from pathlib import Path
 from t2l.demos.dataset import read_demonstrations
 from t2l.demos.pictures import render, write_pictures
 from t2l.jobs import job
-from t2l.sim.cameras import Cameras
+from t2l.tasks.cameras import Cameras
 from t2l.tasks import make_task
 
 with job(snakemake):

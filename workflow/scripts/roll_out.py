@@ -9,7 +9,7 @@ from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.policies import checkpoint
 from t2l.seeds import generator
-from t2l.sim.cameras import Cameras
+from t2l.tasks.cameras import Cameras
 from t2l.tasks import make_task
 
 with job(snakemake):

@@ -10,7 +10,7 @@ from t2l.actions import Control
 from t2l.gains import Cell
 from t2l.sim import make_batch
 from t2l.sim.batch import TIMESTEP_S
-from t2l.sim.cameras import Cameras
+from t2l.tasks.cameras import Cameras
 from t2l.tasks import Demonstrated
 
 COLUMNS = ("kp", "kd", "rollout", "success", "time_to_success_s", "failure")

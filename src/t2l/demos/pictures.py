@@ -17,7 +17,7 @@ from t2l.demos.dataset import IMAGES, by_camera, image_features, read_features, 
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.episodes import NUMBER
 from t2l.errors import ArtefactError, CameraError
-from t2l.sim.cameras import Cameras
+from t2l.tasks.cameras import Cameras
 from t2l.tasks import Task
 
 # of 255: a picture with less in it is of one colour, shaded

@@ -7,6 +7,11 @@ import mujoco
 import numpy as np
 
 from t2l.errors import CameraError
+from t2l.robots.geometry import fewer
+
+# of all meshes: an arm of 200 000 takes most of the time, and is some dozen pixels wide
+MOST_TRIANGLES = 10_000
+LEAST_TRIANGLES = 50  # of a mesh, so that a small one keeps its shape
 
 # a renderer without a GPU spends nine tenths of its time on them, and on smooth edges
 _LEFT_OUT = (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION)
@@ -18,7 +23,7 @@ class Cameras:
     The same positions give the same bytes, whatever was rendered before, on the same machine.
 
     Args:
-        model: with all that is to be seen; its own quality of rendering is not regarded.
+        model: with all that is to be seen. It is made lighter to render.
         cameras: names of its cameras.
         size_px: width and height of their square pictures.
 
@@ -33,6 +38,7 @@ class Cameras:
                 raise CameraError(f"camera: found {name!r}; allowed: {', '.join(known) or 'none'}")
         self.names, self.size_px = tuple(cameras), size_px
         self._model, self._data = model, mujoco.MjData(model)
+        lighten(model)
         model.vis.global_.offwidth = model.vis.global_.offheight = size_px
         model.vis.quality.offsamples = 0
         try:
@@ -74,3 +80,33 @@ class Cameras:
 def camera_names(model: mujoco.MjModel) -> list[str]:
     """Of a model's cameras that have a name."""
     return [name for i in range(model.ncam) if (name := model.camera(i).name)]
+
+
+def lighten(model: mujoco.MjModel) -> None:
+    """Merge corners of meshes, in place, that a small picture does not show; collisions stay."""
+    share = MOST_TRIANGLES / max(1, model.mesh_facenum.sum())
+    if share >= 1:
+        return
+    for i in range(model.nmesh):
+        corners = slice(model.mesh_vertadr[i], model.mesh_vertadr[i] + model.mesh_vertnum[i])
+        first = model.mesh_faceadr[i]
+        whole = slice(first, first + model.mesh_facenum[i])
+        # a compiled mesh keeps its place in memory, of which the lighter one takes a part
+        vertices, faces = fewer(
+            model.mesh_vert[corners].astype(float),
+            model.mesh_face[whole],
+            max(LEAST_TRIANGLES, int(share * model.mesh_facenum[i])),
+        )
+        if not 0 < len(vertices) <= model.mesh_normalnum[i]:
+            continue
+        normals = np.zeros_like(vertices)
+        a, b, c = vertices[faces].transpose(1, 0, 2)
+        for corner in faces.T:
+            np.add.at(normals, corner, np.cross(b - a, c - a))
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        model.mesh_vert[corners.start : corners.start + len(vertices)] = vertices
+        at = model.mesh_normaladr[i]
+        model.mesh_normal[at : at + len(vertices)] = normals
+        model.mesh_face[first : first + len(faces)] = faces
+        model.mesh_facenormal[first : first + len(faces)] = faces
+        model.mesh_facenum[i] = len(faces)
