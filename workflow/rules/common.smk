@@ -207,7 +207,7 @@ VARIANTS = STUDY.variants
 LABELS = ("actions", "retargeting")
 TRAINED = (*LABELS, "demonstrations", "observation", "training")
 # what decides what pictures of the demonstrations there are
-SEEN = ("observation", "decimation")
+SEEN = ("observation", "retargeting")
 # what the nominal's figures and tables show, and the other variants are compared with
 NOMINAL = next(iter(VARIANTS))
 SEEDS = list(range(STUDY.sections["training_seeds"]))

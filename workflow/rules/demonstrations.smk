@@ -42,7 +42,7 @@ rule render:
         task=task_parameters,
         observation=of_variant("observation"),
         decimation=of_variant("decimation"),
-        rate_hz=lambda wildcards: VARIANTS[wildcards.variant]["retargeting"]["policy_rate_hz"],
+        settings=of_variant("retargeting"),
     log:
         result("logs", "render", "{task}_{variant}.log"),
     benchmark:

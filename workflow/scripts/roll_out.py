@@ -9,8 +9,8 @@ from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.policies import checkpoint
 from t2l.seeds import generator
-from t2l.tasks.cameras import Cameras
 from t2l.tasks import make_task
+from t2l.tasks.cameras import Cameras
 
 with job(snakemake):
     task = make_task(snakemake.params.task)
@@ -18,9 +18,10 @@ with job(snakemake):
     settings, cell = snakemake.params.settings, Cell.from_name(snakemake.wildcards.cell)
     # the same starts in every cell, so that cells differ by their gains alone
     rng = generator(snakemake.params.seed, "rollouts", snakemake.wildcards.task)
-    observation = snakemake.params.observation
-    seeing = Cameras(task.spec(visual=True).compile(), **observation) if observation["cameras"] else None
-    with seeing or nullcontext():
+    seen, cameras = snakemake.params.observation, nullcontext()
+    if seen["cameras"]:
+        cameras = Cameras(task.spec(visual=True).compile(), **seen)
+    with cameras as opened:
         rollouts = roll_out(
             task,
             policy.act,
@@ -30,7 +31,7 @@ with job(snakemake):
             starts=task.sample_starts(rng, settings["count"]),
             decimation=snakemake.params.decimation,
             threads=snakemake.threads,
-            cameras=seeing,
+            cameras=opened,
         )
     write_table(traces(rollouts, snakemake.params.decimation), snakemake.output.traces)
     write_table(rollouts.table, snakemake.output.rollouts)

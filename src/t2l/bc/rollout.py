@@ -10,8 +10,8 @@ from t2l.actions import Control
 from t2l.gains import Cell
 from t2l.sim import make_batch
 from t2l.sim.batch import TIMESTEP_S
-from t2l.tasks.cameras import Cameras
 from t2l.tasks import Demonstrated
+from t2l.tasks.cameras import Cameras
 
 COLUMNS = ("kp", "kd", "rollout", "success", "time_to_success_s", "failure")
 TRACE_COLUMNS = ("kp", "kd", "rollout", "success", "failure", "time_s", "qpos", "command")

@@ -140,7 +140,8 @@ def _cloned(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator
 def _cameras(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
     wanted, policy = configuration.observation.cameras, configuration.training.policy
     if wanted and not POLICIES.find(policy).sees_pictures:
-        yield Problem("observation.cameras", describe(wanted), f"none with {policy}, which is blind")
+        allowed = f"none, as {policy} sees no pictures"
+        yield Problem("observation.cameras", describe(wanted), allowed)
     # a scene is read again for its cameras, so only where they matter
     for name in configuration.tasks if wanted else ():
         known = tasks[name].cameras if name in tasks else wanted

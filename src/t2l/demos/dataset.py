@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from t2l.artefacts import read_arrow, read_json, reading, whole
+from t2l.artefacts import read_arrow, read_json, reading, remove, whole
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.episodes import NUMBER, by_episode
 from t2l.errors import ArtefactError
@@ -181,6 +181,8 @@ def write_set(
                 )
             dataset.save_episode()
         dataset.finalize()
+        # where lerobot kept images before they were in the tables
+        remove(draft / "images")
 
 
 @contextlib.contextmanager

@@ -1,8 +1,8 @@
 """The network of `chunk_transformer`.
 
 Every observation of the history is a token, every picture and every action of a chunk too, as in
-ACT (Zhao et al. 2023), and all tokens attend to all; the latent is one token. Without dropout, so that a training is
-its seed's alone.
+ACT (Zhao et al. 2023), and all tokens attend to all; the latent is one token. Without dropout, so
+that a training is its seed's alone.
 """
 
 from collections.abc import Sequence

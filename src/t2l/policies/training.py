@@ -161,7 +161,7 @@ def train[N: torch.nn.Module](
             draws = [n.draws(size, g) for n, g in zip(networks, generators, strict=True)]
             arguments = [*training[index], *map(torch.stack, zip(*draws, strict=True))]
             pictures = training.pictures(index)
-            minimised, reconstruction = losses(stacked, buffers, *arguments, **pictures)
+            minimised, reconstruction = losses(stacked, buffers, pictures, *arguments)
             optimiser.zero_grad(set_to_none=True)
             minimised.sum().backward()
             _clip(parameters)
@@ -182,7 +182,8 @@ def train[N: torch.nn.Module](
 
 
 def _stateless(template: torch.nn.Module) -> Callable[..., tuple[Tensor, Tensor]]:
-    return lambda parameters, buffers, *arguments, **pictures: functional_call(
+    # `vmap` does not split what has a keyword
+    return lambda parameters, buffers, pictures, *arguments: functional_call(
         template, (parameters, buffers), arguments, pictures
     )
 
@@ -194,11 +195,11 @@ def _side_by_side(
     if networks > 1:
         return vmap(loss)
 
-    def of_one(stacked, buffers, *arguments, **pictures):
-        *alone, pictures = [
+    def of_one(stacked, buffers, pictures, *arguments):
+        alone = [
             {key: value[0] for key, value in each.items()} for each in (stacked, buffers, pictures)
         ]
-        minimised, reconstruction = loss(*alone, *(value[0] for value in arguments), **pictures)
+        minimised, reconstruction = loss(*alone, *(value[0] for value in arguments))
         return minimised[None], reconstruction[None]
 
     return of_one

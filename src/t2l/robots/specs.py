@@ -24,8 +24,8 @@ def compensate_gravity(spec: mujoco.MjSpec, compensated: bool) -> None:
 def add_wrist_camera(hand: mujoco.MjsBody, grip_z: float) -> None:
     """Mount a camera on a hand whose z is the approach direction, as a user of the hand would.
 
-    It stands 8 cm off the hand's axis, clear of the housing, and looks 5 cm beyond the grip, so that
-    the fingertips and what is below them are seen.
+    It stands 8 cm off the hand's axis, clear of the housing, and looks 5 cm beyond the grip, so
+    that the fingertips and what is below them are seen.
 
     Args:
         grip_z: from the hand's origin to the grip, m.

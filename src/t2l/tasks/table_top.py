@@ -84,7 +84,8 @@ class TableTop(Demonstrated):
         )
         if visual:
             _stage_lights(spec)
-            for name, (position, axes) in (("overview", self.camera), ("global", self.global_camera)):
+            cameras = {"overview": self.camera, "global": self.global_camera}
+            for name, (position, axes) in cameras.items():
                 spec.worldbody.add_camera(name=name, pos=position, xyaxes=axes, fovy=42)
         return spec
 

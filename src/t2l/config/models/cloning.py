@@ -20,6 +20,9 @@ class CloningGrid(Grid):
     kd: Dampings = [2, 8, 32, 128]
     compliant_up_to_kp: CompliantUpTo = 128
     overdamped_from_kd: OverdampedFrom = 32
+    subset: Literal["all", "corners_and_centre"] = Field(
+        "all", description="which of these cells are run"
+    )
 
 
 class Demonstrations(Typed):
