@@ -1,5 +1,7 @@
 import pytest
 
+from t2l.registry import load_extensions
+
 
 @pytest.mark.parametrize(
     ("section", "keys", "message"),
@@ -89,7 +91,7 @@ def test_cameras_are_of_the_task_and_of_a_policy_that_sees(config, refused):
         "global, wrist, cameras of block_stack"
     ) in refused(config)
     config["observation"] = {"cameras": ["wrist"]}
-    config["extensions"] = ["examples/extensions/nearest_neighbour.py"]
+    load_extensions(["examples/extensions/nearest_neighbour.py"])
     config["training"] = {"policy": "nearest_neighbour"}
     message = "observation.cameras: found ['wrist']; allowed: none, as nearest_neighbour sees no"
     assert message in refused(config)

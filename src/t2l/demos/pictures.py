@@ -1,9 +1,8 @@
 """What cameras see of demonstrations: rendered once, and shared by all cells.
 
-Retargeted replays go through the states of their demonstrations, so these pictures are theirs too: on
-Block Stack at 50 Hz no joint was off by 4 mrad, or a held block by 3 mm, at any corner of the grid.
-They are a LeRobot data set with an episode a demonstration, in PNG: what a policy is trained on is
-to the last bit what it will see.
+Retargeted replays go through the states of their demonstrations, so these pictures are theirs too.
+On Block Stack at 50 Hz no joint was off by 4 mrad, nor a held block by 3 mm, at the corners of the
+grid. They are a LeRobot data set with an episode a demonstration, in PNG, which loses nothing.
 """
 
 import io

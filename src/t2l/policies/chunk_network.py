@@ -107,7 +107,7 @@ class ChunkNetwork(nn.Module, ABC):
     def condition(
         self, history: Tensor, pictures: Tensor | None = None, noise: Tensor | None = None
     ) -> Tensor:
-        """(n, condition_size): normalised histories with `noise` on them, and what pictures become."""
+        """(n, condition_size): normalised histories with `noise`, and what pictures become."""
         # a state far outside the demonstrations must not blow the network up
         row = ((history - self.observation_mean) / self.observation_scale).clamp(-10, 10).flatten(1)
         if noise is not None:
