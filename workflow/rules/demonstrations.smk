@@ -50,7 +50,7 @@ rule render:
     # every training with pictures waits for it
     priority: 1
     resources:
-        mem_mb=2000,
+        mem_mb=memory,
     conda:
         "../envs/t2l.yaml"
     script:
