@@ -181,7 +181,7 @@ def write_set(
                 )
             dataset.save_episode()
         dataset.finalize()
-        # where lerobot kept images before they were in the tables
+        # where lerobot keeps images until they are in the tables
         remove(draft / "images")
 
 

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from t2l.policies.chunk_policy import FEATURES
 
 CHANNELS = FEATURES // 3
-# a step of a softmax over a thousand places, in which maps of unit variance would say nothing yet
+# of the softmax: with 1, maps of unit variance would weigh hundreds of places nearly alike at first
 SHARPNESS = 4.0
 
 
@@ -53,5 +53,4 @@ def _points(maps: Tensor) -> Tensor:
     share = (SHARPNESS * maps.flatten(2)).softmax(dim=2)
     y = torch.linspace(-1, 1, rows, device=maps.device).repeat_interleave(columns)
     x = torch.linspace(-1, 1, columns, device=maps.device).repeat(rows)
-    value = maps.flatten(2)
-    return torch.cat([(share * of).sum(dim=2) for of in (x, y, value)], dim=1)
+    return torch.cat([(share * of).sum(dim=2) for of in (x, y, maps.flatten(2))], dim=1)
