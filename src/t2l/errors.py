@@ -68,6 +68,10 @@ class OperatorError(T2LError):
     """An operator succeeds too seldom in a cell to train on."""
 
 
+class CameraError(T2LError):
+    """A camera that is not there, that sees nothing, or that nothing can render."""
+
+
 class ExpertError(T2LError):
     """The expert did not reach the wanted number of successful demonstrations."""
 

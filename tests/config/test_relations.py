@@ -1,5 +1,7 @@
 import pytest
 
+from t2l.registry import load_extensions
+
 
 @pytest.mark.parametrize(
     ("section", "keys", "message"),
@@ -107,3 +109,24 @@ def test_a_landscape_needs_trials(config, refused):
     config["landscape"] = {"seeds": 5}
     config["sim_to_real"]["conditions"] = []
     assert "landscape: found this section, and no condition whose action" in refused(config)
+
+
+def test_cameras_are_of_the_task_and_of_a_policy_that_sees(config, refused):
+    config["observation"] = {"cameras": ["global", "rist"]}
+    assert (
+        "config: observation.cameras[1]: found 'rist' (did you mean wrist?); allowed: overview, "
+        "global, wrist, cameras of block_stack"
+    ) in refused(config)
+    config["observation"] = {"cameras": ["wrist"]}
+    load_extensions(["examples/extensions/nearest_neighbour.py"])
+    config["training"] = {"policy": "nearest_neighbour"}
+    message = "observation.cameras: found ['wrist']; allowed: none, as nearest_neighbour sees no"
+    assert message in refused(config)
+
+
+def test_pictures_that_no_memory_holds_are_refused(config, refused):
+    config["observation"] = {"cameras": ["wrist", "global"], "size_px": 512}
+    assert "observation.cameras, 3 × observation.size_px²: found 80 × 8" in refused(config)
+    # a variant too
+    config["variants"] = {"images": {"observation": config.pop("observation")}}
+    assert "config: variants.images.demonstrations.count, horizon_s" in refused(config)

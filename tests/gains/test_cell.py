@@ -41,3 +41,9 @@ def test_regions_follow_the_split():
     assert [grid.region(cell) for cell in grid.cells] == ["CU", "SU", "CO", "SO"]
     assert grid.corners == grid.cells
     assert [c for c in grid.cells if grid.in_compliant_overdamped(c)] == [Cell(32, 32)]
+
+
+def test_a_subset_of_a_grid_is_its_corners_and_its_centre():
+    grid = Grid((32, 128, 512, 2048), (2, 8, 32), 128, 32, "corners_and_centre")
+    named = "kp32_kd2 kp2048_kd2 kp128_kd8 kp32_kd32 kp2048_kd32"
+    assert [cell.name for cell in grid.cells] == named.split()

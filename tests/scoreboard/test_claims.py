@@ -96,6 +96,20 @@ def test_a_variant_has_a_row_of_its_own(key, variant):
     assert verdict("co_block_stack", **tables) is NOT_RUN
 
 
+def test_of_five_cells_training_seeds_tell():
+    few = [(32, 1), (2048, 1), (256, 8), (32, 128), (2048, 128)]
+
+    def images(co, seeds):
+        tables = [frame(few, "cloning", success=0.4, rollouts=100, seed=i) for i in range(seeds)]
+        table = pd.concat(tables, ignore_index=True)
+        table.loc[(table.kp == 32) & (table.kd == 128), "success"] = co
+        return {"block_stack__images__cells": table}
+
+    assert verdict("ablation_images", **images(0.8, 5)) is YES
+    assert verdict("ablation_images", **images(0.3, 5)) is not YES
+    assert verdict("ablation_images", **images(0.8, 4)) is OPEN
+
+
 @pytest.mark.parametrize(
     ("key", "task"),
     [

@@ -39,12 +39,14 @@ if STUDY.sections["training_jobs"] == "policy":
     rule train:
         input:
             episodes=by_cell("episodes.parquet"),
+            pictures=pictures,
         output:
             policies=[of_clone("policy.safetensors")],
             losses=[of_clone("losses.parquet")],
         params:
             version=VERSION,
             task=task_parameters,
+            observation=of_variant("observation"),
             actions=of_variant("actions"),
             seed=SEED,
             cells=lambda wildcards: [wildcards.cell],
@@ -56,7 +58,7 @@ if STUDY.sections["training_jobs"] == "policy":
         benchmark:
             result("benchmarks", "train", "{task}_{variant}_{cell}_seed{seed}.tsv")
         resources:
-            mem_mb=2000,
+            mem_mb=memory,
         conda:
             "../envs/t2l.yaml"
         script:
@@ -72,6 +74,7 @@ else:
                 cell=CELLS,
                 allow_missing=True,
             ),
+            pictures=pictures,
         output:
             policies=expand(
                 of_clone("policy.safetensors"), cell=CELLS, seed=SEEDS, allow_missing=True
@@ -82,6 +85,7 @@ else:
         params:
             version=VERSION,
             task=task_parameters,
+            observation=of_variant("observation"),
             actions=of_variant("actions"),
             seed=SEED,
             cells=CELLS,
@@ -110,6 +114,7 @@ rule roll_out:
     params:
         version=VERSION,
         task=task_parameters,
+        observation=of_variant("observation"),
         actions=of_variant("actions"),
         seed=SEED,
         decimation=of_variant("decimation"),

@@ -81,6 +81,19 @@ def by_clone(artefact: str):
     )[0]
 
 
+def pictures(wildcards) -> str | list:
+    """For `input`: the pictures that a variant's policies are trained on, if they see by cameras."""
+    if not VARIANTS[wildcards.variant]["observation"]["cameras"]:
+        return []
+    variant = like(wildcards.variant, *SEEN)
+    return result(wildcards.task, variant, "pictures")
+
+
+def memory(wildcards) -> int:
+    """For `resources`: MB of a job that may hold a variant's pictures."""
+    return 4000 if VARIANTS[wildcards.variant]["observation"]["cameras"] else 2000
+
+
 def of_transfer(artefact: str) -> str:
     """The path of an artefact that every cell of the sim-to-real chain has."""
     return result("sim_to_real", "cells", "{cell}", artefact)
@@ -197,7 +210,9 @@ CONDITIONS = [asdict(condition) for condition in STUDY.conditions]
 VARIANTS = STUDY.variants
 # what decides what a policy is trained on, and how
 LABELS = ("actions", "operator", "retargeting")
-TRAINED = (*LABELS, "demonstrations", "training")
+TRAINED = (*LABELS, "demonstrations", "observation", "training")
+# what decides what pictures of the demonstrations there are
+SEEN = ("observation", "retargeting")
 # what the nominal's figures and tables show, and the other variants are compared with
 NOMINAL = next(iter(VARIANTS))
 SEEDS = list(range(STUDY.sections["training_seeds"]))

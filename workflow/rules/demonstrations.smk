@@ -7,7 +7,7 @@ OPERATED = [name for name, variant in VARIANTS.items() if variant["operator"]]
 DATASETS = expand(
     of_cell("demonstrations"),
     task=TASKS,
-    variant={like(name, *LABELS) for name in VARIANTS},
+    variant={like(name, *LABELS, "observation") for name in VARIANTS},
     cell=CELLS,
 )
 
@@ -33,6 +33,31 @@ rule demonstrate:
         "../envs/t2l.yaml"
     script:
         "../scripts/demonstrate.py"
+
+
+rule render:
+    input:
+        demonstrations=DEMONSTRATIONS,
+    output:
+        pictures=directory(result("{task}", "{variant}", "pictures")),
+    params:
+        version=VERSION,
+        task=task_parameters,
+        observation=of_variant("observation"),
+        decimation=of_variant("decimation"),
+        settings=of_variant("retargeting"),
+    log:
+        result("logs", "render", "{task}_{variant}.log"),
+    benchmark:
+        result("benchmarks", "render", "{task}_{variant}.tsv")
+    # every training with pictures waits for it
+    priority: 1
+    resources:
+        mem_mb=memory,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/render.py"
 
 
 rule retarget:
@@ -89,12 +114,14 @@ rule collect:
 
 rule dataset:
     input:
-        by_cell("episodes.parquet"),
+        episodes=by_cell("episodes.parquet"),
+        pictures=pictures,
     output:
         directory(of_cell("demonstrations")),
     params:
         version=VERSION,
         task=task_parameters,
+        observation=of_variant("observation"),
         actions=of_variant("actions"),
         settings=of_variant("retargeting"),
     log:
@@ -102,7 +129,7 @@ rule dataset:
     benchmark:
         result("benchmarks", "dataset", "{task}_{variant}_{cell}.tsv")
     resources:
-        mem_mb=2000,
+        mem_mb=memory,
     conda:
         "../envs/t2l.yaml"
     script:

@@ -17,5 +17,6 @@ with job(snakemake):
     settings, decimation = snakemake.params.settings, snakemake.params.decimation
     replays = replay(task, demonstrations, control, decimation, settings["hold"], snakemake.threads)
     kept = successful(replays, cell)
-    write_episodes([r.episode for r in kept], snakemake.output.episodes)
+    numbers = [number for number, r in enumerate(replays) if r.success]
+    write_episodes([r.episode for r in kept], snakemake.output.episodes, numbers)
     write_table(replay_table(replays, cell), snakemake.output.replays)

@@ -2,7 +2,7 @@
 
 from t2l.actions import make_control
 from t2l.artefacts import write_table
-from t2l.bc.training import train
+from t2l.bc.training import train, views_of
 from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.policies import checkpoint
@@ -13,6 +13,7 @@ with job(snakemake):
     task = make_task(params.task)
     cells = [Cell.from_name(name) for name in params.cells]
     control = make_control(params.actions, cells[0], task.robot, task.model)
+    pictures = snakemake.input.get("pictures")
     trained = train(
         task,
         dict(zip(cells, snakemake.input.episodes, strict=True)),
@@ -22,6 +23,7 @@ with job(snakemake):
         params.demonstrations.get("used"),
         params.settings,
         snakemake.threads,
+        views_of(pictures, **params.observation) if pictures else (),
     )
     outputs = zip(snakemake.output.policies, snakemake.output.losses, strict=True)
     for (policy, losses), (policy_path, losses_path) in zip(trained, outputs, strict=True):

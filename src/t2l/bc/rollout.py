@@ -11,12 +11,13 @@ from t2l.bc.episodes import Episodes
 from t2l.gains import Cell
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated
+from t2l.tasks.cameras import Cameras
 
 COLUMNS = ("kp", "kd", "rollout", "success", "time_to_success_s", "failure")
 TRACE_COLUMNS = ("kp", "kd", "rollout", "success", "failure", "time_s", "qpos", "command")
 
-# histories (n, history, nobs) to chunks (n, chunk, nact)
-ActionChunks = Callable[[np.ndarray], np.ndarray]
+# histories (n, history, nobs), and pictures of a policy that sees some, to chunks (n, chunk, nact)
+ActionChunks = Callable[..., np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ def roll_out(
     starts: np.ndarray,
     decimation: int,
     threads: int = 1,
+    cameras: Cameras | None = None,
 ) -> Rollouts:
     """Roll out from every start until success, divergence or the task's horizon.
 
@@ -54,10 +56,13 @@ def roll_out(
         control: of a cell, in the task's model.
         starts: (n, nq).
         decimation: timesteps that each command is held for.
+        cameras: of a policy that sees by them, and else the robot's own state alone. They are asked
+            when the policy is.
     """
     episodes = Episodes(task, control, starts, decimation, threads)
     n, ticks, grippers = len(starts), episodes.ticks, len(task.robot.grippers)
-    past = np.repeat(episodes.observation[:, None], history, axis=1)
+    own = task.robot_observation_size if cameras else None
+    past = np.repeat(episodes.observation[:, None, :own], history, axis=1)
     qpos = np.empty((ticks + 1, n, task.model.nq))
     qpos[0] = episodes.qpos
     command = np.full((ticks, n, len(control.controller.command_names) + grippers), np.nan)
@@ -66,10 +71,12 @@ def roll_out(
         k = episodes.tick
         if k % executed == 0:
             chunk.fill(np.nan)
-            chunk[episodes.running] = act(past[episodes.running])[:, :executed]
+            running = episodes.running
+            seen = (cameras.pictures(episodes.qpos[running]),) if cameras else ()
+            chunk[running] = act(past[running], *seen)[:, :executed]
         command[k] = episodes.step(chunk[:, k % executed])
         qpos[k + 1] = episodes.qpos
-        past = np.concatenate([past[:, 1:], episodes.observation[:, None]], axis=1)
+        past = np.concatenate([past[:, 1:], episodes.observation[:, None, :own]], axis=1)
     qpos[episodes.tick + 1 :] = episodes.qpos
 
     failures = episodes.failures()

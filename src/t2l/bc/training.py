@@ -6,9 +6,11 @@ from typing import Any
 
 import pandas as pd
 
-from t2l.demos.episodes import read_episodes
+from t2l.demos.episodes import read_episodes, read_numbers
+from t2l.demos.pictures import read_pictures
+from t2l.errors import ArtefactError
 from t2l.gains import Cell
-from t2l.policies import POLICIES, ClonedPolicy, Episode, TrainingSet
+from t2l.policies import POLICIES, ClonedPolicy, Episode, Pictures, TrainingSet
 from t2l.policies.validation import prediction_mse, split
 from t2l.seeds import torch_seed
 from t2l.tasks import Task
@@ -25,6 +27,7 @@ def train(
     used: int | Mapping[str, int] | None,
     settings: Mapping[str, Any],
     threads: int = 1,
+    views: Sequence[Pictures] = (),
 ) -> Iterator[tuple[ClonedPolicy, pd.DataFrame]]:
     """Train a policy for each cell and training seed, cell by cell.
 
@@ -35,6 +38,8 @@ def train(
         actions: names of an action's elements, without those of grippers.
         used: how many episodes are trained on, the same for all cells or by the cell's name.
         settings: the section `training`.
+        views: the pictures of each demonstration (`views_of`), for policies that see by cameras,
+            and else the robot's own state alone.
 
     Yields:
         The policy, and one row an epoch with columns `LOSS_COLUMNS` and those of the policy's own;
@@ -48,8 +53,7 @@ def train(
     kind, fraction = POLICIES.find(own.pop("policy")), own.pop("validation_fraction")
     members, sets = [], []
     for cell, path in data.items():
-        replays = read_episodes(path, task)
-        episodes = [Episode(*replay, task.robot_observation_size) for replay in replays]
+        episodes = _episodes(task, path, views)
         most = used.get(cell.name) if isinstance(used, Mapping) else used
         for number in seeds:
             seed = torch_seed(*stage, cell.name, number)
@@ -62,3 +66,28 @@ def train(
             policy,
             losses.assign(kp=cell.kp, kd=cell.kd, seed=number, validation_mse_rad2=float(error)),
         )
+
+
+def views_of(path: Path | str, cameras: Sequence[str], size_px: int) -> list[Pictures]:
+    """The pictures of each demonstration, as `t2l.demos.pictures` wrote them.
+
+    Raises:
+        ArtefactError: they are missing, cut short, or of other cameras.
+    """
+    store, demonstrations = read_pictures(path, cameras, size_px)
+    return [Pictures(store, frames) for frames in demonstrations]
+
+
+def _episodes(task: Task, path: Path | str, views: Sequence[Pictures]) -> list[Episode]:
+    replays, own = read_episodes(path, task), task.robot_observation_size
+    if not views:
+        return [Episode(*replay, own) for replay in replays]
+    numbers = read_numbers(path)
+    for number, (_, action) in zip(numbers, replays, strict=True):
+        if number >= len(views) or len(views[number].frames) != len(action):
+            expected = "the same steps as there are pictures"
+            raise ArtefactError(path, f"{len(action)} steps of demonstration {number}", expected)
+    return [
+        Episode(observation[:, :own], action, own, views[number])
+        for number, (observation, action) in zip(numbers, replays, strict=True)
+    ]

@@ -150,13 +150,32 @@ def _cloned(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator
         if name in tasks and not isinstance(tasks[name], Demonstrated):
             yield Problem(f"tasks[{i}]", describe(name), "a task that an expert can demonstrate")
         elif name in tasks:
-            yield from _unseen(configuration.training.policy, name, tasks[name])
+            yield from _unseen(configuration, name, tasks[name])
     yield from of_actions("actions", configuration.actions)
+    yield from _cameras(configuration, tasks)
 
 
-def _unseen(policy: str, name: str, task: Task) -> Iterator[Problem]:
+def _cameras(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
+    wanted, policy = configuration.observation.cameras, configuration.training.policy
+    if wanted and not POLICIES.find(policy).sees_pictures:
+        allowed = f"none, as {policy} sees no pictures"
+        yield Problem("observation.cameras", describe(wanted), allowed)
+    if wanted and configuration.operator is not None:
+        allowed = "none with an operator, whose demonstrations differ from cell to cell"
+        yield Problem("observation.cameras", describe(wanted), allowed)
+    # a scene is read again for its cameras, so only where they matter
+    for name in configuration.tasks if wanted else ():
+        known = tasks[name].cameras if name in tasks else wanted
+        for i, camera in enumerate(wanted):
+            if camera not in known:
+                found = f"{describe(camera)}{suggestion(camera, known)}"
+                allowed = ", ".join(known) or "none"
+                yield Problem(f"observation.cameras[{i}]", found, f"{allowed}, cameras of {name}")
+
+
+def _unseen(configuration: Configuration, name: str, task: Task) -> Iterator[Problem]:
     """Parts of an observation that a policy needs, and a task has not."""
-    seen = task.robot_observation_size
+    seen, policy = task.robot_observation_size, configuration.training.policy
     sizes = {"robot": seen, "environment": len(task.observation_names) - seen}
     for part in POLICIES.find(policy).needs:
         if not sizes[part]:

@@ -47,6 +47,12 @@ def _products(
         tried = len(c.operator.crossover_rad_s), c.operator.practice
         yield keys, (*tried, horizon_s), 20_000
     yield "rollouts.count, horizon_s of a task", (c.rollouts.count, horizon_s), 100_000
+    # bytes: what a training holds in memory
+    keys = "demonstrations.count, horizon_s of a task, retargeting.policy_rate_hz, "
+    keys += "observation.cameras, 3 × observation.size_px²"
+    steps = c.demonstrations.count, horizon_s, c.retargeting.policy_rate_hz
+    view = len(c.observation.cameras), 3 * c.observation.size_px**2
+    yield keys, (*steps, *view), 3_000_000_000
     yield "attenuation.replays, horizon_s of a task", (c.attenuation.replays, horizon_s), 100_000
     # joints side by side, some hundred bytes each
     keys = "grid.kp, grid.kd, attenuation.replicates, attenuation.inertias_kg_m2"

@@ -102,13 +102,13 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     tasks, lines = _read_tasks(named, folder / "tasks")
     made = {name: make_task(task) for name, task in tasks.items()}
     cells = transfer_cells(configuration)
-    nominal = relations.problems(configuration, made)
+    nominal = [*relations.problems(configuration, made), *sizes.problems(configuration, made)]
     by_variant, problems = variants.configurations(config, configuration)
     for name, variant in by_variant.items():
-        problems += variants.differing(name, relations.problems(variant, made), nominal)
+        own = [*relations.problems(variant, made), *sizes.problems(variant, made)]
+        problems += variants.differing(name, own, nominal)
     problems += [
         *nominal,
-        *sizes.problems(configuration, made),
         *storage.problems(configuration.tuning.storage),
         *robot.problems(configuration.robot, cells),
         *files.published(configuration.attenuation),

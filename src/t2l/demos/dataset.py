@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from t2l.artefacts import read_arrow, read_json, reading, whole
+from t2l.artefacts import read_arrow, read_json, reading, remove, whole
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.episodes import NUMBER, by_episode
 from t2l.errors import ArtefactError
@@ -21,6 +21,7 @@ from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Task
 
 STATE, ENVIRONMENT, ACTION = "observation.state", "observation.environment_state", "action"
+IMAGES = "observation.images."  # and the name of a camera
 
 
 def write_demonstrations(demonstrations: Sequence[Demonstration], task: Task, path: Path) -> None:
@@ -47,7 +48,7 @@ def write_demonstrations(demonstrations: Sequence[Demonstration], task: Task, pa
         }
         for d in demonstrations
     )
-    _write(path, task, round(1 / TIMESTEP_S), features, episodes)
+    write_set(path, task, round(1 / TIMESTEP_S), features, episodes)
 
 
 def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
@@ -81,27 +82,52 @@ def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
 
 
 def write_dataset(
-    episodes: Iterable[tuple[np.ndarray, np.ndarray]],
+    episodes: Sequence[tuple[np.ndarray, np.ndarray]],
     task: Task,
     actions: Sequence[str],
     fps: int,
     path: Path,
+    cameras: Sequence[str] = (),
+    size_px: int = 0,
+    pictures: Iterable[np.ndarray] = (),
 ) -> None:
     """Write what the policies of a cell are trained on, at the policy's rate: `feature_names`.
+
+    Pictures, if there are some, take the place of the environment's state.
 
     Args:
         episodes: observation (n, nobs) and action (n, nact) of each, as `read_episodes` gives them.
         actions: names of an action's elements, without those of grippers.
+        cameras, size_px: of pictures, if there are some.
+        pictures: of each episode, (n, ncamera, size_px, size_px, 3) uint8.
     """
     own = task.robot_observation_size
     features = {
         key: _feature("float32", names) for key, names in feature_names(task, actions).items()
     }
+    if cameras:
+        del features[ENVIRONMENT]
+        features |= image_features(cameras, size_px)
+        around = (by_camera(cameras, seen) for seen in pictures)
+    else:
+        around = ({ENVIRONMENT: observation[:, own:]} for observation, _ in episodes)
     frames = (
-        {STATE: observation[:, :own], ENVIRONMENT: observation[:, own:], ACTION: action}
-        for observation, action in episodes
+        {STATE: observation[:, :own], ACTION: action, **rest}
+        for (observation, action), rest in zip(episodes, around, strict=True)
     )
-    _write(path, task, fps, features, frames)
+    write_set(path, task, fps, features, frames)
+
+
+def by_camera(cameras: Sequence[str], pictures: np.ndarray) -> dict[str, np.ndarray]:
+    """(n, size, size, 3) by feature, of pictures (n, ncamera, size, size, 3)."""
+    return {IMAGES + name: pictures[:, i] for i, name in enumerate(cameras)}
+
+
+def image_features(cameras: Sequence[str], size_px: int) -> dict[str, Any]:
+    """Features of square pictures, a camera each."""
+    shape = (size_px, size_px, 3)
+    image = {"dtype": "image", "shape": shape, "names": ["height", "width", "channel"]}
+    return {IMAGES + name: dict(image) for name in cameras}
 
 
 def feature_names(task: Task, actions: Sequence[str]) -> dict[str, list[str]]:
@@ -133,13 +159,19 @@ def _feature(dtype: str, names: list[str]) -> dict[str, Any]:
     return {"dtype": dtype, "shape": (len(names),), "names": names}
 
 
-def _write(
+def write_set(
     path: Path,
     task: Task,
     fps: int,
     features: Mapping[str, Any],
     episodes: Iterable[Mapping[str, np.ndarray]],
 ) -> None:
+    """Write a LeRobot data set whole.
+
+    Args:
+        features: as lerobot takes them, by name.
+        episodes: of each episode the features' values, (n, …) each.
+    """
     # nothing here is on the hub; without this lerobot asks it
     os.environ.setdefault("HF_HUB_OFFLINE", "1")
     logging.getLogger("lerobot").setLevel(logging.ERROR)
@@ -147,7 +179,8 @@ def _write(
     from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
     datasets.disable_progress_bars()
-    with whole(path) as draft, _no_images():
+    images = any(feature["dtype"] == "image" for feature in features.values())
+    with whole(path) as draft, contextlib.nullcontext() if images else _no_images():
         dataset = LeRobotDataset.create(
             repo_id=f"t2l/{task.name}",
             fps=fps,
@@ -163,6 +196,8 @@ def _write(
                 )
             dataset.save_episode()
         dataset.finalize()
+        # where lerobot keeps images until they are in the tables
+        remove(draft / "images")
 
 
 @contextlib.contextmanager
@@ -195,20 +230,33 @@ def _read(path: Path, sizes: Mapping[str, int]) -> list[dict[str, np.ndarray]]:
         raise ArtefactError(path, found, error.expected) from None
 
 
-def _episodes(path: Path, sizes: Mapping[str, int], expected: str) -> list[dict[str, np.ndarray]]:
+def read_features(
+    path: Path, shapes: Mapping[str, Sequence[int]], expected: str = ""
+) -> tuple[list[Path], int]:
+    """The tables of a LeRobot data set whose features have these shapes, and its number of frames.
+
+    Raises:
+        ArtefactError: the folder is missing or broken, or a feature is missing or of another shape.
+    """
+    expected = expected or f"a LeRobot data set with {', '.join(shapes)}"
     if not path.is_dir():
         found = "a file" if path.exists() else "no such folder"
         raise ArtefactError(path, found, expected)
     info_path = path / "meta" / "info.json"
     info = read_json(info_path, "what a data set holds", ("features", "total_frames"))
     with reading(info_path, "what a data set holds"):
-        shapes = {key: info["features"][key]["shape"] for key in sizes}
-    for key, size in sizes.items():
-        if shapes[key] != [size]:
-            raise ArtefactError(path, f"{key} has shape {shapes[key]}", expected)
-    files = sorted(path.glob("data/*/*.parquet"))
+        found = {key: info["features"][key]["shape"] for key in shapes}
+    for key, shape in shapes.items():
+        if found[key] != list(shape):
+            raise ArtefactError(path, f"{key} has shape {found[key]}", expected)
+    return sorted(path.glob("data/*/*.parquet")), info["total_frames"]
+
+
+def _episodes(path: Path, sizes: Mapping[str, int], expected: str) -> list[dict[str, np.ndarray]]:
+    shapes = {key: [size] for key, size in sizes.items()}
+    files, total = read_features(path, shapes, expected)
     tables = [read_arrow(file, [*sizes, NUMBER]) for file in files]
-    frames, total = sum(map(len, tables)), info["total_frames"]
+    frames = sum(map(len, tables))
     if frames != total or frames == 0:
         raise ArtefactError(path, f"{frames} frames where info.json says {total}", expected)
     return by_episode(files, tables, sizes)

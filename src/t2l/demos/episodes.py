@@ -13,15 +13,26 @@ from t2l.tasks import Task
 OBSERVATION, ACTION, NUMBER = "observation", "action", "episode_index"
 
 
-def write_episodes(episodes: Sequence[tuple[np.ndarray, np.ndarray]], path: Path | str) -> None:
-    """Write a Parquet table: number of the episode, observation (n, nobs), action (n, nact)."""
+def write_episodes(
+    episodes: Sequence[tuple[np.ndarray, np.ndarray]],
+    path: Path | str,
+    numbers: Sequence[int] | None = None,
+) -> None:
+    """Write a Parquet table: number of the episode, observation (n, nobs), action (n, nact).
+
+    Args:
+        numbers: ascending, of the demonstrations that they replay; by default all of them.
+    """
     # it imports pandas
     from pyarrow.parquet import write_table
 
     observations, actions = zip(*episodes, strict=True)
     table = pa.table(
         {
-            NUMBER: np.repeat(np.arange(len(actions)), [len(action) for action in actions]),
+            NUMBER: np.repeat(
+                np.arange(len(actions)) if numbers is None else numbers,
+                [len(action) for action in actions],
+            ),
             OBSERVATION: _lists(np.concatenate(observations)),
             ACTION: _lists(np.concatenate(actions)),
         }
@@ -42,6 +53,16 @@ def read_episodes(path: Path | str, task: Task) -> list[tuple[np.ndarray, np.nda
         raise ArtefactError(path, "no rows", "the episodes of a cell")
     episodes = by_episode([path], [table], sizes)
     return [(episode[OBSERVATION], episode[ACTION]) for episode in episodes]
+
+
+def read_numbers(path: Path | str) -> list[int]:
+    """Which demonstrations the episodes replay that `write_episodes` wrote.
+
+    Raises:
+        ArtefactError: the file is missing or cut short.
+    """
+    table = read_arrow(Path(path), [NUMBER])
+    return list(dict.fromkeys(_numbers(Path(path), table).tolist()))
 
 
 def by_episode(

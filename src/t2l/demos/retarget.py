@@ -31,3 +31,13 @@ def hold(commands: np.ndarray, steps: int, how: str, controller: Controller) -> 
     """
     starts = np.arange(0, len(commands), steps)
     return commands[starts] if how == "sample" else controller.mean(commands, starts)
+
+
+def replayed(demonstration: Demonstration, steps: int, how: str) -> np.ndarray:
+    """Where a replay is, about, before each held command: positions (ceil((n - 1)/steps), nq).
+
+    A replay of first commands is late by half the hold.
+    """
+    starts = np.arange(0, len(demonstration) - 1, steps)
+    late = steps // 2 if how == "sample" else 0
+    return demonstration.qpos[np.maximum(starts - late, 0)]

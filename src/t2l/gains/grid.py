@@ -17,12 +17,14 @@ class Grid:
         kd: ascending dampings, N·m·s/rad.
         compliant_up_to_kp: the largest stiffness that counts as compliant.
         overdamped_from_kd: the smallest damping that counts as overdamped.
+        subset: which of the pairs are cells: `all`, or `corners_and_centre`.
     """
 
     kp: tuple[float, ...]
     kd: tuple[float, ...]
     compliant_up_to_kp: float
     overdamped_from_kd: float
+    subset: str = "all"
 
     @classmethod
     def from_section(cls, section: Mapping[str, Any]) -> "Grid":
@@ -32,7 +34,11 @@ class Grid:
     @property
     def cells(self) -> list[Cell]:
         """All cells, by Kd upward, then by Kp."""
-        return [Cell(kp=kp, kd=kd) for kd, kp in product(self.kd, self.kp)]
+        pairs = [Cell(kp=kp, kd=kd) for kd, kp in product(self.kd, self.kp)]
+        if self.subset == "all":
+            return pairs
+        chosen = {*self.corners, self.centre}
+        return [cell for cell in pairs if cell in chosen]
 
     @property
     def corners(self) -> list[Cell]:

@@ -4,7 +4,7 @@ Nothing outside knows a policy's class: a name leads to it (`POLICIES`), and so 
 (`t2l.policies.checkpoint.load`).
 """
 
-from t2l.policies.policy import ClonedPolicy, Episode, Policy, TrainingSet
+from t2l.policies.policy import ClonedPolicy, Episode, Pictures, Policy, TrainingSet
 from t2l.policies.registry import POLICIES
 
-__all__ = ["POLICIES", "ClonedPolicy", "Episode", "Policy", "TrainingSet"]
+__all__ = ["POLICIES", "ClonedPolicy", "Episode", "Pictures", "Policy", "TrainingSet"]

@@ -22,13 +22,13 @@ class ChunkCVAENetwork(ChunkNetwork):
         self.encoder, self.decoder = self.coders(sizes)
 
     def coders(self, sizes: Sizes) -> tuple[nn.Module, nn.Module]:
-        """From history and chunk to mean and log variance of a latent; from history and latent.
+        """From condition and chunk to mean and log variance of a latent; from condition and latent.
 
-        Both take one row of numbers each, the history's first.
+        Both take one row of numbers each, the condition's first.
         """
         return (
-            perceptron(self.history_size + self.chunk_size, sizes.hidden, 2 * sizes.latent),
-            perceptron(self.history_size + sizes.latent, sizes.hidden, self.chunk_size),
+            perceptron(self.condition_size + self.chunk_size, sizes.hidden, 2 * sizes.latent),
+            perceptron(self.condition_size + sizes.latent, sizes.hidden, self.chunk_size),
         )
 
     def draws(self, n: int, generator: torch.Generator) -> tuple[Tensor, ...]:

@@ -23,7 +23,7 @@ class ChunkDiffusionNetwork(ChunkNetwork):
 
     def make(self, sizes: Sizes, settings: Settings | None) -> None:
         """See `ChunkNetwork.make`."""
-        inputs = self.history_size + self.chunk_size + 2 * OCTAVES
+        inputs = self.condition_size + self.chunk_size + 2 * OCTAVES
         self.denoiser = perceptron(inputs, sizes.hidden, self.chunk_size)
         self._generator = torch.Generator().manual_seed(0)
 
@@ -64,11 +64,13 @@ class ChunkDiffusionNetwork(ChunkNetwork):
             noisy = signal * chunk + rest * left
         return chunk
 
-    def prediction_error(self, history: Tensor, chunk: Tensor) -> Tensor:
+    def prediction_error(
+        self, history: Tensor, chunk: Tensor, pictures: Tensor | None = None
+    ) -> Tensor:
         """See `ChunkNetwork.prediction_error`; of the same noise at every call."""
         generator = torch.Generator().manual_seed(0)
         noise = standard_normal(len(history), self.chunk_size, generator).to(history.device)
-        answer = self.sampled(self.condition(history), noise)
+        answer = self.sampled(self.condition(history, pictures), noise)
         return (answer - self.normalised(chunk)).square().mean()
 
     def _denoised(self, condition: Tensor, noisy: Tensor, time: Tensor) -> Tensor:

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor, nn
 
-from t2l.policies.chunk_policy import ChunkSettings, ChunkSizes
+from t2l.policies.chunk_policy import FEATURES, ChunkSettings, ChunkSizes
+from t2l.policies.picture_encoder import PictureEncoder
 
 
 class ChunkNetwork(nn.Module, ABC):
     """What a `ChunkPolicy` trains and acts by; a `t2l.policies.training.Network`.
 
     Buffers hold the mean and scale of observations and actions, so that a policy carries its own
-    normalisation. Histories are (n, history, observation_size), chunks (n, chunk, action_size).
+    normalisation. Histories are (n, history, observation_size), chunks (n, chunk, action_size);
+    pictures (n, ncamera, height, width, 3) uint8, for a network that sees by cameras, are of the
+    latest observation.
 
     Attributes:
         sizes: what it takes to make it again, but for the weights.
@@ -29,6 +32,8 @@ class ChunkNetwork(nn.Module, ABC):
         self.sizes = sizes
         self.observation_noise = settings.observation_noise if settings else 0.0
         self.make(sizes, settings)
+        if sizes.cameras:
+            self.pictures = PictureEncoder(sizes.cameras)
         for name, size in (("observation", sizes.observation_size), ("action", sizes.action_size)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_scale", torch.ones(size))
@@ -41,6 +46,11 @@ class ChunkNetwork(nn.Module, ABC):
     def history_size(self) -> int:
         """Numbers in a history."""
         return self.sizes.history * self.sizes.observation_size
+
+    @property
+    def condition_size(self) -> int:
+        """Numbers that a chunk is to follow from: those of a history, and of pictures."""
+        return self.history_size + self.sizes.cameras * FEATURES
 
     @property
     def chunk_size(self) -> int:
@@ -59,40 +69,50 @@ class ChunkNetwork(nn.Module, ABC):
         return (standard_normal(n, self.history_size, generator),)
 
     def loss(
-        self, history: Tensor, chunk: Tensor, history_noise: Tensor, *draws: Tensor
+        self,
+        history: Tensor,
+        chunk: Tensor,
+        history_noise: Tensor,
+        *draws: Tensor,
+        pictures: Tensor | None = None,
     ) -> tuple[Tensor, Tensor]:
         """What is minimised, and the part of it that is an error: two scalars.
 
         Args:
             history_noise, draws: of `draws`.
         """
-        condition = self.condition(history) + self.observation_noise * history_noise
+        condition = self.condition(history, pictures, self.observation_noise * history_noise)
         return self.error(condition, self.normalised(chunk), *draws)
 
     @abstractmethod
     def error(self, condition: Tensor, target: Tensor, *draws: Tensor) -> tuple[Tensor, Tensor]:
-        """`loss` of normalised histories (n, history_size) and chunks (n, chunk_size)."""
+        """`loss` of conditions (n, condition_size) and normalised chunks (n, chunk_size)."""
 
     @abstractmethod
     def answer(self, condition: Tensor) -> Tensor:
-        """Normalised chunks (n, chunk_size), for histories as in `error`."""
+        """Normalised chunks (n, chunk_size), for conditions as in `error`."""
 
-    def prediction_error(self, history: Tensor, chunk: Tensor) -> Tensor:
+    def prediction_error(
+        self, history: Tensor, chunk: Tensor, pictures: Tensor | None = None
+    ) -> Tensor:
         """Mean squared error of normalised actions when acting."""
-        answer = self.answer(self.condition(history))
+        answer = self.answer(self.condition(history, pictures))
         return (answer - self.normalised(chunk)).square().mean()
 
-    def forward(self, history: Tensor) -> Tensor:
+    def forward(self, history: Tensor, pictures: Tensor | None = None) -> Tensor:
         """The action chunk for a history."""
-        chunk = self.answer(self.condition(history)).unflatten(1, (self.sizes.chunk, -1))
+        chunk = self.answer(self.condition(history, pictures)).unflatten(1, (self.sizes.chunk, -1))
         return chunk * self.action_scale + self.action_mean
 
-    def condition(self, history: Tensor) -> Tensor:
-        """Normalised histories (n, history_size)."""
+    def condition(
+        self, history: Tensor, pictures: Tensor | None = None, noise: Tensor | None = None
+    ) -> Tensor:
+        """(n, condition_size): normalised histories with `noise`, and what pictures become."""
         # a state far outside the demonstrations must not blow the network up
-        return (
-            ((history - self.observation_mean) / self.observation_scale).clamp(-10, 10).flatten(1)
-        )
+        row = ((history - self.observation_mean) / self.observation_scale).clamp(-10, 10).flatten(1)
+        if noise is not None:
+            row = row + noise
+        return row if pictures is None else torch.cat([row, self.pictures(pictures)], dim=1)
 
     def normalised(self, chunk: Tensor) -> Tensor:
         """Normalised chunks (n, chunk_size)."""

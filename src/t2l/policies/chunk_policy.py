@@ -11,6 +11,7 @@ from pydantic import Field
 
 from t2l.policies.policy import ClonedPolicy, Episode, TrainingSet
 from t2l.policies.training_settings import TrainingSettings
+from t2l.policies.windows import pictured
 from t2l.registry import imported
 from t2l.typed import Integer, Number, Typed, check
 
@@ -27,13 +28,18 @@ Widths = Annotated[
 ]
 
 
+# numbers that the picture of a camera becomes: 32 places, and what is there
+FEATURES = 3 * 32
+
+
 class ChunkSizes(Typed):
-    """Of a network; `history` and `chunk` count policy steps."""
+    """Of a network; `history` and `chunk` count policy steps, `cameras` those that it sees by."""
 
     observation_size: Size
     action_size: Size
     history: Size
     chunk: Size
+    cameras: Annotated[Integer, Field(ge=0, le=100)] = 0
 
 
 class ChunkSettings(TrainingSettings):
@@ -62,6 +68,7 @@ class ChunkPolicy(ClonedPolicy):
     sizes: type[ChunkSizes]
     chunk_setting = "chunk"
     network_class: "str | type[ChunkNetwork]"
+    sees_pictures = True
 
     def __init__(self, network: "ChunkNetwork"):
         """See the class; `network` is trained."""
@@ -103,12 +110,15 @@ class ChunkPolicy(ClonedPolicy):
 
         own = set(cls.sizes.model_fields) & set(cls.settings.model_fields)
         with reproducible(threads) as device:
-            data = Data([e for s in sets for e in s.training], settings, device)
+            pictures = pictured([e for s in sets for e in (*s.training, *s.validation)])
+            store = None if pictures is None else torch.as_tensor(pictures.store, device=device)
+            data = Data([e for s in sets for e in s.training], settings, device, store)
             ends = np.cumsum([sum(len(e.action) for e in s.training) for s in sets]).tolist()
             parts = [range(*span) for span in zip([0, *ends], ends, strict=False)]
             sizes = cls.sizes(
                 observation_size=data.observation.shape[1],
                 action_size=data.action.shape[1],
+                cameras=0 if store is None else store.shape[1],
                 **settings.model_dump(include=own),
             )
             networks = []
@@ -119,18 +129,27 @@ class ChunkPolicy(ClonedPolicy):
                 steps = slice(part.start, part.stop)
                 network.to(device).normalise_by(data.observation[steps], data.action[steps])
                 networks.append(network)
-            validation = [Data(s.validation, settings, device) for s in sets]
+            validation = [Data(s.validation, settings, device, store) for s in sets]
             losses = train(networks, data, parts, validation, settings, [s.seed for s in sets])
         return [(cls(n), table) for n, table in zip(networks, losses, strict=True)]
 
-    def act(self, history: np.ndarray) -> np.ndarray:
-        """See `Policy.act`."""
+    def act(self, history: np.ndarray, pictures: np.ndarray | None = None) -> np.ndarray:
+        """See `Policy.act`.
+
+        Raises:
+            ValueError: pictures of another number of cameras than it sees by.
+        """
         import torch
 
+        found, wanted = 0 if pictures is None else pictures.shape[1], self.network.sizes.cameras
+        if found != wanted:
+            raise ValueError(f"pictures of {found} cameras for a policy that sees by {wanted}")
         device = self.network.action_mean.device
         with torch.inference_mode():
-            observed = torch.as_tensor(history, dtype=torch.float32, device=device)
-            return self.network(observed).cpu().numpy()
+            seen = [torch.as_tensor(history, dtype=torch.float32, device=device)]
+            if pictures is not None:
+                seen.append(torch.as_tensor(pictures, device=device))
+            return self.network(*seen).cpu().numpy()
 
     def tensors(self) -> dict[str, np.ndarray]:
         """See `Policy.tensors`."""

@@ -11,7 +11,7 @@ class ChunkRegressionNetwork(ChunkNetwork):
 
     def make(self, sizes: Sizes, settings: Settings | None) -> None:
         """See `ChunkNetwork.make`."""
-        self.layers = perceptron(self.history_size, sizes.hidden, self.chunk_size)
+        self.layers = perceptron(self.condition_size, sizes.hidden, self.chunk_size)
 
     def error(self, condition: Tensor, target: Tensor) -> tuple[Tensor, Tensor]:
         """The mean squared error of actions, twice."""

@@ -1,8 +1,8 @@
 """The network of `chunk_transformer`.
 
-Every observation of the history is a token, every action of a chunk too, as in ACT (Zhao et al.
-2023), and all tokens attend to all; the latent is one token. Without dropout, so that a training is
-its seed's alone.
+Every observation of the history is a token, every picture and every action of a chunk too, as in
+ACT (Zhao et al. 2023), and all tokens attend to all; the latent is one token. Without dropout, so
+that a training is its seed's alone.
 """
 
 from collections.abc import Sequence
@@ -12,6 +12,7 @@ from torch import Tensor, nn
 from torch.nn.attention import SDPBackend, sdpa_kernel
 
 from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
+from t2l.policies.chunk_policy import FEATURES
 from t2l.policies.chunk_transformer import Sizes, Trunk
 
 FEED_FORWARD = 4  # times the width of a token, as Vaswani et al. (2017) have it
@@ -22,11 +23,13 @@ class ChunkTransformerNetwork(ChunkCVAENetwork):
 
     def coders(self, sizes: Sizes) -> tuple[nn.Module, nn.Module]:
         """See `ChunkCVAENetwork.coders`."""
-        history = (sizes.history, sizes.observation_size)
+        condition = [(sizes.history, sizes.observation_size)]
+        if sizes.cameras:
+            condition.append((sizes.cameras, FEATURES))
         chunk, latent = (sizes.chunk, sizes.action_size), (1, sizes.latent)
         return (
-            _Coder(sizes, [history, chunk], (1, 2 * sizes.latent)),
-            _Coder(sizes, [history, latent], chunk),
+            _Coder(sizes, [*condition, chunk], (1, 2 * sizes.latent)),
+            _Coder(sizes, [*condition, latent], chunk),
         )
 
 

@@ -14,17 +14,34 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Episode:
-    """A demonstration at the policy's rate: observation (n, nobs) and action (n, nact), float32.
+class Pictures:
+    """What cameras saw at n steps, in a store that many episodes share and that nothing copies.
 
     Attributes:
+        store: (N, ncamera, height, width, 3) uint8.
+        frames: (n,) indices of the steps' pictures in `store`.
+    """
+
+    store: np.ndarray
+    frames: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """A demonstration at the policy's rate.
+
+    Attributes:
+        observation: (n, nobs) float32.
+        action: (n, nact) float32.
         robot_size: how many numbers of an observation, its first, are the robot's own; the others
             tell its environment.
+        pictures: of the n steps, for policies that see some.
     """
 
     observation: np.ndarray
     action: np.ndarray
     robot_size: int = 0
+    pictures: Pictures | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +69,7 @@ class Policy(ABC):
         history: observations that it sees.
         chunk: actions that it answers with.
         action_scale: α, one number or (nact,).
+        sees_pictures: whether it can be told to look at pictures beside its observations.
     """
 
     name: str
@@ -60,10 +78,16 @@ class Policy(ABC):
     history: int
     chunk: int
     action_scale: np.ndarray | float = 1.0
+    sees_pictures: bool = False
 
     @abstractmethod
-    def act(self, history: np.ndarray) -> np.ndarray:
-        """Action chunks (n, chunk, nact) for histories (n, history, nobs), the latest last."""
+    def act(self, history: np.ndarray, pictures: np.ndarray | None = None) -> np.ndarray:
+        """Action chunks (n, chunk, nact) for histories (n, history, nobs), the latest last.
+
+        Args:
+            pictures: (n, ncamera, height, width, 3) uint8 of the latest observation, for a policy
+                that was trained with such; others are asked without, and need no such argument.
+        """
 
     def action(self, observation: np.ndarray) -> np.ndarray:
         """Actions (n, nact) for observations (n, nobs), of a policy that sees no earlier ones."""
@@ -116,8 +140,9 @@ class ClonedPolicy(Policy):
         """Train from scratch; the same seed on the same machine gives the same policy.
 
         Args:
-            training: episodes to learn from, at least one.
-            validation: episodes to judge by, at least one.
+            training: episodes to learn from, at least one. All have pictures, of one store, or
+                none has.
+            validation: episodes to judge by, at least one; likewise, of the same store.
             settings: an instance of `settings`.
             threads: of the processor that training may use.
 

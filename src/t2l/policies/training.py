@@ -19,7 +19,8 @@ from torch.func import functional_call, stack_module_state, vmap
 
 from t2l.policies.policy import Episode
 from t2l.policies.training_settings import TrainingSettings
-from t2l.policies.windows import windows
+from t2l.policies.validation import AT_ONCE, PICTURED_AT_ONCE
+from t2l.policies.windows import pictured, windows
 
 log = logging.getLogger(__name__)
 
@@ -33,24 +34,41 @@ class Network(Protocol):
     def draws(self, n: int, generator: torch.Generator) -> tuple[Tensor, ...]:
         """The random numbers that the loss of n windows takes."""
 
-    def loss(self, history: Tensor, chunk: Tensor, *draws: Tensor) -> tuple[Tensor, Tensor]:
-        """What is minimised, and the part of it that is the actions' error: two scalars."""
+    def loss(
+        self, history: Tensor, chunk: Tensor, *draws: Tensor, **pictures: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """What is minimised, and the part of it that is the actions' error: two scalars.
 
-    def prediction_error(self, history: Tensor, chunk: Tensor) -> Tensor:
+        Args:
+            pictures: `pictures`, where the data have some.
+        """
+
+    def prediction_error(self, history: Tensor, chunk: Tensor, **pictures: Tensor) -> Tensor:
         """Mean squared error of normalised actions when acting, a scalar."""
 
 
 class Data:
-    """Windows of some episodes on a device, gathered by index so that none is stored twice."""
+    """Windows of some episodes on a device, gathered by index so that none is stored twice.
+
+    Args:
+        store: on the device, of the episodes' pictures, if they have some.
+    """
 
     def __init__(
-        self, episodes: Sequence[Episode], settings: TrainingSettings, device: torch.device
+        self,
+        episodes: Sequence[Episode],
+        settings: TrainingSettings,
+        device: torch.device,
+        store: Tensor | None = None,
     ):
         arrays = windows(episodes, settings.history, settings.chunk)
         self.observation, self.action = (
             torch.as_tensor(a, dtype=torch.float32, device=device) for a in arrays[:2]
         )
         self._past, self._future = (torch.as_tensor(a, device=device) for a in arrays[2:])
+        self._store = store
+        if store is not None:
+            self._frames = torch.as_tensor(pictured(episodes).frames, device=device)
 
     def __len__(self) -> int:
         return len(self._past)
@@ -58,6 +76,15 @@ class Data:
     def __getitem__(self, index: Tensor) -> tuple[Tensor, Tensor]:
         """Histories (…, history, nobs) and chunks (…, chunk, nact) of steps (…)."""
         return self.observation[self._past[index]], self.action[self._future[index]]
+
+    def pictures(self, index: Tensor) -> dict[str, Tensor]:
+        """Nothing, or `pictures` (…, ncamera, height, width, 3) of steps (…)."""
+        return {} if self._store is None else {"pictures": self._store[self._frames[index]]}
+
+    @property
+    def at_once(self) -> int:
+        """Steps that are judged at once."""
+        return AT_ONCE if self._store is None else PICTURED_AT_ONCE
 
 
 @contextmanager
@@ -87,8 +114,8 @@ class _Loss(torch.nn.Module):
         super().__init__()
         self.network = network
 
-    def forward(self, *arguments: Tensor) -> tuple[Tensor, Tensor]:
-        return self.network.loss(*arguments)
+    def forward(self, *arguments: Tensor, **pictures: Tensor) -> tuple[Tensor, Tensor]:
+        return self.network.loss(*arguments, **pictures)
 
 
 def train[N: torch.nn.Module](
@@ -133,7 +160,8 @@ def train[N: torch.nn.Module](
         for index in torch.stack(orders).split(size, dim=1):
             draws = [n.draws(size, g) for n, g in zip(networks, generators, strict=True)]
             arguments = [*training[index], *map(torch.stack, zip(*draws, strict=True))]
-            minimised, reconstruction = losses(stacked, buffers, *arguments)
+            pictures = training.pictures(index)
+            minimised, reconstruction = losses(stacked, buffers, pictures, *arguments)
             optimiser.zero_grad(set_to_none=True)
             minimised.sum().backward()
             _clip(parameters)
@@ -154,8 +182,9 @@ def train[N: torch.nn.Module](
 
 
 def _stateless(template: torch.nn.Module) -> Callable[..., tuple[Tensor, Tensor]]:
-    return lambda parameters, buffers, *arguments: functional_call(
-        template, (parameters, buffers), arguments
+    # `vmap` does not split what has a keyword
+    return lambda parameters, buffers, pictures, *arguments: functional_call(
+        template, (parameters, buffers), arguments, pictures
     )
 
 
@@ -166,8 +195,10 @@ def _side_by_side(
     if networks > 1:
         return vmap(loss)
 
-    def of_one(stacked, buffers, *arguments):
-        alone = [{key: value[0] for key, value in each.items()} for each in (stacked, buffers)]
+    def of_one(stacked, buffers, pictures, *arguments):
+        alone = [
+            {key: value[0] for key, value in each.items()} for each in (stacked, buffers, pictures)
+        ]
         minimised, reconstruction = loss(*alone, *(value[0] for value in arguments))
         return minimised[None], reconstruction[None]
 
@@ -198,6 +229,7 @@ def _unstack(stacked: dict[str, Tensor], modules: Sequence[torch.nn.Module]) -> 
 @torch.no_grad()
 def _validation_loss(network: Network, data: Data) -> float:
     total = 0.0
-    for index in torch.arange(len(data), device=data.observation.device).split(4096):
-        total += len(index) * float(network.prediction_error(*data[index]))
+    for index in torch.arange(len(data), device=data.observation.device).split(data.at_once):
+        error = network.prediction_error(*data[index], **data.pictures(index))
+        total += len(index) * float(error)
     return total / len(data)

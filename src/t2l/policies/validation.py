@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.policies.policy import Episode, Policy
-from t2l.policies.windows import windows
+from t2l.policies.windows import pictured, windows
 
-# histories that a policy is shown at once, some 10 MB
-AT_ONCE = 4096
+# histories that a policy is shown at once, some 10 MB; with pictures, some 100 MB in its layers
+AT_ONCE, PICTURED_AT_ONCE = 4096, 128
 
 
 def split(
@@ -38,12 +38,17 @@ def prediction_mse(
         at_most: steps, evenly spread over the episodes'; all without it.
     """
     observation, action, past, future = windows(episodes, policy.history, policy.chunk)
+    pictures = pictured(episodes)
+    frames = None if pictures is None else pictures.frames
     if at_most and at_most < len(past):
         judged = np.linspace(0, len(past) - 1, at_most).astype(int)
         past, future = past[judged], future[judged]
+        frames = None if frames is None else frames[judged]
+    at_once = AT_ONCE if pictures is None else PICTURED_AT_ONCE
     total = np.zeros(action.shape[1])
-    for start in range(0, len(past), AT_ONCE):
-        rows = slice(start, start + AT_ONCE)
-        error = policy.act(observation[past[rows]]) - action[future[rows]]
+    for start in range(0, len(past), at_once):
+        rows = slice(start, start + at_once)
+        seen = () if pictures is None else (pictures.store[frames[rows]],)
+        error = policy.act(observation[past[rows]], *seen) - action[future[rows]]
         total += (error.astype(float) ** 2).mean(axis=1).sum(axis=0)
     return total / len(past)

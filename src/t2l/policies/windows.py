@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.policies.policy import Episode
+from t2l.policies.policy import Episode, Pictures
 
 
 def around(lengths: Sequence[int], offsets: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -44,3 +44,18 @@ def windows(
         around(lengths, range(1 - history, 1))[0],
         around(lengths, range(chunk))[0],
     )
+
+
+def pictured(episodes: Sequence[Episode]) -> Pictures | None:
+    """The pictures of all steps of all episodes, in the store that they share; None without any.
+
+    Raises:
+        ValueError: some have pictures and some none, or they are of different stores.
+    """
+    pictures = [e.pictures for e in episodes if e.pictures is not None]
+    if not pictures:
+        return None
+    store = pictures[0].store
+    if len(pictures) < len(episodes) or any(p.store is not store for p in pictures):
+        raise ValueError("episodes of which all have pictures of one store, or none has")
+    return Pictures(store, np.concatenate([p.frames for p in pictures]))

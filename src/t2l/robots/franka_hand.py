@@ -9,7 +9,7 @@ import math
 import mujoco
 
 from t2l.robots.robot import Gripper
-from t2l.robots.specs import COLLIDES_WITH_SCENE
+from t2l.robots.specs import COLLIDES_WITH_SCENE, add_wrist_camera
 
 JOINTS = ("finger_joint1", "finger_joint2")
 GRIP_SITE = "grip"
@@ -35,7 +35,7 @@ def attach(link: mujoco.MjsBody, flange: mujoco.MjsSite, visual: bool) -> None:
     """Mount the hand on `link` at `flange`, turned by -45° as Franka does.
 
     Args:
-        visual: show the fingers above their pads too.
+        visual: show the fingers above their pads too, and add a camera.
     """
     hand = link.add_body(
         name="hand",
@@ -56,6 +56,8 @@ def attach(link: mujoco.MjsBody, flange: mujoco.MjsSite, visual: bool) -> None:
         **{**COLLIDES_WITH_SCENE, "group": 2},
     )
     hand.add_site(name=GRIP_SITE, pos=(0, 0, TIP_Z))
+    if visual:
+        add_wrist_camera(hand, TIP_Z)
     for name, side in zip(JOINTS, (1.0, -1.0), strict=True):
         finger = hand.add_body(
             name=name.replace("joint", ""),

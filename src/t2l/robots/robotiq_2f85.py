@@ -8,7 +8,7 @@ import mujoco
 
 from t2l.robots import menagerie
 from t2l.robots.robot import Gripper
-from t2l.robots.specs import COLLIDES_WITH_SCENE
+from t2l.robots.specs import COLLIDES_WITH_SCENE, WRIST_CAMERA, add_wrist_camera
 
 PREFIX = "gripper/"
 GRIP_SITE = f"{PREFIX}grip"
@@ -42,7 +42,7 @@ _INERTIA = {
 
 
 def attach(spec: mujoco.MjSpec, flange: mujoco.MjsSite, visual: bool) -> None:
-    """Mount the gripper on `flange` of a robot; its names get `PREFIX`.
+    """Mount the gripper on `flange` of a robot; its names get `PREFIX`, but for its camera's.
 
     Raises:
         ConfigurationError: its model is not installed.
@@ -63,6 +63,8 @@ def attach(spec: mujoco.MjSpec, flange: mujoco.MjsSite, visual: bool) -> None:
             gripper.delete(mesh)
     base = gripper.body("base")
     base.add_site(name="grip", pos=(0, 0, GRIP_Z))
+    if visual:
+        add_wrist_camera(base, GRIP_Z)
     # the housing, read off the mesh
     base.add_geom(
         name="housing",
@@ -76,3 +78,5 @@ def attach(spec: mujoco.MjSpec, flange: mujoco.MjsSite, visual: bool) -> None:
     # `attach` wants the options of both to be equal
     gripper.option = spec.option
     spec.attach(gripper, site=flange, prefix=PREFIX)
+    if visual:
+        spec.camera(f"{PREFIX}{WRIST_CAMERA}").name = WRIST_CAMERA

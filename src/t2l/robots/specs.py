@@ -1,6 +1,9 @@
 """What robots, and what else moves in a scene, do to a MjSpec."""
 
 import mujoco
+import numpy as np
+
+WRIST_CAMERA = "wrist"
 
 # bit 1: the scene; geoms of an arm touch what has it and never one another
 COLLIDES_WITH_SCENE = {"contype": 2, "conaffinity": 1, "group": 3}
@@ -30,3 +33,21 @@ def compensate_gravity(spec: mujoco.MjSpec, compensated: bool) -> None:
     for body in spec.bodies:
         if body.name:
             body.gravcomp = float(compensated)
+
+
+def add_wrist_camera(hand: mujoco.MjsBody, grip_z: float) -> None:
+    """Mount a camera on a hand whose z is the approach direction, as a user of the hand would.
+
+    It stands 8 cm off the hand's axis, clear of the housing, and looks 5 cm beyond the grip, so
+    that the fingertips and what is below them are seen.
+
+    Args:
+        grip_z: from the hand's origin to the grip, m.
+    """
+    position = np.array([0.08, 0, 0.02])
+    # a camera looks along its -z
+    back = position - [0, 0, grip_z + 0.05]
+    right = np.array([0, 1, 0])
+    up = np.cross(back, right)
+    # a wide lens: the table is seen from 0.4 m above it, and the grip from near
+    hand.add_camera(name=WRIST_CAMERA, pos=position, xyaxes=[*right, *up], fovy=75)

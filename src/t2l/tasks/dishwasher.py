@@ -58,7 +58,7 @@ class Dishwasher(TableTop):
     instruction = "Open the dishwasher."
     parameters = DishwasherParameters
     # from the side, where hand and door are both seen
-    camera = ((0.0, -1.2, 0.85), (0.94, -0.35, 0, 0.14, 0.37, 0.92))
+    camera = global_camera = ((0.0, -1.2, 0.85), (0.94, -0.35, 0, 0.14, 0.37, 0.92))
 
     def __init__(
         self,

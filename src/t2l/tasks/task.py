@@ -76,6 +76,11 @@ class Task(ABC):
         return self.spec(visual=False).compile()
 
     @cached_property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras of the scene with visuals."""
+        return tuple(camera.name for camera in self.spec(visual=True).cameras if camera.name)
+
+    @cached_property
     def arm_qpos(self) -> np.ndarray:
         """(njoint,) indices of the robot's joints in qpos."""
         return np.array([self.model.joint(j).qposadr[0] for j in self.robot.joints])

@@ -20,6 +20,9 @@ class CloningGrid(Grid):
     kd: Dampings = [2, 8, 32, 128]
     compliant_up_to_kp: CompliantUpTo = 128
     overdamped_from_kd: OverdampedFrom = 32
+    subset: Literal["all", "corners_and_centre"] = Field(
+        "all", description="which of these cells are run"
+    )
 
 
 class Demonstrations(Typed):
@@ -147,6 +150,7 @@ class Variant(Typed):
     demonstrations: Annotated[dict[Text, Any] | None, Given] = Field(
         None, description="`used` alone: all variants share what was recorded"
     )
+    observation: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     actions: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     operator: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")
     retargeting: Annotated[dict[Text, Any] | None, Given] = Field(None, description="as at the top")

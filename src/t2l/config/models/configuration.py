@@ -21,6 +21,7 @@ from t2l.config.models.diagnosis import Diagnosis
 from t2l.config.models.experiment import RobotAblation, SimToReal, TransferDecision
 from t2l.config.models.landscape import Landscape
 from t2l.config.models.learning import ReinforcementLearning, Tuning
+from t2l.config.models.observation import Observation
 from t2l.config.models.scoreboard import Scoreboard
 from t2l.config.models.transfer import (
     Deployment,
@@ -64,6 +65,7 @@ class Configuration(Typed):
         "compliant, overdamped region G^CO",
     )
     demonstrations: Demonstrations = _section(Demonstrations, "demonstrations of the expert")
+    observation: Observation = _section(Observation, "what cloned policies see")
     actions: Actions = _section(Actions, "what the output of cloned policies means")
     operator: Annotated[Operator | None, Given] = Field(
         None,
