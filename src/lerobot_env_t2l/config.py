@@ -13,10 +13,10 @@ from lerobot_env_t2l.environment import OBSERVED_AS, BatchEnvironment
 from lerobot_env_t2l.fit import check_dataset, check_policy
 from t2l.actions import make_control
 from t2l.config import SIMULATION_RATE_HZ
+from t2l.config.actions import of_actions
 from t2l.config.models.actions import Actions
 from t2l.config.models.cloning import Retargeting
 from t2l.config.quantities import Gain, Text
-from t2l.config.relations import of_actions
 from t2l.config.tasks import read_task
 from t2l.demos.dataset import ACTION, ENVIRONMENT, STATE, feature_names
 from t2l.errors import ConfigurationError, T2LError

@@ -22,7 +22,7 @@ def pictured(count=16, length=20):
     frames = np.arange(len(store)).reshape(count, length)
     seen = rng.normal(size=(count, length, 3)).astype(np.float32)
     return [
-        Episode(observation, action[index], Pictures(store, index))
+        Episode(observation, action[index], pictures=Pictures(store, index))
         for observation, index in zip(seen, frames, strict=True)
     ]
 

@@ -1,14 +1,11 @@
 """What keys of a configuration must be in view of others."""
 
 from collections.abc import Iterator, Mapping
-from math import pi
 
-from t2l.actions import ACTIONS
-from t2l.config import transfer_design
+from t2l.config import cloning, transfer_design
+from t2l.config.actions import of_actions
 from t2l.config.cells import grid_of, transfer_cells
 from t2l.config.models import Configuration
-from t2l.config.models.actions import Actions
-from t2l.errors import ConfigurationError
 from t2l.hardware.motion import COMMAND_RATE_HZ
 from t2l.policies import POLICIES
 from t2l.rl.registry import ALGORITHMS
@@ -32,9 +29,8 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
     return [
         *_regions(configuration),
         *_counts(configuration),
-        *_operator(configuration),
         *_rates(configuration, tasks),
-        *_cloned(configuration, tasks),
+        *cloning.problems(configuration, tasks),
         *_conditions(configuration, tasks),
         *transfer_design.decision(configuration, transfer_cells(configuration)),
         *transfer_design.ablation(configuration, transfer_cells(configuration)),
@@ -106,21 +102,6 @@ def _used(configuration: Configuration) -> Iterator[Problem]:
             yield Problem(key, str(used), f"at most demonstrations.count = {section.count}")
 
 
-def _operator(configuration: Configuration) -> Iterator[Problem]:
-    section = configuration.operator
-    if section is None:
-        return
-    for i, crossover in enumerate(section.crossover_rad_s):
-        # beyond it, a loop of an integrator and this delay corrects ever more
-        if crossover * section.reaction_s >= pi / 2:
-            most = pi / 2 / section.reaction_s
-            yield Problem(
-                f"operator.crossover_rad_s[{i}]",
-                describe(crossover),
-                f"a number below π/2 / operator.reaction_s = {most:.4g}",
-            )
-
-
 def _rates(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
     rate = configuration.retargeting.policy_rate_hz
     if SIMULATION_RATE_HZ % rate:
@@ -143,60 +124,6 @@ def _rates(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[
             str(physics),
             f"a multiple of the recordings' {RECORDING_RATE_HZ} Hz",
         )
-
-
-def _cloned(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
-    for i, name in enumerate(configuration.tasks):
-        if name in tasks and not isinstance(tasks[name], Demonstrated):
-            yield Problem(f"tasks[{i}]", describe(name), "a task that an expert can demonstrate")
-        elif name in tasks:
-            yield from _unseen(configuration, name, tasks[name])
-    yield from of_actions("actions", configuration.actions)
-    yield from _cameras(configuration, tasks)
-
-
-def _cameras(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
-    wanted, policy = configuration.observation.cameras, configuration.training.policy
-    if wanted and not POLICIES.find(policy).sees_pictures:
-        allowed = f"none, as {policy} sees no pictures"
-        yield Problem("observation.cameras", describe(wanted), allowed)
-    if wanted and configuration.operator is not None:
-        allowed = "none with an operator, whose demonstrations differ from cell to cell"
-        yield Problem("observation.cameras", describe(wanted), allowed)
-    # a scene is read again for its cameras, so only where they matter
-    for name in configuration.tasks if wanted else ():
-        known = tasks[name].cameras if name in tasks else wanted
-        for i, camera in enumerate(wanted):
-            if camera not in known:
-                found = f"{describe(camera)}{suggestion(camera, known)}"
-                allowed = ", ".join(known) or "none"
-                yield Problem(f"observation.cameras[{i}]", found, f"{allowed}, cameras of {name}")
-
-
-def _unseen(configuration: Configuration, name: str, task: Task) -> Iterator[Problem]:
-    """Parts of an observation that a policy needs, and a task has not."""
-    seen, policy = task.robot_observation_size, configuration.training.policy
-    sizes = {"robot": seen, "environment": len(task.observation_names) - seen}
-    for part in POLICIES.find(policy).needs:
-        if not sizes[part]:
-            found = f"{describe(policy)}, which needs to see the {part}; {name} does not show it"
-            yield Problem("training.policy", found, "another policy")
-
-
-def of_actions(key: str, section: Actions, controller: str = "") -> Iterator[Problem]:
-    """What is wrong with an action space, which `controller` is to understand if one is named."""
-    try:
-        space = ACTIONS.find(section.kind)
-    except ConfigurationError:
-        names = ACTIONS.names()
-        near = suggestion(section.kind, names)
-        yield Problem(f"{key}.kind", f"{describe(section.kind)}{near}", ", ".join(names))
-        return
-    if controller and space.controller != controller:
-        yield Problem(f"{key}.kind", describe(section.kind), f"an action space for {controller}")
-    if section.reference and section.reference not in space.references:
-        allowed = ", ".join(space.references) or f"no such key with {section.kind}"
-        yield Problem(f"{key}.reference", describe(section.reference), allowed)
 
 
 def _weights(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:

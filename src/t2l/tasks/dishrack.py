@@ -9,6 +9,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from t2l.tasks.dishrack_parameters import DishrackParameters
+from t2l.tasks.plate import PLATE, RADIUS, add_plate
 from t2l.tasks.plate_monitor import PlateMonitor
 from t2l.tasks.poses import tilted
 from t2l.tasks.table_top import (
@@ -26,9 +27,7 @@ if TYPE_CHECKING:
 
     from t2l.tasks.waypoints import Waypoint
 
-PLATE, RACK, PAD = "plate", "rack", "pad"
-# of the plate, m: an octagon on a square foot
-RADIUS, FOOT_HEIGHT, FOOT_HALF = 0.06, 0.004, 0.03
+RACK, PAD = "rack", "pad"
 # of the walls between slots, m: they reach the middle of a plate
 WALL, WALL_HEIGHT, WALL_LENGTH = 0.004, 0.06, 0.12
 # of the rack's floor and of the pad, m: where plates stand and lie; the pad is as wide as a plate
@@ -148,7 +147,7 @@ class Dishrack(TableTop):
         # what a plate starts in is a holder of one slot
         walls = 2 if self.origin == PAD else 0
         self._add_surface(spec, PAD, (PAD_HALF, PAD_HALF), (0.36, 0.52, 0.60, 1), walls)
-        self._add_plate(spec)
+        add_plate(spec, self.plate_thickness_m, self.plate_mass_kg)
         return spec
 
     def _add_surface(
@@ -167,22 +166,6 @@ class Dishrack(TableTop):
             y = (i - (walls - 1) / 2) * (self.slot_width_m + WALL)
             pos = (0, y, SURFACE + WALL_HEIGHT / 2)
             add_box(body, f"{name}_wall_{i}", size, pos, (0.55, 0.58, 0.63, 1), **STANDS)
-
-    def _add_plate(self, spec: mujoco.MjSpec) -> None:
-        plate = spec.worldbody.add_body(name=PLATE, pos=(0.5, 0, 0.5))
-        plate.add_freejoint(name=PLATE)
-        plate.add_site(name=PLATE, group=5)
-        half, mass = self.plate_thickness_m / 2, self.plate_mass_kg / 5
-        # four make the octagon; the one that is grasped and stands in the slot is a little larger,
-        # so that it alone is touched and the simulation is a third faster
-        across = np.array([RADIUS, RADIUS * np.tan(np.pi / 8), half])
-        for i in range(4):
-            size = across if i == 2 else 0.98 * across
-            quat = (np.cos(i * np.pi / 8), 0, 0, np.sin(i * np.pi / 8))
-            white = (0.95, 0.95, 0.93, 1)
-            add_box(plate, f"rim_{i}", size, (0, 0, 0), white, mass, quat=quat)
-        foot, below = (FOOT_HALF, FOOT_HALF, FOOT_HEIGHT / 2), (0, 0, -half - FOOT_HEIGHT / 2)
-        add_box(plate, "foot", foot, below, (0.75, 0.76, 0.78, 1), mass)
 
     def sample_starts(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """The robot about its home, rack and pad somewhere, the plate leaning in its slot."""

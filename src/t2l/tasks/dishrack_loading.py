@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from t2l.tasks.dishrack import PAD, RACK, RADIUS, WALL_LENGTH, Dishrack
+from t2l.tasks.dishrack import PAD, RACK, WALL_LENGTH, Dishrack
+from t2l.tasks.plate import RADIUS
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from t2l.tasks.dishrack import FOOT_HEIGHT, PAD, RACK, RADIUS, Dishrack
+from t2l.tasks.dishrack import PAD, RACK, Dishrack
+from t2l.tasks.plate import FOOT_HEIGHT, RADIUS
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
