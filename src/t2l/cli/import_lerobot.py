@@ -3,8 +3,9 @@
 import argparse
 from pathlib import Path
 
+from t2l.cli.dataset import add_dataset_arguments
 from t2l.cli.inputs import add_extensions, add_force
-from t2l.cli.words import integers, numbers, words
+from t2l.cli.words import integers, numbers
 
 HELP = "make a recording of each episode of a LeRobot data set"
 
@@ -18,18 +19,7 @@ options do.
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.description = DESCRIPTION
-    parser.add_argument("dataset", type=Path, metavar="DATASET", help="folder with meta and data")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument(
-        "--robot", required=True, help="a name, or the path of an MJCF or URDF file"
-    )
-    parser.add_argument(
-        "--joints",
-        type=words,
-        required=True,
-        metavar="A,B,...",
-        help="the model's joints, found by name in the data set unless indices are given",
-    )
+    add_dataset_arguments(parser, "folder for the recordings")
     parser.add_argument(
         "--kp", type=numbers, required=True, help="N·m/rad, one number or one for each joint: 1,2"
     )
@@ -44,11 +34,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--command-rate-hz", type=float, help="the data set's frame rate unless given"
     )
-    parser.add_argument(
-        "--degrees", action="store_true", help="positions and velocities are in degrees"
-    )
-    parser.add_argument("--action-indices", type=integers, metavar="I,J,...")
-    parser.add_argument("--state-indices", type=integers, metavar="I,J,...")
     parser.add_argument("--episodes", type=integers, metavar="I,J,...", help="all unless given")
     parser.add_argument("--notes", default="", help="kept with every recording")
     parser.add_argument("--format", choices=("csv", "parquet"), default="csv")

@@ -3,8 +3,9 @@
 import argparse
 from pathlib import Path
 
+from t2l.cli.dataset import add_dataset_arguments
 from t2l.cli.inputs import add_extensions, add_force
-from t2l.cli.words import integers, numbers, words
+from t2l.cli.words import numbers
 
 HELP = "make a LeRobot data set one of other gains"
 
@@ -20,18 +21,7 @@ is no joint, such as a gripper, stays as it is.
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.description = DESCRIPTION
-    parser.add_argument("dataset", type=Path, metavar="DATASET", help="folder with meta and data")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the new data set")
-    parser.add_argument(
-        "--robot", required=True, help="a name, or the path of an MJCF or URDF file"
-    )
-    parser.add_argument(
-        "--joints",
-        type=words,
-        required=True,
-        metavar="A,B,...",
-        help="the model's joints, found by name in the data set unless indices are given",
-    )
+    add_dataset_arguments(parser, "folder for the new data set")
     for which, gains in (("", "that it was recorded under"), ("to-", "wanted")):
         for gain, unit in (("kp", "N·m/rad"), ("kd", "N·m·s/rad")):
             parser.add_argument(
@@ -40,11 +30,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 required=True,
                 help=f"{gains}, {unit}, one number or one for each joint: 1,2",
             )
-    parser.add_argument(
-        "--degrees", action="store_true", help="positions and velocities are in degrees"
-    )
-    parser.add_argument("--action-indices", type=integers, metavar="I,J,...")
-    parser.add_argument("--state-indices", type=integers, metavar="I,J,...")
     add_extensions(parser)
     add_force(parser)
 

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mujoco.batch import Batch
 
-from t2l.tasks.task import Monitor
+from t2l.tasks.held_monitor import HeldMonitor
 
 if TYPE_CHECKING:
     from t2l.tasks.dishwasher import Dishwasher
 
 
-class DoorMonitor(Monitor):
+class DoorMonitor(HeldMonitor):
     """Success: the door is open.
 
     Failure kinds: `not_moved` (the door never left its frame), `slipped` (it did, and the hand is
@@ -22,8 +22,8 @@ class DoorMonitor(Monitor):
     HELD_M = 0.04  # from the tool to the bar's line, more than a grasp leaves
 
     def __init__(self, task: "Dishwasher", nsim: int):
+        super().__init__(nsim)
         self.task = task
-        self.success_time_s = np.full(nsim, np.nan)
         self._moved = np.zeros(nsim, dtype=bool)
         self._held = np.zeros(nsim, dtype=bool)
 
@@ -31,14 +31,11 @@ class DoorMonitor(Monitor):
         angle = self.task.door_angle(batch)
         self._moved[running] |= angle[running] > self.MOVED_RAD
         self._held[running] = (self.task.distance_from_bar(batch) < self.HELD_M)[running]
-        opened = running & (angle >= self.task.opened_rad) & np.isnan(self.success_time_s)
-        self.success_time_s[opened] = time_s
+        self.held(running & (angle >= self.task.opened_rad), time_s)
 
     def failures(self, running: np.ndarray) -> list[str]:
-        done = ~np.isnan(self.success_time_s)
-        kinds = np.select(
-            [done, ~running, ~self._moved, ~self._held],
-            ["", "diverged", "not_moved", "slipped"],
-            "not_opened",
-        )
-        return kinds.tolist()
+        kinds = [
+            ("not_moved", ~self._moved),
+            ("slipped", ~self._held),
+        ]
+        return self.named(running, kinds, "not_opened")

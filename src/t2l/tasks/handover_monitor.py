@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mujoco.batch import Batch
 
-from t2l.tasks.task import Monitor
+from t2l.tasks.held_monitor import HeldMonitor
 
 if TYPE_CHECKING:
     from t2l.tasks.bimanual_handover import BimanualHandover
 
 
-class HandoverMonitor(Monitor):
+class HandoverMonitor(HeldMonitor):
     """Success: the second hand has held the bar above the table, alone, for half a second.
 
     Failure kinds, by how it is at the end: `not_grasped` (the bar never left the table), `dropped`
@@ -25,9 +25,8 @@ class HandoverMonitor(Monitor):
     REACH_M = 0.055
 
     def __init__(self, task: "BimanualHandover", nsim: int):
+        super().__init__(nsim)
         self.task = task
-        self.success_time_s = np.full(nsim, np.nan)
-        self._held_since_s = np.full(nsim, np.nan)
         self._lifted = np.zeros(nsim, dtype=bool)
         self._on_table = np.ones(nsim, dtype=bool)
         self._at_bar = np.zeros((nsim, 2), dtype=bool)
@@ -42,21 +41,15 @@ class HandoverMonitor(Monitor):
         self._at_bar[running] = at_bar[running]
 
         held = running & off_table & ~at_bar[:, 0] & at_bar[:, 1]
-        self._held_since_s[~held] = np.nan
-        began = held & np.isnan(self._held_since_s)
-        self._held_since_s[began] = time_s
-        done = held & (time_s - self._held_since_s >= self.HOLD_S - 1e-9)
-        self.success_time_s[done & np.isnan(self.success_time_s)] = time_s
+        self.held(held, time_s)
 
     def failures(self, running: np.ndarray) -> list[str]:
-        done = ~np.isnan(self.success_time_s)
         first, second = self._at_bar.T
-        kinds = np.select(
-            [done, ~running, ~self._lifted, self._on_table, first & second, first, second],
-            [
-                *("", "diverged", "not_grasped", "dropped"),
-                *("not_released", "not_handed_over", "not_held"),
-            ],
-            "dropped",
-        )
-        return kinds.tolist()
+        kinds = [
+            ("not_grasped", ~self._lifted),
+            ("dropped", self._on_table),
+            ("not_released", first & second),
+            ("not_handed_over", first),
+            ("not_held", second),
+        ]
+        return self.named(running, kinds, "dropped")

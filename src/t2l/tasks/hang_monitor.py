@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mujoco.batch import Batch
 
+from t2l.tasks.held_monitor import HeldMonitor
 from t2l.tasks.mug import HEIGHT
-from t2l.tasks.task import Monitor
 
 if TYPE_CHECKING:
     from t2l.tasks.mug_hanging import MugHanging
 
 
-class HangMonitor(Monitor):
+class HangMonitor(HeldMonitor):
     """Success: the hand has left the mug, and half a second later the handle is still on the peg.
 
     Failure kinds: `not_grasped` (the mug never left the table), `not_released` (at the end it is
@@ -26,9 +26,8 @@ class HangMonitor(Monitor):
     MARGIN_M = 0.01  # between the fingertips and a mug that is let go
 
     def __init__(self, task: "MugHanging", nsim: int):
+        super().__init__(nsim)
         self.task = task
-        self.success_time_s = np.full(nsim, np.nan)
-        self._hung_since_s = np.full(nsim, np.nan)
         self._lifted = np.zeros(nsim, dtype=bool)
         self._at_peg = np.zeros(nsim, dtype=bool)
         self._unfinished = np.zeros(nsim, dtype=bool)
@@ -45,21 +44,12 @@ class HangMonitor(Monitor):
         self._unfinished[running] = (on_peg | (above_table & ~away))[running]
 
         hung = running & on_peg & away
-        self._hung_since_s[~hung] = np.nan
-        self._hung_since_s[hung & np.isnan(self._hung_since_s)] = time_s
-        done = hung & (time_s - self._hung_since_s >= self.HOLD_S - 1e-9)
-        self.success_time_s[done & np.isnan(self.success_time_s)] = time_s
+        self.held(hung, time_s)
 
     def failures(self, running: np.ndarray) -> list[str]:
-        kinds = np.select(
-            [
-                ~np.isnan(self.success_time_s),
-                ~running,
-                ~self._lifted,
-                self._unfinished,
-                self._at_peg,
-            ],
-            ["", "diverged", "not_grasped", "not_released", "missed"],
-            "dropped",
-        )
-        return kinds.tolist()
+        kinds = [
+            ("not_grasped", ~self._lifted),
+            ("not_released", self._unfinished),
+            ("missed", self._at_peg),
+        ]
+        return self.named(running, kinds, "dropped")

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mujoco.batch import Batch
 
-from t2l.tasks.task import Monitor
+from t2l.tasks.held_monitor import HeldMonitor
 
 if TYPE_CHECKING:
     from t2l.tasks.dishrack import Dishrack
 
 
-class PlateMonitor(Monitor):
+class PlateMonitor(HeldMonitor):
     """Success: the plate is placed, at rest, let go, for a fifth of a second.
 
     Failure kinds: `not_grasped` (it was never lifted), `not_released` (still in the hand), the
@@ -26,9 +26,8 @@ class PlateMonitor(Monitor):
     AT_GOAL_M = 0.10
 
     def __init__(self, task: "Dishrack", nsim: int):
+        super().__init__(nsim)
         self.task = task
-        self.success_time_s = np.full(nsim, np.nan)
-        self._placed_since_s = np.full(nsim, np.nan)
         self._start_height = np.full(nsim, np.nan)
         self._lifted = np.zeros(nsim, dtype=bool)
         self._released = np.ones(nsim, dtype=bool)
@@ -50,22 +49,12 @@ class PlateMonitor(Monitor):
             & task.placed(position, rotation)
             & (speed < self.REST_SPEED_M_S)
         )
-        self._placed_since_s[~placed] = np.nan
-        began = placed & np.isnan(self._placed_since_s)
-        self._placed_since_s[began] = time_s
-        done = placed & (time_s - self._placed_since_s >= self.HOLD_S - 1e-9)
-        self.success_time_s[done & np.isnan(self.success_time_s)] = time_s
+        self.held(placed, time_s)
 
     def failures(self, running: np.ndarray) -> list[str]:
-        kinds = np.select(
-            [
-                ~np.isnan(self.success_time_s),
-                ~running,
-                ~self._lifted,
-                ~self._released,
-                self._at_goal,
-            ],
-            ["", "diverged", "not_grasped", "not_released", self.task.missed],
-            "dropped",
-        )
-        return kinds.tolist()
+        kinds = [
+            ("not_grasped", ~self._lifted),
+            ("not_released", ~self._released),
+            (self.task.missed, self._at_goal),
+        ]
+        return self.named(running, kinds, "dropped")

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mujoco.batch import Batch
 
-from t2l.tasks.task import Monitor
+from t2l.tasks.held_monitor import HeldMonitor
 
 if TYPE_CHECKING:
     from t2l.tasks.block_stack import BlockStack
 
 
-class StackMonitor(Monitor):
+class StackMonitor(HeldMonitor):
     """Success: red stands on blue, at rest, let go, for a fifth of a second.
 
     Failure kinds: `not_grasped` (red never left the table), `dropped` (it did, and lies on the
@@ -25,9 +25,8 @@ class StackMonitor(Monitor):
     LIFTED_M = 0.02
 
     def __init__(self, task: "BlockStack", carried: str, nsim: int):
+        super().__init__(nsim)
         self.task, self._carried = task, carried
-        self.success_time_s = np.full(nsim, np.nan)
-        self._stacked_since_s = np.full(nsim, np.nan)
         self._lifted = np.zeros(nsim, dtype=bool)
         self._on_table = np.ones(nsim, dtype=bool)
         self._released = np.ones(nsim, dtype=bool)
@@ -52,22 +51,12 @@ class StackMonitor(Monitor):
             & (np.abs(offset[:, 2] - task.block_size_m) < self.HEIGHT_TOLERANCE_M)
             & (speed < self.REST_SPEED_M_S)
         )
-        self._stacked_since_s[~stacked] = np.nan
-        began = stacked & np.isnan(self._stacked_since_s)
-        self._stacked_since_s[began] = time_s
-        done = stacked & (time_s - self._stacked_since_s >= self.HOLD_S - 1e-9)
-        self.success_time_s[done & np.isnan(self.success_time_s)] = time_s
+        self.held(stacked, time_s)
 
     def failures(self, running: np.ndarray) -> list[str]:
-        kinds = np.select(
-            [
-                ~np.isnan(self.success_time_s),
-                ~running,
-                ~self._lifted,
-                self._on_table,
-                ~self._released,
-            ],
-            ["", "diverged", "not_grasped", "dropped", "not_released"],
-            "misplaced",
-        )
-        return kinds.tolist()
+        kinds = [
+            ("not_grasped", ~self._lifted),
+            ("dropped", self._on_table),
+            ("not_released", ~self._released),
+        ]
+        return self.named(running, kinds, "misplaced")
