@@ -15,12 +15,12 @@ with job(snakemake):
     task = make_task(params.task)
     cell = Cell.from_name(snakemake.wildcards.cell)
     control = make_control(params.actions, cell, task.robot, task.model)
-    pictures = ()
+    (episodes,), pictures = snakemake.input.episodes, ()
     if snakemake.input.get("pictures"):
         store, frames = read_pictures(snakemake.input.pictures, **params.observation)
-        pictures = (store[frames[number]] for number in read_numbers(snakemake.input.episodes))
+        pictures = (store[frames[number]] for number in read_numbers(episodes))
     write_dataset(
-        read_episodes(snakemake.input.episodes, task),
+        read_episodes(episodes, task),
         task,
         control.actions.names,
         params.settings["policy_rate_hz"],
