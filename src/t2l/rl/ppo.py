@@ -16,6 +16,7 @@ from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
 from t2l.rl.adaptive_rate import AdaptiveRate, RememberingBuffer, WatchedPolicy
 from t2l.rl.algorithm import Algorithm, Report, Trained, TrainingError
 from t2l.rl.environments import Environments
+from t2l.rl.evaluate import evaluate
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
 
@@ -45,7 +46,8 @@ class ProximalPolicyOptimisation(Algorithm):
         model = make_model(environments, settings.seed, settings.shared_network)
         listener = _Listener(
             AdaptiveRate(model, FIRST_RATE, MINIBATCHES),
-            Progress(judges, settings, report),
+            judges,
+            Progress(settings, report),
             settings.evaluate_every,
             threads,
         )
@@ -140,9 +142,16 @@ class _BoundedPolicy(WatchedPolicy):
 class _Listener(BaseCallback):
     """Evaluates after some updates."""
 
-    def __init__(self, rate: AdaptiveRate, progress: Progress, evaluate_every: int, threads: int):
+    def __init__(
+        self,
+        rate: AdaptiveRate,
+        judges: Environments,
+        progress: Progress,
+        evaluate_every: int,
+        threads: int,
+    ):
         super().__init__()
-        self.rate, self.progress = rate, progress
+        self.rate, self.judges, self.progress = rate, judges, progress
         self.evaluate_every, self.threads = evaluate_every, threads
         self.updates = -1
         self._rewards: list[float] = []
@@ -172,8 +181,10 @@ class _Listener(BaseCallback):
 
     def judge(self) -> None:
         """Evaluate the policy as it is."""
-        self.progress.judge(
-            export(self.model),
+        policy = export(self.model)
+        self.progress.take(
+            policy,
+            evaluate(policy, self.judges),
             update=self.updates,
             steps=self.num_timesteps,
             reward=float(np.mean(self._rewards)),
