@@ -13,7 +13,7 @@ import numpy as np
 
 from t2l.robots import Robot
 from t2l.sim.arrays import Array, like, namespace
-from t2l.sim.batch import PROCESSOR, apply_position_gains, make_batch
+from t2l.sim.batch import MUJOCO, apply_position_gains, make_batch
 
 AT_REST_RAD_S = 1e-3  # slower joints feel static friction
 
@@ -38,7 +38,7 @@ class Simulator:
         n: int,
         rate_hz: float,
         threads: int = 1,
-        device: str = PROCESSOR,
+        device: str = MUJOCO,
     ):
         self.robot, self.n, self.timestep_s = robot, n, 1.0 / rate_hz
         spec.option.timestep = self.timestep_s

@@ -16,7 +16,7 @@ from t2l.identify.training_simulator import Simulator
 from t2l.rl.constraints import JITTER_RAD_S, JITTER_WINDOW_S, LIMITS, violations
 from t2l.rl.interface import observe, steps_held
 from t2l.sim.arrays import Array, like, namespace, to_numpy
-from t2l.sim.batch import PROCESSOR
+from t2l.sim.batch import MUJOCO
 from t2l.sim.controllers.joint_pd import pd_torque
 from t2l.tasks import Rewarded
 
@@ -81,7 +81,7 @@ class World:
         staggered: bool = True,
         clipped: bool = True,
         noise: tuple[float, float] = (0.0, 0.0),
-        device: str = PROCESSOR,
+        device: str = MUJOCO,
     ):
         self.task, self.each = task, n
         self.generators, self.rows = list(generators), n * len(generators)
@@ -95,16 +95,16 @@ class World:
         self.bound = 1.0 if clipped else UNBOUNDED
         self.period_s = 1 / policy_rate_hz
         self.actions = actions.like(self.simulator.qpos)
-        self._kp, self._kd = (self._array(gain) for gain in (kp, kd))
+        self._kp, self._kd = (self.array(gain) for gain in (kp, kd))
         self._goal = self._zeros(task.goal_size)
         self._elapsed = np.zeros(self.rows, int)
         self._action = self._zeros(len(actions.names))
         self._command = self.simulator.qpos + 0.0
         self._torque = 0.0 * self._command
-        self._violated = self._array(np.zeros((self.rows, len(LIMITS)), bool))
+        self._violated = self.array(np.zeros((self.rows, len(LIMITS)), bool))
         # of the velocities over the end of an episode: their number, sum and sum of squares
         self._settling = max(0, self.horizon - round(JITTER_WINDOW_S * policy_rate_hz))
-        self._moments = self._array(np.zeros((2, *self._command.shape)))
+        self._moments = self.array(np.zeros((2, *self._command.shape)))
         self.observation_size = self._observe(self._begin(np.arange(self.rows))).shape[1]
 
     def begin(self) -> Array:
@@ -129,7 +129,7 @@ class World:
             worth (rows,); and the episodes that ended.
         """
         xp = namespace(self._action)
-        action = xp.clip(self._array(action), -self.bound, self.bound)
+        action = xp.clip(self.array(action), -self.bound, self.bound)
         change, self._action = action - self._action, action
         self._command = self.actions.command(action, self.simulator.qpos, self._command)
         if self.disturbance is not None:
@@ -158,7 +158,7 @@ class World:
     def _advance(self, q_des: Array) -> None:
         simulator, period = self.simulator, self.simulator.timestep_s
         xp = namespace(q_des)
-        settling = self._array((self._elapsed >= self._settling)[:, None])
+        settling = self.array((self._elapsed >= self._settling)[:, None])
         for _ in range(self.nstep):
             # what the robot's own controller would ask for, with the gains it is given
             torque = pd_torque(q_des, simulator.qpos, simulator.qvel, self._kp, self._kd)
@@ -179,8 +179,8 @@ class World:
         """Put robots `ids` at a start at rest with a goal; what remains to all."""
         simulator, task = self.simulator, self.task
         simulator.batch.reset(ids=ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
-        simulator.qpos[ids] = self._array(self._drawn(task.sample_starts, ids) if q is None else q)
-        self._goal[ids] = self._array(self._drawn(task.sample_goals, ids) if goal is None else goal)
+        simulator.qpos[ids] = self.array(self._drawn(task.sample_starts, ids) if q is None else q)
+        self._goal[ids] = self.array(self._drawn(task.sample_goals, ids) if goal is None else goal)
         self._elapsed[ids] = 0
         self._action[ids] = 0.0
         self._command[ids] = simulator.qpos[ids]
@@ -233,8 +233,9 @@ class World:
         memory = self.actions.memory(q, self._command)
         return observe(q, dq, remaining, self._action, memory)
 
-    def _array(self, values: Array) -> Array:
+    def array(self, values: Array) -> Array:
+        """Numbers, or truth values, as an array of this world."""
         return like(values, self.simulator.qpos)
 
     def _zeros(self, columns: int) -> Array:
-        return self._array(np.zeros((self.rows, columns)))
+        return self.array(np.zeros((self.rows, columns)))

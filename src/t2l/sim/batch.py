@@ -21,20 +21,21 @@ if TYPE_CHECKING:
     from t2l.sim.warp_batch import WarpBatch
 
 TIMESTEP_S = 0.002
-PROCESSOR = "cpu"
+# MuJoCo on the processor, in place of a device of torch
+MUJOCO = "mujoco"
 
 
 def make_batch(
-    model: mujoco.MjModel, nsim: int, threads: int = 1, device: str = PROCESSOR
+    model: mujoco.MjModel, nsim: int, threads: int = 1, device: str = MUJOCO
 ) -> "Batch | WarpBatch":
     """A batch of `nsim` simulations of `model`.
 
     Args:
         threads: of the processor, which change no result.
-        device: `PROCESSOR`, whose arrays are NumPy's; or a GPU as torch names it, such as `cuda`,
-            where arrays are torch's in single precision, and models have no contacts.
+        device: `MUJOCO`, whose arrays are NumPy's; or a device as torch names it, such as `cuda`,
+            for MuJoCo Warp, whose arrays are torch's in single precision; models have no contacts.
     """
-    if device != PROCESSOR:
+    if device != MUJOCO:
         from t2l.sim.warp_batch import WarpBatch
 
         return WarpBatch(model, nsim, device)

@@ -66,7 +66,7 @@ class WarpBatch:
         return torch.as_tensor(np.asarray(values, dtype=np.float32), device=self._torch_device)
 
     def expand(self, name: str) -> torch.Tensor:
-        """A parameter of the model with a value for each simulation, (nsim, …), to be written to."""
+        """A parameter with a value for each simulation, (nsim, …), to be written to."""
         shared = getattr(self._model, name)
         if shared.shape[0] != self.nsim:
             with warp.ScopedDevice(self._device):
@@ -85,7 +85,7 @@ class WarpBatch:
             mujoco_warp.set_const(self._model, self._data, groups=mujoco_warp.SetConstGroup.INERT0)
 
     def reset(self, ids: Sequence[int] | slice = slice(None), stage: int = 0) -> None:
-        """Put simulations at the model's initial state, at rest; `stage` is as of MuJoCo's batch."""
+        """Put simulations at the model's initial state; nothing is derived at any `stage`."""
         self.qpos[ids] = self._initial
         for values in (self.qvel, self.ctrl, self._warmstart, self._time):
             values[ids] = 0.0

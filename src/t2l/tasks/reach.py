@@ -106,6 +106,7 @@ class JointReach(Reach):
     instruction = "Move every joint to its goal and hold it there."
     parameters = JointReachParameters
     weights_of = JOINT_WEIGHTS
+    on_gpu = True
 
     def __init__(self, tolerance_rad: float, **of_reach):
         super().__init__(**of_reach)
