@@ -72,7 +72,7 @@ for CONDITION in SEARCHED if SIDE_BY_SIDE else []:
             settings=TRAINING_SETTINGS,
             horizon_s=HORIZON_S,
             rate_hz=STUDY.sections["identification"]["rate_hz"],
-            tuning={k: v for k, v in TUNING.items() if k != "workers"},
+            tuning=TUNING,
             seed=SEED,
         threads: 1
         log:

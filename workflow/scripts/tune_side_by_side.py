@@ -31,6 +31,7 @@ with job(snakemake):
             (open_study(params.tuning["storage"], folder / "trials.journal", name), problem)
         )
         log.info("study %s", name)
-    work_side_by_side(studies, search, settings, params.seed, snakemake.threads, log.info)
+    workers, threads = params.tuning["workers"], snakemake.threads
+    work_side_by_side(studies, search, settings, params.seed, workers, threads, log.info)
     for (study, _), path in zip(studies, snakemake.output, strict=True):
         write_text(f"{study.study_name}\n", path)

@@ -92,13 +92,13 @@ def work_side_by_side(
     search: Search,
     settings: Settings,
     seed: int,
+    workers: int = 1,
     threads: int = 1,
     report: Callable[[str], None] = lambda line: None,
 ) -> None:
-    """As `work` for the studies of several cells; trials that need no other train side by side.
+    """As several `workers` for the studies of several cells, whose trials train side by side.
 
-    These are the trials of all cells before the sampler judges by earlier ones, and then one of
-    each cell.
+    The trials before the sampler judges by earlier ones need no other: all of them come at once.
     """
     for study, problem in studies:
         ready = _prepare(study, problem, search, settings, report)
@@ -106,7 +106,7 @@ def work_side_by_side(
         asked = [
             (study, *_ask(study, problem, search, ready, seed))
             for study, problem in studies
-            for _ in range(_at_once(study, search))
+            for _ in range(_at_once(study, search, workers))
         ]
         if not asked:
             return
@@ -148,10 +148,10 @@ def _busy(study: optuna.Study) -> int:
     return sum(alive(trial) for trial in running)
 
 
-def _at_once(study: optuna.Study, search: Search) -> int:
+def _at_once(study: optuna.Study, search: Search, workers: int) -> int:
     """Trials that may be asked for before any of them is told."""
     begun = count(study, *FINISHED) + _busy(study)
-    return min(max(1, search.startup - begun), search.trials - begun)
+    return min(max(workers, search.startup - begun), search.trials - begun)
 
 
 def _ask(
