@@ -13,8 +13,9 @@ from t2l.rl.adaptive_rate import AdaptiveRate
 from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
 from t2l.rl.choice import Choice
 from t2l.rl.evaluate import evaluate, evaluate_side_by_side
+from t2l.rl.normaliser import Normaliser
 from t2l.rl.ppo import EPOCHS, FIRST_RATE, GAMMA, MINIBATCHES, ROLLOUT_STEPS, make_model
-from t2l.rl.ppo_side_by_side import Normaliser, Rollout, SideBySide, advantages
+from t2l.rl.ppo_side_by_side import Rollout, SideBySide, advantages
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from tests.defaults import learning
 from tests.rl.test_environments import make

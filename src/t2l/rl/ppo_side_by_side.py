@@ -12,10 +12,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
+from t2l.policies.gaussian_mlp import GaussianMLP
 from t2l.rl.adaptive_rate import BOUNDS, FACTOR, TARGET_KL
 from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
 from t2l.rl.evaluate import evaluate_side_by_side
+from t2l.rl.normaliser import EPSILON, Normaliser
 from t2l.rl.ppo import (
     CLIP,
     ENTROPY,
@@ -33,11 +34,8 @@ from t2l.rl.ppo import (
 )
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
-from t2l.rl.stacked import Adam, Moments, Stack
+from t2l.rl.stacked import Adam, Stack
 from t2l.rl.world import World
-
-# VecNormalize's own
-EPSILON = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,32 +58,6 @@ class Rollout:
     def minibatch(self, ids: Tensor) -> tuple[Tensor, ...]:
         """Samples `ids` of every policy."""
         return tuple(getattr(self, name)[:, ids] for name in self.__dataclass_fields__)
-
-
-class Normaliser:
-    """Observations and rewards of each training, normalised as stable-baselines3's VecNormalize."""
-
-    def __init__(self, n: int, observation_size: int, device: torch.device):
-        self.observation = Moments(n, observation_size, device)
-        self._returned, self._discounted = Moments(n, 1, device), None
-
-    def seen(self, observation: Tensor, learn: bool = True) -> Tensor:
-        """Observations (n, m, nobs) normalised, taken in before if they are to be learned from."""
-        if learn:
-            self.observation.update(observation)
-        mean, variance = self.observation.mean[:, None], self.observation.variance[:, None]
-        normal = (observation - mean) / (variance + EPSILON).sqrt()
-        return normal.clamp(-CLIPPED_AT, CLIPPED_AT).float()
-
-    def paid(self, reward: Tensor, done: Tensor) -> Tensor:
-        """Rewards (n, m) by the spread of discounted returns."""
-        if self._discounted is None:
-            self._discounted = torch.zeros_like(reward)
-        self._discounted = self._discounted * GAMMA + reward
-        self._returned.update(self._discounted[:, :, None])
-        spread = (self._returned.variance + EPSILON).sqrt()
-        self._discounted = torch.where(done, 0.0, self._discounted)
-        return (reward / spread).clamp(-CLIPPED_AT, CLIPPED_AT).float()
 
 
 class SideBySide:

@@ -63,24 +63,3 @@ class Adam:
         self._square.lerp_(gradient**2, 1 - second)
         root = (self._square / (1 - second**n)).sqrt_().add_(EPSILON)
         self._rows -= rate[:, None] * self._mean / (1 - first**n) / root
-
-
-class Moments:
-    """Running mean and variance of each row's numbers, as stable-baselines3's RunningMeanStd.
-
-    Attributes:
-        mean, variance: (n, k) float64.
-    """
-
-    def __init__(self, n: int, k: int, device: torch.device):
-        self.mean = torch.zeros(n, k, dtype=torch.float64, device=device)
-        self.variance, self._count = torch.ones_like(self.mean), 1e-4
-
-    def update(self, values: Tensor) -> None:
-        """Take in values (n, m, k)."""
-        values, m = values.double(), values.shape[1]
-        variance, mean = torch.var_mean(values, dim=1, correction=0)
-        off, total = mean - self.mean, self._count + m
-        spread = self.variance * self._count + variance * m + off**2 * self._count * m / total
-        self.mean = self.mean + off * m / total
-        self.variance, self._count = spread / total, total
