@@ -6,6 +6,7 @@ import torch
 
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
+from t2l.sim.arrays import to_numpy
 from t2l.sim.batch import apply_position_gains, make_batch
 
 ROBOT = make_robot("fr3")
@@ -44,7 +45,7 @@ def moved(batch, steps, of):
     batch.qpos[:], batch.ctrl[:] = array(of["start"]), array(of["command"])
     for _ in range(steps):
         batch.step()
-    return [np.array(values) for values in (batch.qpos, batch.qvel)]
+    return [to_numpy(values).copy() for values in (batch.qpos, batch.qvel)]
 
 
 def test_each_simulation_moves_as_in_mujoco_with_parameters_of_its_own(batches):

@@ -5,6 +5,8 @@ is another one than stable-baselines3's, in which one step of the GPU moves all 
 do not touch each other. What noise a policy meets depends on who trains beside it.
 """
 
+import logging
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -36,6 +38,8 @@ from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
 from t2l.rl.stacked import Adam, Stack
 from t2l.rl.world import World
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,7 +252,7 @@ def train_side_by_side(
     learning = SideBySide(world, seeds, settings.shared_network)
     progress = [Progress(settings, report) for report in reports]
     ended: dict[int, TrainingError | TrainingEnded] = {}
-    rewards = []
+    rewards, began = [], time.monotonic()
     for update in range(1, settings.updates + 1):
         rewards.append(learning.update())
         for i in np.flatnonzero(~learning.finite()):
@@ -257,6 +261,11 @@ def train_side_by_side(
             continue
         policies = learning.export()
         found = evaluate_side_by_side(policies, judges)
+        log.info(
+            "update %d of %d: success %.2f, mean of %d trainings; %.0f s left",
+            *(update, settings.updates, np.mean([own.success for own in found]), len(found)),
+            (time.monotonic() - began) / update * (settings.updates - update),
+        )
         reward = torch.stack(rewards).mean(dim=0).tolist()
         rewards.clear()
         for i, own in enumerate(progress):

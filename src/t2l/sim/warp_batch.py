@@ -12,7 +12,6 @@ Warp compiles for the processor too (`"cpu"`), slowly; that serves to test.
 """
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 
 import mujoco
 import mujoco_warp
@@ -48,6 +47,8 @@ class WarpBatch:
         with warp.ScopedDevice(self._device):
             self._model = mujoco_warp.put_model(model)
             self._data = mujoco_warp.make_data(model, nworld=nsim, nconmax=1, njmax=rows)
+        # where torch works too, so that neither overtakes the other; a processor has none
+        self._stream = warp.stream_from_torch(self._torch_device) if self._device.is_cuda else None
         option = self._model.opt
         option.solver = mujoco.mjtSolver.mjSOL_NEWTON.value
         option.iterations = min(option.iterations, ITERATIONS)
@@ -81,8 +82,9 @@ class WarpBatch:
         """Derive what follows from parameters that were changed."""
         for name in _DERIVED:
             self.expand(name)
-        with self._stream():
-            mujoco_warp.set_const(self._model, self._data, groups=mujoco_warp.SetConstGroup.INERT0)
+        inertia = mujoco_warp.SetConstGroup.INERT0
+        with warp.ScopedStream(self._stream):
+            mujoco_warp.set_const(self._model, self._data, groups=inertia)
 
     def reset(self, ids: Sequence[int] | slice = slice(None), stage: int = 0) -> None:
         """Put simulations at the model's initial state; nothing is derived at any `stage`."""
@@ -92,32 +94,24 @@ class WarpBatch:
 
     def step(self) -> None:
         """Advance all simulations by a timestep."""
-        with self._stream() as stream:
-            if not self._device.is_cuda:
-                mujoco_warp.step(self._model, self._data)
-                return
-            if self._graph is None:
-                self._graph = self._captured()
-            warp.capture_launch(self._graph, stream=stream)
+        if self._stream is None:
+            mujoco_warp.step(self._model, self._data)
+            return
+        if self._graph is None:
+            self._graph = self._captured()
+        warp.capture_launch(self._graph, stream=self._stream)
 
     def _captured(self) -> "warp.Graph":
         """A step as one launch. Its kernels are loaded by a step that is taken back."""
         moving = (self.qpos, self.qvel, self._warmstart, self._time)
         before = [values.clone() for values in moving]
-        mujoco_warp.step(self._model, self._data)
-        torch.cuda.synchronize(self._torch_device)
+        with warp.ScopedStream(self._stream):
+            mujoco_warp.step(self._model, self._data)
         for values, kept in zip(moving, before, strict=True):
             values[:] = kept
         torch.cuda.synchronize(self._torch_device)
+        # torch's own stream cannot be captured
         own = warp.Stream(self._device)
         with warp.ScopedStream(own), warp.ScopedCapture(stream=own) as capture:
             mujoco_warp.step(self._model, self._data)
-        torch.cuda.synchronize(self._torch_device)
         return capture.graph
-
-    def _stream(self):
-        """Warp's work goes where torch's does, so that neither overtakes the other."""
-        if not self._device.is_cuda:
-            return nullcontext()
-        current = torch.cuda.current_stream(self._torch_device)
-        return warp.ScopedStream(warp.stream_from_torch(current))
