@@ -3,9 +3,9 @@
 import numpy as np
 
 from t2l.policies import POLICIES, checkpoint
-from t2l.rl.learn import learn_and_judge
 from t2l.rl.outcome import best
 from t2l.rl.registry import ALGORITHMS
+from t2l.rl.side_by_side import Training, policies_of
 from t2l.rl.trials import open_study
 from t2l.rl.tune import work
 from tests.defaults import learning, search
@@ -22,7 +22,7 @@ def test_it_is_tuned_trained_and_its_policy_kept(tmp_path):
     study = open_study("journal", tmp_path / "trials.journal", "s")
     work(study, PROBLEM, search(trials=2), SETTINGS, seed=0)
     choice = best(study, PROBLEM.task.robot, 2).choice
-    trained, evaluation, gain = learn_and_judge(PROBLEM, choice, SETTINGS)
+    [(trained, evaluation, gain)] = policies_of([Training(PROBLEM, choice, SETTINGS)])
     assert 0 <= evaluation.objective <= 2
     assert gain >= 0
     assert type(trained.policy) is POLICIES.find("linear")

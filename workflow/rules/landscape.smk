@@ -24,8 +24,8 @@ if not SIDE_BY_SIDE:
 
     rule train_again:
         input:
-            trials=of_condition("trials.parquet"),
-            parameters=of_transfer("parameters.yaml"),
+            trials=[of_condition("trials.parquet")],
+            parameters=[of_transfer("parameters.yaml")],
         output:
             AGAIN,
         params:
@@ -86,7 +86,7 @@ for CONDITION in {name for name, _ in LANDSCAPE_CELLS} if SIDE_BY_SIDE else []:
         conda:
             "../envs/t2l.yaml"
         script:
-            "../scripts/train_again_side_by_side.py"
+            "../scripts/train_again.py"
 
 
 rule landscape_results:

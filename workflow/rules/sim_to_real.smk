@@ -116,12 +116,12 @@ if not SIDE_BY_SIDE:
 
     rule train_policy:
         input:
-            chosen=of_condition("chosen.yaml"),
-            parameters=of_transfer("parameters.yaml"),
+            chosen=[of_condition("chosen.yaml")],
+            parameters=[of_transfer("parameters.yaml")],
         output:
-            policy=of_policy("policy.safetensors"),
-            outcome=of_policy("outcome.yaml"),
-            training=of_policy("training.parquet"),
+            policies=[of_policy("policy.safetensors")],
+            outcomes=[of_policy("outcome.yaml")],
+            training=[of_policy("training.parquet")],
         params:
             version=VERSION,
             condition=condition_entry,
@@ -138,7 +138,7 @@ if not SIDE_BY_SIDE:
         conda:
             "../envs/t2l.yaml"
         script:
-            "../scripts/train_policy.py"
+            "../scripts/train_policies.py"
 
 
 for CONDITION in CONDITION_NAMES if SIDE_BY_SIDE else []:

@@ -1,4 +1,6 @@
-"""Train again with a trial that passed, if there are so many."""
+"""Train again with trials that passed, where there are so many."""
+
+from pathlib import Path
 
 from t2l.artefacts import read_table, write_table
 from t2l.gains import Cell
@@ -10,21 +12,25 @@ from t2l.rl.problem import Problem
 from t2l.rl.settings import Search, Settings
 
 with job(snakemake):
-    params, wildcards = snakemake.params, snakemake.wildcards
-    cell, seed = Cell.from_name(wildcards.cell), int(wildcards.seed)
-    trials = read_table(snakemake.input.trials, COLUMNS)
-    good = passed(trials, params.landscape["passed"], params.landscape["configurations"])
-    rank = int(wildcards.configuration)
-    if rank > len(good):
-        table = no_curve()
-    else:
+    params, trainings, numbers = snakemake.params, {}, {}
+    trials = {Path(path).parent.name: path for path in snakemake.input.trials}
+    parameters = {Path(path).parent.name: path for path in snakemake.input.parameters}
+    condition = Condition.from_entry(params.condition)
+    for path in map(Path, snakemake.output):
+        cell = Cell.from_name(path.parent.parent.name)
+        rank, seed = map(int, path.stem.split("_seed"))
+        table = read_table(trials[cell.name], COLUMNS)
+        good = passed(table, params.landscape["passed"], params.landscape["configurations"])
+        if rank > len(good):
+            write_table(no_curve()[list(CURVE_COLUMNS)], path)
+            continue
         # it loads torch
-        from t2l.rl.learn import learn
+        from t2l.rl.side_by_side import Training, learn_side_by_side
 
         problem = Problem(
-            Condition.from_entry(params.condition),
+            condition,
             cell,
-            read_parameters(snakemake.input.parameters),
+            read_parameters(parameters[cell.name]),
             rate_hz=params.rate_hz,
             horizon_s=params.horizon_s,
         )
@@ -32,8 +38,13 @@ with job(snakemake):
         trial = good.iloc[rank - 1]
         choice = choice_of(trial, problem.task.robot, tuple(weights))
         settings = Settings(**params.settings).of_policy(
-            f"{wildcards.condition} trial {trial.number:.0f}", cell, seed
+            f"{condition.name} trial {trial.number:.0f}", cell, seed
         )
-        history = learn(problem, choice, settings, threads=snakemake.threads).history
-        table = history.assign(configuration=int(trial.number), seed=seed, kp=cell.kp, kd=cell.kd)
-    write_table(table[list(CURVE_COLUMNS)], snakemake.output[0])
+        trainings[path], numbers[path] = Training(problem, choice, settings), (trial.number, seed)
+    trained = learn_side_by_side(list(trainings.values()), snakemake.threads) if trainings else []
+    for (path, training), one in zip(trainings.items(), trained, strict=True):
+        if isinstance(one, Exception):
+            raise one
+        (number, seed), cell = numbers[path], training.problem.cell
+        table = one.history.assign(configuration=int(number), seed=seed, kp=cell.kp, kd=cell.kd)
+        write_table(table[list(CURVE_COLUMNS)], path)

@@ -1,4 +1,4 @@
-"""Train the policies of all cells of a condition, side by side, each from a seed of its own."""
+"""Train policies with what was chosen for their cells, each from a seed of its own."""
 
 from pathlib import Path
 
@@ -8,36 +8,32 @@ from t2l.jobs import job
 from t2l.policies import checkpoint
 from t2l.rl.chosen import read_chosen, write_outcome
 from t2l.rl.condition import Condition
-from t2l.rl.learn import gain_of
 from t2l.rl.problem import Problem
 from t2l.rl.settings import Settings
-from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
+from t2l.rl.side_by_side import Training, policies_of
 
 with job(snakemake):
     params, output = snakemake.params, snakemake.output
-    condition, trainings, seeds = Condition.from_entry(params.condition), [], []
-    chosen = {Path(path).parent.name: read_chosen(path) for path in snakemake.input.chosen}
+    condition, trainings = Condition.from_entry(params.condition), []
+    chosen = {Path(path).parent.name: path for path in snakemake.input.chosen}
     parameters = {Path(path).parent.name: path for path in snakemake.input.parameters}
-    for path in output.policies:
-        cell, choice = chosen[Path(path).parent.parent.name]
-        seeds.append(int(Path(path).parent.name.removeprefix("seed")))
+    seeds = [int(Path(path).parent.name.removeprefix("seed")) for path in output.policies]
+    for path, seed in zip(output.policies, seeds, strict=True):
+        name = Path(path).parent.parent.name
+        cell, choice = read_chosen(chosen[name])
         problem = Problem(
             condition,
             cell,
-            read_parameters(parameters[cell.name]),
+            read_parameters(parameters[name]),
             rate_hz=params.rate_hz,
             horizon_s=params.horizon_s,
         )
-        settings = Settings(**params.settings).of_policy(condition.name, cell, seeds[-1])
+        settings = Settings(**params.settings).of_policy(condition.name, cell, seed)
         trainings.append(Training(problem, choice, settings))
-    trained = learn_side_by_side(trainings, snakemake.threads)
-    for one in trained:
-        if isinstance(one, Exception):
-            raise one
-    found = judge_side_by_side(trainings, [one.policy for one in trained], snakemake.threads)
-    for i, (training, one, seed) in enumerate(zip(trainings, trained, seeds, strict=True)):
-        cell = training.problem.cell
-        gain = gain_of(training.problem, training.choice, training.settings, one.policy)
-        write_table(one.history.assign(kp=cell.kp, kd=cell.kd, seed=seed), output.training[i])
-        checkpoint.save(one.policy, output.policies[i])
-        write_outcome(output.outcomes[i], found[i], gain)
+    made = policies_of(trainings, snakemake.threads)
+    for i, (trained, evaluation, gain) in enumerate(made):
+        cell = trainings[i].problem.cell
+        history = trained.history.assign(kp=cell.kp, kd=cell.kd, seed=seeds[i])
+        write_table(history, output.training[i])
+        checkpoint.save(trained.policy, output.policies[i])
+        write_outcome(output.outcomes[i], evaluation, gain)

@@ -40,15 +40,6 @@ def judge(
     return evaluate(policy, judges)
 
 
-def learn_and_judge(
-    problem: Problem, choice: Choice, settings: Settings, threads: int = 1
-) -> tuple[Trained, Evaluation, float]:
-    """A policy, how it does, and its feedback gain in the simulator."""
-    trained = learn(problem, choice, settings, threads=threads)
-    evaluation = judge(problem, choice, settings, trained.policy, threads)
-    return trained, evaluation, gain_of(problem, choice, settings, trained.policy, threads)
-
-
 def gain_of(
     problem: Problem, choice: Choice, settings: Settings, policy: Policy, threads: int = 1
 ) -> float:

@@ -4,7 +4,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -52,18 +52,30 @@ class Problem:
         # it loads torch, which only training needs
         from t2l.rl.environments import Environments
 
-        condition, robot = self.condition, self.task.robot
-        scale = scale_per_joint(choice.action_scale, robot)
+        robot = self.task.robot
+        actions = action_space(self.condition, robot, scale_per_joint(choice.action_scale, robot))
         return Environments(
-            self.task.reweighted(choice.reward_weights), self.cell, self.parameters,
-            action_space(condition, robot, scale), n, seed,
-            policy_rate_hz=condition.policy_rate_hz, horizon_s=self.horizon_s,
-            rate_hz=self.rate_hz, threads=threads,
-            randomisation=condition.randomisation if training else 0.0, staggered=training,
-            clipped=settings.clip_actions,
-            noise=(settings.observation_noise_rad, settings.observation_noise_rad_s)
-            if training else (0.0, 0.0),
+            self.task.reweighted(choice.reward_weights), self.cell, self.parameters, actions,
+            n, seed,
+            randomisation=self.randomisation(training), threads=threads,
+            **self.of_world(settings, training),
         )  # fmt: skip
+
+    def randomisation(self, training: bool) -> float:
+        """By which fraction parameters differ from robot to robot."""
+        return self.condition.randomisation if training else 0.0
+
+    def of_world(self, settings: Settings, training: bool) -> dict[str, Any]:
+        """Arguments of `World` that do not depend on the cell."""
+        noise = (settings.observation_noise_rad, settings.observation_noise_rad_s)
+        return {
+            "horizon_s": self.horizon_s,
+            "policy_rate_hz": self.condition.policy_rate_hz,
+            "rate_hz": self.rate_hz,
+            "staggered": training,
+            "clipped": settings.clip_actions,
+            "noise": noise if training else (0.0, 0.0),
+        }
 
     def study_name(self, search: Search, settings: Settings, seed: int) -> str:
         """Of Optuna's study: a change of what a trial is makes another; more trials do not."""

@@ -16,7 +16,7 @@ from t2l.rl.choice import Choice
 from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate_side_by_side
 from t2l.rl.interface import action_space, scale_per_joint
-from t2l.rl.learn import EPISODES, SELECTING_EPISODES, judge, learn
+from t2l.rl.learn import EPISODES, SELECTING_EPISODES, gain_of, judge, learn
 from t2l.rl.problem import Problem
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Settings
@@ -48,15 +48,14 @@ def learn_side_by_side(
     """What `t2l.rl.learn.learn` gives or raises for each training.
 
     Args:
-        trainings: of one condition, with the same settings but for the seed.
+        trainings: of one condition, with the same settings but for the seed. One is trained alone.
         device: of the simulations; `device_for` the task unless given.
     """
     first = trainings[0]
-    algorithm = ALGORITHMS.find(first.settings.algorithm)()
-    if not (algorithm.side_by_side and _alike(trainings)):
+    if not _together(trainings, device):
         return [learn_alone(training, threads) for training in trainings]
     where = device or device_for(first.problem.task)
-    return algorithm.train_side_by_side(
+    return ALGORITHMS.find(first.settings.algorithm)().train_side_by_side(
         _world(trainings, first.settings.environments, 0, True, threads, where),
         _world(trainings, SELECTING_EPISODES, 1, False, threads, where),
         [training.settings.seed for training in trainings],
@@ -73,8 +72,7 @@ def judge_side_by_side(
 ) -> list[Evaluation]:
     """What `t2l.rl.learn.judge` says of the policy of each training."""
     first = trainings[0]
-    algorithm = ALGORITHMS.find(first.settings.algorithm)
-    if not (algorithm.side_by_side and _alike(trainings)):
+    if not _together(trainings, device):
         return [
             judge(t.problem, t.choice, t.settings, policy, threads)
             for t, policy in zip(trainings, policies, strict=True)
@@ -91,10 +89,11 @@ def learn_alone(training: Training, threads: int) -> Trained | TrainingError | T
         return reason
 
 
-def _alike(trainings: Sequence[Training]) -> bool:
-    """Whether one world can hold them: the reward's weights are the task's, and not a robot's."""
+def _together(trainings: Sequence[Training], device: str | None) -> bool:
+    """Whether they go into one world: several, that differ in cell, action scales and seed alone."""
     first = trainings[0]
-    return all(
+    able = ALGORITHMS.find(first.settings.algorithm).side_by_side
+    return (able and (len(trainings) > 1 or device is not None)) and all(
         training.problem.condition == first.problem.condition
         and training.choice.reward_weights == first.choice.reward_weights
         and replace(training.settings, seed=0) == replace(first.settings, seed=0)
@@ -110,22 +109,37 @@ def _world(
     from t2l.rl.world import World
 
     first = trainings[0]
-    problem, settings = first.problem, first.settings
-    condition, robot = problem.condition, problem.task.robot
+    problem, robot = first.problem, first.problem.task.robot
     generators = [np.random.default_rng(t.settings.seed + offset) for t in trainings]
-    fraction = condition.randomisation if training else 0.0
     parameters = [
-        randomised(t.problem.parameters, n, fraction, generator)
+        randomised(t.problem.parameters, n, problem.randomisation(training), generator)
         for t, generator in zip(trainings, generators, strict=True)
     ]
     scales = [scale_per_joint(t.choice.action_scale, robot) for t in trainings]
     gains = np.repeat([(t.problem.cell.kp, t.problem.cell.kd) for t in trainings], n, axis=0)
-    noise = (settings.observation_noise_rad, settings.observation_noise_rad_s)
     return World(
         problem.task.reweighted(first.choice.reward_weights), gains[:, :1], gains[:, 1:],
         {name: np.concatenate([own[name] for own in parameters]) for name in parameters[0]},
-        action_space(condition, robot, np.repeat(scales, n, axis=0)), generators, n,
-        horizon_s=problem.horizon_s, policy_rate_hz=condition.policy_rate_hz,
-        rate_hz=problem.rate_hz, threads=threads, staggered=training,
-        clipped=settings.clip_actions, noise=noise if training else (0.0, 0.0), device=device,
+        action_space(problem.condition, robot, np.repeat(scales, n, axis=0)), generators, n,
+        threads=threads, device=device, **problem.of_world(first.settings, training),
     )  # fmt: skip
+
+
+def policies_of(
+    trainings: Sequence[Training], threads: int = 1
+) -> list[tuple[Trained, Evaluation, float]]:
+    """A policy of each training, how it does, and its feedback gain in its simulator.
+
+    Raises:
+        TrainingError: a training left no policy that can act.
+    """
+    trained = learn_side_by_side(trainings, threads)
+    for one in trained:
+        if isinstance(one, Exception):
+            raise one
+    found = judge_side_by_side(trainings, [one.policy for one in trained], threads)
+    gains = [
+        gain_of(t.problem, t.choice, t.settings, one.policy, threads)
+        for t, one in zip(trainings, trained, strict=True)
+    ]
+    return list(zip(trained, found, gains, strict=True))
