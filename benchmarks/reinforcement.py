@@ -7,6 +7,7 @@ os.environ.setdefault("GOMP_SPINCOUNT", "20000")  # as the workflow does
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from unittest.mock import patch
 
@@ -29,8 +30,10 @@ from t2l.rl.ppo import ROLLOUT_STEPS, make_model
 from t2l.rl.problem import Problem
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Search, Settings
+from t2l.rl.side_by_side import Training, device_for, learn_alone, learn_side_by_side
 from t2l.rl.tune import first_guess
 from t2l.seeds import seed_sequence
+from t2l.sim.batch import MUJOCO
 
 CORES = len(os.sched_getaffinity(0))
 CENTRE = Cell(128, 8)
@@ -47,6 +50,7 @@ ENVIRONMENTS = LEARNING["environments"]
 SETTINGS = Settings(**LEARNING)
 PROCESSES_ENVIRONMENTS = 16  # of the rival
 REPEATS = 5
+TOGETHER = 8
 
 Row = tuple[str, str, str, str]
 
@@ -60,6 +64,7 @@ def run() -> pd.DataFrame:
         environment_steps,
         training_steps,
         trials_side_by_side,
+        one_batch_of_trainings,
         time_to_succeed,
     ):
         for row in part(parameters):
@@ -171,6 +176,45 @@ def trials_side_by_side(parameters: dict) -> Iterator[Row]:
         f"PPO training, {CORES} trials side by side, a core each", _per_second(sum(rates)),
         "40 k steps/s", f"{sum(rates) / 40e3:.2f}",
     )  # fmt: skip
+
+
+def one_batch_of_trainings(parameters: dict) -> Iterator[Row]:
+    """Processor seconds of `TOGETHER` trainings in one batch, and of one alone; where there is a
+    GPU, seconds there.
+    """
+    problem = _problem(parameters, CENTRE)
+    choice = Choice(tuple(first_guess(problem, SEARCH).values()))
+    settings = replace(SETTINGS, updates=10, evaluate_every=10)
+    torch.set_num_threads(1)
+    one = Training(problem, choice, settings)
+    many = [replace(one, settings=replace(settings, seed=seed)) for seed in range(TOGETHER)]
+    steps = settings.updates * ROLLOUT_STEPS * ENVIRONMENTS
+    alone = steps / _processor_seconds(lambda: learn_alone(one))
+    together = (
+        TOGETHER * steps / _processor_seconds(lambda: learn_side_by_side(many, device=MUJOCO))
+    )
+    yield (
+        f"PPO, {TOGETHER} trainings in one batch, one core", _per_second(together),
+        f"one alone, {_per_second(alone)}", f"{together / alone:.2f}",
+    )  # fmt: skip
+    if device_for(problem.task) == MUJOCO:
+        return
+    learn_side_by_side(many)
+    began = time.perf_counter()
+    learn_side_by_side(many)
+    rate = TOGETHER * steps / (time.perf_counter() - began)
+    yield (
+        "… on the GPU",
+        _per_second(rate),
+        f"one alone, {_per_second(alone)}",
+        f"{rate / alone:.0f}",
+    )
+
+
+def _processor_seconds(run: Callable[[], object]) -> float:
+    began = time.process_time()
+    run()
+    return time.process_time() - began
 
 
 def _share(ready) -> None:

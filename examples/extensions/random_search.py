@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.policies import Policy
 from t2l.rl.algorithm import Algorithm
+from t2l.rl.evaluate import evaluate
 from t2l.rl.progress import Progress
 
 
@@ -37,7 +38,7 @@ class RandomSearch(Algorithm):
     name = "random_search"
 
     def train(self, environments, judges, settings, report=lambda *_: None, threads=1):
-        progress = Progress(judges, settings, report)
+        progress = Progress(settings, report)
         draw = np.random.default_rng(settings.seed)
         shape = environments.action_space.shape + environments.observation_space.shape
         scale = environments.actions.scale
@@ -47,7 +48,8 @@ class RandomSearch(Algorithm):
             for _ in range(5):
                 observation, reward, *_ = environments.step(policy.action(observation))
                 rewards.append(reward.mean())
-            progress.judge(policy, update, 5 * update * len(observation), np.mean(rewards))
+            found, steps = evaluate(policy, judges), 5 * update * len(observation)
+            progress.take(policy, found, update, steps, np.mean(rewards))
             if progress.enough:
                 break
         return progress.trained()

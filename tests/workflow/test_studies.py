@@ -28,12 +28,13 @@ def test_a_study_is_planned_whole(empty_project, name):
     assert _planned(empty_project.run_default("--dry-run", "--configfile", file)) == JOBS[name]
 
 
-def test_the_profile_of_a_gpu_trains_all_policies_of_a_variant_in_one_job(empty_project):
+def test_the_profile_of_a_gpu_trains_all_policies_in_one_job(empty_project):
     profile = str(empty_project.folder / "profiles/gpu")
     done = empty_project.run_default("--dry-run", "--profile", profile)
-    # six policies of the default study
-    assert _planned(done) == JOBS["config"] - 5
-    assert re.search(r"^train_side_by_side +1$", done.stdout, re.MULTILINE)
+    # six cloned policies; trials and policies of two cells of transfer
+    assert _planned(done) == JOBS["config"] - 5 - 1 - 1
+    for rule in ("train_side_by_side", "tune_joint_reach", "train_policies_joint_reach"):
+        assert re.search(rf"^{rule} +1$", done.stdout, re.MULTILINE)
 
 
 def test_tasks_that_the_study_has_are_compared_with_its_grids_where_these_are_given(empty_project):

@@ -34,7 +34,7 @@ EVERY_CELL = [
 
 
 # the jobs of both rules make the same files; a configuration has one of them
-if STUDY.sections["training_jobs"] == "policy":
+if not SIDE_BY_SIDE:
 
     rule train:
         input:

@@ -170,9 +170,14 @@ def task_parameters(wildcards) -> dict:
     return dict(STUDY.tasks[wildcards.task])
 
 
-def condition_entry(wildcards) -> dict:
+def entry_of(condition: str) -> dict:
     """A condition with the content of its task's file."""
-    return next(entry for entry in CONDITIONS if entry["name"] == wildcards.condition)
+    return next(entry for entry in CONDITIONS if entry["name"] == condition)
+
+
+def condition_entry(wildcards) -> dict:
+    """For `params`: that of the wildcard."""
+    return entry_of(wildcards.condition)
 
 
 def pairing_entry(wildcards) -> dict:
@@ -217,6 +222,8 @@ SEEN = ("observation", "retargeting")
 # what the nominal's figures and tables show, and the other variants are compared with
 NOMINAL = next(iter(VARIANTS))
 SEEDS = list(range(STUDY.sections["training_seeds"]))
+# whether one job trains all policies of a variant, or of a condition
+SIDE_BY_SIDE = STUDY.sections["training_jobs"] == "variant"
 CELLS = [cell.name for cell in STUDY.grid.cells]
 SEED = STUDY.sections["seed"]
 

@@ -10,35 +10,83 @@ LANDSCAPE_CELLS = [
 ]
 
 
+SHOWN_OF = {
+    name: [cell for other, cell in LANDSCAPE_CELLS if other == name] for name, _ in LANDSCAPE_CELLS
+}
+AGAIN = of_condition("again/{configuration}_seed{seed}.parquet")
+
+
 wildcard_constraints:
     configuration=r"\d+",
 
 
-rule train_again:
-    input:
-        trials=of_condition("trials.parquet"),
-        parameters=of_transfer("parameters.yaml"),
-    output:
-        result("sim_to_real", "{condition}", "{cell}", "again", "{configuration}_seed{seed}.parquet"),
-    params:
-        version=VERSION,
-        condition=condition_entry,
-        settings=TRAINING_SETTINGS,
-        horizon_s=HORIZON_S,
-        rate_hz=STUDY.sections["identification"]["rate_hz"],
-        tuning={k: v for k, v in TUNING.items() if k != "workers"},
-        landscape={k: LANDSCAPE.get(k) for k in ("passed", "configurations")},
-    threads: 1
-    log:
-        result("logs", "train_again", "{condition}_{cell}_{configuration}_{seed}.log"),
-    benchmark:
-        result("benchmarks", "train_again", "{condition}_{cell}_{configuration}_{seed}.tsv")
-    resources:
-        mem_mb=2000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/train_again.py"
+if not SIDE_BY_SIDE:
+
+    rule train_again:
+        input:
+            trials=of_condition("trials.parquet"),
+            parameters=of_transfer("parameters.yaml"),
+        output:
+            AGAIN,
+        params:
+            version=VERSION,
+            condition=condition_entry,
+            settings=TRAINING_SETTINGS,
+            horizon_s=HORIZON_S,
+            rate_hz=STUDY.sections["identification"]["rate_hz"],
+            tuning={k: v for k, v in TUNING.items() if k != "workers"},
+            landscape={k: LANDSCAPE.get(k) for k in ("passed", "configurations")},
+        threads: 1
+        log:
+            result("logs", "train_again", "{condition}_{cell}_{configuration}_{seed}.log"),
+        benchmark:
+            result("benchmarks", "train_again", "{condition}_{cell}_{configuration}_{seed}.tsv")
+        resources:
+            mem_mb=2000,
+        conda:
+            "../envs/t2l.yaml"
+        script:
+            "../scripts/train_again.py"
+
+
+for CONDITION in {name for name, _ in LANDSCAPE_CELLS} if SIDE_BY_SIDE else []:
+
+    rule:
+        name:
+            f"train_again_{CONDITION}"
+        input:
+            trials=expand(
+                of_condition("trials.parquet"), condition=CONDITION, cell=SHOWN_OF[CONDITION]
+            ),
+            parameters=expand(of_transfer("parameters.yaml"), cell=SHOWN_OF[CONDITION]),
+        output:
+            expand(
+                AGAIN,
+                condition=CONDITION,
+                cell=SHOWN_OF[CONDITION],
+                configuration=range(1, 1 + LANDSCAPE["configurations"]),
+                seed=range(1, 1 + LANDSCAPE["seeds"]),
+            ),
+        params:
+            version=VERSION,
+            condition=entry_of(CONDITION),
+            settings=TRAINING_SETTINGS,
+            horizon_s=HORIZON_S,
+            rate_hz=STUDY.sections["identification"]["rate_hz"],
+            tuning={k: v for k, v in TUNING.items() if k != "workers"},
+            landscape={k: LANDSCAPE.get(k) for k in ("passed", "configurations")},
+        threads: 1
+        log:
+            result("logs", "train_again", f"{CONDITION}.log"),
+        benchmark:
+            result("benchmarks", "train_again", f"{CONDITION}.tsv")
+        resources:
+            mem_mb=8000,
+            gpu=1,
+        conda:
+            "../envs/t2l.yaml"
+        script:
+            "../scripts/train_again_side_by_side.py"
 
 
 rule landscape_results:
@@ -52,7 +100,7 @@ rule landscape_results:
             path
             for condition, cell in LANDSCAPE_CELLS
             for path in expand(
-                rules.train_again.output,
+                AGAIN,
                 condition=condition,
                 cell=cell,
                 configuration=range(1, 1 + LANDSCAPE.get("configurations", 0)),

@@ -24,31 +24,68 @@ wildcard_constraints:
 
 # A worker runs trials until the study has enough; several of them share it. The trials are in
 # Optuna's storage, which outlives a job that was cut short.
-rule tune:
-    input:
-        parameters=of_transfer("parameters.yaml"),
-    output:
-        result("sim_to_real", "{condition}", "{cell}", "worker_{worker}.txt"),
-    params:
-        version=VERSION,
-        condition=condition_entry,
-        settings=TRAINING_SETTINGS,
-        horizon_s=HORIZON_S,
-        rate_hz=STUDY.sections["identification"]["rate_hz"],
-        tuning={k: v for k, v in TUNING.items() if k != "workers"},
-        seed=SEED,
-        folder=subpath(output[0], parent=True),
-    threads: 1
-    log:
-        result("logs", "tune", "{condition}_{cell}_{worker}.log"),
-    benchmark:
-        result("benchmarks", "tune", "{condition}_{cell}_{worker}.tsv")
-    resources:
-        mem_mb=2000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/tune.py"
+# The jobs of `tune_CONDITION` do the same for all cells; a configuration has one of them.
+if not SIDE_BY_SIDE:
+
+    rule tune:
+        input:
+            parameters=of_transfer("parameters.yaml"),
+        output:
+            result("sim_to_real", "{condition}", "{cell}", "worker_{worker}.txt"),
+        params:
+            version=VERSION,
+            condition=condition_entry,
+            settings=TRAINING_SETTINGS,
+            horizon_s=HORIZON_S,
+            rate_hz=STUDY.sections["identification"]["rate_hz"],
+            tuning={k: v for k, v in TUNING.items() if k != "workers"},
+            seed=SEED,
+            folder=subpath(output[0], parent=True),
+        threads: 1
+        log:
+            result("logs", "tune", "{condition}_{cell}_{worker}.log"),
+        benchmark:
+            result("benchmarks", "tune", "{condition}_{cell}_{worker}.tsv")
+        resources:
+            mem_mb=2000,
+        conda:
+            "../envs/t2l.yaml"
+        script:
+            "../scripts/tune.py"
+
+
+# a rule for each condition: which cells there are is no matter of wildcards
+for CONDITION in SEARCHED if SIDE_BY_SIDE else []:
+
+    rule:
+        name:
+            f"tune_{CONDITION}"
+        input:
+            parameters=expand(of_transfer("parameters.yaml"), cell=CELLS_OF[CONDITION]),
+        output:
+            expand(
+                of_condition("worker_0.txt"), condition=CONDITION, cell=CELLS_OF[CONDITION]
+            ),
+        params:
+            version=VERSION,
+            condition=entry_of(CONDITION),
+            settings=TRAINING_SETTINGS,
+            horizon_s=HORIZON_S,
+            rate_hz=STUDY.sections["identification"]["rate_hz"],
+            tuning=TUNING,
+            seed=SEED,
+        threads: 1
+        log:
+            result("logs", "tune", f"{CONDITION}.log"),
+        benchmark:
+            result("benchmarks", "tune", f"{CONDITION}.tsv")
+        resources:
+            mem_mb=8000,
+            gpu=1,
+        conda:
+            "../envs/t2l.yaml"
+        script:
+            "../scripts/tune_side_by_side.py"
 
 
 rule choose_scales:
@@ -75,31 +112,65 @@ rule choose_scales:
         "../scripts/choose_scales.py"
 
 
-rule train_policy:
-    input:
-        chosen=of_condition("chosen.yaml"),
-        parameters=of_transfer("parameters.yaml"),
-    output:
-        policy=of_policy("policy.safetensors"),
-        outcome=of_policy("outcome.yaml"),
-        training=of_policy("training.parquet"),
-    params:
-        version=VERSION,
-        condition=condition_entry,
-        settings=TRAINING_SETTINGS,
-        horizon_s=HORIZON_S,
-        rate_hz=STUDY.sections["identification"]["rate_hz"],
-    threads: 1
-    log:
-        result("logs", "train_policy", "{condition}_{cell}_{seed}.log"),
-    benchmark:
-        result("benchmarks", "train_policy", "{condition}_{cell}_{seed}.tsv")
-    resources:
-        mem_mb=2000,
-    conda:
-        "../envs/t2l.yaml"
-    script:
-        "../scripts/train_policy.py"
+if not SIDE_BY_SIDE:
+
+    rule train_policy:
+        input:
+            chosen=of_condition("chosen.yaml"),
+            parameters=of_transfer("parameters.yaml"),
+        output:
+            policy=of_policy("policy.safetensors"),
+            outcome=of_policy("outcome.yaml"),
+            training=of_policy("training.parquet"),
+        params:
+            version=VERSION,
+            condition=condition_entry,
+            settings=TRAINING_SETTINGS,
+            horizon_s=HORIZON_S,
+            rate_hz=STUDY.sections["identification"]["rate_hz"],
+        threads: 1
+        log:
+            result("logs", "train_policy", "{condition}_{cell}_{seed}.log"),
+        benchmark:
+            result("benchmarks", "train_policy", "{condition}_{cell}_{seed}.tsv")
+        resources:
+            mem_mb=2000,
+        conda:
+            "../envs/t2l.yaml"
+        script:
+            "../scripts/train_policy.py"
+
+
+for CONDITION in CONDITION_NAMES if SIDE_BY_SIDE else []:
+
+    rule:
+        name:
+            f"train_policies_{CONDITION}"
+        input:
+            chosen=of_conditions(of_condition("chosen.yaml"), [CONDITION]),
+            parameters=expand(of_transfer("parameters.yaml"), cell=CELLS_OF[CONDITION]),
+        output:
+            policies=of_conditions(of_policy("policy.safetensors"), [CONDITION]),
+            outcomes=of_conditions(of_policy("outcome.yaml"), [CONDITION]),
+            training=of_conditions(of_policy("training.parquet"), [CONDITION]),
+        params:
+            version=VERSION,
+            condition=entry_of(CONDITION),
+            settings=TRAINING_SETTINGS,
+            horizon_s=HORIZON_S,
+            rate_hz=STUDY.sections["identification"]["rate_hz"],
+        threads: 1
+        log:
+            result("logs", "train_policies", f"{CONDITION}.log"),
+        benchmark:
+            result("benchmarks", "train_policies", f"{CONDITION}.tsv")
+        resources:
+            mem_mb=8000,
+            gpu=1,
+        conda:
+            "../envs/t2l.yaml"
+        script:
+            "../scripts/train_policies.py"
 
 
 rule deploy:

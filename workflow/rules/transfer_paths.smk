@@ -41,7 +41,8 @@ def workers(wildcards) -> list[str]:
     """What says that a cell's trials are done, where there are any."""
     if wildcards.condition not in SEARCHED:
         return []
-    return expand(of_condition("worker_{worker}.txt"), **wildcards, worker=range(TUNING["workers"]))
+    several = 1 if SIDE_BY_SIDE else TUNING["workers"]
+    return expand(of_condition("worker_{worker}.txt"), **wildcards, worker=range(several))
 
 
 SEARCHED = [condition.name for condition in STUDY.conditions if condition.searched]

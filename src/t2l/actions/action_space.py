@@ -10,9 +10,12 @@ it there. Solved for a, the equation labels demonstrations.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from copy import copy
+from typing import ClassVar, Self
 
 import numpy as np
+
+from t2l.sim.arrays import Array, like, namespace
 
 
 class ActionSpace(ABC):
@@ -50,7 +53,16 @@ class ActionSpace(ABC):
         self.reference = reference or next(iter(self.references), "")
         self._home = home
 
-    def command(self, action: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
+    def like(self, array: Array) -> Self:
+        """The same space, for arrays such as `array`."""
+        other = copy(self)
+        other.scale, other.limits, other._home = (
+            None if numbers is None else like(numbers, array)
+            for numbers in (self.scale, self.limits, self._home)
+        )
+        return other
+
+    def command(self, action: Array, measured: Array, before: Array) -> Array:
         """The command (n, ncommand) for an action, within the limits.
 
         Args:
@@ -59,13 +71,15 @@ class ActionSpace(ABC):
             before: x_des(t−1), (n, ncommand).
         """
         command = self.applied(self.scale * action, self._base(measured, before))
-        return command if self.limits is None else np.clip(command, *self.limits.T)
+        if self.limits is None:
+            return command
+        return namespace(command).clip(command, self.limits[:, 0], self.limits[:, 1])
 
     def action(self, command: np.ndarray, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
         """The action (n, naction) for a command, which demonstrations are labelled with."""
         return self.difference(command, self._base(measured, before)) / self.scale
 
-    def memory(self, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
+    def memory(self, measured: Array, before: Array) -> Array:
         """(n, k) what of the past an action depends on, which a policy must therefore see.
 
         How far the command before lies from the robot, where actions are relative to that command;
@@ -75,9 +89,9 @@ class ActionSpace(ABC):
             return self.difference(before, measured)
         return measured[:, :0]
 
-    def _base(self, measured: np.ndarray, before: np.ndarray) -> np.ndarray:
+    def _base(self, measured: Array, before: Array) -> Array:
         if self.reference == "home":
-            return np.broadcast_to(self._home, measured.shape)
+            return namespace(measured).broadcast_to(self._home, measured.shape)
         return measured if self.reference == "measured" else before
 
     @abstractmethod

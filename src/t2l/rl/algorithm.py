@@ -1,9 +1,9 @@
 """What an algorithm of reinforcement learning is; nothing here loads torch."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from t2l.errors import T2LError
 from t2l.policies import Policy
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from t2l.rl.environments import Environments
+    from t2l.rl.world import World
 
 # the number of an update, the policy after it, and how that does
 Report = Callable[[int, Policy, Evaluation], None]
@@ -21,6 +22,18 @@ Report = Callable[[int, Policy, Evaluation], None]
 
 class TrainingError(T2LError):
     """Training left no policy that can act."""
+
+    @classmethod
+    def not_finite(cls, update: int) -> Self:
+        """After an update that left numbers that are not."""
+        return cls(
+            f"training: update {update} left a policy that is not finite; allowed: finite rewards; "
+            "try smaller action scales or reward weights"
+        )
+
+
+class TrainingEnded(Exception):  # noqa: N818
+    """What a report raises to end its training."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +56,11 @@ class Algorithm(ABC):
 
     Attributes:
         name: what configurations write as `reinforcement_learning.algorithm`.
+        side_by_side: whether it can train many policies at once.
     """
 
     name: str
+    side_by_side = False
 
     @abstractmethod
     def train(
@@ -64,9 +79,30 @@ class Algorithm(ABC):
             environments: a VecEnv of stable-baselines3; observations (n, nobs), actions (n, nact)
                 in [-1, 1].
             settings: how long, and from which seed; the same seed gives the same policy.
-            report: called after each evaluation; what it raises ends training.
+            report: called after each evaluation; `TrainingEnded` ends training.
             threads: of the processor that learning may use.
 
         Raises:
             TrainingError: an update left numbers that are not finite.
         """
+
+    def train_side_by_side(
+        self,
+        world: "World",
+        judges: "World",
+        seeds: Sequence[int],
+        settings: Settings,
+        reports: Sequence[Report],
+    ) -> list[Trained | TrainingError | TrainingEnded]:
+        """Train a policy for each generator of a world, if `side_by_side`.
+
+        Args:
+            judges: as many trainings, not staggered, that choose the best policy of each.
+            seeds: of each training.
+            settings: of all; its `seed` is not used.
+            reports: of each training; one that raises `TrainingEnded` ends that training.
+
+        Returns:
+            For each training what `train` gives or raises.
+        """
+        raise NotImplementedError

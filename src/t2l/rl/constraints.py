@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.robots import Robot
+from t2l.sim.arrays import Array, like, namespace
 
 LIMITS = ("position", "velocity", "torque", "torque_rate")
 # what makes an episode infeasible: a limit exceeded at some instant, or jitter at its end
@@ -21,13 +22,8 @@ JITTER_WINDOW_S = 2.0
 
 
 def violations(
-    q: np.ndarray,
-    dq: np.ndarray,
-    torque: np.ndarray,
-    torque_before: np.ndarray,
-    period_s: float,
-    robot: Robot,
-) -> np.ndarray:
+    q: Array, dq: Array, torque: Array, torque_before: Array, period_s: float, robot: Robot
+) -> Array:
     """Which limits a robot exceeds at an instant, on any joint: (n, 4) bool in order of `LIMITS`.
 
     Args:
@@ -36,14 +32,15 @@ def violations(
             and a period earlier.
         robot: whose limits they are.
     """
-    exceeded = np.empty((len(q), len(LIMITS), q.shape[1]), bool)
-    low, high = robot.position_limit.T
-    np.logical_or(q < low, q > high, out=exceeded[:, 0])
-    np.greater(np.abs(dq), robot.velocity_limit, out=exceeded[:, 1])
-    np.greater(np.abs(torque), robot.torque_limit, out=exceeded[:, 2])
-    change = np.abs(torque - torque_before)
-    np.greater(change, robot.torque_rate_limit * period_s, out=exceeded[:, 3])
-    return exceeded.any(axis=2)
+    xp = namespace(q)
+    low, high = like(robot.position_limit.T, q)
+    exceeded = (
+        (q < low) | (q > high),
+        xp.abs(dq) > like(robot.velocity_limit, q),
+        xp.abs(torque) > like(robot.torque_limit, q),
+        xp.abs(torque - torque_before) > like(robot.torque_rate_limit * period_s, q),
+    )
+    return xp.any(xp.stack(exceeded, axis=1), axis=2)
 
 
 def jitter(dq: np.ndarray, rate_hz: float) -> np.ndarray:

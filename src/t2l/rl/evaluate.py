@@ -1,13 +1,21 @@
-"""How a policy does over episodes of its simulator."""
+"""How policies do over episodes of their simulators."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from t2l.policies import Policy
+from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
 from t2l.rl.constraints import NAMES, Evaluation
-from t2l.rl.environments import Environments
+from t2l.sim.arrays import namespace
+
+if TYPE_CHECKING:
+    from t2l.rl.environments import Environments
+    from t2l.rl.world import World
 
 
-def evaluate(policy: Policy, environments: Environments) -> Evaluation:
+def evaluate(policy: Policy, environments: "Environments") -> Evaluation:
     """One episode in every environment, which must not be staggered."""
     observation = environments.reset()
     for _ in range(environments.horizon):
@@ -16,3 +24,47 @@ def evaluate(policy: Policy, environments: Environments) -> Evaluation:
         success=float(np.mean([info["success"] for info in infos])),
         rates={name: float(np.mean([info[name] for info in infos])) for name in NAMES},
     )
+
+
+def evaluate_side_by_side(policies: Sequence[GaussianMLP], world: "World") -> list[Evaluation]:
+    """Each policy in the robots of its generator, which must not be staggered, an episode each."""
+    observation, act = world.begin(), _Together(policies, world)
+    for _ in range(world.horizon):
+        observation, _, ended = world.advance(act(observation))
+    success = ended.success.reshape(len(policies), -1).mean(axis=1)
+    rates = ended.violated.reshape(len(policies), -1, len(NAMES)).mean(axis=1)
+    return [
+        Evaluation(float(share), dict(zip(NAMES, own.tolist(), strict=True)))
+        for share, own in zip(success, rates, strict=True)
+    ]
+
+
+class _Together:
+    """Policies of one shape, each acting for the robots of its generator."""
+
+    def __init__(self, policies: Sequence[GaussianMLP], world: "World"):
+        self._n, self._clipped = len(policies), policies[0].clipped
+        self._mean, self._deviation = (
+            world.array(np.stack([getattr(p, name) for p in policies])[:, None])
+            for name in ("mean", "deviation")
+        )
+        self._layers = [
+            (
+                world.array(np.stack([p.weights[i].T for p in policies])),
+                world.array(np.stack([p.biases[i] for p in policies])[:, None]),
+            )
+            for i in range(len(policies[0].weights))
+        ]
+
+    def __call__(self, observation):
+        xp = namespace(self._mean)
+        size = observation.shape[1]
+        x = xp.reshape(observation, (self._n, -1, size))
+        x = xp.clip((x - self._mean) / self._deviation, -CLIPPED_AT, CLIPPED_AT)
+        *hidden, (weight, bias) = self._layers
+        for before, offset in hidden:
+            x = x @ before + offset
+            x = xp.where(x > 0, x, xp.expm1(xp.clip(x, None, 0.0)))
+        x = x @ weight + bias
+        x = xp.clip(x, -1.0, 1.0) if self._clipped else x
+        return xp.reshape(x, (-1, x.shape[2]))

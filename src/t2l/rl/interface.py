@@ -6,24 +6,22 @@ from t2l.actions import ACTIONS, ActionSpace
 from t2l.errors import ConfigurationError
 from t2l.rl.condition import Condition
 from t2l.robots import Robot
+from t2l.sim.arrays import Array, namespace
 from t2l.sim.controllers.joint_pd import COMMAND_PREFIX
 from t2l.tasks import Rewarded
 
 
 def observe(
-    q: np.ndarray,
-    dq: np.ndarray,
-    remaining: np.ndarray,
-    action: np.ndarray,
-    memory: np.ndarray | None = None,
-) -> np.ndarray:
+    q: Array, dq: Array, remaining: Array, action: Array, memory: Array | None = None
+) -> Array:
     """What a policy sees, (n, nobs) float32: state, what is left to do, and its last action.
 
     Args:
         memory: what else its next action depends on, see `ActionSpace.memory`.
     """
     parts = [q, dq, remaining, action] + ([] if memory is None else [memory])
-    return np.concatenate(parts, axis=1).astype(np.float32)
+    xp = namespace(q)
+    return xp.astype(xp.concat(parts, axis=1), xp.float32)
 
 
 def observation_names(task: Rewarded, actions: ActionSpace | None = None) -> list[str]:

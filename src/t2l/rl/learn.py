@@ -46,7 +46,12 @@ def learn_and_judge(
     """A policy, how it does, and its feedback gain in the simulator."""
     trained = learn(problem, choice, settings, threads=threads)
     evaluation = judge(problem, choice, settings, trained.policy, threads)
-    judges = problem.environments(
-        choice, settings, SELECTING_EPISODES, settings.seed + 3, threads=threads
-    )
-    return trained, evaluation, feedback_gain(trained.policy, judges)
+    return trained, evaluation, gain_of(problem, choice, settings, trained.policy, threads)
+
+
+def gain_of(
+    problem: Problem, choice: Choice, settings: Settings, policy: Policy, threads: int = 1
+) -> float:
+    """The feedback gain of a policy, in episodes of its own."""
+    n, seed = SELECTING_EPISODES, settings.seed + 3
+    return feedback_gain(policy, problem.environments(choice, settings, n, seed, threads=threads))

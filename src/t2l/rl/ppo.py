@@ -1,6 +1,8 @@
 """PPO (Schulman et al. 2017) of stable-baselines3 with the study's hyper-parameters."""
 
+from collections.abc import Mapping
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import torch
@@ -8,6 +10,7 @@ from gymnasium import spaces
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecNormalize
 from torch.distributions import Normal
@@ -16,13 +19,15 @@ from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
 from t2l.rl.adaptive_rate import AdaptiveRate, RememberingBuffer, WatchedPolicy
 from t2l.rl.algorithm import Algorithm, Report, Trained, TrainingError
 from t2l.rl.environments import Environments
+from t2l.rl.evaluate import evaluate
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
 
 ROLLOUT_STEPS = 24
 MINIBATCHES = 4
 EPOCHS = 5
-GAMMA = 0.99
+GAMMA, LAMBDA = 0.99, 0.95
+CLIP, ENTROPY, VALUE, GRADIENT_NORM = 0.2, 0.01, 1.0, 1.0
 MIN_LOG_STD = -3.0
 FIRST_RATE = 1e-3
 HIDDEN = [64, 64]
@@ -32,6 +37,13 @@ class ProximalPolicyOptimisation(Algorithm):
     """Two layers of 64 ELU units, which policy and value share or have each for itself."""
 
     name = "ppo"
+    side_by_side = True
+
+    def train_side_by_side(self, world, judges, seeds, settings, reports):
+        """See `Algorithm.train_side_by_side`."""
+        from t2l.rl.ppo_side_by_side import train_side_by_side
+
+        return train_side_by_side(world, judges, seeds, settings, reports)
 
     def train(
         self,
@@ -45,7 +57,8 @@ class ProximalPolicyOptimisation(Algorithm):
         model = make_model(environments, settings.seed, settings.shared_network)
         listener = _Listener(
             AdaptiveRate(model, FIRST_RATE, MINIBATCHES),
-            Progress(judges, settings, report),
+            judges,
+            Progress(settings, report),
             settings.evaluate_every,
             threads,
         )
@@ -65,9 +78,6 @@ def make_model(environments: Environments, seed: int, shared: bool = True) -> PP
     Args:
         shared: whether policy and value share their hidden layers.
     """
-    layers = {"features_extractor_class": _Hidden, "net_arch": []} if shared else {
-        "net_arch": HIDDEN
-    }  # fmt: skip
     model = PPO(
         _BoundedPolicy,
         VecNormalize(environments, clip_obs=CLIPPED_AT, gamma=GAMMA),
@@ -76,17 +86,13 @@ def make_model(environments: Environments, seed: int, shared: bool = True) -> PP
         batch_size=ROLLOUT_STEPS * environments.num_envs // MINIBATCHES,
         n_epochs=EPOCHS,
         gamma=GAMMA,
-        gae_lambda=0.95,
-        clip_range=0.2,
-        clip_range_vf=0.2,
-        ent_coef=0.01,
-        vf_coef=1.0,
-        max_grad_norm=1.0,
-        policy_kwargs={
-            **layers,
-            "activation_fn": torch.nn.ELU,
-            "optimizer_kwargs": {"fused": True},
-        },
+        gae_lambda=LAMBDA,
+        clip_range=CLIP,
+        clip_range_vf=CLIP,
+        ent_coef=ENTROPY,
+        vf_coef=VALUE,
+        max_grad_norm=GRADIENT_NORM,
+        policy_kwargs=_policy_arguments(shared),
         rollout_buffer_class=RememberingBuffer,
         seed=seed,
         device="cpu",
@@ -96,17 +102,74 @@ def make_model(environments: Environments, seed: int, shared: bool = True) -> PP
     return model
 
 
+def _policy_arguments(shared: bool) -> dict[str, Any]:
+    layers = {"features_extractor_class": _Hidden, "net_arch": []} if shared else {
+        "net_arch": HIDDEN
+    }  # fmt: skip
+    return {**layers, "activation_fn": torch.nn.ELU, "optimizer_kwargs": {"fused": True}}
+
+
+def make_policy(
+    observation_size: int, action_size: int, bound: float, seed: int, shared: bool
+) -> ActorCriticPolicy:
+    """The policy that `make_model` begins with, without a model.
+
+    Args:
+        bound: of an action's elements, either way.
+    """
+    torch.manual_seed(seed)
+    return _BoundedPolicy(
+        spaces.Box(-np.inf, np.inf, (observation_size,), np.float32),
+        spaces.Box(-bound, bound, (action_size,), np.float32),
+        lambda _: FIRST_RATE,
+        **_policy_arguments(shared),
+    )
+
+
+class ActorCritic(torch.nn.Module):
+    """What a policy of `make_policy` says of observations, without what surrounds it."""
+
+    def __init__(self, policy: ActorCriticPolicy):
+        super().__init__()
+        self.policy = policy
+
+    def forward(self, observation: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Mean of actions and logarithm of their spread (m, naction), values (m,)."""
+        policy = self.policy
+        features = policy.features_extractor(observation)
+        actor, critic = policy.mlp_extractor(features)
+        mean = policy.action_net(actor)
+        log_std = policy.log_std.clamp(min=MIN_LOG_STD).expand_as(mean)
+        return mean, log_std, policy.value_net(critic)[..., 0]
+
+
+def layers_of(
+    policy: ActorCriticPolicy, parameters: Mapping[str, torch.Tensor]
+) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+    """Weights and biases of the layers that lead to an action, out of parameters by name."""
+    own = policy.mlp_extractor.policy_net
+    hidden = own if len(own) else policy.features_extractor.layers
+    names = {module: name for name, module in policy.named_modules()}
+    layers = [*(layer for layer in hidden if hasattr(layer, "weight")), policy.action_net]
+    weights, biases = (
+        tuple(
+            parameters[f"{names[layer]}.{kind}"].detach().cpu().double().numpy().copy()
+            for layer in layers
+        )
+        for kind in ("weight", "bias")
+    )
+    return weights, biases
+
+
 def export(model: PPO) -> GaussianMLP:
     """The policy of a model of `make_model` as it is, which acts by its mean."""
     statistics = model.get_vec_normalize_env()
-    own = model.policy.mlp_extractor.policy_net
-    hidden = own if len(own) else model.policy.features_extractor.layers
-    layers = [*(layer for layer in hidden if hasattr(layer, "weight")), model.policy.action_net]
+    weights, biases = layers_of(model.policy, dict(model.policy.named_parameters()))
     return GaussianMLP(
         mean=statistics.obs_rms.mean.copy(),
         deviation=np.sqrt(statistics.obs_rms.var + statistics.epsilon),
-        weights=tuple(layer.weight.detach().double().numpy().copy() for layer in layers),
-        biases=tuple(layer.bias.detach().double().numpy().copy() for layer in layers),
+        weights=weights,
+        biases=biases,
         action_scale=np.broadcast_to(statistics.venv.actions.scale, model.action_space.shape),
         clipped=bool(model.action_space.high.max() <= 1),
     )
@@ -140,9 +203,16 @@ class _BoundedPolicy(WatchedPolicy):
 class _Listener(BaseCallback):
     """Evaluates after some updates."""
 
-    def __init__(self, rate: AdaptiveRate, progress: Progress, evaluate_every: int, threads: int):
+    def __init__(
+        self,
+        rate: AdaptiveRate,
+        judges: Environments,
+        progress: Progress,
+        evaluate_every: int,
+        threads: int,
+    ):
         super().__init__()
-        self.rate, self.progress = rate, progress
+        self.rate, self.judges, self.progress = rate, judges, progress
         self.evaluate_every, self.threads = evaluate_every, threads
         self.updates = -1
         self._rewards: list[float] = []
@@ -172,8 +242,10 @@ class _Listener(BaseCallback):
 
     def judge(self) -> None:
         """Evaluate the policy as it is."""
-        self.progress.judge(
-            export(self.model),
+        policy = export(self.model)
+        self.progress.take(
+            policy,
+            evaluate(policy, self.judges),
             update=self.updates,
             steps=self.num_timesteps,
             reward=float(np.mean(self._rewards)),
@@ -183,7 +255,4 @@ class _Listener(BaseCallback):
 
     def _check(self) -> None:
         if not all(torch.isfinite(values).all() for values in self.model.policy.parameters()):
-            raise TrainingError(
-                f"training: update {self.updates} left a policy that is not finite; allowed: "
-                "finite rewards; try smaller action scales or reward weights"
-            )
+            raise TrainingError.not_finite(self.updates)

@@ -11,7 +11,7 @@ Two spaces of the action scales α of a robot's groups of joints:
 - `logarithmic`: each by its logarithm, and the first trial is `first_guess`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,13 +19,19 @@ import optuna
 from optuna.trial import TrialState
 
 from t2l.policies import Policy
-from t2l.rl.algorithm import TrainingError
+from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
 from t2l.rl.choice import Choice, scale_names
 from t2l.rl.constraints import Evaluation
-from t2l.rl.learn import judge, learn
+from t2l.rl.learn import judge
 from t2l.rl.problem import Problem
 from t2l.rl.pruning import HopelessPruner
 from t2l.rl.settings import LOGARITHMIC, Search, Settings
+from t2l.rl.side_by_side import (
+    Training,
+    judge_side_by_side,
+    learn_alone,
+    learn_side_by_side,
+)
 from t2l.rl.trials import FINISHED, alive, count, requeue_abandoned, sign
 from t2l.robots import Robot
 from t2l.seeds import seed_sequence
@@ -71,6 +77,58 @@ def work(
         seed: of the sampler; that of training is in `settings`.
         report: takes a line a trial.
     """
+    settings = _prepare(study, problem, search, settings, report)
+    while count(study, *FINISHED) + _busy(study) < search.trials:
+        trial, training = _ask(study, problem, search, settings, seed)
+        trained = learn_alone(training, threads)
+        found = None
+        if isinstance(trained, Trained):
+            found = judge(problem, training.choice, settings, trained.policy, threads)
+        report(_tell(study, trial, training, trained, found))
+
+
+def work_side_by_side(
+    studies: Sequence[tuple[optuna.Study, Problem]],
+    search: Search,
+    settings: Settings,
+    seed: int,
+    workers: int = 1,
+    threads: int = 1,
+    report: Callable[[str], None] = lambda line: None,
+) -> None:
+    """As several `workers` for the studies of several cells, whose trials train side by side.
+
+    The trials before the sampler judges by earlier ones need no other: all of them come at once.
+    """
+    for study, problem in studies:
+        ready = _prepare(study, problem, search, settings, report)
+    while True:
+        asked = [
+            (study, *_ask(study, problem, search, ready, seed))
+            for study, problem in studies
+            for _ in range(_at_once(study, search, workers))
+        ]
+        if not asked:
+            return
+        trained = learn_side_by_side([training for _, _, training in asked], threads)
+        complete = [
+            (training, one.policy)
+            for (_, _, training), one in zip(asked, trained, strict=True)
+            if isinstance(one, Trained)
+        ]
+        judged = iter(judge_side_by_side(*zip(*complete, strict=True), threads) if complete else ())
+        for each, one in zip(asked, trained, strict=True):
+            report(_tell(*each, one, next(judged) if isinstance(one, Trained) else None))
+
+
+def _prepare(
+    study: optuna.Study,
+    problem: Problem,
+    search: Search,
+    settings: Settings,
+    report: Callable[[str], None],
+) -> Settings:
+    """Make a study ready for more trials; the settings of each."""
     settings = replace(settings, updates=search.updates or settings.updates)
     for number in requeue_abandoned(study):
         report(f"trial {number} was left unfinished and is run again")
@@ -82,13 +140,7 @@ def work(
         if search.prune
         else optuna.pruners.NopPruner()
     )
-    while (done := count(study, *FINISHED)) + (busy := _busy(study)) < search.trials:
-        # a sampler of its own for each trial: its choice depends on the trials before alone
-        state = seed_sequence(seed, "sampler", done, busy).generate_state(1)
-        study.sampler = optuna.samplers.TPESampler(
-            n_startup_trials=search.startup, seed=int(state[0])
-        )
-        report(_run(study, problem, search, settings, threads))
+    return settings
 
 
 def _busy(study: optuna.Study) -> int:
@@ -96,10 +148,19 @@ def _busy(study: optuna.Study) -> int:
     return sum(alive(trial) for trial in running)
 
 
-def _run(
-    study: optuna.Study, problem: Problem, search: Search, settings: Settings, threads: int
-) -> str:
-    """One trial; a line that says how it went."""
+def _at_once(study: optuna.Study, search: Search, workers: int) -> int:
+    """Trials that may be asked for before any of them is told."""
+    begun = count(study, *FINISHED) + _busy(study)
+    return min(max(workers, search.startup - begun), search.trials - begun)
+
+
+def _ask(
+    study: optuna.Study, problem: Problem, search: Search, settings: Settings, seed: int
+) -> tuple[optuna.Trial, Training]:
+    """A trial, and the training that it is."""
+    # a sampler of its own for each trial: its choice depends on the trials before alone
+    state = seed_sequence(seed, "sampler", count(study, *FINISHED), _busy(study)).generate_state(1)
+    study.sampler = optuna.samplers.TPESampler(n_startup_trials=search.startup, seed=int(state[0]))
     trial = study.ask()
     sign(trial)
     choice = choose(trial, search, problem.task.robot)
@@ -109,24 +170,32 @@ def _run(
         trial.report(found.objective, update)
         if trial.should_prune():
             _note(trial, found)
-            raise optuna.TrialPruned
+            raise TrainingEnded
 
-    try:
-        trained = learn(problem, choice, settings, follow, threads)
-    except optuna.TrialPruned:
+    return trial, Training(problem, choice, settings, follow)
+
+
+def _tell(
+    study: optuna.Study,
+    trial: optuna.Trial,
+    training: Training,
+    trained: Trained | TrainingError | TrainingEnded,
+    found: Evaluation | None,
+) -> str:
+    """Take in how a trial went; a line that says it."""
+    if isinstance(trained, TrainingEnded):
         study.tell(trial, state=TrialState.PRUNED)
-        return _line(study, trial, choice)
-    except TrainingError as error:
-        trial.set_user_attr("error", str(error))
+        return _line(study, trial, training.choice)
+    if isinstance(trained, TrainingError):
+        trial.set_user_attr("error", str(trained))
         # hopeless, and the sampler takes it for the worst of all
         study.tell(trial, state=TrialState.PRUNED)
-        return f"{_line(study, trial, choice)}: {error}"
-    found = judge(problem, choice, settings, trained.policy, threads)
+        return f"{_line(study, trial, training.choice)}: {trained}"
     _note(trial, found)
     trial.set_user_attr("steps", int(trained.history.steps.iloc[-1]))
     trial.set_user_attr("seconds", float(trained.history.seconds.iloc[-1]))
     study.tell(trial, found.objective)
-    return _line(study, trial, choice)
+    return _line(study, trial, training.choice)
 
 
 def choose(trial: optuna.Trial, search: Search, robot: Robot) -> Choice:

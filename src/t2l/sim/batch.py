@@ -8,17 +8,37 @@ is exactly Kp (q_des − q[k+1]) − Kd q̇[k+1]. Stiff and heavily damped cells
 
 from collections.abc import Sequence
 from functools import cache
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import ArrayLike
 
+from t2l.sim.arrays import like
+
+if TYPE_CHECKING:
+    from t2l.sim.warp_batch import WarpBatch
+
 TIMESTEP_S = 0.002
+# MuJoCo on the processor, in place of a device of torch
+MUJOCO = "mujoco"
 
 
-def make_batch(model: mujoco.MjModel, nsim: int, threads: int = 1) -> Batch:
-    """A batch of `nsim` simulations of `model` on `threads` threads, which change no result."""
+def make_batch(
+    model: mujoco.MjModel, nsim: int, threads: int = 1, device: str = MUJOCO
+) -> "Batch | WarpBatch":
+    """A batch of `nsim` simulations of `model`.
+
+    Args:
+        threads: of the processor, which change no result.
+        device: `MUJOCO`, whose arrays are NumPy's; or a device as torch names it, such as `cuda`,
+            for MuJoCo Warp, whose arrays are torch's in single precision; models have no contacts.
+    """
+    if device != MUJOCO:
+        from t2l.sim.warp_batch import WarpBatch
+
+        return WarpBatch(model, nsim, device)
     _silence_warnings()
     return Batch(model, nsim, nthread=threads)
 
@@ -38,9 +58,10 @@ def apply_position_gains(batch: Batch, joints: Sequence[str], kp: ArrayLike, kd:
     """
     ids = [batch.model.actuator(joint).id for joint in joints]
     gain, bias = batch.expand("actuator_gainprm"), batch.expand("actuator_biasprm")
+    kp, kd = like(kp, gain), like(kd, gain)
     gain[:, ids, 0] = kp
-    bias[:, ids, 1] = np.negative(kp)
-    bias[:, ids, 2] = np.negative(kd)
+    bias[:, ids, 1] = -kp
+    bias[:, ids, 2] = -kd
 
 
 def apply_torque_control(batch: Batch, joints: Sequence[str]) -> None:

@@ -11,6 +11,7 @@ from pydantic import Field
 from t2l.robots import make_robot
 from t2l.robots.kinematics import ToolKinematics, site_pose
 from t2l.robots.plant import position_controlled
+from t2l.sim.arrays import namespace
 from t2l.tasks.reach_rewards import (
     ISAACLAB,
     JOINT_WEIGHTS,
@@ -105,6 +106,7 @@ class JointReach(Reach):
     instruction = "Move every joint to its goal and hold it there."
     parameters = JointReachParameters
     weights_of = JOINT_WEIGHTS
+    on_gpu = True
 
     def __init__(self, tolerance_rad: float, **of_reach):
         super().__init__(**of_reach)
@@ -126,7 +128,7 @@ class JointReach(Reach):
 
     def success(self, remaining):
         """See `Rewarded.success`."""
-        return np.linalg.norm(remaining, axis=1) < self.tolerance_rad
+        return _norm(remaining) < self.tolerance_rad
 
     def reward(self, before, remaining, period_s, dq, change):
         """See `Rewarded.reward`.
@@ -134,14 +136,14 @@ class JointReach(Reach):
         `progress` is the rate at which a potential of what remains falls, which credits an action
         at once and moves no optimum (Ng, Harada and Russell, 1999).
         """
-        near, w = self.tolerance_rad / 2, self.weights
+        near, w, xp = self.tolerance_rad / 2, self.weights, namespace(remaining)
         if self.kind_of_reward == ISAACLAB:
-            away = np.linalg.norm(remaining, axis=1)
+            away = _norm(remaining)
             return -w["distance"] * away + fine(w, away) - penalties(w, dq, change)
-        rate = (np.tanh(remaining / near) * (before - remaining)).sum(axis=1) / period_s
+        rate = (xp.tanh(remaining / near) * (before - remaining)).sum(axis=1) / period_s
         return (
-            -w["distance"] * np.abs(remaining).sum(axis=1)
-            + w["near"] * np.exp(-((remaining / near) ** 2)).mean(axis=1)
+            -w["distance"] * xp.abs(remaining).sum(axis=1)
+            + w["near"] * xp.exp(-((remaining / near) ** 2)).mean(axis=1)
             + w["progress"] * rate
             - penalties(w, dq, change)
         )
@@ -217,7 +219,11 @@ class EndEffectorReach(Reach):
 
     @staticmethod
     def _sizes(remaining):
-        return np.linalg.norm(remaining[:, :3], axis=1), np.linalg.norm(remaining[:, 3:], axis=1)
+        return _norm(remaining[:, :3]), _norm(remaining[:, 3:])
+
+
+def _norm(values):
+    return namespace(values).linalg.vector_norm(values, axis=1)
 
 
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@
 
 from collections.abc import Mapping
 
-import numpy as np
+from t2l.sim.arrays import Array, namespace
 
 PROGRESS, ISAACLAB = "progress", "isaaclab"
 
@@ -31,11 +31,11 @@ TOOL_WEIGHTS: Mapping[str, Mapping[str, float]] = {
 FINE = 0.1
 
 
-def penalties(weights: Mapping[str, float], dq: np.ndarray, change: np.ndarray) -> np.ndarray:
+def penalties(weights: Mapping[str, float], dq: Array, change: Array) -> Array:
     """Of moving fast and of actions that change, (n,); dq and change are (n, k)."""
     return weights["velocity"] * (dq**2).sum(axis=1) + weights["change"] * (change**2).sum(axis=1)
 
 
-def fine(weights: Mapping[str, float], away: np.ndarray) -> np.ndarray:
+def fine(weights: Mapping[str, float], away: Array) -> Array:
     """The template's reward for the last of the way, for distances (n,)."""
-    return weights["fine"] * (1 - np.tanh(away / FINE))
+    return weights["fine"] * (1 - namespace(away).tanh(away / FINE))

@@ -186,11 +186,13 @@ class Rewarded(Task):
         goal_size: numbers in a goal.
         weights: of the reward's terms, by name.
         tuned: names of the weights that tuning may change.
+        on_gpu: whether its methods take torch's arrays too, and need positions alone.
     """
 
     goal_size: int
     weights: Mapping[str, float]
     tuned: tuple[str, ...] = ()
+    on_gpu = False
 
     @abstractmethod
     def sample_goals(self, rng: np.random.Generator, n: int) -> np.ndarray:

@@ -89,8 +89,8 @@ class Configuration(Typed):
     )
     training_jobs: Literal["policy", "variant"] = Field(
         "policy",
-        description="what one job trains: a `policy`, or all policies of a task and a `variant` "
-        "side by side, which a GPU does in the time of one",
+        description="what one job trains: a `policy`, or all policies of a task and a `variant`, "
+        "and of a condition of transfer, side by side, which a GPU does in the time of one",
     )
     variants: Annotated[dict[Name, Variant], Field(max_length=100)] = Field(
         {},

@@ -80,7 +80,12 @@ class Tuning(Typed):
         "objective is below 0.1 half-way, which only breaking the limits can bring about, is ended "
         "too, once another is complete",
     )
-    workers: Integer = Field(1, ge=1, le=1_000, description="jobs that share a study")
+    workers: Integer = Field(
+        1,
+        ge=1,
+        le=1_000,
+        description="jobs that share a study; of trials side by side, those of a cell at once",
+    )
     prune: bool = Field(
         True, description="whether hopeless trials are ended; the study completes every one"
     )

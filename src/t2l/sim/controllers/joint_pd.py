@@ -9,6 +9,7 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import ArrayLike
 
+from t2l.sim.arrays import Array
 from t2l.sim.batch import apply_position_gains, step
 from t2l.sim.controllers.controller import Controller
 
@@ -16,9 +17,7 @@ from t2l.sim.controllers.controller import Controller
 COMMAND_PREFIX = "q_des."
 
 
-def pd_torque(
-    q_des: ArrayLike, q: ArrayLike, dq: ArrayLike, kp: ArrayLike, kd: ArrayLike
-) -> np.ndarray:
+def pd_torque(q_des: Array, q: Array, dq: Array, kp: Array | float, kd: Array | float) -> Array:
     """τ = Kp (q_des − q) − Kd q̇, in N·m, for arrays that broadcast together.
 
     Args:
@@ -26,7 +25,6 @@ def pd_torque(
         dq: rad/s.
         kp, kd: N·m/rad and N·m·s/rad.
     """
-    q_des, q, dq = np.asarray(q_des), np.asarray(q), np.asarray(dq)
     return kp * (q_des - q) - kd * dq
 
 

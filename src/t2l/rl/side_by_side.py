@@ -1,0 +1,131 @@
+"""Many trainings of one condition at once, on a GPU where there is one.
+
+Trainings may differ in their cell, action scales and seed. Which of them are together changes the
+noise that each meets, and so its numbers, but not what they mean.
+"""
+
+import importlib.util
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from t2l.policies import Policy
+from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
+from t2l.rl.choice import Choice
+from t2l.rl.constraints import Evaluation
+from t2l.rl.evaluate import evaluate_side_by_side
+from t2l.rl.interface import action_space, scale_per_joint
+from t2l.rl.learn import EPISODES, SELECTING_EPISODES, judge, learn
+from t2l.rl.problem import Problem
+from t2l.rl.registry import ALGORITHMS
+from t2l.rl.settings import Settings
+from t2l.sim.batch import MUJOCO
+from t2l.tasks import Rewarded
+
+
+@dataclass(frozen=True, eq=False)
+class Training:
+    """One of the trainings; see `t2l.rl.learn.learn`."""
+
+    problem: Problem
+    choice: Choice
+    settings: Settings
+    report: Report = lambda update, policy, evaluation: None
+
+
+def device_for(task: Rewarded) -> str:
+    """Where a task's simulations run fastest, of what this machine has."""
+    import torch
+
+    here = torch.cuda.is_available() and importlib.util.find_spec("mujoco_warp") is not None
+    return "cuda" if here and task.on_gpu else MUJOCO
+
+
+def learn_side_by_side(
+    trainings: Sequence[Training], threads: int = 1, device: str | None = None
+) -> list[Trained | TrainingError | TrainingEnded]:
+    """What `t2l.rl.learn.learn` gives or raises for each training.
+
+    Args:
+        trainings: of one condition, with the same settings but for the seed.
+        device: of the simulations; `device_for` the task unless given.
+    """
+    first = trainings[0]
+    algorithm = ALGORITHMS.find(first.settings.algorithm)()
+    if not (algorithm.side_by_side and _alike(trainings)):
+        return [learn_alone(training, threads) for training in trainings]
+    where = device or device_for(first.problem.task)
+    return algorithm.train_side_by_side(
+        _world(trainings, first.settings.environments, 0, True, threads, where),
+        _world(trainings, SELECTING_EPISODES, 1, False, threads, where),
+        [training.settings.seed for training in trainings],
+        first.settings,
+        [training.report for training in trainings],
+    )
+
+
+def judge_side_by_side(
+    trainings: Sequence[Training],
+    policies: Sequence[Policy],
+    threads: int = 1,
+    device: str | None = None,
+) -> list[Evaluation]:
+    """What `t2l.rl.learn.judge` says of the policy of each training."""
+    first = trainings[0]
+    algorithm = ALGORITHMS.find(first.settings.algorithm)
+    if not (algorithm.side_by_side and _alike(trainings)):
+        return [
+            judge(t.problem, t.choice, t.settings, policy, threads)
+            for t, policy in zip(trainings, policies, strict=True)
+        ]
+    where = device or device_for(first.problem.task)
+    return evaluate_side_by_side(policies, _world(trainings, EPISODES, 2, False, threads, where))
+
+
+def learn_alone(training: Training, threads: int) -> Trained | TrainingError | TrainingEnded:
+    """What `t2l.rl.learn.learn` gives or raises."""
+    try:
+        return learn(training.problem, training.choice, training.settings, training.report, threads)
+    except (TrainingError, TrainingEnded) as reason:
+        return reason
+
+
+def _alike(trainings: Sequence[Training]) -> bool:
+    """Whether one world can hold them: the reward's weights are the task's, and not a robot's."""
+    first = trainings[0]
+    return all(
+        training.problem.condition == first.problem.condition
+        and training.choice.reward_weights == first.choice.reward_weights
+        and replace(training.settings, seed=0) == replace(first.settings, seed=0)
+        for training in trainings
+    )
+
+
+def _world(
+    trainings: Sequence[Training], n: int, offset: int, training: bool, threads: int, device: str
+):
+    """As `Problem.environments` of each training, with the seed of its settings plus `offset`."""
+    from t2l.rl.environments import randomised
+    from t2l.rl.world import World
+
+    first = trainings[0]
+    problem, settings = first.problem, first.settings
+    condition, robot = problem.condition, problem.task.robot
+    generators = [np.random.default_rng(t.settings.seed + offset) for t in trainings]
+    fraction = condition.randomisation if training else 0.0
+    parameters = [
+        randomised(t.problem.parameters, n, fraction, generator)
+        for t, generator in zip(trainings, generators, strict=True)
+    ]
+    scales = [scale_per_joint(t.choice.action_scale, robot) for t in trainings]
+    gains = np.repeat([(t.problem.cell.kp, t.problem.cell.kd) for t in trainings], n, axis=0)
+    noise = (settings.observation_noise_rad, settings.observation_noise_rad_s)
+    return World(
+        problem.task.reweighted(first.choice.reward_weights), gains[:, :1], gains[:, 1:],
+        {name: np.concatenate([own[name] for own in parameters]) for name in parameters[0]},
+        action_space(condition, robot, np.repeat(scales, n, axis=0)), generators, n,
+        horizon_s=problem.horizon_s, policy_rate_hz=condition.policy_rate_hz,
+        rate_hz=problem.rate_hz, threads=threads, staggered=training,
+        clipped=settings.clip_actions, noise=noise if training else (0.0, 0.0), device=device,
+    )  # fmt: skip

@@ -1,0 +1,85 @@
+"""A world is the same on MuJoCo's arrays and on torch's."""
+
+import numpy as np
+import pytest
+
+from t2l.rl.algorithm import Trained
+from t2l.rl.constraints import NAMES
+from t2l.rl.side_by_side import Training, learn_side_by_side
+from t2l.rl.world import World
+from t2l.sim.arrays import to_numpy
+from tests.defaults import learning, shipped
+from tests.rl.test_environments import PARAMETERS, joint_delta
+from tests.rl.test_ppo_side_by_side import GOOD, PROBLEM
+
+EACH, CELLS = 3, np.repeat([[16.0, 1.0], [512.0, 16.0]], 3, axis=0)
+
+
+def make(device, **changes):
+    rows = {name: np.tile(values, (2 * EACH, 1)) for name, values in PARAMETERS.items()}
+    # of two cells
+    rows["stiffness"], rows["damping"] = (
+        np.repeat(CELLS[:, :1], 7, 1),
+        np.repeat(CELLS[:, 1:], 7, 1),
+    )
+    scale = np.repeat([[0.3] * 7, [0.1] * 7], EACH, axis=0)
+    arguments = {
+        "task": shipped("joint_reach"), "kp": CELLS[:, :1], "kd": CELLS[:, 1:],
+        "parameters": rows, "actions": joint_delta(scale),
+        "generators": [np.random.default_rng(seed) for seed in (1, 2)], "n": EACH,
+        "horizon_s": 0.4, "policy_rate_hz": 50.0, "rate_hz": 100, "staggered": False,
+        "device": device,
+    } | changes  # fmt: skip
+    return World(**arguments)
+
+
+def run(world, actions):
+    seen, paid, ends = [to_numpy(world.begin())], [], []
+    for action in actions:
+        observation, reward, ended = world.advance(world.array(action))
+        seen.append(to_numpy(observation))
+        paid.append(to_numpy(reward))
+        if ended.ids.size:
+            ends.append(ended)
+    return np.array(seen), np.array(paid), ends
+
+
+@pytest.fixture(scope="module")
+def runs():
+    actions = np.random.default_rng(0).uniform(-1.2, 1.2, (45, 2 * EACH, 7))
+    return [run(make(device), actions) for device in ("mujoco", "cpu")]
+
+
+def test_states_and_rewards_are_those_of_mujoco(runs):
+    (expected, paid, _), (found, paid_too, _) = runs
+    # dry friction: MuJoCo's first-order solver stops 3e-4 rad short of Warp's
+    np.testing.assert_allclose(found[:, :, :7], expected[:, :, :7], atol=2e-3)
+    np.testing.assert_allclose(paid_too, paid, atol=0.1)
+    assert expected[:, :, :7].std() > 0.1
+
+
+def test_episodes_end_alike(runs):
+    ours, theirs = runs[0][2], runs[1][2]
+    assert len(ours) == len(theirs) == 2
+    for one, other in zip(ours, theirs, strict=True):
+        np.testing.assert_array_equal(one.ids, other.ids)
+        np.testing.assert_array_equal(one.success, other.success)
+        np.testing.assert_array_equal(one.violated, other.violated)
+    assert one.violated.shape == (2 * EACH, len(NAMES))
+    assert one.violated.any()
+
+
+def test_noise_stays_within_its_bounds_on_torch_too():
+    world = make("cpu", noise=(0.01, 0.02))
+    exact = make("cpu")
+    off = to_numpy(world.begin() - exact.begin())
+    assert 0.005 < np.abs(off[:, :7]).max() <= 0.0101
+    assert 0.01 < np.abs(off[:, 7:14]).max() <= 0.0201
+
+
+def test_policies_train_on_torch_too():
+    settings = learning(environments=8, updates=1, evaluate_every=1)
+    problem = PROBLEM
+    (trained,) = learn_side_by_side([Training(problem, GOOD, settings)], device="cpu")
+    assert isinstance(trained, Trained)
+    assert np.isfinite(trained.policy.weights[0]).all()

@@ -1,0 +1,78 @@
+"""MuJoCo Warp steps as MuJoCo does; here on the processor, where it runs too."""
+
+import numpy as np
+import pytest
+import torch
+
+from t2l.robots import make_robot
+from t2l.robots.plant import position_controlled
+from t2l.sim.arrays import to_numpy
+from t2l.sim.batch import apply_position_gains, make_batch
+
+ROBOT = make_robot("fr3")
+N = 6
+
+
+@pytest.fixture(scope="module")
+def batches():
+    spec = position_controlled(ROBOT)
+    spec.option.timestep = 0.01
+    # what Warp is given; the other solver leaves 3e-4 rad of dry friction's error
+    spec.option.solver = 2
+    model = spec.compile()
+    return [make_batch(model, N, device=device) for device in ("mujoco", "cpu")]
+
+
+def drawn():
+    rng = np.random.default_rng(0)
+    shape = (N, len(ROBOT.joints))
+    start = ROBOT.home + 0.3 * rng.normal(size=shape)
+    return {
+        "kp": rng.choice([16.0, 512.0], (N, 1)), "kd": rng.choice([2.0, 24.0], (N, 1)),
+        "dof_armature": rng.uniform(0.02, 1.0, shape), "dof_damping": rng.uniform(0, 1, shape),
+        "dof_frictionloss": rng.uniform(0.0, 2.0, shape),
+        "start": start, "command": start + 0.2 * rng.normal(size=shape),
+    }  # fmt: skip
+
+
+def moved(batch, steps, of):
+    array = getattr(batch, "asarray", np.asarray)
+    apply_position_gains(batch, ROBOT.joints, array(of["kp"]), array(of["kd"]))
+    for name in ("dof_armature", "dof_damping", "dof_frictionloss"):
+        batch.expand(name)[:] = array(of[name])
+    batch.set_const()
+    batch.reset()
+    batch.qpos[:], batch.ctrl[:] = array(of["start"]), array(of["command"])
+    for _ in range(steps):
+        batch.step()
+    return [to_numpy(values).copy() for values in (batch.qpos, batch.qvel)]
+
+
+def test_each_simulation_moves_as_in_mujoco_with_parameters_of_its_own(batches):
+    of = drawn()
+    expected, found = (moved(batch, 100, of) for batch in batches)
+    assert np.abs(expected[0] - of["start"]).max() > 0.2
+    # single precision, a hundred steps with dry friction
+    np.testing.assert_allclose(found[0], expected[0], atol=2e-5)
+    np.testing.assert_allclose(found[1], expected[1], atol=2e-4)
+
+
+def test_joint_limits_hold(batches):
+    of = drawn()
+    high = ROBOT.position_limit[:, 1]
+    of |= {"kp": np.full((N, 1), 16.0), "start": np.tile(high - 0.1, (N, 1))}
+    of["command"] = of["start"] + 1.0
+    expected, found = (moved(batch, 100, of) for batch in batches)
+    assert (expected[0] > of["start"] + 0.05).any()
+    np.testing.assert_allclose(found[0], expected[0], atol=1e-4)
+
+
+def test_some_are_reset_and_the_others_go_on(batches):
+    batch = batches[1]
+    moved(batch, 3, drawn())
+    before = batch.qpos.clone()
+    batch.reset(np.array([1, 4]))
+    rest = [0, 2, 3, 5]
+    assert torch.equal(batch.qpos[rest], before[rest])
+    assert not batch.qvel[[1, 4]].any()
+    np.testing.assert_allclose(batch.qpos[1], batch.model.qpos0, atol=1e-6)
