@@ -1,5 +1,6 @@
 """The task, demonstrations and settings that benchmarks share."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import yaml
 from t2l.config import effective
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.expert import demonstrate
-from t2l.tasks import Task, make_task
+from t2l.tasks import TASKS, Task, make_task
 
 ROOT = Path(__file__).parents[1]
 
@@ -31,6 +32,17 @@ def block_stack() -> Task:
 def task_file(name: str) -> dict:
     """The content of a file of config/tasks/."""
     return yaml.safe_load((ROOT / f"config/tasks/{name}.yaml").read_text())
+
+
+def tasks(kind: type[Task]) -> Iterator[tuple[str, Task]]:
+    """Every task of config/tasks/ of a kind, by name; of those that differ by time, the first."""
+    seen = []
+    for path in sorted((ROOT / "config/tasks").glob("*.yaml")):
+        content = task_file(path.stem)
+        scene = {key: value for key, value in content.items() if key != "horizon_s"}
+        if issubclass(TASKS.find(content["kind"]), kind) and scene not in seen:
+            seen.append(scene)
+            yield path.stem, make_task(content)
 
 
 def demonstrations(task: Task, count: int) -> list[Demonstration]:

@@ -69,7 +69,11 @@ class OperatorError(T2LError):
 
 
 class CameraError(T2LError):
-    """A camera that is not there, that sees nothing, or that nothing can render."""
+    """A camera that is not there, or that sees nothing."""
+
+
+class RendererError(CameraError):
+    """Nothing here can render."""
 
 
 class ExpertError(T2LError):

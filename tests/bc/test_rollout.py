@@ -122,11 +122,14 @@ def test_traces_hold_a_success_and_a_failure_of_each_kind(
     )
     assert tuple(good.columns) == TRACE_COLUMNS
     assert len(bad) == 21
-    picked = pick_traces({"kp128_kd8": bad, "kp64_kd8": good}, preferred="kp128_kd8")
+    picked = pick_traces([("kp128_kd8", bad), ("kp64_kd8", good)], preferred="kp128_kd8")
     assert [label.split("\n")[0] for label in picked] == ["success", "failure"]
     times, qpos = picked["failure\nnot grasped\nKp 128, Kd 8"]
     assert qpos.shape == (21, task.model.nq)
     assert times[-1] == pytest.approx(0.4)
     other = bad.assign(failure="dropped")
-    picked = pick_traces({"kp64_kd8": pd.concat([bad, other]), "kp128_kd8": bad}, "kp128_kd8")
+    # two policies of a cell: what the first does not show, the second does, and that alone
+    seeds = [("kp64_kd8", bad), ("kp128_kd8", bad), ("kp64_kd8", pd.concat([bad, other]))]
+    picked = pick_traces(seeds, "kp128_kd8")
     assert list(picked) == ["failure\ndropped\nKp 64, Kd 8", "failure\nnot grasped\nKp 128, Kd 8"]
+    assert len(picked["failure\ndropped\nKp 64, Kd 8"][0]) == 21

@@ -1,5 +1,6 @@
 import pytest
 
+from t2l import registry
 from t2l.config import read_study
 from t2l.errors import ConfigurationError
 from tests.conftest import ROOT, configuration
@@ -22,3 +23,9 @@ def refused(config):
         return str(error.value)
 
     return said
+
+
+@pytest.fixture
+def no_extensions(monkeypatch):
+    """As in a process that has just started, and nothing is left behind."""
+    monkeypatch.setattr(registry, "_extensions", {})

@@ -16,6 +16,14 @@ def test_what_extensions_define_is_known_from_then_on(config, tmp_path):
     assert make_robot("configured_pendulum").joints == ("hinge",)
 
 
+def test_a_policy_of_ones_own_trains_the_nominal(config, no_extensions):
+    """And says what else the section may hold."""
+    config["extensions"] = ["examples/extensions/nearest_neighbour.py"]
+    config["training"] = {"policy": "nearest_neighbour", "every": 2}
+    training = read_study(config, ROOT / "config").sections["training"]
+    assert training == {"policy": "nearest_neighbour", "validation_fraction": 0.1, "every": 2}
+
+
 def test_without_extensions_there_is_no_such_section(config):
     assert "extensions" not in read_study(config, ROOT / "config").sections
 

@@ -1,6 +1,8 @@
 import pytest
 
+from t2l.config import read_study
 from t2l.registry import load_extensions
+from tests.conftest import ROOT
 
 
 @pytest.mark.parametrize(
@@ -122,6 +124,42 @@ def test_cameras_are_of_the_task_and_of_a_policy_that_sees(config, refused):
     config["training"] = {"policy": "nearest_neighbour"}
     message = "observation.cameras: found ['wrist']; allowed: none, as nearest_neighbour sees no"
     assert message in refused(config)
+
+
+PICKY = """
+from t2l.policies.chunk_regression import ChunkRegression
+
+
+class Picky(ChunkRegression):
+    name = "picky_{part}"
+    needs = ("{part}",)
+"""
+
+
+@pytest.mark.parametrize(
+    ("part", "cameras", "said"),
+    [
+        ("environment", [], None),
+        ("environment", ["global"], "pictures of observation.cameras are in its place"),
+        ("pictures", ["global"], None),
+        ("pictures", [], "block_stack does not show it"),
+        # one that no data have
+        ("touch", [], "block_stack does not show it"),
+    ],
+)
+def test_a_policy_that_needs_what_the_data_lack_is_named(
+    config, refused, no_extensions, tmp_path, part, cameras, said
+):
+    path = tmp_path / "picky.py"
+    path.write_text(PICKY.format(part=part))
+    config["extensions"] = [str(path)]
+    config["observation"] = {"cameras": cameras}
+    config["training"] = {"policy": f"picky_{part}"}
+    if said is None:
+        assert read_study(config, ROOT / "config").sections["training"]["policy"] == f"picky_{part}"
+    else:
+        message = f"training.policy: found 'picky_{part}', which needs to see the {part}; {said}"
+        assert message in refused(config)
 
 
 def test_pictures_that_no_memory_holds_are_refused(config, refused):

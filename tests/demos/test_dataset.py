@@ -122,6 +122,12 @@ def _foreign(path):
     (path / "meta/info.json").write_text(json.dumps(info))
 
 
+def _other_robot(path):
+    """Of as many joints."""
+    file = path / "meta/info.json"
+    file.write_text(file.read_text().replace("fr3_joint3", "panda_joint3"))
+
+
 def _info(**changes):
     def change(path):
         file = path / "meta/info.json"
@@ -150,6 +156,7 @@ def _shorter(table):
     [
         (_cut, "file-000.parquet: cannot be read"),
         (_foreign, "observation.state has shape"),
+        (_other_robot, "observation.state holds q.panda_joint3; expected q.fr3_joint3"),
         (lambda path: (path / "meta/info.json").unlink(), "meta/info.json: no such file"),
         (
             lambda path: (path / "meta/info.json").write_text("{"),
@@ -164,7 +171,17 @@ def _shorter(table):
         (_table(_shorter), "action has lists of other lengths"),
     ],
     ids=[
-        *("cut", "foreign", "no info", "broken info", "no data", "features", "shapes", "total"),
+        *(
+            "cut",
+            "foreign",
+            "other robot",
+            "no info",
+            "broken info",
+            "no data",
+            "features",
+            "shapes",
+            "total",
+        ),
         *("list", "column", "lengths"),
     ],
 )

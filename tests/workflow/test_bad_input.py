@@ -4,6 +4,20 @@ BOMB = "a0: &a0 [x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 8)}]\n" for i in range(1, 40)
 )
 
+BLIND = """
+from t2l.tasks.block_stack import BlockStack
+
+
+class Blind(BlockStack):
+    name = "blind"
+
+    def spec(self, visual):
+        spec = super().spec(visual)
+        if visual:
+            spec.worldbody.add_camera(name="sky", pos=(0, 0, 50), xyaxes=(1, 0, 0, 0, -1, 0))
+        return spec
+"""
+
 
 def test_a_bad_configuration_stops_before_the_first_job(empty_project):
     config = empty_project.config
@@ -62,18 +76,32 @@ def test_the_target_of_a_diagnosis_names_the_section_that_it_needs(empty_project
     assert "explain" not in empty_project.planned("all")
 
 
-def test_an_expert_that_fails_says_its_rate(empty_project):
+def test_an_expert_that_cannot_is_named_before_the_first_job(empty_project):
     path = empty_project.folder / "config/tasks/block_stack.yaml"
     task = yaml.safe_load(path.read_text())
     # nobody stacks to a micrometre
     path.write_text(yaml.safe_dump({**task, "placement_tolerance_m": 1e-6}))
-    config = empty_project.config
-    config["demonstrations"] = {"count": 2, "max_attempts": 2}
-    config["fidelity"]["replays"] = 2
-    done = empty_project.run("--", "results/smoke/tables/behaviour_cloning.csv")
+    done = empty_project.run("--", "all")
     assert done.returncode != 0
-    assert "the expert succeeded in 0 of 2 attempts (0 %), 2 successes are wanted" in done.stdout
-    assert not (empty_project.results / "block_stack" / "demonstrations").exists()
+    assert "config/tasks/block_stack.yaml: found a task that its expert fails at" in done.stdout
+    assert not empty_project.results.exists()
+    # what does not wait for demonstrations is not held up by it
+    measured = "results/smoke/attenuation/held_noise.parquet"
+    assert empty_project.run("--", measured).returncode == 0
+
+
+def test_a_camera_that_sees_nothing_is_named_before_the_first_job(empty_project):
+    extension = empty_project.folder / "sky.py"
+    extension.write_text(BLIND)
+    path = empty_project.folder / "config/tasks/block_stack.yaml"
+    path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text()), "kind": "blind"}))
+    config = empty_project.config
+    config["extensions"] = [str(extension)]
+    config["variants"] = {"seeing": {"observation": {"cameras": ["sky"], "size_px": 32}}}
+    done = empty_project.run("--", "all")
+    assert done.returncode != 0
+    assert "camera sky: found pictures of one colour" in done.stdout
+    assert not empty_project.results.exists()
 
 
 def test_a_cell_where_the_operator_fails_is_named_and_leaves_nothing(empty_project):

@@ -1,5 +1,6 @@
 """Studies that ship can be planned, from the files of the project alone."""
 
+import json
 import re
 
 import pytest
@@ -34,3 +35,20 @@ def test_the_profile_of_a_gpu_trains_all_policies_in_one_job(empty_project):
     assert _planned(done) == JOBS["config"] - 5 - 1 - 1
     for rule in ("train_side_by_side", "tune_joint_reach", "train_policies_joint_reach"):
         assert re.search(rf"^{rule} +1$", done.stdout, re.MULTILINE)
+
+
+def test_tasks_that_the_study_has_are_compared_with_its_grids_where_these_are_given(empty_project):
+    name, config = "published_grids", empty_project.config
+    page = {"kps": [32], "kds": [2], "validation": [[0.1]], "replay": [[1]], "loss": [[0.2]]}
+    path = empty_project.folder / "page.json"
+    path.write_text(json.dumps({"taskData": {"Dishwasher Opening": page}}))
+    given = config["attenuation"] | {"published_grids": "page.json"}
+    tasks = ["block_stack", "dishwasher"]
+    both = {**config, "tasks": tasks, "attenuation": given}
+    planned = empty_project.planned("tables", config=both)
+    assert (planned[name], planned["summarise"]) == (1, 2)
+    # of both tasks, the table takes the one that the study has
+    csv = f"results/smoke/tables/{name}.csv"
+    assert empty_project.planned(csv, config=both)["summarise"] == 1
+    for without in ({**both, "tasks": tasks[:1]}, {**config, "tasks": tasks}):
+        assert name not in empty_project.planned("tables", config=without)

@@ -13,6 +13,7 @@ from t2l.errors import T2LError
 from t2l.gains import Cell
 from t2l.gains.cell import NAME_PATTERN
 from t2l.outputs import claim
+from t2l.seeds import generator
 from t2l.threads import one_thread
 from t2l.hardware import recorded_files
 from t2l.version import with_extensions
@@ -230,8 +231,26 @@ FORMATS = ("pdf", "png")
 DEMONSTRATIONS = result("{task}", "demonstrations")
 
 
+def rehearse(jobs) -> None:
+    """Try what jobs are to demonstrate, collect or render, before the first of them starts."""
+    # every job reads this file, and few need SciPy
+    from t2l.demos.rehearsal import rehearse
+
+    seen: dict[str, list[dict]] = {}
+    for job in jobs:
+        if job.rule.name in ("demonstrate", "collect", "render"):
+            own = seen.setdefault(job.wildcards.task, [])
+            if job.rule.name == "render":
+                own.append(VARIANTS[job.wildcards.variant]["observation"])
+    wanted = {key: STUDY.sections["demonstrations"][key] for key in ("count", "max_attempts")}
+    for name, observations in seen.items():
+        rng = generator(SEED, "rehearsal", name)
+        rehearse(name, STUDY.tasks[name], **wanted, rng=rng, observations=observations)
+
+
 onstart:
     try:
+        rehearse(workflow.dag.needrun_jobs())
         claim(result(), "snakemake")
     except T2LError as error:
         raise WorkflowError(str(error)) from None

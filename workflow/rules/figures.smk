@@ -85,8 +85,8 @@ rule frames_figure:
         traces=expand(
             of_clone("traces.parquet"),
             variant=NOMINAL,
+            seed=SEEDS,
             cell=CELLS,
-            seed=SEEDS[0],
             allow_missing=True,
         ),
     output:
@@ -94,7 +94,8 @@ rule frames_figure:
     params:
         version=VERSION,
         task=task_parameters,
-        cells=CELLS,
+        # of each of the traces
+        cells=[cell for _ in SEEDS for cell in CELLS],
         preferred=STUDY.grid.centre.name,
     log:
         result("logs", "frames_figure", "{task}.log"),

@@ -5,7 +5,6 @@ from t2l.actions import ACTIONS
 # one row a cell and training seed: where behaviour cloning ends
 CLONED = result("{task}", NOMINAL, "cells.parquet")
 ATTENUATION = STUDY.sections["attenuation"]
-PUBLISHED = [ATTENUATION["published_grids"]] if "published_grids" in ATTENUATION else []
 HELD_NOISE = result("attenuation", "held_noise.parquet")
 # noise in rad is for commands in rad
 IN_RAD = ACTIONS.find(STUDY.sections["actions"]["kind"]).controller == "joint_pd"
@@ -88,7 +87,7 @@ rule attenuation:
 rule effective_error:
     input:
         cells=expand(CLONED, task=NOISY_TASKS),
-        published=PUBLISHED,
+        published=PUBLISHED or [],
     output:
         figure=study_figure("effective_error"),
         table=study_table("effective_error"),

@@ -1,10 +1,20 @@
 """From cells to one table per task, and to the study's table."""
 
+from t2l.published.grids import COUNTERPARTS
+
 REGIONS = [
     *multiext(result("tables", "regions"), ".csv", ".md", ".tex"),
     *expand(result("figures", "regions.{suffix}"), suffix=FORMATS),
 ]
-TABLES = [*multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex"), *REGIONS[:3]]
+PUBLISHED = STUDY.sections["attenuation"].get("published_grids")
+# tasks that the study has published grids of
+COMPARED = {task: STUDY.tasks[task]["kind"] for task in TASKS} if PUBLISHED else {}
+COMPARED = {task: kind for task, kind in COMPARED.items() if kind in COUNTERPARTS}
+TABLES = [
+    *multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex"),
+    *REGIONS[:3],
+    *(multiext(result("tables", "published_grids"), ".csv", ".md", ".tex") if COMPARED else []),
+]
 
 
 rule summarise:
@@ -93,3 +103,24 @@ rule regions:
         "../envs/t2l.yaml"
     script:
         "../scripts/regions.py"
+
+
+rule published_grids:
+    input:
+        cells=expand(result("{task}", NOMINAL, "cells.parquet"), task=COMPARED),
+        published=PUBLISHED or [],
+    output:
+        study_table("published_grids"),
+    params:
+        version=VERSION,
+        kinds=COMPARED,
+    log:
+        result("logs", "published_grids.log"),
+    benchmark:
+        result("benchmarks", "published_grids.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/published_grids.py"

@@ -13,11 +13,11 @@ with job(snakemake):
     task = make_task(snakemake.params.task)
     demonstration = read_demonstrations(snakemake.input.demonstrations, task)[0]
     traces = [read_table(path, TRACE_COLUMNS) for path in snakemake.input.traces]
-    by_cell = dict(zip(snakemake.params.cells, traces, strict=True))
+    policies = list(zip(snakemake.params.cells, traces, strict=True))
     strips = {
         "demonstration": ([k * TIMESTEP_S for k in range(len(demonstration))], demonstration.qpos)
     }
-    strips |= pick_traces(by_cell, snakemake.params.preferred)
+    strips |= pick_traces(policies, snakemake.params.preferred)
     write(
         filmstrips(
             task, strips, columns=6, title=f"{title(snakemake.wildcards.task)}: {task.instruction}"

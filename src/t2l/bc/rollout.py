@@ -1,6 +1,6 @@
 """Closed-loop rollouts of one policy in one cell, all stepping together."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -124,19 +124,19 @@ def traces(rollouts: Rollouts, decimation: int) -> pd.DataFrame:
 
 
 def pick_traces(
-    by_cell: Mapping[str, pd.DataFrame], preferred: str
+    policies: Sequence[tuple[str, pd.DataFrame]], preferred: str
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """A success and a failure of each kind, from the `preferred` cell where it has them.
 
     Args:
-        by_cell: `traces` of every cell, by the cell's name.
+        policies: of each, its cell's name and its `traces`; those that come first are preferred.
 
     Returns:
         Per label, times (n,) s and positions (n, nq).
     """
     shown: dict[str, tuple[str, pd.DataFrame]] = {}
-    for name in sorted(by_cell, key=lambda name: name != preferred):
-        for kind, rows in by_cell[name].groupby("failure"):
+    for name, table in sorted(policies, key=lambda policy: policy[0] != preferred):
+        for kind, rows in table.groupby("failure"):
             shown.setdefault(kind, (name, rows))
     picked = {}
     for kind, (name, rows) in sorted(shown.items()):

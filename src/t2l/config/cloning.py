@@ -64,10 +64,16 @@ def _cameras(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterato
 
 
 def _unseen(configuration: Configuration, name: str, task: Task) -> Iterator[Problem]:
-    """Parts of an observation that a policy needs, and a task has not."""
+    """Parts of an observation that a policy needs, and what it is trained on has not."""
     seen, policy = task.robot_observation_size, configuration.training.policy
-    sizes = {"robot": seen, "environment": len(task.observation_names) - seen}
+    cameras = configuration.observation.cameras
+    # pictures take the place of the environment's state
+    around = 0 if cameras else len(task.observation_names) - seen
+    sizes = {"robot": seen, "environment": around, "pictures": len(cameras)}
     for part in POLICIES.find(policy).needs:
-        if not sizes[part]:
-            found = f"{describe(policy)}, which needs to see the {part}; {name} does not show it"
+        if not sizes.get(part):
+            where = f"{name} does not show it"
+            if cameras and part == "environment":
+                where = "pictures of observation.cameras are in its place"
+            found = f"{describe(policy)}, which needs to see the {part}; {where}"
             yield Problem("training.policy", found, "another policy")

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import create_model
+
 from t2l.config import files, relations, robot, sizes, storage, variants
 from t2l.config.cells import fidelity_cells, grid_of, transfer_cells
 from t2l.config.models import Configuration
@@ -17,7 +19,7 @@ from t2l.hardware import Features
 from t2l.registry import load_extensions
 from t2l.rl.condition import Condition
 from t2l.tasks import make_task
-from t2l.typed import Invalid, check
+from t2l.typed import Invalid, Typed, check
 
 # more of them are seldom read
 MOST_LINES = 50
@@ -66,6 +68,20 @@ def effective(config: Mapping[str, Any]) -> dict[str, Any]:
     return _sections(check(configuration_model(config), config))
 
 
+def _extensions(config: Any) -> list[str] | None:
+    """The key of this name, if it is as it should be; what it is else is told with all others."""
+    field = Configuration.model_fields["extensions"]
+    model = create_model(
+        "Extensions", __base__=Typed, extensions=(field.rebuild_annotation(), field)
+    )
+    try:
+        return check(
+            model, {key: config[key] for key in ("extensions",) if key in config}
+        ).extensions
+    except (Invalid, TypeError):
+        return None
+
+
 def _extend(extensions: Sequence[str] | None) -> None:
     """Load what names may come from, before any is looked up."""
     problems = files.extended(extensions)
@@ -89,11 +105,12 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     Raises:
         ConfigurationError: with a line for every offending key: what was found, what is allowed.
     """
+    # the section `training` is that of a policy, which may be the user's own
+    _extend(_extensions(config))
     try:
         configuration = check(configuration_model(config), config)
     except Invalid as error:
         raise _error(f"config: {problem}" for problem in error.problems) from None
-    _extend(configuration.extensions)
     conditions = configuration.sim_to_real.conditions
     named = {f"tasks[{i}]": name for i, name in enumerate(configuration.tasks)}
     if configuration.decoupling:

@@ -31,13 +31,8 @@ def write_demonstrations(demonstrations: Sequence[Demonstration], task: Task, pa
     ``observation.environment_state`` the positions of all objects; ``action`` the torques and the
     gripper commands.
     """
-    robot = task.robot
-    joints, fingers = robot.joints, [j for gripper in robot.grippers for j in gripper.joints]
-    features = {
-        STATE: _feature("float64", [*_named("q", joints), *_named("dq", joints), *fingers]),
-        ENVIRONMENT: _feature("float64", [f"qpos{i}" for i in task.object_qpos]),
-        ACTION: _feature("float64", [*_named("tau", joints), *_grippers(task)]),
-    }
+    names = _demonstrated(task)
+    features = {key: _feature("float64", own) for key, own in names.items()}
     episodes = (
         {
             STATE: np.concatenate(
@@ -55,16 +50,11 @@ def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
     """Read what `write_demonstrations` wrote.
 
     Raises:
-        ArtefactError: the folder is missing, cut short, or of another task.
+        ArtefactError: the folder is missing, cut short, or of another task or robot.
     """
-    dof, ngripper = len(task.robot.joints), len(task.robot.grippers)
-    sizes = {
-        STATE: 2 * dof + task.gripper_qpos.size,
-        ENVIRONMENT: task.object_qpos.size,
-        ACTION: dof + ngripper,
-    }
+    dof = len(task.robot.joints)
     demonstrations = []
-    for episode in _read(Path(path), sizes):
+    for episode in _read(Path(path), _demonstrated(task)):
         state = episode[STATE]
         qpos = np.empty((len(state), task.model.nq))
         qpos[:, task.arm_qpos] = state[:, :dof]
@@ -79,6 +69,17 @@ def read_demonstrations(path: Path | str, task: Task) -> list[Demonstration]:
             )
         )
     return demonstrations
+
+
+def _demonstrated(task: Task) -> dict[str, list[str]]:
+    """The features of demonstrations, by key: the names of their elements."""
+    joints = task.robot.joints
+    fingers = [joint for gripper in task.robot.grippers for joint in gripper.joints]
+    return {
+        STATE: [*_named("q", joints), *_named("dq", joints), *fingers],
+        ENVIRONMENT: [f"qpos{i}" for i in task.object_qpos],
+        ACTION: [*_named("tau", joints), *_grippers(task)],
+    }
 
 
 def write_dataset(
@@ -217,11 +218,11 @@ def _no_images() -> Iterator[None]:
         dataset_writer.embed_images = embed
 
 
-def _read(path: Path, sizes: Mapping[str, int]) -> list[dict[str, np.ndarray]]:
-    shapes = ", ".join(f"{k} ({n},)" for k, n in sizes.items())
+def _read(path: Path, names: Mapping[str, Sequence[str]]) -> list[dict[str, np.ndarray]]:
+    shapes = ", ".join(f"{key} ({len(own)},)" for key, own in names.items())
     expected = f"a LeRobot data set with {shapes}"
     try:
-        return _episodes(path, sizes, expected)
+        return _episodes(path, names, expected)
     except ArtefactError as error:
         if error.path == path:
             raise
@@ -252,11 +253,25 @@ def read_features(
     return sorted(path.glob("data/*/*.parquet")), info["total_frames"]
 
 
-def _episodes(path: Path, sizes: Mapping[str, int], expected: str) -> list[dict[str, np.ndarray]]:
-    shapes = {key: [size] for key, size in sizes.items()}
-    files, total = read_features(path, shapes, expected)
+def _episodes(
+    path: Path, names: Mapping[str, Sequence[str]], expected: str
+) -> list[dict[str, np.ndarray]]:
+    sizes = {key: len(own) for key, own in names.items()}
+    files, total = read_features(path, {key: [size] for key, size in sizes.items()}, expected)
+    _check_names(path, names)
     tables = [read_arrow(file, [*sizes, NUMBER]) for file in files]
     frames = sum(map(len, tables))
     if frames != total or frames == 0:
         raise ArtefactError(path, f"{frames} frames where info.json says {total}", expected)
     return by_episode(files, tables, sizes)
+
+
+def _check_names(path: Path, names: Mapping[str, Sequence[str]]) -> None:
+    """Tell robots of as many joints apart."""
+    features = read_json(path / "meta" / "info.json", "what a data set holds")["features"]
+    for key, wanted in names.items():
+        found = features[key].get("names")
+        if found != list(wanted):
+            pairs = zip(found, wanted, strict=False) if isinstance(found, list) else ()
+            one, other = next(((a, b) for a, b in pairs if a != b), (found, ", ".join(wanted)))
+            raise ArtefactError(path, f"{key} holds {one}", f"{other}, as the task's robot has")

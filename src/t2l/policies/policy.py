@@ -119,7 +119,8 @@ class ClonedPolicy(Policy):
         settings: what else they may write under `training`: the only place of its defaults.
         chunk_setting: which of them says `chunk`, if one does.
         packages: to import, without which it is not to be had.
-        needs: parts of an observation that it cannot do without: `robot`, `environment`.
+        needs: parts of an observation that it cannot do without: `robot`, `environment`,
+            `pictures`.
     """
 
     settings: type[Typed]

@@ -19,6 +19,14 @@ ADDRESS = (
     "3fc310b11ee50367eb26ae5db3c3036b8bf7e1af/static/js/training_heatmap_data.json"
 )
 COLUMNS = ("kp", "kd", "success", "replay_success", "loss")
+# of a task of ours, by its kind; Block Stack is no task of the page's
+COUNTERPARTS = {
+    "mug_hanging": "Mug Hanging",
+    "dishwasher": "Dishwasher Opening",
+    "dishrack_loading": "Dish Rack Loading",
+    "dishrack_unloading": "Dish Rack Unloading",
+    "bimanual_handover": "Bimanual Handover",
+}
 _KEYS = {"success": "validation", "replay_success": "replay", "loss": "loss"}
 _MOST_BYTES = 20_000_000
 

@@ -32,6 +32,8 @@ def spearman(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     NaN where one side does not vary, or n is below 3.
     """
     x, y = (rankdata(side, axis=-1) for side in (x, y))
+    if not x.shape[-1]:
+        return np.full(x.shape[:-1], np.nan)
     x, y = (side - side.mean(axis=-1, keepdims=True) for side in (x, y))
     spread = np.sqrt((x**2).sum(axis=-1) * (y**2).sum(axis=-1))
     known = (spread > 0) & (x.shape[-1] >= 3)

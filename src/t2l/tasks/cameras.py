@@ -6,7 +6,7 @@ from typing import Self
 import mujoco
 import numpy as np
 
-from t2l.errors import CameraError
+from t2l.errors import CameraError, RendererError
 from t2l.robots.geometry import fewer
 
 # of all meshes: an arm of 200 000 takes most of the time, and is some dozen pixels wide
@@ -28,7 +28,8 @@ class Cameras:
         size_px: width and height of their square pictures.
 
     Raises:
-        CameraError: the model has no such camera, or nothing here can render.
+        CameraError: the model has no such camera.
+        RendererError: nothing here can render.
     """
 
     def __init__(self, model: mujoco.MjModel, cameras: Sequence[str], size_px: int):
@@ -44,7 +45,7 @@ class Cameras:
         try:
             self._renderer = mujoco.Renderer(model, size_px, size_px)
         except (mujoco.FatalError, RuntimeError, ImportError) as error:
-            raise CameraError(
+            raise RendererError(
                 f"pictures need OpenGL, which is not here ({error}); MUJOCO_GL=egl may bring it"
             ) from None
         for flag in _LEFT_OUT:

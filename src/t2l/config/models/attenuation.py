@@ -40,5 +40,6 @@ class Attenuation(Typed):
     published_grids: Annotated[Text | None, Given] = Field(
         None,
         description="a download of the file of results that the study's project page shows, for "
-        "the same statistics of the study's own cells; see docs/results.md",
+        "the same statistics of the study's own cells, and how ours are ordered beside them; see "
+        "docs/results.md",
     )

@@ -1,0 +1,20 @@
+"""Write how the cells of our tasks are ordered beside the study's own, as CSV, Markdown, LaTeX."""
+
+from t2l.artefacts import read_table
+from t2l.jobs import job
+from t2l.published.grids import read_grids
+from t2l.stats.published_grids import (
+    COLUMNS,
+    printable_published_grids,
+    published_grids_table,
+)
+from t2l.stats.text import write_printed
+
+with job(snakemake):
+    kinds = snakemake.params.kinds
+    cells = {
+        task: read_table(path, COLUMNS)
+        for task, path in zip(kinds, snakemake.input.cells, strict=True)
+    }
+    table = published_grids_table(cells, kinds, read_grids(snakemake.input.published))
+    write_printed(table, printable_published_grids(table), snakemake.output)
