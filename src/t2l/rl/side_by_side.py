@@ -90,7 +90,7 @@ def learn_alone(training: Training, threads: int) -> Trained | TrainingError | T
 
 
 def _together(trainings: Sequence[Training], device: str | None) -> bool:
-    """Whether one world can hold them: several that differ in cell, action scales and seed alone."""
+    """Whether one world can hold them: they differ in cell, action scales and seed alone."""
     first = trainings[0]
     able = ALGORITHMS.find(first.settings.algorithm).side_by_side
     return (able and (len(trainings) > 1 or device is not None)) and all(
