@@ -43,7 +43,7 @@ def proposed_beside(
     where, key = folder / PROPOSED, _key(model, explanation, evidence)
     before = _before(where, key)
     if before is not None:
-        kept = replace(read_model(where / MODEL), without=model.without)
+        kept = read_model(where / MODEL, model.without)
         return replace(explanation, model=kept, **before)
     evidence = fine_enough(explanation.model, evidence)
     quiet = AT_THE_FLOOR * explanation.noise_floor_rad
@@ -92,8 +92,8 @@ def _before(where: Path, key: str) -> dict[str, str] | None:
 
 def _kept(explanation: Explanation, where: Path, key: str) -> Explanation:
     """The explanation as its files have it, so that a second run need not do the same again."""
-    without = explanation.model.without
     write_model(explanation.model, where / MODEL, "the model with the known effects that stand")
     record = {"fingerprint": key, "verdict": explanation.verdict, "sentence": explanation.sentence}
     write_text(json.dumps(record) + "\n", where / RECORD)
-    return replace(explanation, model=replace(read_model(where / MODEL), without=without))
+    kept = read_model(where / MODEL, explanation.model.without)
+    return replace(explanation, model=kept)
