@@ -103,6 +103,16 @@ def test_an_explanation_tells_the_story(tmp_path):
     assert " · test" in told
 
 
+def test_curves_in_place_of_names_are_compared_with_them(tmp_path):
+    told = " ".join(_told(write_report(explained_with_proposal(tmp_path))).split())
+    assert "the test error goes from 10 mrad to 0.07 mrad" in told
+    assert "The model lacks a torque on hinge that grows with its position." in told
+    assert "<b>0.07 mrad</b><span>test error with the known effects that were added" in told
+    learned = "test error with what was learned in place of Coulomb friction: the final model"
+    assert f"<b>0.08 mrad</b><span>{learned}" in told
+    assert "To adopt it" not in told
+
+
 def test_what_is_chosen_rarely_is_said_to_be_uncertain(tmp_path):
     explained(tmp_path)
     path = tmp_path / "explanation.json"
