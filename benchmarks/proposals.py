@@ -131,7 +131,8 @@ def row(command: str, name: str, folder: Path) -> dict:
         "names adopted": ", ".join(adopted) or "–",
         "proposed": "; ".join(c["law"] for c in curves) or content["verdict"],
         "right": right,
-        "before_mrad": 1e3 * content["report"]["baseline_rmse_q_rad"],
+        "before_mrad": 1e3 * _before(content, out),
+        "names_mrad": 1e3 * content["report"]["baseline_rmse_q_rad"],
         "curve_mrad": 1e3 * after,
         "formula_mrad": 1e3 * formula["report_rmse_q_rad"] if formula else None,
         "noise_mrad": 1e3 * floor,
@@ -166,6 +167,13 @@ def _proposed(out: Path) -> dict:
     report = dict(zip(("baseline_rmse_q_rad", "rmse_q_rad"), errors, strict=True))
     floor, verdict = told["noise_floor_rad"], told["verdict"]
     return {"curves": [], "noise_floor_rad": floor, "verdict": verdict, "report": report}
+
+
+def _before(content: dict, out: Path) -> float:
+    """Test error in rad of the model as it came."""
+    if not (out / "explanation.json").exists():
+        return content["report"]["baseline_rmse_q_rad"]
+    return json.loads((out / "explanation.json").read_text())["steps"][0]["test_rmse_q_rad"]
 
 
 def main(command: str, folder: Path, names: list[str]) -> None:

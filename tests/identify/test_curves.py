@@ -57,6 +57,20 @@ def test_a_curve_of_another_joint_is_told(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("x", "torque"), [(3.0, 0.8), (4.0, 1.2), (9.0, 1.2), (-1.0, 0.2), (-2.0, 0.3), (-4.0, 0.3)]
+)
+def test_a_curve_goes_on_straight_as_far_again_as_it_is_long(x, torque):
+    curve = Curve(Law(TORQUE, "hinge", "velocity", "hinge"), (0.0, 1.0, 2.0), (0.1, 0.0, 0.4))
+    assert curve(x) == pytest.approx(torque)
+    assert np.interp(x, *curve.table()) == pytest.approx(torque)
+
+
+def test_dry_friction_never_drives():
+    curve = Curve(Law("friction", "hinge", "speed", "hinge"), (0.0, 1.0), (0.2, 0.1))
+    np.testing.assert_allclose(curve(np.array([1.5, 2.0, 9.0])), [0.05, 0.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
     ("law", "at", "torque", "effects"),
     [
         (Law(TORQUE, "hinge", "constant", "hinge"), [0, 1], [0.05, 0.05],

@@ -9,14 +9,14 @@ from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import Explanation
 from t2l.effects.law import TORQUE, Law
 from t2l.identify.model import Model
-from t2l.identify.prediction import Predictor
-from t2l.propose.bases import effect_of
 from t2l.propose.beside import proposed_beside
-from t2l.propose.laws import before_leaving
-from tests.diagnose.made import measured, pendulum
+from t2l.propose.proposal import error_of
+from t2l.propose.reconsider import reconsider
+from tests.diagnose.made import measured, pendulum, recording, swing
 from tests.propose.test_search import POSITIONS, machine, planted
 
 COULOMB = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
+QUADRATIC = {"quadratic_friction": {"coefficient": {"hinge": 0.02}}}
 COGGING = {
     "cogging": {
         "amplitude": {"hinge": 0.05}, "phase": {"hinge": 2.5}, "periods": {"hinge": 3.0},
@@ -33,23 +33,23 @@ def hidden(robot, effects):
     return gather(robot, recordings[:2], [replace(recordings[2], name="held")], threads=1)
 
 
-def test_what_a_recording_shows_before_it_goes_further_than_those_learned_from(tmp_path):
-    robot = pendulum(tmp_path)
-    predictor = Predictor(robot, machine(robot, []), threads=1)
-    samples = predictor.samples
-    law = Law(TORQUE, "hinge", "velocity", "hinge")
-    dq = np.where(samples.time > 0.5 + samples.recording, 4.0, 1.0)
-
-    def known(ends):
-        effect = effect_of(law, ends, 0.1)
-        return before_leaving([effect], predictor, samples.q, dq)
-
-    assert known((-4.0, 4.0)).all()
-    # the first recording from half a second on; the second is over before
-    np.testing.assert_array_equal(
-        known((-1.0, 2.0)), (samples.time <= 0.5) | (samples.recording > 0)
+def test_a_law_that_fails_beyond_what_it_was_learned_from_takes_no_names_place(tmp_path):
+    """Quadratic friction with a ripple, which a curve draws as well; then a faster motion."""
+    robot, speeds = pendulum(tmp_path), np.linspace(-40.0, 40.0, 801)
+    ripple = planted(Law(TORQUE, "hinge", "velocity", "hinge"), speeds, 0.01 * np.sin(2 * speeds))
+    truth = Model(robot, QUADRATIC, learned=(ripple,))
+    made = machine(robot, [], 3, noise_rad=0.0)
+    fast = recording(robot, swing(0.9, 2.0), "fast", 30.0, 1.0, 1.5, control_rate_hz=500.0)
+    *slow, test, fast = (measured(r, None, 1e-4, n, truth) for n, r in enumerate([*made, fast]))
+    evidence = gather(robot, slow, [replace(test, name="held")], threads=1)
+    validation = evidence.train.of([fast])
+    evidence = replace(
+        evidence, validation=validation, validation_mask=np.ones(len(validation.samples), bool)
     )
-    assert not known((2.0, 5.0)).any()
+    names = Model(robot, QUADRATIC)
+    found = reconsider(Model(robot), names, evidence, quiet=1.1e-4)
+    assert found.dropped == ()
+    assert error_of(found.model, validation) <= error_of(names, validation)
 
 
 @pytest.mark.slow

@@ -49,11 +49,12 @@ def test_no_law_is_told_as_such(proposal, verdict, said):
     assert said in headline(replace(proposal, verdict=verdict))
 
 
-@pytest.mark.parametrize(("names_left_rad", "told"), [(1e-3, False), (5e-5, True)])
-def test_names_that_a_law_replaced_are_told_where_they_leave_less(proposal, names_left_rad, told):
-    found = Reconsidered(
-        proposal.model, proposal, ("cogging",), names_left_rad, Decision(False, 0.3)
-    )
+@pytest.mark.parametrize(("names_left_rad", "told"), [(1e-3, False), (1.9e-4, False), (5e-5, True)])
+def test_a_law_that_replaced_names_is_compared_with_them(proposal, names_left_rad, told):
+    proposal = replace(proposal, report_baseline_rad=names_left_rad)
+    found = Reconsidered(proposal.model, proposal, ("cogging",), 3e-3, Decision(False, 0.3))
     said = retracted(found)
     assert "Cogging explains a third of the squared error" in said
-    assert ("known effects alone leave 0.05 mrad, less than the curve's 0.2" in said) == told
+    assert f"as it came leaves 3 mrad, with known effects {1e3 * names_left_rad:.3g}, and" in said
+    assert "learned in place of cogging 0.2 (noise 0.1 mrad)" in said
+    assert ("But known effects leave less there" in said) == told

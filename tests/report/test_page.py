@@ -1,7 +1,5 @@
 import json
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
@@ -11,6 +9,7 @@ from t2l.errors import ArtefactError
 from t2l.report import write_report
 from t2l.report.payload import recordings_to_show
 from t2l.report.words import mrad, sentence
+from tests.report.browser import browse
 from tests.report.findings import (
     compared,
     diagnosed,
@@ -19,21 +18,6 @@ from tests.report.findings import (
     proposed,
 )
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    # what takes its place in software is slow, and says so; see test_view.py
-    "--disable-3d-apis",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--enable-logging=stderr",
-    "--virtual-time-budget=60000",
-)
 # chooses every option of every menu in turn, and counts
 TRY_ALL = """<script>
 for (const menu of document.querySelectorAll("select"))
@@ -62,26 +46,18 @@ def _told(page):
 
 
 def test_a_browser_draws_every_plot_without_an_error(page, tmp_path):
-    browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if browser is None:
-        pytest.skip(f"needs a browser: none of {', '.join(BROWSERS)} is on PATH")
-    tried = tmp_path / "tried.html"
-    tried.write_text(page.read_text().replace("</body>", TRY_ALL))
-    profile = f"--user-data-dir={tmp_path / 'profile'}"
-    command = [browser, *FLAGS, profile, "--dump-dom", tried.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    body = re.search(r"<body[^>]*>", done.stdout)[0]
+    dom = browse(page, tmp_path, TRY_ALL)
+    body = re.search(r"<body[^>]*>", dom)[0]
     state = dict(re.findall(r'data-([a-z-]+)="(\d+)"', body))
     expected = len(re.findall(r'data-plot="', _told(page)))
     assert expected >= 1
     options = _told(page).count("<option")
     assert int(state.pop("tried", 0)) == options
     assert state == {"plots": str(expected), "plots-drawn": str(expected), "errors": "0"}
-    assert done.stdout.count('class="main-svg"') >= expected
-    assert not [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    assert dom.count('class="main-svg"') >= expected
     if 'id="view"' in _told(page):
         assert 'data-view="none"' in body
-        assert "This browser has no WebGL" in done.stdout
+        assert "This browser has no WebGL" in dom
 
 
 def test_the_page_is_small_and_needs_no_network(page):
@@ -125,6 +101,16 @@ def test_an_explanation_tells_the_story(tmp_path):
     assert places == sorted(places)
     assert "kp80 · " in told
     assert " · test" in told
+
+
+def test_curves_in_place_of_names_are_compared_with_them(tmp_path):
+    told = " ".join(_told(write_report(explained_with_proposal(tmp_path))).split())
+    assert "the test error goes from 10 mrad to 0.07 mrad" in told
+    assert "The model lacks a torque on hinge that grows with its position." in told
+    assert "<b>0.07 mrad</b><span>test error with the known effects that were added" in told
+    learned = "test error with what was learned in place of Coulomb friction: the final model"
+    assert f"<b>0.08 mrad</b><span>{learned}" in told
+    assert "To adopt it" not in told
 
 
 def test_what_is_chosen_rarely_is_said_to_be_uncertain(tmp_path):

@@ -3,8 +3,6 @@
 import base64
 import json
 import re
-import shutil
-import subprocess
 
 import mujoco
 import numpy as np
@@ -15,13 +13,9 @@ from t2l.report import write_report
 from t2l.report.view import FULL, view
 from t2l.robots.geometry import fewer, round_shape, shapes
 from tests.conftest import ROOT
+from tests.report.browser import browse, data_of
 from tests.report.findings import explained
-from tests.report.test_page import BROWSERS, FLAGS
 
-WITH_WEBGL = (
-    *(flag for flag in FLAGS if flag not in ("--disable-gpu", "--disable-3d-apis")),
-    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-)
 # where each robot is drawn and how red it is, at the moments of the least and of the largest error
 LOOK = """<script>
 (() => {
@@ -68,28 +62,8 @@ def folder(tmp_path_factory):
     return folder
 
 
-def browse(page, tmp_path, script):
-    browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if browser is None:
-        pytest.skip(f"needs a browser: none of {', '.join(BROWSERS)} is on PATH")
-    tried = tmp_path / "tried.html"
-    tried.write_text(page.read_text().replace("</body>", script))
-    profile = f"--user-data-dir={tmp_path / 'profile'}"
-    command = [browser, *WITH_WEBGL, profile, "--dump-dom", tried.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    said = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-    # of the driver that draws in software, not of the page
-    assert not [line for line in said if "GL Driver Message" not in line and "software" not in line]
-    return done.stdout
-
-
-def data_of(dom, name):
-    found = re.search(rf'<body[^>]* data-{name}="([^"]*)"', dom)
-    return found and found[1].replace("&quot;", '"')
-
-
 def test_a_browser_draws_two_robots_that_move_and_are_coloured_by_the_error(folder, tmp_path):
-    dom = browse(write_report(folder), tmp_path, LOOK)
+    dom = browse(write_report(folder), tmp_path, LOOK, webgl=True)
     if data_of(dom, "view") == "none":
         pytest.skip("this browser has no WebGL, not even in software")
     assert data_of(dom, "view") == "drawn"

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from t2l.artefacts import read_json, read_text, reading, write_text
@@ -97,21 +97,22 @@ def _adopted(
 ) -> tuple[Model, list[str]]:
     """The model with `effect`, less what that made superfluous; kept with the step."""
     kept, record = where / MODEL, where / "adopted.json"
-    found = _adopted_before(where, key)
+    found = _adopted_before(where, key, model.without)
     if found is not None:
-        return replace(found[0], without=model.without), found[1]
-    # what is not to be known is in no file
-    grown = replace(read_model(_model_with(where, effect)), without=model.without)
+        return found
+    grown = read_model(_model_with(where, effect), model.without)
     found, dropped = simplify(grown, evidence) if model.effects else (grown, [])
     finer = fine_enough(found, evidence)
     if finer is not evidence:
         found = refitted(found, finer.train, finer.train_mask)
     write_model(found, kept, f"the model after {effect} was adopted")
     write_text(json.dumps({"fingerprint": key, "dropped": dropped}) + "\n", record)
-    return replace(read_model(kept), without=model.without), dropped
+    return read_model(kept, model.without), dropped
 
 
-def _adopted_before(where: Path, key: str) -> tuple[Model, list[str]] | None:
+def _adopted_before(
+    where: Path, key: str, without: tuple[str, ...]
+) -> tuple[Model, list[str]] | None:
     """What `_adopted` kept of the same step; None if that is not there or not usable."""
     path = where / "adopted.json"
     try:
@@ -121,7 +122,7 @@ def _adopted_before(where: Path, key: str) -> tuple[Model, list[str]] | None:
             return None
         if not all(isinstance(name, str) for name in dropped):
             return None
-        return read_model(where / MODEL), dropped
+        return read_model(where / MODEL, without), dropped
     except T2LError:
         return None
 

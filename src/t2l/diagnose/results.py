@@ -60,6 +60,12 @@ class Found:
     proposal: dict[str, Any] | None = None
 
     @property
+    def dropped(self) -> list[str]:
+        """Effects that were adopted and then gave way to learned curves."""
+        known = self.proposal["known"] if self.proposal else []
+        return [name["effect"] for name in known if not name["stands"]]
+
+    @property
     def uses(self) -> dict[str, str]:
         """What recordings were used for as a whole, by name: "validation" or "test"."""
         if not self.steps:

@@ -22,6 +22,7 @@ ALLOWED = {
     HYSTERESIS: ("distance",),
 }
 OTHERS = ("position", "velocity")  # that may be another joint's
+GRID = 513  # points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,8 @@ class Curve:
 
     Attributes:
         at: (n,) values of the variable, increasing.
-        torque: (n,) N·m there; beyond the ends the last value holds.
+        torque: (n,) N·m there. Beyond the ends the curve goes on straight, to either side as far
+            as it is long; then the last value holds, so that no torque grows without bound.
     """
 
     law: Law
@@ -67,7 +69,23 @@ class Curve:
         # only here: importing it takes a third of a second
         from scipy.interpolate import PchipInterpolator
 
-        return PchipInterpolator(self.at, self.torque)(np.clip(x, self.at[0], self.at[-1]))
+        x = np.clip(x, *self.reach)
+        inside = np.clip(x, self.at[0], self.at[-1])
+        first, last = (np.diff(self.torque) / np.diff(self.at))[[0, -1]]
+        value = PchipInterpolator(self.at, self.torque)(inside)
+        value = value + np.where(x < inside, first, last) * (x - inside)
+        return np.maximum(value, 0.0) if self.law.kind == FRICTION else value
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Ends of what the curve says anything of."""
+        length = self.at[-1] - self.at[0]
+        return self.at[0] - length, self.at[-1] + length
+
+    def table(self) -> tuple[np.ndarray, np.ndarray]:
+        """(g,) equally spaced values over its reach, and N·m there, to be looked up linearly."""
+        grid = np.linspace(*self.reach, 3 * (GRID - 1) + 1)
+        return grid, self(grid)
 
     @property
     def weights(self) -> tuple[np.ndarray, np.ndarray]:

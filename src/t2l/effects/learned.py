@@ -20,8 +20,6 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.law import FRICTION, HYSTERESIS, OTHERS, TORQUE, Curve, Law
 from t2l.sim.servo import ServoLoop
 
-GRID = 513  # points of a table that is looked up linearly; a curve of 20 knots is exact to 1e-3
-
 
 class LearnedTorque(Effect):
     """A tabulated law; it has no parameters to fit."""
@@ -46,8 +44,8 @@ class LearnedTorque(Effect):
             radii, weights = curve.weights
             yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
             return
-        grid = np.linspace(curve.at[0], curve.at[-1], GRID)
-        looked_up(loop, rows, law, grid, np.tile(curve(grid), (count, 1)))
+        grid, torque = curve.table()
+        looked_up(loop, rows, law, grid, np.tile(torque, (count, 1)))
 
     def export(self, to, joints, values):
         law, curve = self.law, self.curve
@@ -56,13 +54,13 @@ class LearnedTorque(Effect):
             own = {"radii": radii, "weights": weights}
             to.call(self.name, learned_hysteresis, joints, own)
             return
-        grid = np.linspace(curve.at[0], curve.at[-1], GRID)
+        grid, torque = curve.table()
         own = {
             "kind": law.kind,
             "follows": law.follows,
             "of": to.joints.index(law.of),
             "at": grid,
-            "torque": curve(grid),
+            "torque": torque,
         }
         if law.kind == FRICTION:
             export_friction(to, joints, np.zeros(len(joints)))

@@ -161,8 +161,11 @@ def _as_array(value, term: Term, parameter: Parameter, joints: tuple[str, ...]) 
     return np.array([value])
 
 
-def read_model(path: Path | str) -> Model:
+def read_model(path: Path | str, without: tuple[str, ...] = ()) -> Model:
     """Read a model file.
+
+    Args:
+        without: names of effects that are not to be known, which no file holds.
 
     Raises:
         ConfigurationError: the file is missing or not YAML; a key, robot, effect, parameter or
@@ -179,7 +182,7 @@ def read_model(path: Path | str) -> Model:
         learned = read_curves(found.learned or ())
     except (Invalid, ConfigurationError) as error:
         raise ConfigurationError(f"{path}: {error}") from None
-    return Model(robot, effects, files, learned)
+    return Model(robot, effects, files, learned, without)
 
 
 class ModelFile(Typed):

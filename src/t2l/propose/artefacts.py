@@ -15,8 +15,7 @@ import numpy as np
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
-from t2l.effects.law import Curve, Law
-from t2l.effects.learned import GRID
+from t2l.effects.law import GRID, Curve, Law
 from t2l.effects.registry import load as load_effects
 from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
@@ -41,6 +40,7 @@ def write_proposal(
     chosen: Chosen,
     report: Predictor | None = None,
     known: list[dict[str, Any]] | None = None,
+    sentence: str = "",
 ) -> dict[str, Any]:
     """Write all of it, proposal.json last; what it holds is returned.
 
@@ -49,12 +49,13 @@ def write_proposal(
             as well as its curve.
         report: of recordings that neither fitted nor chose, on which formulas are reported.
         known: known effects beside the curves, see `t2l.propose.reconsider`.
+        sentence: what was found; by default as if nothing but the model came before.
     """
     _remove_before(folder)
     curves = [_written(proposal, one, folder, chosen, report) for one in proposal.learned]
     content = {
         "verdict": proposal.verdict,
-        "sentence": headline(proposal),
+        "sentence": sentence or headline(proposal),
         "noise_floor_rad": proposal.noise_floor_rad,
         "choice": {
             "baseline_rmse_q_rad": proposal.choice_baseline_rad,

@@ -7,8 +7,8 @@ With a large penalty a curve becomes a straight line.
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, Curve, Law
-from t2l.effects.learned import GRID, SplineTorque
+from t2l.effects.law import FRICTION, GRID, HYSTERESIS, Curve, Law
+from t2l.effects.learned import SplineTorque
 
 INTERVALS = 18  # of a spline: four and a half periods of a ripple at four knots each
 INTERVALS_OF_FRICTION = 8

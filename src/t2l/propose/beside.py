@@ -20,7 +20,7 @@ from t2l.propose.proposal import LAW
 from t2l.propose.reconsider import RECORDINGS, reconsider
 from t2l.propose.search import Progress
 from t2l.propose.split import few, split
-from t2l.propose.wording import retracted
+from t2l.propose.wording import headline, retracted
 
 RECORD = "beside.json"
 
@@ -43,7 +43,7 @@ def proposed_beside(
     where, key = folder / PROPOSED, _key(model, explanation, evidence)
     before = _before(where, key)
     if before is not None:
-        kept = replace(read_model(where / MODEL), without=model.without)
+        kept = read_model(where / MODEL, model.without)
         return replace(explanation, model=kept, **before)
     evidence = fine_enough(explanation.model, evidence)
     quiet = AT_THE_FLOOR * explanation.noise_floor_rad
@@ -61,13 +61,15 @@ def proposed_beside(
     ]
     predictor, at = few(evidence.train, RECORDINGS)
     chosen = predictor, split(predictor)[1] & evidence.train_mask[at]
-    content = write_proposal(found.proposal, where, chosen, evidence.test, known)
+    sentence = retracted(found) if found.dropped else headline(found.proposal)
+    write_proposal(found.proposal, where, chosen, evidence.test, known, sentence)
     if found.proposal.verdict != LAW:
         return _kept(explanation, where, key)
-    before = explanation.sentence
-    if explanation.verdict == NOTHING_MISSING:
-        before = "Known effects explain nearly all, but not all."
-    sentence = retracted(found) if found.dropped else f"{before} {content['sentence']}"
+    if not found.dropped:
+        before = explanation.sentence
+        if explanation.verdict == NOTHING_MISSING:
+            before = "Known effects explain nearly all, but not all."
+        sentence = f"{before} {sentence}"
     changed = replace(explanation, model=found.model, verdict=UNEXPLAINED, sentence=sentence)
     return _kept(changed, where, key)
 
@@ -92,8 +94,8 @@ def _before(where: Path, key: str) -> dict[str, str] | None:
 
 def _kept(explanation: Explanation, where: Path, key: str) -> Explanation:
     """The explanation as its files have it, so that a second run need not do the same again."""
-    without = explanation.model.without
-    write_model(explanation.model, where / MODEL, "the model with the known effects that stand")
+    write_model(explanation.model, where / MODEL, "the model as t2l explain leaves it")
     record = {"fingerprint": key, "verdict": explanation.verdict, "sentence": explanation.sentence}
     write_text(json.dumps(record) + "\n", where / RECORD)
-    return replace(explanation, model=replace(read_model(where / MODEL), without=without))
+    kept = read_model(where / MODEL, explanation.model.without)
+    return replace(explanation, model=kept)

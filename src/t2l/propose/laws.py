@@ -1,6 +1,6 @@
 """Which laws a missing torque may follow, and over what range the recordings show each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -8,9 +8,7 @@ from t2l.diagnose.conditions import Series, features
 from t2l.diagnose.explained_variance import by_bins
 from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
 from t2l.effects.law import ALLOWED, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
-from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
-from t2l.propose.bases import MARGIN
 
 SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of what a law follows
 MOVES = 1e-9  # in the variable's unit; less is no motion
@@ -96,31 +94,6 @@ def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tup
                 if other != joint:
                     found[Law(TORQUE, name, variable, its)] = span(variable, other)
     return {law: ends for law, ends in found.items() if ends[1] - ends[0] > MOVES}
-
-
-def before_leaving(
-    effects: Sequence[SplineTorque], predictor: Predictor, q: np.ndarray, dq: np.ndarray
-) -> np.ndarray:
-    """(nsample,) bool: before a law's variable leaves, in that recording, where it was learned.
-
-    Args:
-        q, dq: (nsample,) predicted position and velocity.
-    """
-    samples, seen = predictor.samples, features(predictor, q, dq)
-    known = np.ones(len(samples), bool)
-    for effect in effects:
-        law, (low, high) = effect.law, effect.shown
-        if law.follows in ("constant", "distance"):
-            continue
-        signed = {"speed": "velocity", "commanded torque size": "torque"}.get(law.follows)
-        values = np.abs(seen[signed]) if signed else seen[SOURCE.get(law.follows, law.follows)]
-        margin = MARGIN * (high - low)
-        out = (values < low - margin) | (values > high + margin)
-        out &= samples.joint == predictor.joints.index(law.of)
-        for number in np.unique(samples.recording[out]):
-            of = samples.recording == number
-            known &= ~(of & (samples.time >= samples.time[out & of].min()))
-    return known
 
 
 def order(law: Law) -> int:

@@ -40,11 +40,11 @@ class Proposal:
     Attributes:
         verdict: `law`, `nothing_to_explain` (only noise is left), or `no_law` (no law of one
             variable earns its place).
-        model: the model that was given; its effects have the values that fit with the curves.
+        model: the effects that stand beside the curves, with the values that fit with them.
         learned: curves in the order in which they were taken.
         choice_baseline_rad, choice_rmse_rad: RMS errors on the samples that chose.
         report_baseline_rad, report_rmse_rad: on recordings that neither fitted nor chose; None
-            without.
+            without. The baselines are those of the model that is compared with.
         ceilings: what each law alone could explain, on the samples that chose.
         fitted, reported: names of recordings.
     """

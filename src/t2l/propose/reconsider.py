@@ -8,11 +8,13 @@ if the others and the laws, fitted again without it, leave as little.
 Several wrong names together may even reach the noise. So two names or more stand against one law
 alone: they are dropped if it leaves as little with fewer effective parameters than they have.
 
-Laws are learned from training samples alone. On validation samples they must show the same, or the
-names stand as they are.
+Laws are learned from training samples alone. All validation samples decide between the model that
+has them and the one with the names, by the paired block bootstrap that decides everything else
+(`t2l.propose.confirmation`). What is refused there gives way to the same laws beside all names, and
+these to the names alone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,12 +22,12 @@ import numpy as np
 from t2l.diagnose.evidence import Evidence
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
+from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide
 from t2l.propose.freedom import freedom
-from t2l.propose.laws import before_leaving
 from t2l.propose.proposal import Proposal, error_of, finished
 from t2l.propose.refit import State, refit
-from t2l.propose.search import LEAST_IMPROVEMENT, Progress, Search, search, without
+from t2l.propose.search import Progress, Search, search, without
 from t2l.propose.split import few, split
 
 RECORDINGS = 12  # at most that curves are learned from: more cost time and add little
@@ -34,20 +36,39 @@ ITERATIONS = 3  # of a fit without one effect, which begins near its end
 
 @dataclass(frozen=True)
 class Reconsidered:
-    """The model with the names that stand, and what is proposed.
+    """The final model, and what is proposed.
 
     Attributes:
-        model: without the laws; with the values that fit beside them where a name was dropped.
+        model: the names, if all stand; otherwise those that stand, and the laws in place of others.
+        proposal: its baseline is the model with all names.
         dropped: names of adopted effects that do not stand.
-        names_rmse_rad: what all adopted effects leave without a law, on the recordings that report.
+        came_rmse_rad: what the model as it came leaves on the recordings that report.
         decision: on all adopted effects together.
     """
 
     model: Model
     proposal: Proposal
     dropped: tuple[str, ...]
-    names_rmse_rad: float
+    came_rmse_rad: float
     decision: Decision | None
+
+
+@dataclass(frozen=True)
+class _Offer:
+    """Laws, the names they would take the place of, and the decision on all names together."""
+
+    found: Search
+    dropped: tuple[str, ...] = ()
+    decision: Decision | None = None
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """What laws are learned from; (nsample,) bool of the samples to fit, and to choose by."""
+
+    predictor: Predictor
+    fitted: np.ndarray
+    chosen: np.ndarray
 
 
 def reconsider(
@@ -69,129 +90,123 @@ def reconsider(
         DivergenceError: a simulation of the model runs away.
     """
     predictor, at = few(evidence.train, RECORDINGS)
-    fitted, chosen = (half & evidence.train_mask[at] for half in split(predictor))
-    adopted = [name for name in final.effects if name not in original.effects]
+    samples = _Samples(predictor, *(half & evidence.train_mask[at] for half in split(predictor)))
+    last = None
+    for last in _offers(original, final, evidence, samples, quiet, progress):
+        proposal = finished(
+            *(final, last.found, predictor, evidence.test),
+            *(evidence.train_mask[at], evidence.test_mask),
+        )
+        if not last.found.laws or confirmed(proposal, final, bool(last.dropped), evidence):
+            return Reconsidered(
+                proposal.with_curves if last.dropped else final, proposal, last.dropped,
+                error_of(original, evidence.test, evidence.test_mask), last.decision,
+            )  # fmt: skip
+    return None
+
+
+def _offers(
+    original: Model,
+    final: Model,
+    evidence: Evidence,
+    samples: _Samples,
+    quiet: float,
+    progress: Progress,
+) -> Iterator[_Offer]:
+    """What may take the place of the names, or stand beside them; last the names alone.
+
+    Nothing more is offered where the names leave only noise.
+    """
+    adopted = tuple(name for name in final.effects if name not in original.effects)
+    names_left = error_of(final, samples.predictor, samples.chosen)
     if len(adopted) > 1:
-        one = _one_law(original, final, adopted, predictor, fitted, chosen, progress)
+        one = _one_law(original, final, adopted, names_left, samples, progress)
         if one is not None:
-            return _reconsidered(original, final, one, adopted, evidence, None)
+            yield _Offer(replace(one, baseline_rad=names_left), adopted)
     # a wrong name may do where little happens, so the samples that it was fitted to count too
     sets = (evidence.validation, evidence.validation_mask), (evidence.train, evidence.train_mask)
     if all(error_of(final, *each) <= quiet for each in sets):
-        return None
-    found = search(final, predictor, fitted, chosen, progress)
-    decision, dropped = None, []
+        return
+    beside = search(final, samples.predictor, samples.fitted, samples.chosen, progress)
+    decision = None
     if adopted:
-        before = error_of(original, predictor, chosen)
-        if not found.laws:
-            # what known effects leave may hide what a law would show
-            alone = search(original, predictor, fitted, chosen, progress)
-            if alone.laws and found.rmse_rad > NEAR * max(alone.rmse_rad, alone.noise_floor_rad):
-                decision = decide(found.rmse_rad, alone.rmse_rad, before, alone.noise_floor_rad)
-                found, dropped = alone, adopted
-        if decision is None:
-            decision = decide(found.baseline_rad, found.rmse_rad, before, found.noise_floor_rad)
-            if not decision.named:
-                progress("testing the names beside the curves", 0.8)
-                dropped = _eliminate(found, adopted, predictor, fitted, chosen)
-    return _reconsidered(original, final, found, dropped, evidence, decision)
+        came = error_of(original, samples.predictor, samples.chosen)
+        decision = decide(beside.baseline_rad, beside.rmse_rad, came, beside.noise_floor_rad)
+        yield from _in_place(original, adopted, beside, decision, samples, progress)
+    if beside.laws:
+        yield _Offer(beside, decision=decision)
+    state = State(*final.vector(samples.predictor.joints))
+    yield _Offer(replace(beside, state=state, rmse_rad=beside.baseline_rad))
 
 
-def _reconsidered(
+def _in_place(
     original: Model,
-    final: Model,
-    found: Search,
-    dropped: Sequence[str],
-    evidence: Evidence,
-    decision: Decision | None,
-) -> Reconsidered:
-    base = original if dropped or not set(final.effects) - set(original.effects) else final
-    predictor, at = few(evidence.train, RECORDINGS)
-    proposal = finished(
-        base, found, predictor, evidence.test, evidence.train_mask[at], evidence.test_mask
-    )
-    if found.laws and not _confirmed(proposal, found, final, dropped, evidence):
-        names_alone = _without_laws(found, final, predictor, split(predictor)[1])
-        return _reconsidered(original, final, names_alone, [], evidence, None)
-    model = proposal.model if dropped else final
-    names = error_of(final, evidence.test, evidence.test_mask)
-    return Reconsidered(model, proposal, tuple(dropped), names, decision)
-
-
-def _confirmed(
-    proposal: Proposal, found: Search, final: Model, dropped: Sequence[str], evidence: Evidence
-) -> bool:
-    """Whether laws do on validation samples what they did where they were chosen.
-
-    If they do not, only samples count that a recording shows before it goes further than those that
-    the laws were learned from. Where there was nothing to explain by then, nothing speaks against
-    the laws.
-    """
-    predictor, measured = evidence.validation, evidence.validation.samples.q
-    models = [model.vector(predictor.joints) for model in (proposal.with_curves, final)]
-    requests = [Request(layout, u[None]) for layout, u in models]
-    q, dq = predictor.predict(requests, velocity=True)
-    inside = before_leaving(found.laws, predictor, q[0][0], dq[0][0])
-    least, quiet = NEAR if dropped else 1 - LEAST_IMPROVEMENT, NEAR * found.noise_floor_rad
-    for mask in (evidence.validation_mask, evidence.validation_mask & inside):
-        with_laws, known = (_rms((one[0] - measured)[mask]) for one in q)
-        if with_laws <= max(least * known, quiet):
-            return True
-    return known <= quiet
-
-
-def _without_laws(found: Search, final: Model, predictor: Predictor, chosen: np.ndarray) -> Search:
-    """`found`, had it taken no law beside `final`."""
-    state, left = State(*final.vector(predictor.joints)), error_of(final, predictor, chosen)
-    return replace(found, state=state, baseline_rad=left, rmse_rad=left)
+    adopted: Sequence[str],
+    beside: Search,
+    decision: Decision,
+    samples: _Samples,
+    progress: Progress,
+) -> Iterator[_Offer]:
+    """Laws in place of some names: those found beside them, or without them."""
+    if not beside.laws:
+        # what known effects leave may hide what a law would show
+        alone = search(original, samples.predictor, samples.fitted, samples.chosen, progress)
+        if alone.laws and beside.rmse_rad > NEAR * max(alone.rmse_rad, alone.noise_floor_rad):
+            decision = decide(
+                beside.rmse_rad, alone.rmse_rad, alone.baseline_rad, alone.noise_floor_rad
+            )
+            yield _Offer(replace(alone, baseline_rad=beside.baseline_rad), tuple(adopted), decision)
+        return
+    if not decision.named:
+        progress("testing the names beside the curves", 0.8)
+        found, dropped = _eliminate(beside, adopted, samples)
+        if dropped:
+            yield _Offer(found, tuple(dropped), decision)
 
 
 def _one_law(
     original: Model,
     final: Model,
     adopted: Sequence[str],
-    predictor: Predictor,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
+    names_left: float,
+    samples: _Samples,
     progress: Progress,
 ) -> Search | None:
-    """One law beside the model as it came, if it does what several names do with less."""
+    """One law beside the model as it came, if it does what several names do with less.
+
+    Args:
+        names_left: rad, on the choosing samples.
+    """
+    predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
     layout, _ = final.vector(predictor.joints)
     numbers = sum(slot.term.effect.name in adopted for slot in layout.slots)
     found = search(original, predictor, fitted, chosen, progress, most=1)
-    left = max(error_of(final, predictor, chosen), found.noise_floor_rad)
-    if not found.laws or found.rmse_rad > NEAR * left:
+    if not found.laws or found.rmse_rad > NEAR * max(names_left, found.noise_floor_rad):
         return None
     return found if freedom(found, predictor, fitted, chosen) < numbers else None
 
 
 def _eliminate(
-    found: Search,
-    adopted: Sequence[str],
-    predictor: Predictor,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
-) -> list[str]:
-    """Drop names from `found` as long as that costs nothing; their list."""
+    found: Search, adopted: Sequence[str], samples: _Samples
+) -> tuple[Search, list[str]]:
+    """`found` without the names whose loss costs nothing, and their list."""
+    limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
     dropped: list[str] = []
     while left := [name for name in adopted if name not in dropped]:
         trials = [without(found.state, [name]) for name in left]
-        refit(trials, predictor, fitted, ITERATIONS)
-        errors = [_error(state, predictor, chosen) for state in trials]
+        refit(trials, samples.predictor, samples.fitted, ITERATIONS)
+        errors = [_error(state, samples) for state in trials]
         best = int(np.argmin(errors))
-        limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
         if not errors[best] <= limit:
             break
-        found.state = trials[best]
+        found = replace(found, state=trials[best], rmse_rad=errors[best])
         dropped.append(left[best])
-    return dropped
+    return found, dropped
 
 
-def _error(state: State, predictor: Predictor, mask: np.ndarray) -> float:
+def _error(state: State, samples: _Samples) -> float:
+    """RMS error in rad on the choosing samples; infinite where the simulation runs away."""
+    predictor = samples.predictor
     q = predictor.predict([Request(state.layout, state.u[None])])[0][0]
-    error = _rms((q - predictor.samples.q)[mask])
+    error = float(np.sqrt(np.mean((q - predictor.samples.q)[samples.chosen] ** 2)))
     return error if np.isfinite(error) else np.inf
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

@@ -75,9 +75,19 @@ def headline(proposal: Proposal) -> str:
 
 
 def retracted(found: Reconsidered) -> str:
-    """What takes the place of names that do not stand, and whether it does so on unseen data."""
+    """What takes the place of names, beside what the names themselves leave on unseen data."""
+    proposal = found.proposal
     names = " and ".join(name.replace("_", " ") for name in found.dropped)
-    said = f"Unexplained by known effects. {headline(found.proposal)}"
+    laws = " and ".join(told(one.curve) for one in proposal.learned)
+    came, known, learned = (
+        f"{1e3 * error:.3g}"
+        for error in (found.came_rmse_rad, proposal.report_baseline_rad, proposal.report_rmse_rad)
+    )
+    said = (
+        f"Unexplained by known effects. The model lacks {laws}. On unseen recordings the model as "
+        f"it came leaves {came} mrad, with known effects {known}, and with what was learned in "
+        f"place of {names} {learned} (noise {1e3 * proposal.noise_floor_rad:.3g} mrad)."
+    )
     if found.decision is None:
         said = f"{said} It takes {names} together to explain as much, with more numbers."
     else:
@@ -86,14 +96,10 @@ def retracted(found: Reconsidered) -> str:
             f"{said} {names[0].upper()}{names[1:]} {verb} {part(found.decision.fraction)} of the "
             "squared error, and would be a wrong name for it."
         )
-    left = found.proposal.report_rmse_rad
-    if left is None or left <= NEAR * found.names_rmse_rad:
+    enough = NEAR * max(proposal.report_baseline_rad, proposal.noise_floor_rad)
+    if proposal.report_rmse_rad <= enough:
         return said
-    names_left, left = f"{1e3 * found.names_rmse_rad:.3g}", f"{1e3 * left:.3g}"
-    return (
-        f"{said} On unseen recordings, however, known effects alone leave {names_left} mrad, less "
-        f"than the curve's {left}: neither is all that the model lacks."
-    )
+    return f"{said} But known effects leave less there: neither is all that the model lacks."
 
 
 def _variable(law: Law) -> str:

@@ -22,12 +22,14 @@ class JointResponse:
 
     Attributes:
         label: of its motions.
+        unit: of commands and positions.
         logged: Kp N·m/rad and Kd N·m·s/rad by the log, if it states them.
         amplitude: half the range of the commands, and of the positions.
     """
 
     label: str
     joint: str
+    unit: str
     logged: tuple[float, float] | None
     amplitude: tuple[float, float]
     lag: Lag | None
@@ -51,7 +53,7 @@ def responses(
         logged = None
         if motions.logged is not None:
             logged = tuple(float(gains[j]) for gains in motions.logged)
-        found.append(_response(motions.label, joint, logged, rows, stiff_from_hz, seed))
+        found.append(_response(motions, joint, logged, rows, stiff_from_hz, seed))
     return found
 
 
@@ -61,7 +63,7 @@ def _kept(rows: list) -> tuple:
     return tuple(rows[: max(1, int(np.searchsorted(ends, MOST_ROWS, side="right")))])
 
 
-def _response(label, joint, logged, rows, stiff_from_hz, seed) -> JointResponse:
+def _response(motions: Motions, joint, logged, rows, stiff_from_hz, seed) -> JointResponse:
     rng = np.random.default_rng(seed)
     tracks = [Track.of(time, command, q) for time, command, q in rows]
     found = fit(tracks)
@@ -70,8 +72,9 @@ def _response(label, joint, logged, rows, stiff_from_hz, seed) -> JointResponse:
     q = np.concatenate([positions[np.isfinite(positions)] for _, _, positions in rows])
     command = np.concatenate([c for _, c, _ in rows])
     return JointResponse(
-        label=label,
+        label=motions.label,
         joint=joint,
+        unit=motions.unit,
         logged=logged,
         amplitude=(float(np.ptp(command)) / 2, float(np.ptp(q)) / 2),
         lag=lag(pairs, period, rng),

@@ -11,6 +11,9 @@ from t2l.recordings.importers import read_lerobot_positions
 from t2l.recordings.log import read_recordings
 from t2l.recordings.recording import Recording
 
+UNIT = "rad or m"  # of a recording
+UNKNOWN = "unit of the data set"
+
 
 @dataclass(frozen=True)
 class Motions:
@@ -20,13 +23,15 @@ class Motions:
         label: names them: the gains by the log, or the data set.
         joints: of the columns.
         rows: of each motion its times (n,) s, commands and positions (n, njoint), NaN where not
-            measured; units are the data set's, the same for both.
+            measured.
+        unit: of commands and positions.
         logged: Kp N·m/rad and Kd N·m·s/rad (njoint,) where a log states them.
     """
 
     label: str
     joints: tuple[str, ...]
     rows: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
+    unit: str
     logged: tuple[np.ndarray, np.ndarray] | None = None
 
 
@@ -50,7 +55,7 @@ def read_motions(
         raise RecordingError(sets[0], "the data set", "it beside other paths", "it alone")
     if sets:
         names, parts = read_lerobot_positions(sets[0], joints, episodes)
-        return [Motions(sets[0].resolve().name, names, tuple(parts))]
+        return [Motions(sets[0].resolve().name, names, tuple(parts), UNKNOWN)]
     if episodes is not None:
         raise RecordingError(paths[0], "--episodes", "recordings", "a LeRobot data set")
     groups: dict[tuple, list[Recording]] = {}
@@ -69,4 +74,4 @@ def _of_recordings(recordings: Sequence[Recording], joints: Sequence[str] | None
     chosen = [first.joints.index(joint) for joint in joints or first.joints]
     rows = tuple((r.time - r.time[0], r.q_des[:, chosen], r.q[:, chosen]) for r in recordings)
     names = tuple(first.joints[j] for j in chosen)
-    return Motions(first.cell, names, rows, (first.kp[chosen], first.kd[chosen]))
+    return Motions(first.cell, names, rows, UNIT, (first.kp[chosen], first.kd[chosen]))
