@@ -161,8 +161,10 @@ def test_one_cell_is_one_path_and_comes_out_the_same_after_a_kill(copied):
             stderr=stream,
         )
     _appears(retargeting)
-    # a second run in the same folder is refused while the first is alive
+    # a second run in the same folder is refused while the first is alive, which waits for it
+    os.killpg(run.pid, signal.SIGSTOP)
     second = copied.run("--", target)
+    os.killpg(run.pid, signal.SIGCONT)
     assert second.returncode != 0
     assert "another run is at work here" in second.stdout
     _appears(training)
