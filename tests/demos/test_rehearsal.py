@@ -62,6 +62,13 @@ def test_an_expert_that_would_do_seldom_fails_in_all_of_them(count, most, attemp
         assert (1 - count / most) ** attempts <= 1e-3 < (1 - count / most) ** (attempts - 1)
 
 
+def test_a_horizon_shorter_than_the_expert_takes_is_named(block_stack):
+    with pytest.raises(
+        ConfigurationError, match=r"horizon_s: found 2; allowed: no less than the \d"
+    ):
+        _try(block_stack | {"horizon_s": 2.0})
+
+
 def test_a_scene_of_bodies_inside_each_other_is_named():
     dishwasher = yaml.safe_load((ROOT / "config/tasks/dishwasher.yaml").read_text())
     with pytest.raises(ConfigurationError, match=r"found \w+ and dishwasher \d+ mm inside each"):

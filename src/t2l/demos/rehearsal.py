@@ -14,6 +14,7 @@ from t2l.demos.demonstration import Demonstration
 from t2l.demos.expert import ATTEMPTS_AT_ONCE, attempt
 from t2l.demos.pictures import render
 from t2l.errors import CameraError, ConfigurationError, ExpertError, RendererError
+from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated, make_task
 from t2l.tasks.cameras import Cameras
 
@@ -45,7 +46,8 @@ def rehearse(
         observations: what policies are to see: sections with `cameras` and `size_px`.
 
     Raises:
-        ConfigurationError: MuJoCo does not compile the scene, or bodies begin inside each other.
+        ConfigurationError: MuJoCo does not compile the scene, bodies begin inside each other, or a
+            policy has less time than the expert takes.
         ExpertError: the expert fails ever again.
         CameraError: a camera sees nothing. Where nothing can render, none is tried.
     """
@@ -54,6 +56,7 @@ def rehearse(
     _compiled(where, task, visual=False)
     _check_starts(where, task, task.sample_starts(rng, STARTS))
     shown = _demonstration(where, task, _attempts(count, max_attempts), rng, threads)
+    _check_horizon(where, task, shown)
     for observation in observations:
         model = _compiled(where, task, visual=True)
         try:
@@ -113,6 +116,15 @@ def _demonstration(
         f"{where}: found a task that its expert fails at in {attempts} of {attempts} attempts; "
         "allowed: one that it can do. Bring things into reach, or make the task easier."
     )
+
+
+def _check_horizon(where: str, task: Demonstrated, shown: Demonstration) -> None:
+    takes_s = len(shown) * TIMESTEP_S
+    if task.horizon_s < takes_s:
+        raise ConfigurationError(
+            f"{where}: horizon_s: found {task.horizon_s:g}; allowed: no less than the "
+            f"{takes_s:.1f} s that the expert took in an attempt"
+        )
 
 
 def _look(where: str, cameras: Cameras, shown: Demonstration) -> None:
