@@ -81,7 +81,7 @@ def judge_side_by_side(
     return evaluate_side_by_side(policies, _world(trainings, EPISODES, 2, False, threads, where))
 
 
-def learn_alone(training: Training, threads: int) -> Trained | TrainingError | TrainingEnded:
+def learn_alone(training: Training, threads: int = 1) -> Trained | TrainingError | TrainingEnded:
     """What `t2l.rl.learn.learn` gives or raises."""
     try:
         return learn(training.problem, training.choice, training.settings, training.report, threads)
