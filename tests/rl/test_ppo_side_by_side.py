@@ -14,7 +14,7 @@ from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
 from t2l.rl.choice import Choice
 from t2l.rl.evaluate import evaluate, evaluate_side_by_side
 from t2l.rl.normaliser import Normaliser
-from t2l.rl.ppo import EPOCHS, FIRST_RATE, GAMMA, MINIBATCHES, ROLLOUT_STEPS, make_model
+from t2l.rl.ppo import FIRST_RATE, GAMMA, MINIBATCHES, ROLLOUT_STEPS, make_model
 from t2l.rl.ppo_side_by_side import Rollout, SideBySide, advantages
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from tests.defaults import learning
@@ -108,19 +108,23 @@ def test_observations_and_rewards_are_normalised_as_by_stable_baselines3():
     np.testing.assert_allclose(
         ours.seen(torch.as_tensor(plain.reset())[None])[0], expected, atol=1e-5
     )
-    generator = np.random.default_rng(0)
+    generator, ended = np.random.default_rng(0), 0
     for _ in range(40):
         action = generator.uniform(-1, 1, (EACH, 7))
         expected, paid, done, infos = theirs.step(action)
-        observation, reward, _, _ = plain.step(action)
+        observation, reward, _, own = plain.step(action)
         np.testing.assert_allclose(
             ours.seen(torch.as_tensor(observation)[None])[0], expected, atol=1e-4
         )
         found = ours.paid(torch.as_tensor(reward)[None], torch.as_tensor(done)[None])
         np.testing.assert_allclose(found[0], paid, rtol=1e-4, atol=1e-5)
-        if done.any():
-            last = torch.as_tensor(np.stack([info["terminal_observation"] for info in infos]))
-            assert last.abs().max() <= 10
+        for theirs_of, ours_of in zip(infos, own, strict=True):
+            if "terminal_observation" in ours_of:
+                last = torch.as_tensor(ours_of["terminal_observation"])[None, None]
+                found = ours.seen(last, learn=False)[0, 0]
+                np.testing.assert_allclose(found, theirs_of["terminal_observation"], atol=1e-4)
+                ended += 1
+    assert ended >= EACH
 
 
 def trainings(*choices, updates=3, cells=None, **changes):
@@ -201,4 +205,3 @@ def test_rates_adapt_one_by_one():
     side.rate = torch.tensor([1e-3, 1e-3, 1e-3, 1e-2])
     side._adapt(torch.tensor([1.0, 0.01, 1e-4, 1e-4]))
     torch.testing.assert_close(side.rate, torch.tensor([1e-3 / 1.5, 1e-3, 1.5e-3, 1e-2]))
-    assert EPOCHS == 5
