@@ -9,7 +9,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecNormalize
 
 from t2l.gains import Cell
-from t2l.rl.adaptive_rate import AdaptiveRate
+from t2l.rl.adaptive_rate import AdaptiveRate, adapted
 from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
 from t2l.rl.choice import Choice
 from t2l.rl.evaluate import evaluate, evaluate_side_by_side
@@ -201,7 +201,6 @@ def test_one_that_fails_or_is_ended_leaves_the_others(monkeypatch):
 
 
 def test_rates_adapt_one_by_one():
-    side = SideBySide(make(n=4), [1], True)
-    side.rate = torch.tensor([1e-3, 1e-3, 1e-3, 1e-2])
-    side._adapt(torch.tensor([1.0, 0.01, 1e-4, 1e-4]))
-    torch.testing.assert_close(side.rate, torch.tensor([1e-3 / 1.5, 1e-3, 1.5e-3, 1e-2]))
+    rate = torch.tensor([1e-3, 1e-3, 1e-3, 1e-2])
+    rate = adapted(rate, torch.tensor([1.0, 0.01, 1e-4, 1e-4]))
+    torch.testing.assert_close(rate, torch.tensor([1e-3 / 1.5, 1e-3, 1.5e-3, 1e-2]))

@@ -1,13 +1,9 @@
-import json
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
 
 from t2l.attenuation.rack import COLUMNS
 from t2l.gains import Grid
-from t2l.published.grids import read_grids
 from t2l.stats.attenuation import (
     effective_error_table,
     noise_table,
@@ -17,9 +13,9 @@ from t2l.stats.attenuation import (
     variance_table,
 )
 from t2l.stats.text import write_printed
+from tests.stats.published import STUDY, published_grids
 
 GRID = Grid(kp=(32, 512), kd=(2, 32), compliant_up_to_kp=128, overdamped_from_kd=32)
-STUDY = Path(__file__).parents[3] / "shared" / "data" / "paper_results.json"
 
 
 def _held(variance):
@@ -107,17 +103,7 @@ def test_success_under_noise_by_region(tmp_path):
 
 @pytest.mark.skipif(not STUDY.is_file(), reason=f"the study's published grids are not at {STUDY}")
 def test_the_studys_own_grids_give_the_published_ranks(tmp_path):
-    tasks = json.loads(STUDY.read_text())["bc_success"]
-    page = {
-        name: {
-            "kps": t["kps"], "kds": t["kds"], "validation": t["success"], "replay": t["replay"],
-            "loss": t["final_loss"],
-        }
-        for name, t in tasks.items() if isinstance(t, dict)
-    }  # fmt: skip
-    path = tmp_path / "page.json"
-    path.write_text(json.dumps({"taskData": page}))
-    grids = {name: cells.assign(seeds=1) for name, cells in read_grids(path).items()}
+    grids = {name: cells.assign(seeds=1) for name, cells in published_grids(tmp_path).items()}
     table = effective_error_table(grids, 0.02)
     rho = table[table.predictor == "effective_error"].rho
     assert len(rho) == 5

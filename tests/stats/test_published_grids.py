@@ -1,21 +1,19 @@
-import json
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.published.grids import COUNTERPARTS, read_grids
+from t2l.published.grids import COUNTERPARTS
 from t2l.stats.published_grids import printable_published_grids, published_grids_table
 from t2l.stats.rank import spearman
 from t2l.stats.text import write_printed
 from t2l.tasks import TASKS
 from tests.conftest import ROOT
+from tests.stats.published import STUDY, published_grids
 
 KP, KD = (grid.ravel() for grid in np.meshgrid([32.0, 64, 128, 256, 512, 1024], [1.0, 4, 16, 64]))
 THEIRS = pd.DataFrame({"kp": KP, "kd": KD, "success": KD / KP, "loss": 1 / KP + KD})
-STUDY = Path(__file__).parents[3] / "shared" / "data" / "paper_results.json"
 
 
 def _ours(success, loss):
@@ -109,17 +107,7 @@ def test_counterparts_are_tasks():
 @pytest.mark.skipif(not STUDY.is_file(), reason=f"the study's published grids are not at {STUDY}")
 def test_our_dishwasher_beside_the_studys_tasks_beside_each_other(tmp_path):
     """What docs/results.md says of both."""
-    tasks = json.loads(STUDY.read_text())["bc_success"]
-    page = {
-        name: {
-            "kps": t["kps"], "kds": t["kds"], "validation": t["success"], "replay": t["replay"],
-            "loss": t["final_loss"],
-        }
-        for name, t in tasks.items() if isinstance(t, dict)
-    }  # fmt: skip
-    path = tmp_path / "page.json"
-    path.write_text(json.dumps({"taskData": page}))
-    grids = read_grids(path)
+    grids = published_grids(tmp_path)
     assert set(COUNTERPARTS.values()) == set(grids)
     ours = pd.read_csv(ROOT / "docs/data/dishwasher.csv")
     table = published_grids_table({"dishwasher": ours}, {"dishwasher": "dishwasher"}, grids)

@@ -49,7 +49,7 @@ if not SIDE_BY_SIDE:
             "../scripts/train_again.py"
 
 
-for CONDITION in {name for name, _ in LANDSCAPE_CELLS} if SIDE_BY_SIDE else []:
+for CONDITION in SHOWN_OF if SIDE_BY_SIDE else []:
 
     rule:
         name:

@@ -14,6 +14,18 @@ BOUNDS = (1e-6, 1e-2)
 FACTOR = 1.5
 
 
+def divergence(log_ratio: torch.Tensor) -> torch.Tensor:
+    """KL divergence from the policy that acted, by the estimator r − 1 − ln r; their mean."""
+    return (torch.expm1(log_ratio) - log_ratio).mean()
+
+
+def adapted(rate: torch.Tensor, kl: torch.Tensor) -> torch.Tensor:
+    """Learning rates after an epoch with these divergences, element by element."""
+    slower, faster = kl > 2 * TARGET_KL, (kl > 0) & (kl < TARGET_KL / 2)
+    rate = torch.where(slower, rate / FACTOR, rate)
+    return torch.where(faster, rate * FACTOR, rate).clamp(*BOUNDS)
+
+
 class RememberingBuffer(RolloutBuffer):
     """A rollout buffer that keeps the minibatch it gave last as `minibatch`."""
 
@@ -43,7 +55,7 @@ class AdaptiveRate:
 
     Attributes:
         rate: the current one.
-        kl: divergence in the last whole epoch, by the estimator r − 1 − ln r.
+        kl: `divergence` in the last whole epoch.
     """
 
     def __init__(self, ppo: PPO, rate: float, minibatches: int):
@@ -62,14 +74,11 @@ class AdaptiveRate:
             self.adapt(sum(self._found) / self._minibatches)
             self._found.clear()
         log_ratio = log_prob - self._ppo.rollout_buffer.minibatch.old_log_prob
-        self._found.append(float((torch.expm1(log_ratio) - log_ratio).mean()))
+        self._found.append(float(divergence(log_ratio)))
 
     def adapt(self, kl: float) -> None:
         """Take in the divergence of an epoch."""
         self.kl = kl
-        if kl > 2 * TARGET_KL:
-            self.rate = max(self.rate / FACTOR, BOUNDS[0])
-        elif 0 < kl < TARGET_KL / 2:
-            self.rate = min(self.rate * FACTOR, BOUNDS[1])
+        self.rate = float(adapted(*torch.tensor([self.rate, kl], dtype=torch.float64)))
         for group in self._ppo.policy.optimizer.param_groups:
             group["lr"] = self.rate

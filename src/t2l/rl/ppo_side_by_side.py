@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from t2l.policies.gaussian_mlp import GaussianMLP
-from t2l.rl.adaptive_rate import BOUNDS, FACTOR, TARGET_KL
+from t2l.rl.adaptive_rate import adapted, divergence
 from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
 from t2l.rl.evaluate import evaluate_side_by_side
 from t2l.rl.normaliser import EPSILON, Normaliser
@@ -70,12 +70,11 @@ class SideBySide:
     Attributes:
         stack: their networks.
         rate: (n,) learning rates.
-        updates: that were made.
     """
 
     def __init__(self, world: World, seeds: Sequence[int], shared: bool):
         """Begin; `shared` as of `t2l.rl.ppo.make_policy`."""
-        self.world, self.n, self.updates = world, len(seeds), 0
+        self.world, self.n = world, len(seeds)
         states = world.simulator.qpos
         self._numpy = isinstance(states, np.ndarray)
         self.device = device = torch.device("cpu") if self._numpy else states.device
@@ -93,7 +92,6 @@ class SideBySide:
         """Act, and learn from it; (n,) mean reward of a step."""
         rollout, reward = self._act()
         self.learn(rollout, self._orders(rollout.value.shape[1]))
-        self.updates += 1
         return reward
 
     @torch.no_grad()
@@ -114,12 +112,8 @@ class SideBySide:
             got = self.normaliser.paid(got, done)
             if len(ended.ids):
                 # what would have come after an episode that only its length ended
-                last = self._seen.flatten(0, 1)
-                size = self.world.each
-                owner = torch.as_tensor(ended.ids // size, device=self.device)
-                place = torch.as_tensor(ended.ids % size, device=self.device)
-                last = self._split(torch.zeros_like(last))
-                last[owner, place] = self._tensor(ended.observation)
+                last = torch.zeros_like(self._seen)
+                last[done] = self._tensor(ended.observation)
                 after = self.stack(self.normaliser.seen(last, learn=False))[2]
                 got = got + GAMMA * torch.where(done, after, 0.0)
             paid.append(got)
@@ -146,7 +140,7 @@ class SideBySide:
                 gradient *= (GRADIENT_NORM / (norm + 1e-6)).clamp(max=1.0)
                 self._adam.step(gradient, self.rate)
                 kl.append(apart.detach())
-            self._adapt(torch.stack(kl).mean(dim=0))
+            self.rate = adapted(self.rate, torch.stack(kl).mean(dim=0))
 
     def _loss(self, row, observation, action, log_prob, value, advantage, returns):
         """PPO's objective of one policy, and its KL divergence from the policy that acted."""
@@ -158,14 +152,7 @@ class SideBySide:
         within = value + (found - value).clamp(-CLIP, CLIP)
         entropy = (log_std + 0.5 * np.log(2 * np.pi * np.e)).sum(dim=-1)
         loss = -gain.mean() - ENTROPY * entropy.mean() + VALUE * ((returns - within) ** 2).mean()
-        return loss, (torch.expm1(log_ratio) - log_ratio).mean()
-
-    def _adapt(self, kl: Tensor) -> None:
-        """As `t2l.rl.adaptive_rate.AdaptiveRate.adapt`."""
-        low, high = BOUNDS
-        slower, faster = kl > 2 * TARGET_KL, (kl > 0) & (kl < TARGET_KL / 2)
-        rate = torch.where(slower, self.rate / FACTOR, self.rate)
-        self.rate = torch.where(faster, self.rate * FACTOR, rate).clamp(low, high)
+        return loss, divergence(log_ratio)
 
     def finite(self) -> np.ndarray:
         """(n,) bool: whose parameters are finite."""
