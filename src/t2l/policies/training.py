@@ -17,6 +17,7 @@ import torch
 from torch import Tensor
 from torch.func import functional_call, stack_module_state, vmap
 
+from t2l.policies.captured import Captured
 from t2l.policies.policy import Episode
 from t2l.policies.training_settings import TrainingSettings
 from t2l.policies.validation import AT_ONCE, PICTURED_AT_ONCE
@@ -153,6 +154,13 @@ def train[N: torch.nn.Module](
         optimiser, settings.learning_rate, total_steps=settings.epochs * batches, pct_start=0.1
     )
     losses = _side_by_side(_stateless(templates[0]), len(networks))
+
+    def gradients_of(*arguments: Tensor, **pictures: Tensor) -> tuple[Tensor, ...]:
+        minimised, reconstruction = losses(stacked, buffers, pictures, *arguments)
+        gradients = torch.autograd.grad(minimised.sum(), parameters)
+        return torch.stack([minimised, reconstruction]).detach(), *_clipped(gradients)
+
+    step = Captured(gradients_of)
     rows, start = [[] for _ in networks], time.monotonic()
     for epoch in range(1, settings.epochs + 1):
         totals = torch.zeros(2, len(networks), device=device)
@@ -160,14 +168,12 @@ def train[N: torch.nn.Module](
         for index in torch.stack(orders).split(size, dim=1):
             draws = [n.draws(size, g) for n, g in zip(networks, generators, strict=True)]
             arguments = [*training[index], *map(torch.stack, zip(*draws, strict=True))]
-            pictures = training.pictures(index)
-            minimised, reconstruction = losses(stacked, buffers, pictures, *arguments)
-            optimiser.zero_grad(set_to_none=True)
-            minimised.sum().backward()
-            _clip(parameters)
+            found, *gradients = step(*arguments, **training.pictures(index))
+            for parameter, gradient in zip(parameters, gradients, strict=True):
+                parameter.grad = gradient
             optimiser.step()
             schedule.step()
-            totals += torch.stack([minimised.detach(), reconstruction.detach()])
+            totals += found
         _unstack(stacked, templates)
         for i, trained in enumerate((totals / batches).T.tolist()):
             rows[i].append((epoch, *trained, _validation_loss(networks[i], validation[i])))
@@ -211,12 +217,12 @@ def _order(part: range, generator: torch.Generator, wanted: int) -> Tensor:
     return part.start + order.repeat(-(-wanted // len(part)))[:wanted]
 
 
-def _clip(parameters: Sequence[Tensor]) -> None:
-    """Bound the norm of each network's gradient, which the first axis counts."""
-    norms = torch.stack([p.grad.flatten(1).norm(dim=1) for p in parameters]).norm(dim=0)
-    scale = (GRADIENT_NORM / norms.clamp(min=GRADIENT_NORM)).detach()
-    for p in parameters:
-        p.grad.mul_(scale.view(-1, *[1] * (p.dim() - 1)))
+def _clipped(gradients: Sequence[Tensor]) -> list[Tensor]:
+    """With a bounded norm for each network, which the first axis counts."""
+    norms = torch.stack([g.flatten(1).norm(dim=1) for g in gradients]).norm(dim=0)
+    scale = GRADIENT_NORM / norms.clamp(min=GRADIENT_NORM)
+    # the fused optimiser takes a gradient to lie in memory as its parameter does
+    return [(g * scale.view(-1, *[1] * (g.dim() - 1))).contiguous() for g in gradients]
 
 
 @torch.no_grad()

@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from t2l.policies.captured import Captured
 from t2l.policies.gaussian_mlp import GaussianMLP
 from t2l.rl.adaptive_rate import adapted, divergence
 from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
@@ -84,6 +85,7 @@ class SideBySide:
         self.normaliser = Normaliser(self.n, size, device)
         self.rate = torch.full((self.n,), FIRST_RATE, device=device)
         self._adam = Adam(self.stack.rows)
+        self._gradient = Captured(self._gradients)
         self._generator = torch.Generator(device).manual_seed(seeds[0])
         torch.manual_seed(seeds[0])
         self._seen = self.normaliser.seen(self._split(world.begin()))
@@ -133,14 +135,18 @@ class SideBySide:
         for order in orders:
             kl = []
             for ids in order.chunk(MINIBATCHES):
-                loss, apart = torch.vmap(self._loss)(self.stack.rows, *rollout.minibatch(ids))
-                (gradient,) = torch.autograd.grad(loss.sum(), self.stack.rows)
-                norm = gradient.norm(dim=1, keepdim=True)
-                # torch's `clip_grad_norm_`
-                gradient *= (GRADIENT_NORM / (norm + 1e-6)).clamp(max=1.0)
+                gradient, apart = self._gradient(*rollout.minibatch(ids))
                 self._adam.step(gradient, self.rate)
-                kl.append(apart.detach())
+                kl.append(apart.clone())
             self.rate = adapted(self.rate, torch.stack(kl).mean(dim=0))
+
+    def _gradients(self, *minibatch: Tensor) -> tuple[Tensor, Tensor]:
+        """Of each policy's loss, its norm bounded; and how far the policy is from what acted."""
+        loss, apart = torch.vmap(self._loss)(self.stack.rows, *minibatch)
+        (gradient,) = torch.autograd.grad(loss.sum(), self.stack.rows)
+        norm = gradient.norm(dim=1, keepdim=True)
+        # torch's `clip_grad_norm_`
+        return gradient * (GRADIENT_NORM / (norm + 1e-6)).clamp(max=1.0), apart.detach()
 
     def _loss(self, row, observation, action, log_prob, value, advantage, returns):
         """PPO's objective of one policy, and its KL divergence from the policy that acted."""
