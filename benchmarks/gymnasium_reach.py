@@ -5,7 +5,7 @@ import mujoco
 import numpy as np
 
 from t2l.identify.training_simulator import AT_REST_RAD_S
-from t2l.rl.constraints import NAMES, violations
+from t2l.rl.constraints import NAMES, Limits, violations
 from t2l.rl.interface import action_space, observe, scale_per_joint
 from t2l.sim.controllers.joint_pd import pd_torque
 
@@ -35,6 +35,7 @@ class GymnasiumReach(gym.Env):
         self.period_s = 1 / problem.condition.policy_rate_hz
         self.horizon = round(problem.horizon_s / self.period_s)
         self.generator = np.random.default_rng(seed)
+        self.limits = Limits.of(self.robot, 1 / problem.rate_hz)
         njoint = len(self.robot.joints)
         self.observation_space = gym.spaces.Box(-np.inf, np.inf, (4 * njoint,), np.float32)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (njoint,), np.float32)
@@ -57,7 +58,7 @@ class GymnasiumReach(gym.Env):
         for _ in range(self.nstep):
             q, dq = self.data.qpos[None], self.data.qvel[None]
             torque = pd_torque(q_des, q, dq, self.cell.kp, self.cell.kd)
-            self.violated += violations(q, dq, torque, self.torque, 0.01, self.robot)[0]
+            self.violated += violations(q, dq, torque, self.torque, self.limits)[0]
             self.torque = torque
             moving = np.abs(self.data.qvel) > AT_REST_RAD_S
             self.model.dof_frictionloss[:] = np.where(moving, self.dynamic, self.static)

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.rl.constraints import NAMES, TOLERATED, Evaluation, violations
+from t2l.rl.constraints import NAMES, TOLERATED, Evaluation, Limits, violations
 from t2l.robots import make_robot
 
 ROBOT = make_robot("fr3")
@@ -44,6 +44,8 @@ def test_each_limit_is_noticed_alone(name, change):
     values["q"][:] = ROBOT.home
     for key, (joint, value) in change.items():
         values[key][1, joint] = value
-    found = violations(values["q"], values["dq"], values["torque"], values["before"], 0.01, ROBOT)
+    found = violations(
+        values["q"], values["dq"], values["torque"], values["before"], Limits.of(ROBOT, 0.01)
+    )
     assert not found[0].any()
     assert [NAMES[i] for i in np.flatnonzero(found[1])] == [name]

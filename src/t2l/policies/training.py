@@ -92,20 +92,25 @@ class Data:
 def reproducible(threads: int) -> Iterator[torch.device]:
     """Make what torch computes within depend on seeds alone; gives the device to use.
 
-    That is the GPU if there is one. Generators, threads and settings are as before afterwards.
+    That is the GPU if there is one, whose matrix products round what they multiply to 10 bits.
+    Generators, threads and settings are as before afterwards.
     """
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     before = torch.get_num_threads()
     deterministic = torch.are_deterministic_algorithms_enabled()
     warning = torch.is_deterministic_algorithms_warn_only_enabled()
+    rounded = torch.backends.cuda.matmul.allow_tf32
     with torch.random.fork_rng([device] if device.type == "cuda" else []):
         torch.set_num_threads(threads)
         torch.use_deterministic_algorithms(True, warn_only=True)
+        # else these products take most of the time there
+        torch.backends.cuda.matmul.allow_tf32 = True
         try:
             yield device
         finally:
             torch.set_num_threads(before)
             torch.use_deterministic_algorithms(deterministic, warn_only=warning)
+            torch.backends.cuda.matmul.allow_tf32 = rounded
 
 
 class _Loss(torch.nn.Module):

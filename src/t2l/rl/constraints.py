@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,24 +22,46 @@ JITTER_RAD_S = 0.04
 JITTER_WINDOW_S = 2.0
 
 
-def violations(
-    q: Array, dq: Array, torque: Array, torque_before: Array, period_s: float, robot: Robot
-) -> Array:
+class Limits(NamedTuple):
+    """What a robot must keep to, (njoint,) each.
+
+    Attributes:
+        lowest, highest: position, rad.
+        velocity, torque: rad/s and N·m, either way.
+        torque_change: N·m from one instant to the next, either way.
+    """
+
+    lowest: Array
+    highest: Array
+    velocity: Array
+    torque: Array
+    torque_change: Array
+
+    @classmethod
+    def of(cls, robot: Robot, period_s: float) -> "Limits":
+        """A robot's, looked at every `period_s`."""
+        change = robot.torque_rate_limit * period_s
+        return cls(*robot.position_limit.T, robot.velocity_limit, robot.torque_limit, change)
+
+    def like(self, array: Array) -> "Limits":
+        """The same where `array` is: what is compared at every instant is to be there already."""
+        return Limits(*(like(limit, array) for limit in self))
+
+
+def violations(q: Array, dq: Array, torque: Array, torque_before: Array, limits: Limits) -> Array:
     """Which limits a robot exceeds at an instant, on any joint: (n, 4) bool in order of `LIMITS`.
 
     Args:
         q, dq: (n, njoint), rad and rad/s.
         torque, torque_before: (n, njoint) N·m that the controller asks for, before any clamp, now
-            and a period earlier.
-        robot: whose limits they are.
+            and an instant earlier.
     """
     xp = namespace(q)
-    low, high = like(robot.position_limit.T, q)
     exceeded = (
-        (q < low) | (q > high),
-        xp.abs(dq) > like(robot.velocity_limit, q),
-        xp.abs(torque) > like(robot.torque_limit, q),
-        xp.abs(torque - torque_before) > like(robot.torque_rate_limit * period_s, q),
+        (q < limits.lowest) | (q > limits.highest),
+        xp.abs(dq) > limits.velocity,
+        xp.abs(torque) > limits.torque,
+        xp.abs(torque - torque_before) > limits.torque_change,
     )
     return xp.any(xp.stack(exceeded, axis=1), axis=2)
 

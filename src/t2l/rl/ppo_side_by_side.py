@@ -89,6 +89,7 @@ class SideBySide:
         self._generator = torch.Generator(device).manual_seed(seeds[0])
         torch.manual_seed(seeds[0])
         self._seen = self.normaliser.seen(self._split(world.begin()))
+        self._none = self._mask(np.arange(0))
 
     def update(self) -> Tensor:
         """Act, and learn from it; (n,) mean reward of a step."""
@@ -109,7 +110,7 @@ class SideBySide:
             observation, got, ended = self.world.advance(self._merged(action))
             got = self._split(got)
             reward += got.mean(dim=1) / ROLLOUT_STEPS
-            done = self._mask(ended.ids)
+            done = self._mask(ended.ids) if len(ended.ids) else self._none
             self._seen = self.normaliser.seen(self._split(observation))
             got = self.normaliser.paid(got, done)
             if len(ended.ids):

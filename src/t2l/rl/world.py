@@ -13,7 +13,7 @@ import numpy as np
 from t2l.actions import ActionSpace
 from t2l.identify.actuator_parameters import Parameters
 from t2l.identify.training_simulator import Simulator
-from t2l.rl.constraints import JITTER_RAD_S, JITTER_WINDOW_S, LIMITS, violations
+from t2l.rl.constraints import JITTER_RAD_S, JITTER_WINDOW_S, LIMITS, Limits, violations
 from t2l.rl.interface import observe, steps_held
 from t2l.sim.arrays import Array, like, namespace, to_numpy
 from t2l.sim.batch import MUJOCO
@@ -96,8 +96,11 @@ class World:
         self.period_s = 1 / policy_rate_hz
         self.actions = actions.like(self.simulator.qpos)
         self._kp, self._kd = (self.array(gain) for gain in (kp, kd))
+        self._limits = Limits.of(task.robot, self.simulator.timestep_s).like(self.simulator.qpos)
         self._goal = self._zeros(task.goal_size)
+        # the same twice: what is on the device need not wait for what is not
         self._elapsed = np.zeros(self.rows, int)
+        self._age = like(np.zeros((self.rows, 1)), self.simulator.qpos)
         self._action = self._zeros(len(actions.names))
         self._command = self.simulator.qpos + 0.0
         self._torque = 0.0 * self._command
@@ -115,6 +118,7 @@ class World:
             self._elapsed = np.concatenate(
                 [STAGGER * g.integers(0, phases, self.each) for g in self.generators]
             )
+            self._age[:, 0] = self.array(self._elapsed)
         return self._observe(remaining)
 
     def place(self, q: Array, goal: Array) -> Array:
@@ -139,6 +143,7 @@ class World:
         reward = self.task.reward(before, remaining, self.period_s, self.simulator.qvel, change)
         self._before = remaining
         self._elapsed += 1
+        self._age += 1
         ids = np.flatnonzero(self._elapsed >= self.horizon)
         observation = self._observe(remaining)
         if not ids.size:
@@ -156,14 +161,13 @@ class World:
         return observation, reward, ended
 
     def _advance(self, q_des: Array) -> None:
-        simulator, period = self.simulator, self.simulator.timestep_s
-        xp = namespace(q_des)
-        settling = self.array((self._elapsed >= self._settling)[:, None])
+        simulator, xp = self.simulator, namespace(q_des)
+        settling = self._age >= self._settling
         for _ in range(self.nstep):
             # what the robot's own controller would ask for, with the gains it is given
             torque = pd_torque(q_des, simulator.qpos, simulator.qvel, self._kp, self._kd)
             self._violated |= violations(
-                simulator.qpos, simulator.qvel, torque, self._torque, period, simulator.robot
+                simulator.qpos, simulator.qvel, torque, self._torque, self._limits
             )
             self._torque = torque
             simulator.step(q_des, 1)
@@ -182,6 +186,7 @@ class World:
         simulator.qpos[ids] = self.array(self._drawn(task.sample_starts, ids) if q is None else q)
         self._goal[ids] = self.array(self._drawn(task.sample_goals, ids) if goal is None else goal)
         self._elapsed[ids] = 0
+        self._age[ids] = 0
         self._action[ids] = 0.0
         self._command[ids] = simulator.qpos[ids]
         self._torque[ids] = 0.0

@@ -13,7 +13,7 @@ from array_api_compat import device
 # of either kind; the array API has no type of its own
 Array = Any
 
-__all__ = ["Array", "like", "namespace", "to_numpy"]
+__all__ = ["Array", "columns", "like", "namespace", "to_numpy"]
 
 
 def like(values: Array, array: Array) -> Array:
@@ -23,6 +23,12 @@ def like(values: Array, array: Array) -> Array:
     xp, values = namespace(array), np.asarray(values)
     kind = xp.bool if values.dtype == bool else array.dtype
     return xp.asarray(values, dtype=kind, device=device(array))
+
+
+def columns(ids: np.ndarray) -> np.ndarray | slice:
+    """Indices, as a slice where they are consecutive: another device takes one without a copy."""
+    consecutive = ids.size > 0 and (np.diff(ids) == 1).all()
+    return slice(int(ids[0]), int(ids[-1]) + 1) if consecutive else ids
 
 
 def to_numpy(array: Array) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Reaching a goal and holding it: joint positions, or the pose of the tool."""
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Annotated, Literal
 
 import mujoco
@@ -11,7 +12,7 @@ from pydantic import Field
 from t2l.robots import make_robot
 from t2l.robots.kinematics import ToolKinematics, site_pose
 from t2l.robots.plant import position_controlled
-from t2l.sim.arrays import namespace
+from t2l.sim.arrays import columns, namespace
 from t2l.tasks.reach_rewards import (
     ISAACLAB,
     JOINT_WEIGHTS,
@@ -124,7 +125,11 @@ class JointReach(Reach):
 
     def remaining(self, batch: Batch, goal):
         """See `Rewarded.remaining`: (nsim, njoint) rad."""
-        return goal - batch.qpos[:, self.arm_qpos]
+        return goal - batch.qpos[:, self._arm]
+
+    @cached_property
+    def _arm(self) -> np.ndarray | slice:
+        return columns(self.arm_qpos)
 
     def success(self, remaining):
         """See `Rewarded.success`."""

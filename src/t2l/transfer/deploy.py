@@ -14,7 +14,7 @@ from t2l.hardware.backend import PositionControlled
 from t2l.hardware.features import State
 from t2l.hardware.guard import Guard, Workspace
 from t2l.policies import Policy
-from t2l.rl.constraints import LIMITS, violations
+from t2l.rl.constraints import LIMITS, Limits, violations
 from t2l.rl.interface import observe, steps_held
 from t2l.sim.batch import make_batch
 from t2l.sim.controllers.joint_pd import pd_torque
@@ -115,6 +115,7 @@ class _Run:
         kp, kd = self.cell.kp, self.cell.kd
         ones = np.ones(starts.shape[1])
         state = self.robot.start(starts, kp * ones, kd * ones)
+        limits = Limits.of(self.task.robot, 1 / LOG_RATE_HZ)
         before = np.zeros_like(state.q)
         previous = np.zeros((self.robot.n, len(self.actions.names)))
         wanted = held = state.q.copy()
@@ -141,7 +142,7 @@ class _Run:
                 for name, value in (("observation", observation), ("action", action)):
                     logged[name].append(_without(value, ~self.running))
             torque = pd_torque(q_des, state.q, state.dq, kp, kd)
-            found = violations(state.q, state.dq, torque, before, 1 / LOG_RATE_HZ, self.task.robot)
+            found = violations(state.q, state.dq, torque, before, limits)
             before = torque
             logged["q_des"].append(_without(q_des, ~self.running))
             logged["violated"].append(found & self.running[:, None])
