@@ -25,7 +25,7 @@ from t2l.identify import actuators as identification
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.constraints import Evaluation
-from t2l.rl.learn import SELECTING_EPISODES
+from t2l.rl.learn import PROGRESS_EPISODES
 from t2l.rl.ppo import ROLLOUT_STEPS, make_model
 from t2l.rl.problem import Problem
 from t2l.rl.registry import ALGORITHMS
@@ -238,7 +238,7 @@ def time_to_succeed(parameters: dict) -> Iterator[Row]:
     for cell in CORNERS:
         environments, choice = _made(parameters, cell)
         judges = _problem(parameters, cell).environments(
-            choice, SETTINGS, SELECTING_EPISODES, 43, threads=CORES
+            choice, SETTINGS, PROGRESS_EPISODES, 43, threads=CORES
         )
         seen: list[Evaluation] = []
         began = time.perf_counter()

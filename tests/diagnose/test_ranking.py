@@ -179,9 +179,11 @@ def test_what_hardly_any_resample_selects_is_not_adopted():
     assert not doubtful.justified
     assert names(rank([doubtful, sure])) == ["stribeck_friction", "velocity_filter"]
     assert alike(rank([doubtful, sure])) == ["stribeck_friction"]
-    # nor is a worse one in its place
+    # one that is justified comes before it, though it leaves more
     worse = candidate("stribeck_friction", 1.5)
-    assert names(rank([doubtful, worse])) == ["velocity_filter", "stribeck_friction"]
+    assert names(rank([doubtful, worse])) == ["stribeck_friction", "velocity_filter"]
+    useless = candidate("stribeck_friction", 1.5, fraction=0.0)
+    assert names(rank([doubtful, useless])) == ["velocity_filter", "stribeck_friction"]
 
 
 def test_what_only_leaves_the_noise_is_tied_and_the_simplest_first():

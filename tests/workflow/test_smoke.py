@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 
+import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.image import imread
@@ -43,6 +44,17 @@ def test_noise_on_commands_is_in_figures_and_tables(smoke):
     assert set(told.predictor) == {"effective_error", "loss", "damping_over_stiffness"}
     held = pd.read_parquet(smoke.results / "attenuation" / "held_noise.parquet")
     assert len(held) == len(CELLS) * (len(smoke.config["attenuation"]["inertias_kg_m2"]) + 1)
+
+
+def test_the_studys_grids_stand_beside_ours_where_they_are_given(copied):
+    gains, rows = [8, 32, 128], np.arange(9.0).reshape(3, 3)
+    grid = {"validation": rows / 10, "replay": 0 * rows + 1, "loss": 1 + rows**2}
+    page = {"kps": gains, "kds": gains} | {key: rows.tolist() for key, rows in grid.items()}
+    (copied.folder / "page.json").write_text(json.dumps({"taskData": {"Mug Hanging": page}}))
+    config = _changed(copied, "attenuation", published_grids="page.json")
+    path = "results/smoke/tables/effective_error.csv"
+    assert copied.run("--", path, config=config).returncode == 0
+    assert "study: Mug Hanging" in set(pd.read_csv(copied.folder / path).grid)
 
 
 def test_one_row_per_rollout_with_its_kind_of_failure(smoke):

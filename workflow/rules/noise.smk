@@ -87,7 +87,7 @@ rule attenuation:
 rule effective_error:
     input:
         cells=expand(CLONED, task=NOISY_TASKS),
-        published=PUBLISHED or [],
+        published=[PUBLISHED] if PUBLISHED else [],
     output:
         figure=study_figure("effective_error"),
         table=study_table("effective_error"),

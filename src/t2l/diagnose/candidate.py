@@ -98,16 +98,20 @@ def _as_good_as(error: float, quiet: float) -> float:
 
 
 def rank(candidates: Sequence[Candidate], quiet: float = 0.0) -> list[Candidate]:
-    """Best first by validation error; among equals one that is not doubtful, of few parameters.
+    """The justified ones first, best first by validation error; of equals that of few parameters.
+
+    So one that is doubtful hides none that is not.
 
     Args:
         quiet: RMSE in rad up to which all that is left is measurement.
     """
-    left = sorted(candidates, key=lambda c: c.validation_rmse_rad)
+    left = sorted(candidates, key=lambda c: (not c.justified, c.validation_rmse_rad))
     ranking = []
     while left:
         limit = _as_good_as(left[0].validation_rmse_rad, quiet)
-        alike = [c for c in left if c.validation_rmse_rad <= limit]
+        alike = [
+            c for c in left if c.justified == left[0].justified and c.validation_rmse_rad <= limit
+        ]
         first = min(alike, key=lambda c: (c.doubtful, len(c.layout), c.validation_rmse_rad))
         ranking.append(first)
         left.remove(first)

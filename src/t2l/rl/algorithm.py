@@ -38,7 +38,7 @@ class TrainingEnded(Exception):  # noqa: N818
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """The best policy that was evaluated.
+    """The policy with the highest reward.
 
     Attributes:
         policy: with history 1 and the action scale of its environments.
@@ -97,7 +97,7 @@ class Algorithm(ABC):
         """Train a policy for each generator of a world, if `side_by_side`.
 
         Args:
-            judges: as many trainings, not staggered, that choose the best policy of each.
+            judges: as many trainings, not staggered, that judge the policies of each.
             seeds: of each training.
             settings: of all; its `seed` is not used.
             reports: of each training; one that raises `TrainingEnded` ends that training.

@@ -11,7 +11,7 @@ from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Settings
 
 EPISODES = 100  # that judge a policy, the study's number
-SELECTING_EPISODES = 50  # that choose the best policy of a training
+PROGRESS_EPISODES = 50  # that judge a policy while it trains
 
 
 def learn(
@@ -21,11 +21,11 @@ def learn(
     report: Report = lambda update, policy, evaluation: None,
     threads: int = 1,
 ) -> Trained:
-    """Train a policy, see `Algorithm.train`, and keep the best of it by episodes of its own."""
+    """Train a policy, see `Algorithm.train`."""
     seed = settings.seed
     return ALGORITHMS.find(settings.algorithm)().train(
         problem.environments(choice, settings, settings.environments, seed, True, threads),
-        problem.environments(choice, settings, SELECTING_EPISODES, seed + 1, threads=threads),
+        problem.environments(choice, settings, PROGRESS_EPISODES, seed + 1, threads=threads),
         settings,
         report,
         threads,
@@ -44,5 +44,5 @@ def gain_of(
     problem: Problem, choice: Choice, settings: Settings, policy: Policy, threads: int = 1
 ) -> float:
     """The feedback gain of a policy, in episodes of its own."""
-    n, seed = SELECTING_EPISODES, settings.seed + 3
+    n, seed = PROGRESS_EPISODES, settings.seed + 3
     return feedback_gain(policy, problem.environments(choice, settings, n, seed, threads=threads))

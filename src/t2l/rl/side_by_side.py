@@ -16,7 +16,7 @@ from t2l.rl.choice import Choice
 from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate_side_by_side
 from t2l.rl.interface import action_space, scale_per_joint
-from t2l.rl.learn import EPISODES, SELECTING_EPISODES, gain_of, judge, learn
+from t2l.rl.learn import EPISODES, PROGRESS_EPISODES, gain_of, judge, learn
 from t2l.rl.problem import Problem
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Settings
@@ -57,7 +57,7 @@ def learn_side_by_side(
     where = device or device_for(first.problem.task)
     return ALGORITHMS.find(first.settings.algorithm)().train_side_by_side(
         _world(trainings, first.settings.environments, 0, True, threads, where),
-        _world(trainings, SELECTING_EPISODES, 1, False, threads, where),
+        _world(trainings, PROGRESS_EPISODES, 1, False, threads, where),
         [training.settings.seed for training in trainings],
         first.settings,
         [training.report for training in trainings],

@@ -27,7 +27,10 @@ class ReinforcementLearning(Typed):
         "study has 1000",
     )
     evaluate_every: Integer = Field(
-        10, ge=1, le=100_000, description="updates between evaluations; the best policy is kept"
+        10,
+        ge=1,
+        le=100_000,
+        description="updates between evaluations; the policy with the highest reward is kept",
     )
     enough: Annotated[Number | None, Given] = Field(
         None,

@@ -1,0 +1,29 @@
+from dataclasses import replace
+
+from t2l.rl.constraints import NAMES, Evaluation
+from t2l.rl.progress import Progress
+from t2l.rl.settings import Settings
+
+SETTINGS = Settings("ppo", 4, 3, 1, 0, 0.0, 0.0, True, True)
+
+
+def trained(settings, *evaluations):
+    """What is kept of policies that are their own numbers, from (reward, success, torque rate)."""
+    progress = Progress(settings, lambda *_: None)
+    for i, (reward, success, rate) in enumerate(evaluations):
+        rates = dict.fromkeys(NAMES, 0.0) | {"torque_rate": rate}
+        progress.take(i, Evaluation(success, rates), update=i, steps=i, reward=reward)
+        if progress.enough:
+            break
+    return progress.trained()
+
+
+def test_the_policy_of_the_highest_reward_is_kept_though_one_that_does_nothing_breaks_no_limit():
+    found = trained(SETTINGS, (-2.0, 0.0, 0.0), (-0.5, 0.9, 0.6), (-1.0, 0.7, 0.5))
+    assert (found.policy, found.evaluation.success) == (1, 0.9)
+    assert found.history.objective.idxmax() == 0
+
+
+def test_what_is_good_enough_to_end_a_training_is_what_it_ends_with():
+    enough = replace(SETTINGS, enough=0.8)
+    assert trained(enough, (-0.5, 0.2, 0.0), (-0.6, 0.9, 0.0), (-0.1, 0.0, 0.0)).policy == 1
