@@ -23,6 +23,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from benchmarks import one_core
 from benchmarks.hidden_effects.__main__ import write_case
 from benchmarks.hidden_effects.cases import cases
 from benchmarks.scene import ROOT
@@ -75,7 +76,11 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     """What the command line asks for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks hidden", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="CASE", help="cases (default: all)")
-    parser.add_argument("--processes", type=int, default=PROCESSES, metavar="N")
+    most = len(os.sched_getaffinity(0))
+    parser.add_argument(
+        "--processes", type=int, default=min(PROCESSES, most), choices=range(1, most + 1),
+        metavar="N", help=f"at once, one to {most}: each takes a core",
+    )  # fmt: skip
     earlier = "table.csv or folder results/ of another run, to compare with"
     parser.add_argument("--earlier", type=Path, metavar="TABLE", help=earlier)
     seed = "the test set that is drawn from this number, in place of the development cases"
@@ -104,7 +109,8 @@ def run(
     # a process a core: spawned, so that its linear algebra keeps to one thread
     os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, context) as pool:
+    ready = one_core.cores(context.SimpleQueue())
+    with ProcessPoolExecutor(processes, context, one_core.take, (ready,)) as pool:
         results = []
         for result in pool.map(judged, chosen):
             results.append(result)

@@ -13,9 +13,11 @@ from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from queue import SimpleQueue
 
 import pandas as pd
 
+from benchmarks import one_core
 from benchmarks.scene import ROOT
 from t2l.seeds import generator
 
@@ -31,7 +33,8 @@ def run() -> pd.DataFrame:
         return pd.DataFrame({"skipped": ["T2L_STUDY_DATA does not name the folder of the data"]})
     logs = sorted((Path(data) / "fr3_gain_grid").glob("*.csv"))
     numbers = range(1, CHOICES + 1)
-    with ThreadPoolExecutor(PROCESSES) as pool:
+    ready = one_core.cores(SimpleQueue())
+    with ThreadPoolExecutor(PROCESSES, initializer=one_core.take, initargs=(ready,)) as pool:
         found = list(pool.map(explained, [logs] * CHOICES, numbers))
     often = Counter(effect for each in found for effect in adopted(each["steps"]))
     print("\n".join(f"{effect}: {count} of {CHOICES}" for effect, count in often.most_common()))
