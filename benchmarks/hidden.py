@@ -29,7 +29,7 @@ from benchmarks.hidden_effects.cases import cases
 from benchmarks.scene import ROOT
 
 FOLDER = ROOT / "results/bench/hidden_effects"
-PROCESSES = 2
+PROCESSES = min(2, len(os.sched_getaffinity(0)))
 # packages whose change redoes the table
 EXPLAINS = ("sim", "robots", "effects", "identify", "diagnose", "propose")
 
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser.add_argument("names", nargs="*", metavar="CASE", help="cases (default: all)")
     most = len(os.sched_getaffinity(0))
     parser.add_argument(
-        "--processes", type=int, default=min(PROCESSES, most), choices=range(1, most + 1),
+        "--processes", type=int, default=PROCESSES, choices=range(1, most + 1),
         metavar="N", help=f"at once, one to {most}: each takes a core",
     )  # fmt: skip
     earlier = "table.csv or folder results/ of another run, to compare with"

@@ -182,8 +182,24 @@ def test_what_hardly_any_resample_selects_is_not_adopted():
     # one that is justified comes before it, though it leaves more
     worse = candidate("stribeck_friction", 1.5)
     assert names(rank([doubtful, worse])) == ["stribeck_friction", "velocity_filter"]
+    # nor does one of fewer parameters that explains alike
+    fewer = candidate("coulomb_friction", 1.02)
+    fewer.chosen_share = 0.02
+    first = candidate("stribeck_friction", 1.0)
+    assert names(rank([fewer, first])) == ["stribeck_friction", "coulomb_friction"]
     useless = candidate("stribeck_friction", 1.5, fraction=0.0)
     assert names(rank([doubtful, useless])) == ["velocity_filter", "stribeck_friction"]
+
+
+def test_what_a_pair_improved_before_does_not_order_effects_that_were_fitted_since():
+    alone, fitted_since = (
+        candidate("armature", 1.2, fraction=0.0),
+        candidate("stribeck_friction", 0.8),
+    )
+    fitted_since.improvement = alone.improvement
+    alone.together = candidate("command_delay", 0.5).improvement
+    assert alone.justified
+    assert names(rank([alone, fitted_since])) == ["stribeck_friction", "armature"]
 
 
 def test_what_only_leaves_the_noise_is_tied_and_the_simplest_first():

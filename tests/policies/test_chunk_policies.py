@@ -9,7 +9,14 @@ from t2l.config import effective
 from t2l.policies import POLICIES, Episode, TrainingSet
 from t2l.policies.validation import prediction_mse, split
 from t2l.typed import Invalid
-from tests.policies.made import CHUNK_POLICIES, chunk_policy, episodes, fitted, settings
+from tests.policies.made import (
+    CHUNK_POLICIES,
+    Reused,
+    chunk_policy,
+    episodes,
+    fitted,
+    settings,
+)
 
 kinds = pytest.mark.parametrize("kind", CHUNK_POLICIES)
 
@@ -43,6 +50,19 @@ def test_networks_side_by_side_come_out_as_each_alone(kind):
 
 
 @kinds
+def test_a_training_step_keeps_nothing_of_what_the_next_one_overwrites(kind, monkeypatch):
+    few = settings(kind, epochs=2, observation_noise=0.1)
+    sets = [TrainingSet(*split(episodes(), 0.2, seed), seed) for seed in (1, 2)]
+    expected = POLICIES.find(kind).fit_side_by_side(sets, few)
+    monkeypatch.setattr("t2l.policies.training.Captured", Reused)
+    history = np.stack([e.observation[:2] for e in episodes()])
+    found = POLICIES.find(kind).fit_side_by_side(sets, few)
+    for (policy, losses), (same, its_losses) in zip(expected, found, strict=True):
+        np.testing.assert_array_equal(policy.act(history), same.act(history))
+        assert losses.equals(its_losses)
+
+
+@kinds
 def test_held_out_loss_is_recorded_per_epoch_and_falls(kind):
     policy, losses = fitted(episodes(), kind=kind)
     assert losses.epoch.tolist() == list(range(1, 31))
@@ -65,6 +85,7 @@ def test_what_others_draw_and_compute_is_left_alone(kind):
     assert torch.equal(torch.rand(3), expected)
     assert torch.get_num_threads() == threads
     assert not torch.are_deterministic_algorithms_enabled()
+    assert not torch.backends.cuda.matmul.allow_tf32
 
 
 @kinds

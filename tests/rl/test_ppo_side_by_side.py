@@ -18,6 +18,7 @@ from t2l.rl.ppo import FIRST_RATE, GAMMA, MINIBATCHES, ROLLOUT_STEPS, make_model
 from t2l.rl.ppo_side_by_side import Rollout, SideBySide, advantages
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from tests.defaults import learning
+from tests.policies.made import Reused
 from tests.rl.test_environments import make
 from tests.rl.test_tune import PROBLEM
 
@@ -156,6 +157,14 @@ def test_trainings_do_not_touch_each_other():
     beside, another = of_first(BAD), of_first(Choice((1e-3, 1e-3)))
     np.testing.assert_array_equal(beside.policy.weights[0], another.policy.weights[0])
     assert beside.evaluation == another.evaluation
+
+
+def test_an_update_keeps_nothing_of_what_the_next_one_overwrites(monkeypatch):
+    expected = learn_side_by_side(trainings(GOOD, BAD))
+    monkeypatch.setattr("t2l.rl.ppo_side_by_side.Captured", Reused)
+    for one, other in zip(expected, learn_side_by_side(trainings(GOOD, BAD)), strict=True):
+        np.testing.assert_array_equal(one.policy.weights[0], other.policy.weights[0])
+        assert one.history.drop(columns="seconds").equals(other.history.drop(columns="seconds"))
 
 
 def test_each_is_judged_in_its_own_cell_as_it_is_alone():

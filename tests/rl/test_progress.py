@@ -27,3 +27,9 @@ def test_the_policy_of_the_highest_reward_is_kept_though_one_that_does_nothing_b
 def test_what_is_good_enough_to_end_a_training_is_what_it_ends_with():
     enough = replace(SETTINGS, enough=0.8)
     assert trained(enough, (-0.5, 0.2, 0.0), (-0.6, 0.9, 0.0), (-0.1, 0.0, 0.0)).policy == 1
+
+
+def test_a_reward_that_is_no_number_is_the_least():
+    assert (
+        trained(SETTINGS, (float("nan"), 0.0, 0.0), (-1.0, 0.5, 0.0), (-2.0, 0.9, 0.0)).policy == 1
+    )

@@ -44,6 +44,19 @@ def run(world, actions):
     return np.array(seen), np.array(paid), ends
 
 
+@pytest.mark.parametrize("device", ["mujoco", "cpu"])
+def test_what_the_device_knows_of_an_episodes_age_is_what_the_processor_knows(device):
+    world = make(device, horizon_s=2.5, staggered=True)
+    world.begin()
+    assert len(set(world._elapsed)) > 1
+    rest, begun = np.zeros((2 * EACH, 7)), np.zeros(2 * EACH, int)
+    for _ in range(130):
+        ended = world.advance(world.array(rest))[2]
+        begun[ended.ids] += 1
+        np.testing.assert_array_equal(to_numpy(world._age[:, 0]), world._elapsed)
+    assert begun.min() == 1
+
+
 @pytest.fixture(scope="module")
 def runs():
     actions = np.random.default_rng(0).uniform(-1.2, 1.2, (45, 2 * EACH, 7))

@@ -70,8 +70,12 @@ class Candidate:
     @property
     def justified(self) -> bool:
         """Whether it, or it with its partner, earns its place on data it has not seen."""
-        together = self.together is not None and _earns(self.together)
-        return together or (self.earns and not self.doubtful)
+        return (self.together is not None and _earns(self.together)) or self.stands_alone
+
+    @property
+    def stands_alone(self) -> bool:
+        """Whether it earns its place without a partner, in more than hardly any resample."""
+        return self.earns and not self.doubtful
 
     @property
     def earns(self) -> bool:
@@ -98,20 +102,20 @@ def _as_good_as(error: float, quiet: float) -> float:
 
 
 def rank(candidates: Sequence[Candidate], quiet: float = 0.0) -> list[Candidate]:
-    """The justified ones first, best first by validation error; of equals that of few parameters.
+    """Those that stand alone before others, by validation error; of equals that of few parameters.
 
-    So one that is doubtful hides none that is not.
+    So one that explains more and is not to be adopted hides none that is.
 
     Args:
         quiet: RMSE in rad up to which all that is left is measurement.
     """
-    left = sorted(candidates, key=lambda c: (not c.justified, c.validation_rmse_rad))
+    left = sorted(candidates, key=lambda c: (not c.stands_alone, c.validation_rmse_rad))
     ranking = []
     while left:
-        limit = _as_good_as(left[0].validation_rmse_rad, quiet)
-        alike = [
-            c for c in left if c.justified == left[0].justified and c.validation_rmse_rad <= limit
-        ]
+        best = left[0]
+        limit = _as_good_as(best.validation_rmse_rad, quiet)
+        alike = [c for c in left if c.validation_rmse_rad <= limit]
+        alike = [c for c in alike if c.stands_alone == best.stands_alone]
         first = min(alike, key=lambda c: (c.doubtful, len(c.layout), c.validation_rmse_rad))
         ranking.append(first)
         left.remove(first)

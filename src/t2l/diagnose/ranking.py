@@ -38,7 +38,7 @@ class Diagnosis:
         noise_floor_rad: RMS error of a perfect model.
         train_rmse_rad, validation_rmse_rad, test_rmse_rad: of the model so far. The test
             samples chose nothing.
-        ranking: candidates, best first.
+        ranking: candidates, in the order of `t2l.diagnose.candidate.rank`.
     """
 
     model: Model

@@ -34,6 +34,8 @@ class Captured:
         if self._graph is None:
             self._capture(arguments, named)
         for own, given in zip(self._own, (*arguments, *named.values()), strict=True):
+            # `copy_` would stretch one of another shape
+            assert own.shape == given.shape, f"{tuple(given.shape)} after {tuple(own.shape)}"
             own.copy_(given)
         self._graph.replay()
         return self._results

@@ -38,7 +38,7 @@ def curve(one: dict[str, Any]) -> dict[str, Any]:
 
 
 def ranking(step) -> list[dict[str, Any]]:
-    """Candidates with their improvement on validation data in per cent, best first."""
+    """Candidates as they are ranked, with their improvement on validation data in per cent."""
     entries = step.diagnosis["ranking"]
     first = step.adopted or (entries[0]["effect"] if entries else None)
     missing = step.diagnosis["verdict"] == "missing_effect"

@@ -38,7 +38,7 @@ class TrainingEnded(Exception):  # noqa: N818
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """The policy with the highest reward.
+    """The policy with the highest reward, or the one that was enough.
 
     Attributes:
         policy: with history 1 and the action scale of its environments.

@@ -1,7 +1,8 @@
 """How training goes: policies evaluated on the way, and the best of them.
 
-The best is that of the highest reward, as in the study's appendix on reinforcement learning. By the
-objective it would be the first that keeps every limit, which moves little and never arrives.
+The best is that of the highest reward, as in the study's appendix on reinforcement learning, or the
+one that is enough. By the objective it would often be an early one, which keeps every limit because
+it hardly moves.
 """
 
 import math
@@ -61,6 +62,7 @@ class Progress:
         )
         enough = self._settings.enough
         self.enough = enough is not None and found.objective >= 1 + enough
+        reward = -math.inf if math.isnan(reward) else reward
         # what is good enough to end with is what it ends with
         if self._best is None or self.enough or reward > self._highest:
             self._best, self._highest = (policy, found), reward

@@ -23,7 +23,8 @@ class Settings:
         algorithm: a name in `t2l.rl.registry.ALGORITHMS`.
         environments: that run side by side.
         updates: of the policy, each after some steps of every environment.
-        evaluate_every: updates between evaluations; the policy with the highest reward is kept.
+        evaluate_every: updates between evaluations; the policy with the highest reward is kept, or
+            the one that is `enough`.
         seed: the study's is 42.
         observation_noise_rad, observation_noise_rad_s: uniform, on q and q̇ while training.
         clip_actions: whether actions are kept in [-1, 1].

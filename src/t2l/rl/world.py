@@ -99,8 +99,7 @@ class World:
         self._limits = Limits.of(task.robot, self.simulator.timestep_s).like(self.simulator.qpos)
         self._goal = self._zeros(task.goal_size)
         # the same twice: what is on the device need not wait for what is not
-        self._elapsed = np.zeros(self.rows, int)
-        self._age = like(np.zeros((self.rows, 1)), self.simulator.qpos)
+        self._elapsed, self._age = np.zeros(self.rows, int), self._zeros(1)
         self._action = self._zeros(len(actions.names))
         self._command = self.simulator.qpos + 0.0
         self._torque = 0.0 * self._command
@@ -115,10 +114,8 @@ class World:
         remaining = self._begin(np.arange(self.rows))
         if self.staggered:
             phases = max(1, self.horizon // STAGGER)
-            self._elapsed = np.concatenate(
-                [STAGGER * g.integers(0, phases, self.each) for g in self.generators]
-            )
-            self._age[:, 0] = self.array(self._elapsed)
+            drawn = [STAGGER * g.integers(0, phases, self.each) for g in self.generators]
+            self._put_at(np.arange(self.rows), np.concatenate(drawn))
         return self._observe(remaining)
 
     def place(self, q: Array, goal: Array) -> Array:
@@ -185,8 +182,7 @@ class World:
         simulator.batch.reset(ids=ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         simulator.qpos[ids] = self.array(self._drawn(task.sample_starts, ids) if q is None else q)
         self._goal[ids] = self.array(self._drawn(task.sample_goals, ids) if goal is None else goal)
-        self._elapsed[ids] = 0
-        self._age[ids] = 0
+        self._put_at(ids, np.zeros(len(ids), int))
         self._action[ids] = 0.0
         self._command[ids] = simulator.qpos[ids]
         self._torque[ids] = 0.0
@@ -196,6 +192,11 @@ class World:
             self.disturbance.begin(ids)
         self._before = self._remaining()
         return self._before
+
+    def _put_at(self, ids: np.ndarray, step: np.ndarray) -> None:
+        """Let robots `ids` be at steps (k,) of their episodes."""
+        self._elapsed[ids] = step
+        self._age[ids] = self.array(step[:, None])
 
     def _drawn(self, sample, ids: np.ndarray) -> np.ndarray:
         """A sample for each of `ids`, each training's from its own generator."""

@@ -30,7 +30,8 @@ class ReinforcementLearning(Typed):
         10,
         ge=1,
         le=100_000,
-        description="updates between evaluations; the policy with the highest reward is kept",
+        description="updates between evaluations; the policy with the highest reward is kept, or "
+        "the one that is `enough`",
     )
     enough: Annotated[Number | None, Given] = Field(
         None,

@@ -47,7 +47,7 @@ def error_falling(
 
 
 def ranking(diagnosis: Mapping[str, Any]) -> Figure:
-    """Fall of the validation error with each effect, with 95 % intervals, best above.
+    """Fall of the validation error with each effect, with 95 % intervals, the first above.
 
     Args:
         diagnosis: content of diagnosis.json.
