@@ -53,8 +53,7 @@ def explained(logs: Sequence[Path], number: int) -> dict:
         out.parent.mkdir(parents=True, exist_ok=True)
         command = [sys.executable, "-m", "t2l", "explain", *kept, "--holdout", *others]
         with open(f"{out}.log", "w") as log:
-            done = [*command, "--out", out, "--force"]
-            subprocess.run(done, check=True, stdout=log, stderr=log)
+            subprocess.run([*command, "--out", out], check=True, stdout=log, stderr=log)
         made_by.write_text(code_key())
     # laws that were learned may have taken the place of names, but not in this file
     content = json.loads((out / "explanation.json").read_text())
