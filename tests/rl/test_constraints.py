@@ -24,6 +24,18 @@ def test_more_violations_are_never_better(success, rates, name, more):
     assert Evaluation(success, worse).objective <= Evaluation(success, rates).objective + 1e-12
 
 
+@given(share, share, st.fixed_dictionaries(dict.fromkeys(NAMES, share)), st.floats(0.01, 1))
+def test_no_kept_limit_makes_up_for_a_task_unsolved(one, other, rates, solved_at):
+    idle = Evaluation(one, dict.fromkeys(NAMES, 0.0)).value(solved_at)
+    solved = Evaluation(other, rates)
+    if one < solved_at <= other:
+        assert idle < solved.value(solved_at)
+    if other >= solved_at:
+        # of what solves the task, the study's order
+        assert solved.value(solved_at) == 1 + solved.objective
+    assert solved.value() == solved.objective
+
+
 def test_a_torque_rate_within_its_allowance_costs_nothing():
     rates = dict.fromkeys(NAMES, 0.0) | {"torque_rate": 0.2}
     assert Evaluation(0.9, rates).objective == pytest.approx(1.9)

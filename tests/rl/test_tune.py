@@ -75,6 +75,15 @@ def test_a_study_continues_as_if_it_had_never_stopped(tmp_path):
     assert np.isfinite(rows[["success", "torque_rate", "action_scale_distal"]]).all(axis=None)
 
 
+def test_trials_are_ranked_by_what_the_search_says(tmp_path):
+    study = open_study("journal", tmp_path / "trials.journal", "s")
+    work(study, PROBLEM, search(trials=3, startup=2, solved_at=0.9), TINY, seed=0)
+    for trial in study.trials:
+        # trainings of two updates solve nothing: each is worth its success, whatever it keeps
+        assert trial.value == trial.user_attrs["success"] < 0.9
+    assert best(study, ROBOT, 3).evaluation.success == max(t.value for t in study.trials)
+
+
 @pytest.mark.parametrize("cell", [Cell(16, 1), Cell(16, 24), Cell(512, 1), Cell(512, 24)])
 def test_the_first_guess_moves_every_joint_within_the_torque_limits(cell):
     parameters = {

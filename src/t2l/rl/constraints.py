@@ -104,3 +104,14 @@ class Evaluation:
         if self.feasible:
             return 1.0 + self.success
         return self.success * math.prod(max(0.0, 1.0 - max(0.0, value)) for value in excess)
+
+    def value(self, solved_at: float | None = None) -> float:
+        """What a search ranks a trial by: the objective, or 0 to 3 with the task before the limits.
+
+        Args:
+            solved_at: with less success than this, a trial is worth its success alone; others are
+                worth 1 + the objective, and so more than any of these.
+        """
+        if solved_at is None:
+            return self.objective
+        return self.success if self.success < solved_at else 1.0 + self.objective

@@ -62,6 +62,7 @@ class Search:
         startup: trials before the sampler and the pruner judge by earlier ones.
         prune: whether trials that look hopeless are ended.
         updates: of a trial's training; None for as many as of the training that follows.
+        solved_at: see `t2l.rl.constraints.Evaluation.value`.
     """
 
     trials: int
@@ -71,6 +72,7 @@ class Search:
     startup: int
     prune: bool
     updates: int | None = None
+    solved_at: float | None = None
 
     @classmethod
     def from_section(cls, section: Mapping[str, Any], task: Rewarded) -> "Search":
@@ -80,5 +82,6 @@ class Search:
             action_scale=tuple(section["action_scale"]),
             reward_weights={name: tuple(bounds) for name, bounds in weights.items()},
             updates=section.get("updates"),
+            solved_at=section.get("solved_at"),
             **{key: section[key] for key in ("trials", "space", "startup", "prune")},
         )

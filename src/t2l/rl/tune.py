@@ -84,7 +84,7 @@ def work(
         found = None
         if isinstance(trained, Trained):
             found = judge(problem, training.choice, settings, trained.policy, threads)
-        report(_tell(study, trial, training, trained, found))
+        report(_tell(study, trial, training, trained, found, search.solved_at))
 
 
 def work_side_by_side(
@@ -118,7 +118,8 @@ def work_side_by_side(
         ]
         judged = iter(judge_side_by_side(*zip(*complete, strict=True), threads) if complete else ())
         for each, one in zip(asked, trained, strict=True):
-            report(_tell(*each, one, next(judged) if isinstance(one, Trained) else None))
+            found = next(judged) if isinstance(one, Trained) else None
+            report(_tell(*each, one, found, search.solved_at))
 
 
 def _prepare(
@@ -167,7 +168,7 @@ def _ask(
 
     def follow(update: int, policy: Policy, found: Evaluation) -> None:
         sign(trial)
-        trial.report(found.objective, update)
+        trial.report(found.value(search.solved_at), update)
         if trial.should_prune():
             _note(trial, found)
             raise TrainingEnded
@@ -181,6 +182,7 @@ def _tell(
     training: Training,
     trained: Trained | TrainingError | TrainingEnded,
     found: Evaluation | None,
+    solved_at: float | None,
 ) -> str:
     """Take in how a trial went; a line that says it."""
     if isinstance(trained, TrainingEnded):
@@ -194,7 +196,7 @@ def _tell(
     _note(trial, found)
     trial.set_user_attr("steps", int(trained.history.steps.iloc[-1]))
     trial.set_user_attr("seconds", float(trained.history.seconds.iloc[-1]))
-    study.tell(trial, found.objective)
+    study.tell(trial, found.value(solved_at))
     return _line(study, trial, training.choice)
 
 

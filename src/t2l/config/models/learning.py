@@ -100,6 +100,14 @@ class Tuning(Typed):
         description="updates of a trial's training; without this key, as many as "
         "`reinforcement_learning.updates`",
     )
+    solved_at: Annotated[Number | None, Given] = Field(
+        None,
+        gt=0,
+        le=1,
+        description="the task before the limits: a trial with less success is ranked by its success "
+        "alone, below all others; without this key every trial is ranked by the study's objective, "
+        "for which one that keeps the limits is better than one that does not, whatever it achieves",
+    )
     storage: Text = Field(
         JOURNAL,
         description="`journal`: a file beside the results of the cell; or the URL of a database "
