@@ -104,9 +104,10 @@ class Tuning(Typed):
         None,
         gt=0,
         le=1,
-        description="the task before the limits: a trial with less success is ranked by its success "
-        "alone, below all others; without this key every trial is ranked by the study's objective, "
-        "for which one that keeps the limits is better than one that does not, whatever it achieves",
+        description="the task before the limits: a trial with less success is ranked by its "
+        "success alone, below all others; without this key every trial is ranked by the study's "
+        "objective, for which one that keeps the limits is better than one that does not, whatever "
+        "it achieves",
     )
     storage: Text = Field(
         JOURNAL,
