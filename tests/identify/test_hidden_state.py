@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from t2l.identify.hidden_state import Beginning
+from t2l.sim.schedule import Schedule
 from tests.diagnose.made import measured, pendulum, predict, recording, step, swing
 
 NOISE_RAD = 1e-4
@@ -43,3 +45,19 @@ def test_a_log_that_begins_at_rest_starts_under_its_load(tmp_path):
     moved = dataclasses.replace(here, q=here.q + np.linspace(0, 0.01, len(here.q))[:, None] ** 2)
     # what was measured later does not change how it starts
     np.testing.assert_array_equal(predict(here, effects), predict(moved, effects))
+
+
+def test_simulations_that_fall_over_leave_a_start_where_it_is():
+    # a step of any unknown, and the model diverges: no slope says anything, and all say the same
+    measured = np.zeros(12)
+    schedule = Schedule(
+        0.001, np.zeros((1, 1, 2)), *np.zeros((4, 1, 2)), *np.zeros((2, 1), bool), np.arange(1)
+    )
+    wanted = (np.zeros(12, int), np.arange(12), np.zeros(12, int), np.arange(12) % 2)
+    beginning = Beginning(schedule, wanted, measured, noise_rad=1e-6)
+
+    def predict(starts):
+        return np.where(starts.any(axis=(1, 2, 3))[:, None], np.nan, 0.0) + measured
+
+    found = beginning.estimate(predict, [0, 1], np.zeros((1, 1, 2)))
+    assert (found == 0.0).all()

@@ -102,7 +102,9 @@ class Beginning:
             for variant in range(error.shape[1]):
                 scaled = (slopes[:, variant, at] * unit[:, None]).T / self.noise_rad
                 normal = scaled.T @ scaled + np.eye(len(unit))
-                found = -np.linalg.solve(normal, scaled.T @ error[0, variant, at] / self.noise_rad)
+                pull = scaled.T @ error[0, variant, at] / self.noise_rad
+                # the least step of many where simulations fell over: the prior is lost in rounding
+                found = -np.linalg.lstsq(normal, pull)[0]
                 step[variant, record, joints] = (found * unit).reshape(-1, UNKNOWN)
         return step
 
