@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from t2l.errors import OutputError
-from t2l.names import MOST_CHARACTERS, is_plain, path_of
+from t2l.names import MOST_CHARACTERS, heading, is_plain, path_of
 
 
 @pytest.mark.parametrize("name", ["a", "kp0.5_kd2", "multisine_kp64_kd4", "_x", "x-y", "x.."])
@@ -30,3 +30,15 @@ def test_a_path_never_leads_out_of_its_folder(name):
         return
     assert path.parent.name == "folder"
     assert path.resolve().parent.name == "folder"
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("block_stack", "Block Stack"),
+        ("block_stack_ur5e", "Block Stack UR5e"),
+        ("joint_reach_10_hz", "Joint Reach 10 Hz"),
+    ],
+)
+def test_a_heading_writes_a_name_as_a_person_does(name, written):
+    assert heading(name) == written

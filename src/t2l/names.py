@@ -8,6 +8,8 @@ from t2l.errors import OutputError
 # file systems take 255 bytes; an ending and the mark of a draft are added
 MOST_CHARACTERS = 100
 ALLOWED = f"letters, digits, _, - and ., at most {MOST_CHARACTERS}, not beginning with . or -"
+# what is capital in a heading: the letters before a number too, which are those of a model
+CAPITAL = re.compile(r"^([a-z]{1,3}(?=\d)|.)")
 
 
 def is_plain(name: object) -> bool:
@@ -29,5 +31,5 @@ def path_of(folder: Path | str, name: str, suffix: str = "") -> Path:
 
 
 def heading(name: str) -> str:
-    """A name from a configuration as a person writes it: `block_stack` is Block Stack."""
-    return " ".join(word[:1].upper() + word[1:] for word in name.split("_"))
+    """A name from a configuration as a person writes it: `block_stack_ur5e` is Block Stack UR5e."""
+    return " ".join(CAPITAL.sub(lambda found: found[0].upper(), part) for part in name.split("_"))
