@@ -87,7 +87,7 @@ rule attenuation:
 rule effective_error:
     input:
         cells=expand(CLONED, task=NOISY_TASKS),
-        published=[PUBLISHED] if PUBLISHED else [],
+        published=PUBLISHED,
     output:
         figure=study_figure("effective_error"),
         table=study_table("effective_error"),

@@ -6,7 +6,8 @@ REGIONS = [
     *multiext(result("tables", "regions"), ".csv", ".md", ".tex"),
     *expand(result("figures", "regions.{suffix}"), suffix=FORMATS),
 ]
-PUBLISHED = STUDY.sections["attenuation"].get("published_grids")
+# one file or none
+PUBLISHED = list(filter(None, [STUDY.sections["attenuation"].get("published_grids")]))
 # tasks that the study has published grids of
 COMPARED = {task: STUDY.tasks[task]["kind"] for task in TASKS} if PUBLISHED else {}
 COMPARED = {task: kind for task, kind in COMPARED.items() if kind in COUNTERPARTS}
@@ -108,7 +109,7 @@ rule regions:
 rule published_grids:
     input:
         cells=expand(result("{task}", NOMINAL, "cells.parquet"), task=COMPARED),
-        published=PUBLISHED or [],
+        published=PUBLISHED,
     output:
         study_table("published_grids"),
     params:

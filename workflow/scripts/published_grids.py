@@ -16,5 +16,6 @@ with job(snakemake):
         task: read_table(path, COLUMNS)
         for task, path in zip(kinds, snakemake.input.cells, strict=True)
     }
-    table = published_grids_table(cells, kinds, read_grids(snakemake.input.published))
+    (published,) = snakemake.input.published
+    table = published_grids_table(cells, kinds, read_grids(published))
     write_printed(table, printable_published_grids(table), snakemake.output)
