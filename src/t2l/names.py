@@ -8,7 +8,7 @@ from t2l.errors import OutputError
 # file systems take 255 bytes; an ending and the mark of a draft are added
 MOST_CHARACTERS = 100
 ALLOWED = f"letters, digits, _, - and ., at most {MOST_CHARACTERS}, not beginning with . or -"
-# what is capital in a heading: the letters before a number too, which are those of a model
+# what is capital in a heading: up to three letters before a number too, mostly those of a model
 CAPITAL = re.compile(r"^([a-z]{1,3}(?=\d)|.)")
 
 

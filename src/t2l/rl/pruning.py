@@ -6,7 +6,8 @@ from optuna.trial import FrozenTrial, TrialState
 
 from t2l.rl.trials import count
 
-HOPELESS = 0.1  # an objective that only a policy which breaks the limits can have
+# an objective that only a policy which breaks the limits can have; with `solved_at`, a success
+HOPELESS = 0.1
 
 
 class HopelessPruner(BasePruner):

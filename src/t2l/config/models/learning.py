@@ -81,8 +81,8 @@ class Tuning(Typed):
         ge=1,
         le=10_000,
         description="trials before sampler and pruner judge by earlier ones; a trial whose "
-        "objective is below 0.1 half-way, which only breaking the limits can bring about, is ended "
-        "too, once another is complete",
+        "objective is below 0.1 half-way, which only breaking the limits can bring about (with "
+        "`solved_at`, little success), is ended too, once another is complete",
     )
     workers: Integer = Field(
         1,
