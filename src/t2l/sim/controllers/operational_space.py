@@ -60,21 +60,14 @@ def operational_space_torque(
     """
     twist = np.einsum("nij,nj->ni", jacobian, dq)
     acceleration = acceleration_des + kp * error + kd * (twist_des - twist)
-    mass_inverse = np.linalg.inv(mass)
-    mobility = jacobian @ mass_inverse @ jacobian.transpose(0, 2, 1)
+    mobility = jacobian @ np.linalg.solve(mass, jacobian.transpose(0, 2, 1))
     # damped least squares keeps torques bounded near a singular pose
-    inertia = np.linalg.inv(mobility + 1e-4 * np.eye(6))
-    wrench = np.einsum("nij,nj->ni", inertia, acceleration)
-
-    inverse_jacobian = mass_inverse @ jacobian.transpose(0, 2, 1) @ inertia
-    null = np.eye(q.shape[1]) - jacobian.transpose(0, 2, 1) @ inverse_jacobian.transpose(0, 2, 1)
+    mobility += 1e-4 * np.eye(6)
     drift = POSTURE_STIFFNESS * (posture - q) - 2 * np.sqrt(POSTURE_STIFFNESS) * dq
-    posture_torque = np.einsum("nij,nj->ni", mass, drift)
-    return (
-        np.einsum("nji,nj->ni", jacobian, wrench)
-        + np.einsum("nij,nj->ni", null, posture_torque)
-        + bias
-    )
+    # the wrench takes back what the posture would do to the tool: the null space's projection
+    missing = acceleration - np.einsum("nij,nj->ni", jacobian, drift)
+    wrench = np.linalg.solve(mobility, missing[:, :, None])[:, :, 0]
+    return np.einsum("nji,nj->ni", jacobian, wrench) + np.einsum("nij,nj->ni", mass, drift) + bias
 
 
 class OperationalSpacePD(Controller):
