@@ -1,7 +1,8 @@
 """Laws and known effects fitted together through the simulation, by the one optimiser."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -69,6 +70,20 @@ class PenalisedError(PositionError):
             whole.append(np.concatenate([left, extra], axis=1))
         return whole
 
+    def penalised(self, given: Mapping[tuple, np.ndarray], fit: LeastSquares) -> dict:
+        """The `given` columns of a fit, with what the penalties add, which are linear."""
+        extra = np.zeros((self.most, len(fit.u)))
+        extra[: len(self.rows[id(fit)])] = self.rows[id(fit)]
+        keys = enumerate(slot.key for slot in fit.layout.slots)
+        return {key: np.concatenate([given[key], extra[:, i]]) for i, key in keys if key in given}
+
+
+def columns(state: State, predictor: Predictor, mask: np.ndarray) -> dict[tuple, np.ndarray]:
+    """Of the Jacobian of the positions at the samples of `mask`, by slot key, at a state."""
+    bare = State(state.layout, state.u)
+    (fit,) = refit([bare], predictor, mask, iterations=0)
+    return fit.columns()
+
 
 def refit(
     states: Sequence[State],
@@ -76,18 +91,23 @@ def refit(
     mask: np.ndarray,
     iterations: int = ITERATIONS,
     shift: np.ndarray | float = 0.0,
+    given: Mapping[tuple, np.ndarray] = MappingProxyType({}),
 ) -> list[LeastSquares]:
     """Fit each state to the samples of `mask`, all in the same simulations; states get the end.
 
     Args:
         shift: rad, by which the predictor is off at the samples of the mask.
+        given: columns of the Jacobian that are not computed anew, see `columns`.
 
     Returns:
         The fits, whose jacobian and residual have a row for each sample and then for penalties.
     """
     fits = [_fit(state) for state in states]
     rows = {id(fit): state.rows() for fit, state in zip(fits, states, strict=True)}
-    minimise(fits, PenalisedError(predictor, mask, rows, shift), iterations)
+    error = PenalisedError(predictor, mask, rows, shift)
+    for fit in fits:
+        fit.given = error.penalised(given, fit)
+    minimise(fits, error, iterations)
     for fit, state in zip(fits, states, strict=True):
         state.u = fit.u
     return fits

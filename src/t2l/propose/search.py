@@ -24,7 +24,7 @@ from t2l.identify.scales import scales
 from t2l.propose.bases import effect_of, penalty
 from t2l.propose.dictionary import joined, moved, responses, term_of, weights_in
 from t2l.propose.laws import laws, order, ranges
-from t2l.propose.refit import State, begin_at_the_best, refit
+from t2l.propose.refit import State, begin_at_the_best, columns, refit
 from t2l.propose.ridge import Fit, fit
 from t2l.propose.split import few
 
@@ -155,7 +155,8 @@ def _take_one(
     (coarse,) = draft.predict([Request(state.layout, state.u[None])])
     off = (coarse[0] - predictor.samples.q + found.residual)[fitted]
     begin_at_the_best(states, draft, fitted, [effects[i] for i in short], off)
-    refit(states, draft, fitted, shift=off)
+    # what the model has moves along, by derivatives that its new companions share
+    refit(states, draft, fitted, shift=off, given=columns(state, draft, fitted))
     residuals, errors = _left(states, predictor, chosen)
     near = [i for i, e in enumerate(errors) if e <= NEAR * min(errors)]
     if not near:
