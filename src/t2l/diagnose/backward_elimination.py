@@ -15,7 +15,7 @@ from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
 
-ITERATIONS = 6
+ITERATIONS = 6  # of a fit that begins near its end
 NEARLY = 1.5  # times the loss of the model on some recordings; more is not made good on others
 
 

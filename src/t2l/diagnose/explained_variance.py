@@ -14,7 +14,7 @@ from t2l.identify.prediction import Predictor
 BINS = 12  # of equally many samples
 LEAST = 0.05  # of the missing torque; a condition that tells less is not listed
 LEAST_SWING = 0.4  # likewise: of many frequencies, one tells a little by chance
-SWING_FREEDOM = 0.15
+SWING_FREEDOM = 0.15  # likewise, for an amplitude, a phase and the best of many frequencies
 FREEDOM = 0.05  # that bins must explain more than proportion does, for being free to take any form
 SAME_FREQUENCY = 0.1  # of it
 NO_BINS = ("velocity squared", "constant")  # others have the same bins

@@ -17,7 +17,7 @@ from t2l.identify.prediction import Predictor
 from t2l.identify.scales import gravity_torque, joint_inertia
 
 WINDOW_S = 0.03  # to each side of a sample, of the parabola that gives derivatives
-LEAST_NEIGHBOURS = 2
+LEAST_NEIGHBOURS = 2  # to each side: a parabola through five samples averages noise
 
 
 def missing_torque(predictor: Predictor, residual: np.ndarray) -> np.ndarray:

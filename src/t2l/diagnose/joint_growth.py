@@ -17,7 +17,7 @@ from t2l.identify.prediction import Predictor
 
 TRIED = 3  # joints alone, those with the largest part of the error; each takes a fit of its own
 PAYS = 0.97  # of the squared error that fewer joints leave
-ITERATIONS = 8
+ITERATIONS = 8  # bounds the time of a fit that does not settle
 
 Key = tuple[str, tuple[int, ...]]  # an effect's name and its joints
 

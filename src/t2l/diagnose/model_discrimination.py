@@ -10,8 +10,8 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.recordings.recording import Recording
 from t2l.robots.plant import position_ranges
 
-DURATION_S = 4.0
-GAIN_FACTORS = (0.25, 1.0, 4.0)
+DURATION_S = 4.0  # a period of the slowest motion
+GAIN_FACTORS = (0.25, 1.0, 4.0)  # of the stiffness: softer and stiffer than the recordings'
 DISTINCT = 3.0  # times the noise: a difference that a recording would show
 
 

@@ -5,7 +5,7 @@ import numpy as np
 FREQUENCIES_HZ = (0.2, 8.0)  # looked at, as far as the recordings' length and rate allow
 LEAST_CYCLES = 1.5  # in the shortest recording
 PURER = 0.1  # by how much more of it must be the sine than of the command, to be no motion
-MOST_SAMPLES = 4000
+MOST_SAMPLES = 4000  # enough for the highest frequency over four minutes
 
 
 def swing(

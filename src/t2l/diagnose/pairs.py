@@ -12,7 +12,7 @@ from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_
 from t2l.identify.least_squares import LeastSquares
 
 PAIRED = 5  # best effects that are tried in pairs
-ITERATIONS = 8
+ITERATIONS = 8  # bounds the time of a fit that does not settle
 FAR_BETTER = 0.4  # of the squared error that the best effect leaves
 # an effect that leaves less needs no partner yet: of the model's squared error, of the next best's
 DOMINANT, OUTSTANDING = 0.05, 0.25

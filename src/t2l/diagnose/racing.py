@@ -21,10 +21,10 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.identify.rough import search
 
 DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
-ITERATIONS = 8
-REFINEMENTS = 3
+ITERATIONS = 8  # bounds the time of a fit that does not settle
+REFINEMENTS = 3  # of a fit that begins near its end
 RESTARTS = 4  # at most: derivatives on all recordings are dear
-LEADERS = 4
+LEADERS = 4  # of those near the best: fits to all recordings are dear
 PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
 NEAR = 4.0  # times the least loss: what may still turn out to be best
 SEARCHED_NEAR = 1.3  # likewise, for a search that takes many simulations

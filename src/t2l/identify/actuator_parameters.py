@@ -11,7 +11,7 @@ import numpy as np
 
 from t2l.effects.effect import Parameter
 
-BOX = 10.0
+BOX = 10.0  # of each coordinate, so that one step of CMA-ES suits all
 
 PARAMETERS = (
     Parameter("stiffness", "N·m/rad", 1.0, 1024.0, "torque by position error", log=True),

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BLOCK_S = 0.5
-RESAMPLES = 2000
+BLOCK_S = 0.5  # longer than residuals of a controlled joint remember
+RESAMPLES = 2000  # ten of them lie beyond the decision level
 DECISION_LEVEL = 0.005  # one-sided; some twenty effects are tried
 
 

@@ -20,7 +20,7 @@ STEPS = (1e-4, 1e-3, 1e-3)  # rad, rad/s and rad/s, of finite differences
 EXPECTED = (0.05, 1.0, 1.0)  # likewise; more is taken for something else
 UNKNOWN = len(STEPS)
 SIDES = (-1.0, -0.5, 0.5, 1.0)  # of the play, from where the load leaves the teeth
-ITERATIONS = 2
+ITERATIONS = 2  # of Gauss and Newton: the response is nearly linear
 
 
 @dataclass(frozen=True)

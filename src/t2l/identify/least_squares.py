@@ -16,8 +16,8 @@ from t2l.identify.optimiser import Optimiser
 RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
 ACROSS_KINKS = 0.05  # likewise, where a joint that sticks a little longer makes a kink
 DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
-TOLERANCE = 1e-3
-LARGEST_LOG_STEP = 1.5
+TOLERANCE = 1e-3  # of the loss, which is 0.05 % of the error
+LARGEST_LOG_STEP = 1.5  # a factor of 4.5: beyond, derivatives tell nothing
 SMALL_DAMPING = 1.0  # below, a step is nearly that of Gauss and Newton
 LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
 WEAK = 1e-6  # of the strongest one's sum of squares: damped as if an element moved as much

@@ -7,7 +7,7 @@ import numpy as np
 
 from t2l.recordings.recording import Recording
 
-ORDERS = (2, 3, 4, 5)
+ORDERS = (2, 3, 4, 5)  # of differences: motion fades with the order, noise does not
 SPREAD = 0.8  # two standard errors, times sqrt(blocks), of one order's variance over another's
 BLOCK = 24  # samples whose differences are pooled before the median is taken
 

@@ -13,7 +13,7 @@ from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.uncertainty import Uncertainty, uncertainty
 from t2l.recordings.recording import Recording
 
-ITERATIONS = 15
+ITERATIONS = 15  # all effects together settle more slowly than one
 LEAST_SIZE = 0.01  # of a parameter's range: what makes a difference where its value is zero
 
 

@@ -9,9 +9,9 @@ from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 
-GENERATIONS = 12
-POPULATION = 12
-SEED = 0
+GENERATIONS = 12  # with the population, 144 simulations: bounds the time
+POPULATION = 12  # CMA-ES's own default for ten numbers is 10
+SEED = 0  # of the search
 SPREAD_LOG = 0.4  # standard deviation of the first population in a logarithm
 SPREAD = 0.3  # likewise, of another parameter's own size
 

@@ -9,7 +9,7 @@ from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request
 from t2l.recordings.recording import Recording
 
-SUBSTEPS = (1, 2, 4, 8)
+SUBSTEPS = (1, 2, 4, 8)  # tried in turn: each halves the step
 NEGLIGIBLE = 0.25  # of the noise: adds 3 % to an error that is noise alone
 PROBED = 6  # recordings, spread over all: the fastest motion of few is among them
 

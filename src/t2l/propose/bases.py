@@ -11,7 +11,7 @@ from t2l.effects.law import FRICTION, GRID, HYSTERESIS, Curve, Law
 from t2l.effects.learned import SplineTorque
 
 INTERVALS = 18  # of a spline: four and a half periods of a ripple at four knots each
-INTERVALS_OF_FRICTION = 8
+INTERVALS_OF_FRICTION = 8  # friction over speed has a dip and a slope
 POINTS = 3  # of a table, in each interval
 RADII = 10  # of a hysteresis, each half of the one before, from the range down
 MARGIN = 0.05  # of the range, to each side: the motion of a better model may go further

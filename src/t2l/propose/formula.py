@@ -11,10 +11,10 @@ from t2l.propose.proposal import Learned
 
 EXTRA = "propose"  # of pyoperon
 SYMBOLS = "add,mul,sin,exp,square,constant,variable"
-MOST_NODES = 16
+MOST_NODES = 16  # longer is no short formula
 MOST_CONSTANTS = 6  # more is no short formula
 EVALUATIONS = 120_000  # of formulas
-SEED = 0
+SEED = 0  # of the search
 INSIDE = 0.9  # of the points of a curve that must lie in its band
 SLACK = 0.02  # of the largest torque: a smooth curve rounds a kink off by as much
 

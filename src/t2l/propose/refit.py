@@ -15,7 +15,7 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.propose.bases import penalty
 from t2l.propose.dictionary import weights_in
 
-ITERATIONS = 8
+ITERATIONS = 8  # bounds the time of a fit that does not settle
 TOLERANCE = 0.01  # of the squared error: what is left is fitted again
 LEAST_SIZE = 0.01  # of a parameter's range: what makes a difference where its value is zero
 SCALES = (1.0, 0.5, 0.2)  # of a linear guess, of which a fit begins at the best

@@ -7,7 +7,7 @@ samples is taken, if a paired block bootstrap there finds that it earns its plac
 bootstrap cannot tell from it, the simplest.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -36,8 +36,8 @@ HALF = 0.5  # of what the best takes from the squared error: laws that take less
 SCREENED = 4  # recordings on which every law is tried
 COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
 NEAR = 1.15  # times the least error after them: laws that are fitted to the end
-LAST_ITERATIONS = 2
-MOST_LAWS = 4
+LAST_ITERATIONS = 2  # of a fit that begins near its end
+MOST_LAWS = 4  # more is a model that fits anything
 SIZE = 0.3  # of a joint's motor torque: a torque that makes a difference
 SEED = 0  # of the bootstrap
 
@@ -155,14 +155,15 @@ def _take_one(
     (coarse,) = draft.predict([Request(state.layout, state.u[None])])
     off = (coarse[0] - predictor.samples.q + found.residual)[fitted]
     begin_at_the_best(states, draft, fitted, [effects[i] for i in short], off)
-    # what the model has moves along, by derivatives that its new companions share
-    refit(states, draft, fitted, shift=off, given=columns(state, draft, fitted))
+    # what the model has moves along, by derivatives that all its new companions share
+    given = columns(state, draft, fitted)
+    refit(states, draft, fitted, shift=off, given=given)
     residuals, errors = _left(states, predictor, chosen)
     near = [i for i, e in enumerate(errors) if e <= NEAR * min(errors)]
     if not near:
         return False
     short, states = [short[i] for i in near], [states[i] for i in near]
-    refit(states, predictor, fitted, LAST_ITERATIONS)
+    refit(states, predictor, fitted, LAST_ITERATIONS, given=given)
     residuals, errors = _left(states, predictor, chosen)
     if not found.laws:
         known = {effects[i].law: error for i, error in zip(short, errors, strict=True)}
@@ -181,7 +182,7 @@ def _take_one(
     law, finer = effects[short[best]].law, 2
     while _still_more(found) and law.kind == TORQUE and law.follows != "constant":
         effect = effect_of(law, ends[law], size[law.joint], finer)
-        if not _take_finer(found, effect, predictor, draft, fitted, chosen, block):
+        if not _take_finer(found, effect, predictor, draft, fitted, chosen, block, given):
             break
         finer *= 2
     return True
@@ -217,6 +218,7 @@ def _take_finer(
     fitted: np.ndarray,
     chosen: np.ndarray,
     block: np.ndarray,
+    given: Mapping[tuple, np.ndarray],
 ) -> bool:
     """Give the law that was taken last more knots, if they earn their place."""
     state = found.state
@@ -232,7 +234,7 @@ def _take_finer(
     guess = fit(answer, target, fitted[at], chosen[at], penalty(finer))
     u[weights_in(layout, finer)] = guess.weights
     grown = State(layout, u, (*before, (finer, guess.penalty)))
-    refit([grown], predictor, fitted, LAST_ITERATIONS)
+    refit([grown], predictor, fitted, LAST_ITERATIONS, given=given)
     (residual,), (error,) = _left([grown], predictor, chosen)
     if not _earns_its_place(found, residual, chosen, block):
         return False
