@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from t2l.scoreboard.cloning import STUDY_TASKS
 from t2l.scoreboard.evidence import Evidence
 from t2l.scoreboard.table import CHAINS
 from t2l.stats.verdict import Verdict
@@ -51,6 +52,22 @@ def test_regions_of_cloning(key, trend):
     assert verdict(key, **{path: cloning()}) is NO
     assert verdict(key, **{path: cloning(FOUR, **trend)}) is OPEN
     assert verdict(key) is NOT_RUN
+
+
+def test_slopes_over_all_tasks_need_each_of_them_and_both_signs():
+    def tasks(names=STUDY_TASKS, cells=None, **trend):
+        table = cloning(**trend) if cells is None else cloning(cells, **trend)
+        return {f"{name}__nominal__cells": table for name in names}
+
+    both, damping, stiffness = {"CO": 0.8, "SO": 0.6, "CU": 0.5}, {"CO": 0.8, "SO": 0.8}, {}
+    assert verdict("pooled_slopes", **tasks(**both)) is YES
+    assert verdict("pooled_slopes", **tasks(**damping)) is NO
+    assert verdict("pooled_slopes", **tasks(**stiffness)) is NO
+    assert verdict("pooled_slopes", **tasks(STUDY_TASKS[1:], **both)) is NOT_RUN
+    assert verdict("pooled_slopes", **tasks(cells=FOUR, **both)) is OPEN
+    # a cell that one task lacks is left out
+    lacking = tasks(**both) | tasks(STUDY_TASKS[:1], cells=FOUR, **both)
+    assert CLAIMS["pooled_slopes"].finding(evidence(**lacking)).n == 4
 
 
 def end_to_end(seeds=3, **by_region):
