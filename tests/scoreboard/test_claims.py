@@ -266,6 +266,19 @@ def test_the_error_of_transfer(key):
     assert verdict(key, **table(slope=0.5, cells=few, rollouts=50)) is OPEN
 
 
+def test_the_threshold_of_jitter_separates_what_settles_from_what_shakes():
+    def modes(*speeds):
+        """Rollouts of each cell, of which each jitters by one of the speeds, rad/s."""
+        tables = [transfer().assign(jitter_rad_s=speed) for speed in speeds]
+        return {"sim_to_real__joint_reach__rollouts": pd.concat(tables, ignore_index=True)}
+
+    assert verdict("oscillation_modes", **modes(0.001, 0.002, 0.7)) is YES
+    assert verdict("oscillation_modes", **modes(0.001, 0.05, 0.7)) is NO
+    # what was stopped is neither
+    assert verdict("oscillation_modes", **modes(0.001, 0.7, np.nan)) is YES
+    assert verdict("oscillation_modes", **modes(np.nan)) is NOT_RUN
+
+
 def test_oscillation_and_policy_rate():
     def shakes(kp, kd, region):
         return 0.9 if region == "SO" else 0.1

@@ -11,6 +11,7 @@ from t2l.rl.constraints import JITTER_RAD_S, LIMITS
 from t2l.rl.interface import observation_names, scale_per_joint
 from t2l.transfer.deploy import Rollouts, deploy
 from t2l.transfer.errors import (
+    nn_error,
     observation_table,
     rollout_table,
     shaking,
@@ -70,6 +71,25 @@ def test_a_robot_that_equals_its_simulator_shows_no_error():
     assert (table.nn_error == 0).all()
     heavier = reach(identified({**PARAMETERS, "armature": np.full(7, 0.5)}))
     assert trajectory_error(first, heavier).min() > 1e-5
+
+
+def test_policy_outputs_are_compared_where_both_decided():
+    """Three decisions of two robots; the second is stopped before its last two."""
+    none, nobs = np.full(1, np.nan), 2
+    real = np.zeros((3, 2, nobs))
+    sim = np.zeros((3, 2, nobs))
+    sim[:, 0] = [[3.0, 0.0], [0.0, 4.0], [0.0, 0.0]]
+    sim[0, 1], sim[1:, 1] = [1.0, 1.0], np.nan
+    runs = [
+        Rollouts(none, none, none, none, seen, none, none, none, ("", "")) for seen in (real, sim)
+    ]
+
+    class Same:
+        def action(self, observation):
+            return observation
+
+    # √((9/2 + 16/2 + 0) / 3) and √((1 + 1) / 2)
+    np.testing.assert_allclose(nn_error(Same(), *runs), [np.sqrt(12.5 / 3), 1.0])
 
 
 def test_one_after_another_is_as_side_by_side(tmp_path):
