@@ -174,6 +174,27 @@ def test_effects_on_one_signal_act_in_their_order(tmp_path, held):
     assert error < (0.01 * moved if held else 1e-8)
 
 
+def test_an_effect_on_one_joint_leaves_the_other_alone(tmp_path):
+    robot = two_pendulums(tmp_path)
+    effects = {**effect_of("link_inertia", "right"), **effect_of("integral_action", "right")}
+    effects |= effect_of("torque_rate_limit", "right")
+    errors = {}
+    for held in (False, True):
+        log = recording(
+            robot, lambda t: np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1),
+            kp=20.0, kd=0.8, gravity_compensation=held,
+        )  # fmt: skip
+        model = Model(robot, effects)
+        controller = Controller(log.joints, log.kp, log.kd, log.control_rate_hz, held)
+        layout, u = model.vector(log.joints)
+        (tmp_path / f"{held}").mkdir()
+        content = write_export(model, controller, layout, u, None, tmp_path / f"{held}")
+        assert ("link_inertia" in content["by_callback"]) == held
+        errors[held] = difference(tmp_path / f"{held}", model, layout, u, [log])
+    assert errors[False] < 3e-5
+    assert errors[True] < 1e-4
+
+
 def test_what_mjcf_holds_stays_there_until_a_callback_comes_before_it(tmp_path):
     robot = pendulum(tmp_path, 'armature="0.01" actuatorfrcrange="-0.9 0.9"')
     after = {**effect_of("torque_saturation"), **effect_of("torque_offset")}
