@@ -1,32 +1,55 @@
 """MuJoCo, stepping what was exported alone, moves as t2l predicts."""
 
 import json
+import subprocess
+import sys
 
+import mujoco
 import numpy as np
 import pytest
 
 from t2l.effects.registry import builtin
+from t2l.errors import EffectError
 from t2l.export.agreement import difference
 from t2l.export.folder import write_export
 from t2l.export.mjcf import Controller
+from t2l.identify import prediction
 from t2l.identify.model import Model
 from t2l.identify.refit import refit
-from tests.diagnose.made import measured, pendulum, recording, swing, two_pendulums
+from tests.diagnose.made import (
+    ARMATURE,
+    DAMPING,
+    measured,
+    pendulum,
+    recording,
+    swing,
+    two_pendulums,
+)
 from tests.effects.test_registry import RUBBER
 
 # each large enough to show, for a pendulum of 1.2 N·m
 VALUES = {
+    "actuator_bandwidth": {"cutoff": 8.0},
     "armature": {"inertia": 0.02},
+    "backlash": {
+        "play": 0.03,
+        "contact_time": 0.008,
+        "contact_damping": 0.3,
+        "encoder_on_link": 0.0,
+    },
     "base_tilt": {"roll": 0.1, "pitch": 0.15},
+    "clock_offset": {"offset": -0.0134},
     "cogging": {"amplitude": 0.2, "phase": 0.7, "periods": 12.0},
     "command_delay": {"delay": 0.0132},
     "command_filter": {"cutoff": 4.0},
     "controller_gains": {"kp_factor": 0.7, "kd_factor": 1.3},
     "coulomb_friction": {"torque": 0.1},
+    "dahl_friction": {"coulomb": 0.1, "presliding": 0.02},
     "directional_friction": {"forward": 0.1, "backward": 0.04},
     "encoder_offset": {"offset": 0.1},
     "friction_drift": {"at_start": 0.1, "at_end": 0.03, "time_constant": 0.5},
-    "joint_flexibility": {"stiffness": 60.0, "damping": 0.05, "encoder_on_link": 0.0},
+    "integral_action": {"gain": 60.0, "limit": 0.6},
+    "joint_flexibility": {"stiffness": 150.0, "damping": 0.2, "encoder_on_link": 0.0},
     "link_inertia": {
         "mass_factor": 1.2,
         "com_x": 0.01,
@@ -35,6 +58,14 @@ VALUES = {
         "inertia_factor": 1.5,
     },
     "load_dependent_friction": {"motor": 0.05, "load": 0.03},
+    "low_rate_loop": {"rate": 60.0},
+    "lugre_friction": {
+        "coulomb": 0.08,
+        "extra_at_rest": 0.06,
+        "velocity": 0.3,
+        "presliding": 0.02,
+        "damping": 0.05,
+    },
     "parallel_spring": {"stiffness": 0.8, "rest": 0.5},
     "payload": {"mass": 0.2, "com_x": 0.01, "com_y": 0.0, "com_z": -0.02},
     "periodic_torque": {"amplitude": 0.1, "frequency": 1.7, "phase": 0.4},
@@ -43,19 +74,33 @@ VALUES = {
     "torque_constant": {"factor": 0.8},
     "torque_constant_drift": {"at_start": 1.0, "at_end": 0.7, "time_constant": 0.5},
     "torque_offset": {"torque": 0.3},
+    "torque_rate_limit": {"rate": 100.0, "ramp": 0.6},
     "torque_saturation": {"limit": 1.0},
     "torque_speed_limit": {"stall_torque": 1.5, "no_load_speed": 6.0},
+    "velocity_filter": {"cutoff": 2.0},
     "viscous_friction": {"damping": 0.2},
 }
 
 
-def effect_of(name, joint="hinge"):
+def effect_of(name, joint="hinge", **changes):
+    values = VALUES[name] | changes
     return {
         name: {
-            p.name: {joint: VALUES[name][p.name]} if p.per_joint else VALUES[name][p.name]
+            p.name: {joint: values[p.name]} if p.per_joint else values[p.name]
             for p in builtin()[name].parameters
         }
     }
+
+
+CASES = [(name, False) for name in VALUES]
+# where MuJoCo's own compensation is not all
+CASES += [
+    (name, True)
+    for name in (
+        "base_tilt", "integral_action", "link_inertia", "low_rate_loop", "payload",
+        "torque_constant", "torque_rate_limit", "torque_saturation",
+    )
+]  # fmt: skip
 
 
 def exported(folder, robot, effects, gravity_compensation=False, found=None, files=(), learned=()):
@@ -89,12 +134,119 @@ def test_without_effects_it_is_the_same_motion(plain):
     assert plain[True] < 1e-4
 
 
-@pytest.mark.parametrize("name", VALUES)
-def test_each_effect_moves_the_exported_robot_as_it_moves_ours(robot, plain, tmp_path, name):
-    content, error, log = exported(tmp_path / "out", robot, effect_of(name))
+@pytest.mark.parametrize(("name", "held"), CASES)
+def test_each_effect_moves_the_exported_robot_as_it_moves_ours(robot, tmp_path, name, held):
+    content, error, log = exported(tmp_path / "out", robot, effect_of(name), held)
     moved = np.sqrt(np.mean((measured(log, effect_of(name)).q - measured(log).q) ** 2))
     assert not content["not_carried"]
-    assert error < max(0.01 * moved, 3e-5)
+    assert error < max(0.01 * moved, 1e-4 if held else 3e-5)
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("link", [0.0, 1.0])
+@pytest.mark.parametrize("name", ["backlash", "joint_flexibility"])
+def test_a_far_side_moves_as_ours_at_the_same_physics_step(
+    robot, tmp_path, monkeypatch, name, link, held
+):
+    monkeypatch.setattr(prediction, "EXTENDED", 1)
+    content, error, _ = exported(
+        tmp_path / "out", robot, effect_of(name, encoder_on_link=link), held
+    )
+    assert content["by_callback" if link else "in_mjcf"] == [name]
+    assert error < (1e-4 if held else 1e-8)
+
+
+MANY = (
+    "integral_action", "velocity_filter", "low_rate_loop", "torque_rate_limit",
+    "torque_saturation", "actuator_bandwidth", "torque_constant", "torque_offset",
+    "lugre_friction", "encoder_offset", "command_delay",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_effects_on_one_signal_act_in_their_order(tmp_path, held):
+    joint = f'armature="{ARMATURE}" damping="{DAMPING}" actuatorfrcrange="-0.9 0.9"'
+    robot = pendulum(tmp_path, joint)
+    effects = {name: value for one in MANY for name, value in effect_of(one).items()}
+    content, error, log = exported(tmp_path / "out", robot, effects, held)
+    moved = np.sqrt(np.mean((measured(log, effects).q - measured(log).q) ** 2))
+    assert sorted(content["in_mjcf"]) == ["command_delay", "encoder_offset", "torque_offset"]
+    assert error < (0.01 * moved if held else 1e-8)
+
+
+def test_an_effect_on_one_joint_leaves_the_other_alone(tmp_path):
+    robot = two_pendulums(tmp_path)
+    effects = {**effect_of("link_inertia", "right"), **effect_of("integral_action", "right")}
+    effects |= effect_of("torque_rate_limit", "right")
+    errors = {}
+    for held in (False, True):
+        log = recording(
+            robot, lambda t: np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1),
+            kp=20.0, kd=0.8, gravity_compensation=held,
+        )  # fmt: skip
+        model = Model(robot, effects)
+        controller = Controller(log.joints, log.kp, log.kd, log.control_rate_hz, held)
+        layout, u = model.vector(log.joints)
+        (tmp_path / f"{held}").mkdir()
+        content = write_export(model, controller, layout, u, None, tmp_path / f"{held}")
+        assert ("link_inertia" in content["by_callback"]) == held
+        errors[held] = difference(tmp_path / f"{held}", model, layout, u, [log])
+    assert errors[False] < 3e-5
+    assert errors[True] < 1e-4
+
+
+def test_what_mjcf_holds_stays_there_until_a_callback_comes_before_it(tmp_path):
+    robot = pendulum(tmp_path, 'armature="0.01" actuatorfrcrange="-0.9 0.9"')
+    after = {**effect_of("torque_saturation"), **effect_of("torque_offset")}
+    content, error, _ = exported(tmp_path / "after", robot, after)
+    assert content["by_callback"] == []
+    # the limit is the motor's, and the offset the joint's
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "after/model.xml"))
+    np.testing.assert_allclose(model.jnt_actfrcrange, [[-0.9 + 0.3, 0.9 + 0.3]])
+    assert error < 3e-5
+    before = {**after, **effect_of("torque_rate_limit")}
+    content, error, _ = exported(tmp_path / "before", robot, before)
+    assert content["by_callback"] == ["torque_rate_limit", "torque_saturation"]
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "before/model.xml"))
+    assert not model.jnt_actfrclimited.any()
+    assert error < 3e-5
+
+
+ALONE = """
+import sys
+sys.path.insert(0, "out")
+for name in ("t2l", "scipy", "pydantic"):
+    sys.modules[name] = None
+import numpy as np
+from robot import Robot
+robot = Robot()
+runs = []
+for _ in range(2):
+    robot.start([0.2], [0.0], [0.3])
+    runs.append([robot.q.copy() for _ in range(200) if robot.step([0.3]) is None])
+assert np.array_equal(*runs), "a second start differs"
+print(float(runs[0][-1][0]))
+"""
+
+
+def test_it_runs_without_t2l_and_starts_anew(robot, tmp_path):
+    effects = {name: value for one in MANY for name, value in effect_of(one).items()}
+    exported(tmp_path / "out", robot, effects)
+    run = subprocess.run(
+        [sys.executable, "-c", ALONE], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    assert abs(float(run.stdout) - 0.2) > 1e-3
+
+
+def test_a_clock_offset_is_of_the_log(robot, tmp_path):
+    content, _, _ = exported(tmp_path / "out", robot, effect_of("clock_offset"))
+    assert (content["of_the_log"], content["log_lead_s"]) == (["clock_offset"], 0.0134)
+    assert content["in_mjcf"] == content["by_callback"] == []
+    exported(tmp_path / "without", robot, {})
+    for name in ("model.xml", "robot.py"):
+        texts = [(tmp_path / folder / name).read_text() for folder in ("out", "without")]
+        assert texts[0] == texts[1]
 
 
 def test_a_cable_and_friction_beside_the_mjcfs_own_are_tendons(tmp_path):
@@ -122,17 +274,15 @@ def test_a_cable_and_friction_beside_the_mjcfs_own_are_tendons(tmp_path):
     assert difference(tmp_path / "out", model, layout, u, [log]) < 1e-4
 
 
-def test_gravity_compensation_of_a_weak_motor_is_weak_too(robot, tmp_path):
-    _, error, _ = exported(tmp_path / "out", robot, effect_of("torque_constant"), True)
-    assert error < 1e-4
-
-
 def test_what_cannot_be_carried_is_said(robot, tmp_path):
-    effects = {"low_rate_loop": {"rate": 100.0}, **effect_of("armature")}
-    content, _, _ = exported(tmp_path / "out", robot, effects)
-    assert list(content["not_carried"]) == ["low_rate_loop"]
+    warm = {"friction_temperature": {"torque": {"hinge": 0.1}, "per_kelvin": {"hinge": 0.0}}}
+    model = Model(robot, {**warm, **effect_of("armature")})
+    layout, u = model.vector(("hinge",))
+    controller = Controller(("hinge",), np.array([20.0]), np.array([0.8]), 1000.0, False)
+    content = write_export(model, controller, layout, u, None, tmp_path)
+    assert list(content["not_carried"]) == ["friction_temperature"]
     assert content["in_mjcf"] == ["armature"]
-    assert "Not carried: low_rate_loop" in (tmp_path / "out/robot.py").read_text()
+    assert "Not carried: friction_temperature" in (tmp_path / "robot.py").read_text()
 
 
 OWN = (
@@ -160,6 +310,35 @@ def test_an_effect_of_ones_own_is_not_carried_until_it_says_how(robot, tmp_path)
     content, error, _ = exported(tmp_path / "out", robot, value, files=files)
     assert content["by_callback"] == ["rubber"]
     assert error < 2e-4  # t2l takes the angle at the beginning of a step, the callback halfway
+
+
+HELPED = OWN.replace("class Rubber", "PULL = 1.0\n\n\nclass Rubber").replace(
+    "robot.torque[joints] -= values", "robot.torque[joints] -= pull(robot) * values"
+)
+HELPER = """
+
+def pull(robot):
+    return {}
+"""
+
+
+def test_what_a_callback_uses_is_copied_with_it(robot, tmp_path):
+    value = {"rubber": {"stiffness": {"hinge": 0.5}}}
+    path = tmp_path / "rubber.py"
+    path.write_text(HELPED + HELPER.format("PULL"))
+    content, error, _ = exported(tmp_path / "out", robot, value, files=(path,))
+    assert content["by_callback"] == ["rubber"]
+    assert error < 2e-4
+    path.write_text(HELPED + HELPER.format("PULL * abs(robot.angle[0]) + Rubber.order"))
+    with pytest.raises(EffectError, match=r"rubber.*pull is to be exported, and uses Rubber"):
+        exported(tmp_path / "class", robot, value, files=(path,))
+    # a name that another effect has for something else
+    other = value | effect_of("integral_action")
+    path.write_text(
+        HELPED.replace("pull(", "clamped(") + HELPER.format("1.0").replace("pull", "clamped")
+    )
+    with pytest.raises(EffectError, match=r"integral_action and rubber.*'clamped'"):
+        exported(tmp_path / "twice", robot, other, files=(path,))
 
 
 def test_ranges_are_of_fields_that_mujoco_has(robot, tmp_path):

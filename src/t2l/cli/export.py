@@ -87,6 +87,8 @@ def run(arguments: argparse.Namespace) -> None:
             write_summary(content, out)
     for key, text in (("in_mjcf", "In the MJCF"), ("by_callback", "By callback")):
         print(f"{text}: {', '.join(content[key]) or 'nothing'}")
+    if content["of_the_log"]:
+        print(f"Of the log, not of the robot: {', '.join(content['of_the_log'])}")
     for effect, why in content["not_carried"].items():
         print(f"Not carried: {effect}: {why}")
     if alike:

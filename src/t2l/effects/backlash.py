@@ -38,6 +38,15 @@ class Backlash(Effect):
             between.range = (-0.01, 0.01)
             between.solimp_limit[:2] = RIGID_SHARE
 
+    def export(self, to, joints, values):
+        half = 0.5 * values["play"]
+        solref = teeth(values["contact_time"], values["contact_damping"])
+        for i, j in enumerate(joints):
+            between = to.spec.joint(f"{to.joints[j]}/backlash")
+            between.range = -half[i], half[i]
+            between.solref_limit = [part[i] for part in solref]
+        two_mass.export_encoder(to, self.name, joints, "backlash", values["encoder_on_link"])
+
     def install(self, loop, rows, joints, values):
         qpos, dofs = two_mass.addresses(loop, joints, "backlash")
         added = [loop.batch.model.joint(f"{loop.joints[j]}/backlash").id for j in joints]
@@ -45,8 +54,8 @@ class Backlash(Effect):
         limits = loop.batch.expand("jnt_range")
         limits[rows, added, 0], limits[rows, added, 1] = -half, half
         contact = loop.batch.expand("jnt_solref")
-        contact[rows, added, 0] = -1 / values["contact_time"] ** 2
-        contact[rows, added, 1] = -2 * values["contact_damping"] / values["contact_time"]
+        solref = teeth(values["contact_time"], values["contact_damping"])
+        contact[rows, added, 0], contact[rows, added, 1] = solref
         two_mass.gravity_compensation_on_motor_only(loop, rows, dofs)
         link = values["encoder_on_link"]
         two_mass.encoder_at(loop, rows, joints, qpos, dofs, link)
@@ -70,3 +79,8 @@ class Backlash(Effect):
             for play in (0.003, 0.01, 0.03, 0.08)
             for link in (0.0, 1.0)
         ]
+
+
+def teeth(contact_time, contact_damping):
+    """MuJoCo's solref of teeth: −stiffness and −damping by the inertia on them, 1/s² and 1/s."""
+    return -1 / contact_time**2, -2 * contact_damping / contact_time

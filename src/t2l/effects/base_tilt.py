@@ -25,9 +25,7 @@ class BaseTilt(Effect):
     follows = "gravity"
 
     def export(self, to, joints, values):
-        if to.gravity_compensation:
-            to.cannot_carry(self.name, "MuJoCo would compensate the gravity that there is")
-            return
+        to.other_weight.append(self.name)
         gravity = np.array(to.spec.option.gravity)[None]
         to.spec.option.gravity = _turned(gravity, values["roll"], values["pitch"])[0]
 

@@ -52,26 +52,51 @@ def install_bristles(
             # copies: what all other effects have written
             own.update(k=spring[rows, ids], d=damper[rows, dofs], rest=rest[rows, qpos])
             missing = torque[at] + passive[rows, dofs] - bias[rows, dofs]
-            bent = np.where(np.abs(speed) < AT_REST, missing, g * np.sign(speed))
-            z = np.clip(bent, -g, g) / np.maximum(sigma, LEAST)
-        else:
-            z = bent_by(here - state["q"], state["z"], g, sigma)
-        ahead = speed * loop.period_s
-        moves = np.abs(ahead) > LEAST
-        share = (bent_by(ahead, z, g, sigma) - z) / np.where(moves, ahead, 1.0)
-        share = np.clip(np.where(moves, share, 1.0), 0.0, 1.0)
+            state.update(q=here, z=bent_at_start(missing, speed, g, sigma))
+        z, share = deflection(here, speed, state, g, sigma, loop.period_s)
         torque[at] -= sigma * z
         added = sigma * share
         total = np.maximum(own["k"] + added, LEAST)
         spring[rows, ids] = own["k"] + added
         rest[rows, qpos] = (own["k"] * own["rest"] + added * here) / total
         damper[rows, dofs] = own["d"] + damping * share
-        state["q"], state["z"] = here, z
 
     loop.joint_torques.append(add)
 
 
-def bent_by(moved: np.ndarray, z: np.ndarray, level: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+def add_bristles(robot, joints, stiffness, level, damping):
+    """Give an exported robot bristles of a stiffness, a level and a damping, (k,) each."""
+    q, dq, state = robot.position[joints], robot.velocity[joints], robot.state
+    level = np.maximum(level, LEAST)
+    weight = robot.model.dof_invweight0[robot.dofs[joints]]
+    sigma = np.minimum(stiffness, 1 / (weight * robot.period_s**2))
+    if not state:
+        missing = robot.motor + robot.torque + robot.passive - robot.load
+        state.update(q=q, z=bent_at_start(missing[joints], dq, level, sigma))
+    z, share = deflection(q, dq, state, level, sigma, robot.period_s)
+    robot.torque[joints] -= sigma * z
+    robot.stiffness[joints] += sigma * share
+    robot.pull[joints] += sigma * share * q
+    robot.damping[joints] += damping * share
+
+
+def bent_at_start(missing, dq, level, sigma):
+    """Deflection, rad, that holds a joint which lacks a torque; in motion that of slip."""
+    bent = np.where(np.abs(dq) < AT_REST, missing, level * np.sign(dq))
+    return np.clip(bent, -level, level) / np.maximum(sigma, LEAST)
+
+
+def deflection(q, dq, state, level, sigma, period_s):
+    """Deflection, rad, at a tick, and the share of the motion ahead that bends it."""
+    z = bent_by(q - state["q"], state["z"], level, sigma)
+    state["q"], state["z"] = q, z
+    ahead = dq * period_s
+    moves = np.abs(ahead) > LEAST
+    share = (bent_by(ahead, z, level, sigma) - z) / np.where(moves, ahead, 1.0)
+    return z, np.clip(np.where(moves, share, 1.0), 0.0, 1.0)
+
+
+def bent_by(moved, z, level, sigma):
     """Deflection (…) rad after a motion in rad, from a deflection z."""
     limit = level * np.sign(moved) / np.maximum(sigma, LEAST)
     return limit + (z - limit) * np.exp(-sigma * np.abs(moved) / level)

@@ -25,7 +25,8 @@ class ClockOffset(Effect):
     follows = "command velocity"
 
     def export(self, to, joints, values):
-        return  # of the log, not of the robot
+        to.of_log.append(self.name)
+        to.log_lead_s -= values["offset"]
 
     def install(self, loop, rows, joints, values):
         loop.command_lead_s[rows, joints] -= values["offset"]

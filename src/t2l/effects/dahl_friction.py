@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.bristles import install_bristles
+from t2l.effects.bristles import add_bristles, install_bristles
 from t2l.effects.effect import Effect, Parameter
 
 
@@ -23,7 +23,7 @@ class DahlFriction(Effect):
     order = 50  # at the start bristles hold what all other torques leave
 
     def export(self, to, joints, values):
-        to.cannot_carry(self.name, "its bristles have a state, which MuJoCo has no element of")
+        to.call(self.name, bend_then_slip, joints, values)
 
     def install(self, loop, rows, joints, values):
         coulomb = values["coulomb"]
@@ -36,3 +36,9 @@ class DahlFriction(Effect):
             for f in (0.05, 0.5)
             for d in (3e-4, 3e-3, 3e-2)
         ]
+
+
+def bend_then_slip(robot, joints, values):
+    """Add bristles that slip at one level."""
+    coulomb = values["coulomb"]
+    add_bristles(robot, joints, coulomb / values["presliding"], coulomb, 0.0)

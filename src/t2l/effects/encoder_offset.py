@@ -23,7 +23,8 @@ class EncoderOffset(Effect):
         for joint, offset in zip(to.each(joints), values["offset"], strict=True):
             joint.ref += offset
             joint.springref += offset
-            joint.range = np.asarray(joint.range) + offset
+            if joint.range[0] < joint.range[1]:
+                joint.range = np.asarray(joint.range) + offset
 
     def install(self, loop, rows, joints, values):
         loop.encoder_offset[rows, joints] += values["offset"]

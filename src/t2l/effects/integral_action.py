@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import CONTROLLER
 
 AT_REST = 0.02  # rad/s; a joint that starts slower has been held where it is
 
@@ -30,7 +31,7 @@ class IntegralAction(Effect):
     order = -10  # the loop's rate and all else act on the whole torque
 
     def export(self, to, joints, values):
-        to.cannot_carry(self.name, "the exported controller has no integrator")
+        to.call(self.name, integrate_error, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
         at, period, state = (rows, loop.columns(joints)), loop.period_s, {}
@@ -50,11 +51,15 @@ class IntegralAction(Effect):
             if tick == 0:
                 dofs = loop.dofs[joints]
                 load = bias[rows, dofs] - passive[rows, dofs]
-                held = np.abs(state["dq"][at]) < AT_REST
-                given = np.where(held, torque[at], torque[at] - loop.kp[at] * error)
-                state["sum"] = np.where(gain > 0, load - given, 0.0) - held * gain * first * error
-            torque[at] += _clipped(state["sum"] + gain * first * error, limit)
-            state["sum"] = _clipped(state["sum"] + gain * period * error, limit)
+                state["sum"] = first_sum(
+                    load,
+                    torque[at],
+                    loop.kp[at] * error,
+                    state["dq"][at],
+                    gain,
+                    gain * first * error,
+                )
+            torque[at] += integrated(state, gain * error, first, period, limit)
 
         loop.sensor_filters.append(measured)
         loop.command_filters.append(commanded)
@@ -68,5 +73,39 @@ class IntegralAction(Effect):
         ]
 
 
-def _clipped(values: np.ndarray, limit: np.ndarray) -> np.ndarray:
+def first_sum(load, given, pulled, dq, gain, added):
+    """N·m with which the integral begins.
+
+    Args:
+        load: N·m that it takes to hold the joint.
+        given: N·m that the controller gives without it, of which `pulled` are Kp (q_des − q).
+        added: N·m that it adds at once.
+    """
+    held = np.abs(dq) < AT_REST
+    given = np.where(held, given, given - pulled)
+    return np.where(gain > 0, load - given, 0.0) - held * added
+
+
+def integrated(state, rate, first_s, period_s, limit):
+    """The integral's torque in a period, N·m, at a rate in N·m/s; `state` keeps its end."""
+    torque = clamped(state["sum"] + rate * first_s, limit)
+    state["sum"] = clamped(state["sum"] + rate * period_s, limit)
+    return torque
+
+
+def clamped(values, limit):
+    """Values within ± limit."""
     return np.minimum(np.maximum(values, -limit), limit)
+
+
+def integrate_error(robot, joints, values):
+    """Add the torque of the integrated position error."""
+    gain, period_s, motor = values["gain"], robot.period_s, robot.motor[joints]
+    error = robot.target[joints] - robot.q[joints]
+    if not robot.state:
+        load, dq = robot.load[joints] - robot.passive[joints], robot.dq[joints]
+        robot.state["sum"] = first_sum(
+            load, motor, robot.kp[joints] * error, dq, gain, gain * period_s * error
+        )
+    added = integrated(robot.state, gain * error, period_s, period_s, values["limit"])
+    robot.motor[joints] = motor + added

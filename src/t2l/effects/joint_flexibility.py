@@ -32,16 +32,10 @@ class JointFlexibility(Effect):
             two_mass.add_joint(spec, name, "flexibility")
 
     def export(self, to, joints, values):
-        if to.gravity_compensation or values["encoder_on_link"] > 0.5:
-            to.cannot_carry(
-                self.name,
-                "MuJoCo compensates gravity at the spring too, or reads the encoder at the motor",
-            )
-            return
-        self.extend(to.spec, tuple(to.joints[j] for j in joints))
         for i, j in enumerate(joints):
             spring = to.spec.joint(f"{to.joints[j]}/flexibility")
             spring.stiffness[0], spring.damping[0] = values["stiffness"][i], values["damping"][i]
+        two_mass.export_encoder(to, self.name, joints, "flexibility", values["encoder_on_link"])
 
     def install(self, loop, rows, joints, values):
         qpos, dofs = two_mass.addresses(loop, joints, "flexibility")

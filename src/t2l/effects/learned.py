@@ -17,6 +17,7 @@ import numpy as np
 
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import JOINT, MOTOR
 from t2l.effects.law import FRICTION, HYSTERESIS, OTHERS, TORQUE, Curve, Law
 from t2l.sim.servo import ServoLoop
 
@@ -64,7 +65,8 @@ class LearnedTorque(Effect):
         }
         if law.kind == FRICTION:
             export_friction(to, joints, np.zeros(len(joints)))
-        to.call(self.name, learned_law, joints, own)
+        demanded_here = law.kind == TORQUE and law.follows == "commanded torque"
+        to.call(self.name, learned_law, joints, own, MOTOR if demanded_here else JOINT)
 
 
 class SplineTorque(Effect):
@@ -211,8 +213,8 @@ def learned_law(robot, joints, values):
     x = {
         "constant": 0.0,
         "position": robot.angle[of],
-        "velocity": robot.dq[of],
-        "speed": abs(robot.dq[of]),
+        "velocity": robot.velocity[of],
+        "speed": abs(robot.velocity[of]),
         "commanded torque": robot.motor[of],
         "commanded torque size": abs(robot.motor[of]),
         "load": robot.load[of],
@@ -224,9 +226,8 @@ def learned_law(robot, joints, values):
 
 def learned_hysteresis(robot, joints, values):
     """Add elastic-plastic elements that remember."""
-    robot.learned_anchors = getattr(robot, "learned_anchors", {})
     q, radii = robot.angle[joints[0]], values["radii"]
-    anchors = robot.learned_anchors.setdefault(tuple(joints), np.full(len(radii), q))
+    anchors = robot.state.get("anchors", q)
     stretch = np.clip(q - anchors, -radii, radii)
-    robot.learned_anchors[tuple(joints)] = q - stretch
+    robot.state["anchors"] = q - stretch
     robot.torque[joints] -= np.sum(values["weights"] * stretch / radii)

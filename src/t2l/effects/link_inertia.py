@@ -42,9 +42,7 @@ class LinkInertia(Effect):
     coupled = True
 
     def export(self, to, joints, values):
-        if to.gravity_compensation:
-            to.cannot_carry(self.name, "MuJoCo would compensate the masses that there are")
-            return
+        to.other_weight.append(self.name)
         model = to.spec.compile()
         for i, body in enumerate(_links(model, to.joints, joints)):
             link = to.spec.body(model.body(body).name)

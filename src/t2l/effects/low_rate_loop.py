@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import CONTROLLER
 
 
 class LowRateLoop(Effect):
@@ -21,6 +22,9 @@ class LowRateLoop(Effect):
     source = "zero-order hold; to first order Kd − Kp·h/2 for a period h"
     follows = "velocity"
 
+    def export(self, to, joints, values):
+        to.call(self.name, renew_at_lower_rate, joints, values, CONTROLLER)
+
     def install(self, loop, rows, joints, values):
         per_tick = values["rate"] * loop.period_s
         held = 1.0 / values["rate"]
@@ -29,10 +33,7 @@ class LowRateLoop(Effect):
         state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, torque):
-            command = torque[at].copy()
-            due = np.floor(tick * per_tick + 1e-6) > np.floor((tick - 1) * per_tick + 1e-6)
-            state["torque"] = np.where(due, command, state.get("torque", command))
-            torque[at] = state["torque"]
+            torque[at] = renewed(torque[at].copy(), state, tick, per_tick)
 
         loop.controller_filters.append(change)
 
@@ -40,3 +41,16 @@ class LowRateLoop(Effect):
         divisors = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 33, 50)
         rates = [scales.control_rate_hz / d for d in divisors]
         return [{"rate": np.array([rate])} for rate in rates if rate >= 10.0]
+
+
+def renewed(command, state, tick, per_tick):
+    """The command, N·m, of the last tick at which it was due; `state` keeps it."""
+    due = np.floor(tick * per_tick + 1e-6) > np.floor((tick - 1) * per_tick + 1e-6)
+    state["torque"] = np.where(due, command, state.get("torque", command))
+    return state["torque"]
+
+
+def renew_at_lower_rate(robot, joints, values):
+    """Hold what the loop computes between the ticks of a slower one."""
+    per_tick = values["rate"] * robot.period_s
+    robot.motor[joints] = renewed(robot.motor[joints], robot.state, robot.tick, per_tick)

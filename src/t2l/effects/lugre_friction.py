@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.bristles import install_bristles
+from t2l.effects.bristles import add_bristles, install_bristles
 from t2l.effects.effect import Effect, Parameter
 
 
@@ -26,14 +26,14 @@ class LugreFriction(Effect):
     order = 50
 
     def export(self, to, joints, values):
-        to.cannot_carry(self.name, "its bristles have a state, which MuJoCo has no element of")
+        to.call(self.name, bend_then_slip_easier, joints, values)
 
     def install(self, loop, rows, joints, values):
         coulomb, extra = values["coulomb"], values["extra_at_rest"]
         stiffness = (coulomb + extra) / values["presliding"]
 
         def level(dq):
-            return coulomb + extra * np.exp(-((dq / values["velocity"]) ** 2))
+            return level_in_motion(dq, coulomb, extra, values["velocity"])
 
         felt = np.where(coulomb + extra > 0, values["damping"], 0.0)
         install_bristles(loop, rows, joints, stiffness, level, felt)
@@ -52,3 +52,16 @@ class LugreFriction(Effect):
             for f in (0.02, 0.2)
             for d in (3e-4, 5e-3)
         ]
+
+
+def level_in_motion(dq, coulomb, extra, velocity):
+    """N·m at which bristles slip."""
+    return coulomb + extra * np.exp(-((dq / velocity) ** 2))
+
+
+def bend_then_slip_easier(robot, joints, values):
+    """Add bristles that slip at a lower level in motion."""
+    coulomb, extra = values["coulomb"], values["extra_at_rest"]
+    level = level_in_motion(robot.velocity[joints], coulomb, extra, values["velocity"])
+    felt = np.where(coulomb + extra > 0, values["damping"], 0.0)
+    add_bristles(robot, joints, (coulomb + extra) / values["presliding"], level, felt)

@@ -46,7 +46,6 @@ class Payload(Effect):
         )
 
     def export(self, to, joints, values):
-        self.extend(to.spec, to.joints)
         body = to.spec.body(BODY)
         body.mass = max(values["mass"], 1e-6)
         body.ipos = [values[f"com_{axis}"] for axis in "xyz"]

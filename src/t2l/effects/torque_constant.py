@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import MOTOR
 
 
 class TorqueConstant(Effect):
@@ -22,11 +23,14 @@ class TorqueConstant(Effect):
     order = 40
 
     def export(self, to, joints, values):
-        to.kp[joints] *= values["factor"]
-        to.kd[joints] *= values["factor"]
-        to.limit[joints] *= values["factor"]
-        if to.gravity_compensation:
-            to.call(self.name, scale_gravity_compensation, joints, values)
+        def scale():
+            to.kp[joints] *= values["factor"]
+            to.kd[joints] *= values["factor"]
+            to.limit[joints] *= values["factor"]
+
+        # MuJoCo compensates gravity whole, whatever the gains
+        element = None if to.gravity_compensation else scale
+        to.call(self.name, scale_torque, joints, values, MOTOR, element)
 
     def install(self, loop, rows, joints, values):
         at = rows, loop.columns(joints)
@@ -41,6 +45,6 @@ class TorqueConstant(Effect):
         return [{"factor": factor * one} for factor in (0.95, 0.8, 0.6, 1.1, 1.3)]
 
 
-def scale_gravity_compensation(robot, joints, values):
-    """Let the motor deliver its fraction of gravity's torque too."""
-    robot.torque[joints] += (values["factor"] - 1) * robot.gravity[joints]
+def scale_torque(robot, joints, values):
+    """Let the motor deliver its fraction of all torque."""
+    robot.motor[joints] *= values["factor"]

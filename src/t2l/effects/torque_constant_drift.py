@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects import warming
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import MOTOR
 
 
 class TorqueConstantDrift(Effect):
@@ -29,7 +30,7 @@ class TorqueConstantDrift(Effect):
     order = 40
 
     def export(self, to, joints, values):
-        to.call(self.name, torque_that_drifts, joints, values)
+        to.call(self.name, torque_that_drifts, joints, values, MOTOR)
 
     def install(self, loop, rows, joints, values):
         here = rows, loop.columns(joints)
@@ -49,7 +50,6 @@ class TorqueConstantDrift(Effect):
 
 
 def torque_that_drifts(robot, joints, values):
-    """Add what the motor's torque has become more or less."""
+    """Let the motor deliver what it does by now."""
     left = np.exp(-(robot.data.time + 0.5 * robot.period_s) / values["time_constant"])
-    factor = values["at_end"] + (values["at_start"] - values["at_end"]) * left
-    robot.torque[joints] += (factor - 1) * robot.motor[joints]
+    robot.motor[joints] *= values["at_end"] + (values["at_start"] - values["at_end"]) * left

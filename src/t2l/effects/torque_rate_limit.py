@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import MOTOR
 
 
 class TorqueRateLimit(Effect):
@@ -23,17 +24,16 @@ class TorqueRateLimit(Effect):
     follows = "torque rate"
     order = 15
 
+    def export(self, to, joints, values):
+        to.call(self.name, limit_torque_rate, joints, values, MOTOR)
+
     def install(self, loop, rows, joints, values):
         largest = values["rate"] * loop.period_s
         delay = values["ramp"] / (2 * largest)
         state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, torque):
-            command = torque[at].copy()
-            last = state.get("torque", command)
-            step = np.minimum(np.maximum(command - last, -largest), largest)
-            state["torque"] = last + step
-            torque[at] = last + step - delay * step * np.abs(step)
+            torque[at] = slewed(torque[at].copy(), state, largest, delay)
 
         loop.motor_filters.append(change)
 
@@ -42,3 +42,21 @@ class TorqueRateLimit(Effect):
             {"rate": f * scales.peak_torque_rate, "ramp": np.array([0.5])}
             for f in (0.5, 0.15, 0.05, 0.015, 0.005, 0.0015)
         ]
+
+
+def slewed(command, state, largest, delay):
+    """The mean torque of a period, N·m: `state` keeps its end, a step of the `largest` at most.
+
+    Of a step s, a ramp lacks `delay` s |s| on average.
+    """
+    last = state.get("torque", command)
+    step = np.minimum(np.maximum(command - last, -largest), largest)
+    state["torque"] = last + step
+    return last + step - delay * step * np.abs(step)
+
+
+def limit_torque_rate(robot, joints, values):
+    """Let the motor torque change no faster than its rate."""
+    largest = values["rate"] * robot.period_s
+    delay = values["ramp"] / (2 * largest)
+    robot.motor[joints] = slewed(robot.motor[joints], robot.state, largest, delay)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import MOTOR
 
 
 class TorqueSaturation(Effect):
@@ -20,7 +21,11 @@ class TorqueSaturation(Effect):
     order = 20
 
     def export(self, to, joints, values):
-        to.limit[joints] = np.minimum(to.limit[joints], values["limit"])
+        def limit():
+            to.limit[joints] = np.minimum(to.limit[joints], values["limit"])
+
+        both = {"low": -values["limit"], "high": values["limit"]}
+        to.call(self.name, cut_torque, joints, both, MOTOR, element=limit)
 
     def install(self, loop, rows, joints, values):
         at = rows, loop.columns(joints)
@@ -34,3 +39,9 @@ class TorqueSaturation(Effect):
         return [
             {"limit": f * scales.peak_torque} for f in (0.9, 0.75, 0.55, 0.35, 0.2, 0.1, 0.05, 0.02)
         ]
+
+
+def cut_torque(robot, joints, values):
+    """Cut the motor torque at its limits."""
+    motor = np.maximum(robot.motor[joints], values["low"])
+    robot.motor[joints] = np.minimum(motor, values["high"])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import MOTOR
 
 RATED_V = 12.0  # of the parameters, and of a log without `supply_voltage`
 
@@ -31,7 +32,7 @@ class TorqueSpeedLimit(Effect):
     order = 20
 
     def export(self, to, joints, values):
-        to.call(self.name, less_torque_at_speed, joints, values)
+        to.call(self.name, less_torque_at_speed, joints, values, MOTOR)
 
     def install(self, loop, rows, joints, values):
         stall, slope = values["stall_torque"], values["stall_torque"] / values["no_load_speed"]
@@ -44,7 +45,7 @@ class TorqueSpeedLimit(Effect):
             volts = loop.logged("supply_voltage", tick)
             most = stall if volts is None else stall * volts[at] / RATED_V
             induced = slope * state["dq"][at]
-            torque[at] = np.minimum(np.maximum(torque[at], -most - induced), most - induced)
+            torque[at] = what_voltage_allows(torque[at], most, induced)
 
         loop.sensor_filters.append(measured)
         loop.motor_filters.append(change)
@@ -58,9 +59,13 @@ class TorqueSpeedLimit(Effect):
         ]  # fmt: skip
 
 
+def what_voltage_allows(torque, stall, induced):
+    """N·m that the motor can give, whose back-EMF takes `induced` of its stall torque."""
+    return np.minimum(np.maximum(torque, -stall - induced), stall - induced)
+
+
 def less_torque_at_speed(robot, joints, values):
-    """Take away what the motor cannot give at its speed and 12 V."""
-    stall, motor = values["stall_torque"], robot.motor[joints]
+    """Cut what the motor cannot give at its speed and 12 V."""
+    stall = values["stall_torque"]
     induced = stall / values["no_load_speed"] * robot.dq[joints]
-    possible = np.minimum(np.maximum(motor, -stall - induced), stall - induced)
-    robot.torque[joints] += possible - motor
+    robot.motor[joints] = what_voltage_allows(robot.motor[joints], stall, induced)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
+from t2l.effects.exported import Exported
 from t2l.sim.servo import ServoLoop
 
 LEAST_MOTOR_INERTIA = 0.05  # of the link's mass on the axis at 10 cm, where the MJCF has none
@@ -64,6 +65,12 @@ def encoder_at(
         dq[at] += link * velocity[rows, dofs]
 
     loop.sensor_filters.append(change)
+
+
+def export_encoder(to: Exported, effect: str, joints: np.ndarray, suffix: str, link: float) -> None:
+    """Let the exported robot read the link's angle where `link` is 1."""
+    if link > 0:
+        to.read_too.extend((effect, int(j), f"{to.joints[j]}/{suffix}", link) for j in joints)
 
 
 def start_under_load(

@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import CONTROLLER
 
 
 class VelocityFilter(Effect):
@@ -23,7 +24,7 @@ class VelocityFilter(Effect):
     order = -5
 
     def export(self, to, joints, values):
-        to.cannot_carry(self.name, "MuJoCo's actuators have no filter on the velocity")
+        to.call(self.name, damp_by_smooth_velocity, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
         keep = np.exp(-2 * np.pi * values["cutoff"] * loop.period_s)
@@ -34,12 +35,25 @@ class VelocityFilter(Effect):
 
         def change(tick, torque):
             velocity = state["dq"][at]
-            smooth = velocity + (state.get("smooth", velocity) - velocity) * keep
-            state["smooth"] = smooth
-            torque[at] += loop.kd[at] * (velocity - smooth)
+            torque[at] += loop.kd[at] * (velocity - smoothed(velocity, state, keep))
 
         loop.sensor_filters.append(measured)
         loop.controller_filters.append(change)
 
     def starts(self, scales):
         return [{"cutoff": np.array([f])} for f in (3.0, 10.0, 30.0, 100.0)]
+
+
+def smoothed(velocity, state, keep):
+    """The filter's output, rad/s, which `state` keeps."""
+    smooth = velocity + (state.get("smooth", velocity) - velocity) * keep
+    state["smooth"] = smooth
+    return smooth
+
+
+def damp_by_smooth_velocity(robot, joints, values):
+    """Let the controller damp by a velocity that it has smoothed."""
+    velocity = robot.dq[joints]
+    keep = np.exp(-2 * np.pi * values["cutoff"] * robot.period_s)
+    smooth = smoothed(velocity, robot.state, keep)
+    robot.motor[joints] += robot.kd[joints] * (velocity - smooth)

@@ -35,7 +35,7 @@ def write_export(
     to = export(model, controller, layout, u)
     to.spec.compile()
     carried = [term.effect.name for term in layout.terms]
-    by_callback = sorted({call.effect for call in to.callbacks})
+    by_callback = [name for name in carried if name in to.by_callback]
     lost = dict(to.lost)
     content = {
         "robot": model.robot if Path(model.robot).suffix == "" else Path(model.robot).name,
@@ -44,8 +44,10 @@ def write_export(
         "kd": controller.kd.tolist(),
         "timestep_s": to.period_s,
         "gravity_compensation": controller.gravity_compensation,
-        "in_mjcf": [n for n in carried if n not in by_callback and n not in lost],
+        "in_mjcf": [n for n in carried if n not in (*by_callback, *lost, *to.of_log)],
         "by_callback": by_callback,
+        "of_the_log": to.of_log,
+        "log_lead_s": to.log_lead_s,
         "not_carried": lost,
         "note": (
             "The MJCF moves as the recordings only with integrator Euler and this timestep. It has "

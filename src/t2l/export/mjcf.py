@@ -2,15 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import mujoco
 import numpy as np
 
 from t2l.effects.blame import blaming
-from t2l.effects.exported import Exported
-from t2l.effects.term import Layout
+from t2l.effects.effect import Effect
+from t2l.effects.exported import MOTOR, Exported
+from t2l.effects.term import Layout, Term
+from t2l.effects.torque_saturation import cut_torque
 from t2l.identify.model import Model
 from t2l.robots import plant
+
+UNLIMITED = 1e9  # N·m, in place of infinity, which MJCF has not
+NOTHING = 1e-9  # N·m, in place of zero, of which MJCF makes no range
 
 
 @dataclass(frozen=True)
@@ -38,10 +44,10 @@ def export(model: Model, controller: Controller, layout: Layout, u: np.ndarray) 
         ConfigurationError: the robot cannot be loaded.
         EffectError: an effect of the user's own fails.
     """
+    spec = _plant(model.robot, controller.joints, layout.terms)
     to = Exported(
-        _without_geometry(model.robot, controller.joints), controller.joints,
-        1 / controller.control_rate_hz, controller.gravity_compensation,
-        controller.kp, controller.kd,
+        spec, controller.joints, 1 / controller.control_rate_hz, controller.gravity_compensation,
+        controller.kp, controller.kd, plant.compiled(spec, model.robot),
     )  # fmt: skip
     values = layout.decode(u[None])
     for term in layout.terms:
@@ -57,14 +63,19 @@ def export(model: Model, controller: Controller, layout: Layout, u: np.ndarray) 
     return to
 
 
-def _without_geometry(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
-    """The plant with the masses that its geoms gave, and without geoms and meshes."""
+def _plant(robot: str, joints: Sequence[str], terms: Sequence[Term]) -> mujoco.MjSpec:
+    """The plant with what effects add to it, the masses that its geoms gave, and no geoms."""
     spec = plant.load(robot, joints)
+    for term in terms:
+        if type(term.effect).export is not Effect.export:  # or it would add what has no values
+            with blaming([term.effect], "to extend the model"):
+                term.effect.extend(spec, tuple(joints[j] for j in term.joints))
     compiled = plant.compiled(spec, robot)
     for body in spec.bodies:
         if body.name == "world":
             continue
         i = body.id
+        body.name = body.name or f"body_{i}"
         body.mass, body.inertia = compiled.body_mass[i], compiled.body_inertia[i]
         body.ipos, body.iquat = compiled.body_ipos[i], compiled.body_iquat[i]
         body.explicitinertial = compiled.body_mass[i] > 0
@@ -83,13 +94,36 @@ def _finish(to: Exported) -> None:
     for body in spec.bodies:
         carried = to.gravity_compensation and body.name not in ("world", "payload")
         body.gravcomp = float(carried)
-    for j, joint in enumerate(to.each(np.arange(len(to.joints)))):
+    driven = to.each(np.arange(len(to.joints)))
+    for j, joint in enumerate(driven):
+        _call_for_limit(to, j, joint)
+    to.finish()
+    for j, joint in enumerate(driven):
         joint.actgravcomp = int(to.gravity_compensation)
-        if np.isfinite(to.limit[j]):
-            low, high = joint.actfrcrange if joint.actfrclimited == 1 else (-np.inf, np.inf)
+        low, high = joint.actfrcrange if joint.actfrclimited == 1 else (-np.inf, np.inf)
+        low, high = max(low, -to.limit[j]), min(high, to.limit[j])
+        if np.isfinite([low, high]).any():
+            # of the motor: the constant is the joint's
             joint.actfrclimited = 1
-            joint.actfrcrange = max(low, -to.limit[j]), min(high, to.limit[j])
+            joint.actfrcrange = np.clip((low, high), -UNLIMITED, UNLIMITED) + to.constant[j]
         _add_actuator(to, j)
+    for joint in spec.joints:
+        if to.gravity_compensation and joint.name not in to.joints:
+            # only motors compensate gravity, not what is between motor and link
+            joint.actgravcomp = joint.actfrclimited = 1
+            joint.actfrcrange = -NOTHING, NOTHING
+
+
+def _call_for_limit(to: Exported, j: int, joint: mujoco.MjsJoint) -> None:
+    """Let the MJCF's own limit come after all that changes the motor's torque."""
+    low, high = joint.actfrcrange
+    limited = joint.actfrclimited != 0 and low < high
+    joint.actfrclimited = 0
+    if limited:
+        to.call(
+            "limits of the MJCF", cut_torque, [j], {"low": low, "high": high}, MOTOR,
+            element=partial(setattr, joint, "actfrclimited", 1),
+        )  # fmt: skip
 
 
 def _add_actuator(to: Exported, j: int) -> None:

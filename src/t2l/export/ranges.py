@@ -17,6 +17,8 @@ FIELDS = {
     "body_inertia": mujoco.mjtObj.mjOBJ_BODY,
     "qpos0": mujoco.mjtObj.mjOBJ_JOINT,
     "jnt_stiffness": mujoco.mjtObj.mjOBJ_JOINT,
+    "jnt_range": mujoco.mjtObj.mjOBJ_JOINT,
+    "jnt_solref": mujoco.mjtObj.mjOBJ_JOINT,
     "jnt_actfrcrange": mujoco.mjtObj.mjOBJ_JOINT,
     "dof_armature": mujoco.mjtObj.mjOBJ_JOINT,
     "dof_damping": mujoco.mjtObj.mjOBJ_JOINT,

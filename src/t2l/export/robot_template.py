@@ -1,6 +1,9 @@
 """The text of robot.py, which stands beside an exported MJCF and needs MuJoCo and numpy only."""
 
+import math
+
 from t2l.effects.exported import Exported
+from t2l.errors import EffectError
 
 HEAD = '''"""{title}
 
@@ -13,6 +16,7 @@ HEAD = '''"""{title}
 Written by t2l export. It needs MuJoCo and numpy, not t2l.
 {lost}"""
 
+from copy import copy
 from pathlib import Path
 
 import mujoco
@@ -20,6 +24,11 @@ import numpy as np
 
 JOINTS = {joints!r}
 ENCODER_OFFSET = np.array({offset})  # rad, measured minus true
+CONSTANT = np.array({constant})  # N·m of the actuators' torque that act on the joints themselves
+# joint, other joint of the model, share of the latter's position that the encoder adds
+READ_TOO = {read_too}
+# gravity, and (mass, its place) of links, that gravity compensation goes by if not the model's
+COMPENSATED = {compensated}
 # what runs before each timestep: function, joints, values
 CALLBACKS = {callbacks}
 
@@ -32,9 +41,23 @@ class Robot:
         self.model = mujoco.MjModel.from_xml_path(str(path)) if model is None else model
         self.data = mujoco.MjData(self.model)
         self.period_s = self.model.opt.timestep
-        ids = [self.model.joint(name) for name in JOINTS]
-        self.qadr = np.array([joint.qposadr[0] for joint in ids])
-        self.dofs = np.array([joint.dofadr[0] for joint in ids])
+        joints = [self.model.joint(name) for name in JOINTS]
+        self.ids = np.array([joint.id for joint in joints])
+        self.qadr = np.array([joint.qposadr[0] for joint in joints])
+        self.dofs = np.array([joint.dofadr[0] for joint in joints])
+        self.actuators = np.array([self.model.actuator(name).id for name in JOINTS])
+        # which positions and velocities an encoder adds up
+        self.reads = np.zeros((len(JOINTS), self.model.nv))
+        self.reads[np.arange(len(JOINTS)), self.dofs] = 1.0
+        for i, name, share in READ_TOO:
+            self.reads[i, self.model.joint(name).dofadr[0]] = share
+        if COMPENSATED:
+            self.compensated = copy(self.model)
+            self.compensated.opt.gravity, links = COMPENSATED
+            for name, (mass, place) in links.items():
+                body = self.compensated.body(name)
+                body.mass, body.ipos = mass, place
+            self.compensation = mujoco.MjData(self.compensated)
         # friction that callbacks add to: of a joint, or of an element beside the joint's own
         kind = mujoco.mjtObj.mjOBJ_TENDON
         found = [mujoco.mj_name2id(self.model, kind, f"{{name}}/friction") for name in JOINTS]
@@ -44,21 +67,26 @@ class Robot:
             else (self.model.tendon_frictionloss, tendon)
             for dof, tendon in zip(self.dofs, found)
         ]
-        self.constant_friction = np.array([field[i] for field, i in self.elements])
+        # what callbacks change for one step
+        self.fields = [
+            self.model.jnt_stiffness, self.model.qpos_spring, self.model.dof_damping,
+            self.model.dof_frictionloss, self.model.tendon_frictionloss,
+        ]
 
     def start(self, q, dq, q_des):
         """Begin at measured positions and velocities, under a command that holds since long."""
         data, model = self.data, self.model
         mujoco.mj_resetData(model, data)
+        self.tick, self.states = 0, [{{}} for _ in CALLBACKS]
         # MuJoCo's positions are half a step of velocity ahead of the loop's
         data.qpos[self.qadr] = np.asarray(q) + 0.5 * self.period_s * np.asarray(dq)
         data.qvel[self.dofs], data.ctrl[:] = dq, q_des
-        # a spring between motor and link starts at rest under its load
+        # what is between motor and link starts at rest under its load
         mujoco.mj_forward(model, data)
         for joint in range(model.njnt):
-            dof, adr = model.jnt_dofadr[joint], model.jnt_qposadr[joint]
-            if dof not in self.dofs and model.jnt_stiffness[joint] > 0:
-                data.qpos[adr] = -data.qfrc_bias[dof] / model.jnt_stiffness[joint]
+            if joint not in self.ids:
+                data.qpos[model.jnt_qposadr[joint]] = self._bent(joint)
+        data.qpos[self.qadr] -= self._reading(data.qpos) - data.qpos[self.qadr]
         for i, name in enumerate(JOINTS):
             actuator = model.actuator(name)
             if actuator.actadr[0] >= 0:
@@ -71,33 +99,85 @@ class Robot:
 
     def step(self, q_des):
         """Advance by one period of the control loop under a command."""
-        data, model = self.data, self.model
+        data, own = self.data, [field.copy() for field in self.fields]
         data.ctrl[:] = q_des
-        if CALLBACKS:
-            mujoco.mj_step1(model, data)
-            mujoco.mj_fwdActuation(model, data)
-            # in the middle of the step, for which the torque is held
-            self.angle = data.qpos[self.qadr] - ENCODER_OFFSET
-            self.motor = data.qfrc_actuator[self.dofs]
-            self.load = data.qfrc_bias[self.dofs]
-            self.gravity = data.qfrc_gravcomp[self.dofs]
-            self.torque, self.friction = np.zeros(len(JOINTS)), self.constant_friction.copy()
-            for function, joints, values in CALLBACKS:
+        if CALLBACKS or READ_TOO or COMPENSATED:
+            mujoco.mj_step1(self.model, data)
+            mujoco.mj_fwdActuation(self.model, data)
+            given = data.qfrc_actuator[self.dofs]
+            self._signals(given)
+            for (function, joints, values), self.state in zip(CALLBACKS, self.states):
                 function(self, joints, values)
-            data.qfrc_applied[self.dofs] = self.torque
-            for (field, i), level in zip(self.elements, self.friction):
-                field[i] = max(level, 0.0)
-        mujoco.mj_step(model, data)
+            self._apply(given)
+        mujoco.mj_step(self.model, data)
+        for field, values in zip(self.fields, own):
+            field[:] = values
+        self.tick += 1
 
     @property
     def q(self):
         """Measured positions, rad."""
-        return self.data.qpos[self.qadr] - 0.5 * self.period_s * self.data.qvel[self.dofs]
+        return self._reading(self.data.qpos) - 0.5 * self.period_s * self.dq
 
     @property
     def dq(self):
-        """Velocities, rad/s."""
-        return self.data.qvel[self.dofs].copy()
+        """Measured velocities, rad/s."""
+        return self._reading(self.data.qvel)
+
+    def _reading(self, values):
+        return self.reads @ values
+
+    def _bent(self, joint):
+        """Where a joint between motor and link rests, rad."""
+        model, dof = self.model, self.model.jnt_dofadr[joint]
+        load = self.data.qfrc_bias[dof]
+        if model.jnt_stiffness[joint] > 0:
+            return -load / model.jnt_stiffness[joint]
+        if not model.jnt_limited[joint]:
+            return self.data.qpos[model.jnt_qposadr[joint]]
+        # play: its teeth bear the load as a spring of this compliance does
+        compliance = model.dof_invweight0[dof] / -model.jnt_solref[joint, 0]
+        return -np.sign(load) * model.jnt_range[joint, 1] - compliance * load
+
+    def _signals(self, given):
+        """What callbacks see; `given` is what the actuators give, N·m."""
+        data, model, at = self.data, self.model, self.actuators
+        # in the middle of the step, for which the torque is held
+        self.angle = data.qpos[self.qadr] - ENCODER_OFFSET
+        self.load = data.qfrc_bias[self.dofs]
+        self.gravity = data.qfrc_gravcomp[self.dofs]
+        self.passive = data.qfrc_passive[self.dofs]
+        # at the tick of the loop
+        self.velocity = data.qvel[self.dofs]
+        self.position = data.qpos[self.qadr] - 0.5 * self.period_s * self.velocity
+        self.kp = model.actuator_gainprm[at, 0]
+        self.kd = 0.5 * self.period_s * self.kp - model.actuator_biasprm[at, 2]
+        # the command after delay and filter, of which MuJoCo tells the force alone
+        constant, by_position, by_velocity = model.actuator_biasprm[at, :3].T
+        biased = constant + by_position * data.qpos[self.qadr] + by_velocity * self.velocity
+        self.target = data.ctrl[at].copy()
+        np.divide(data.actuator_force[at] - biased, self.kp, out=self.target, where=self.kp != 0)
+        # actuators read the position of the motor, encoders perhaps that of the link
+        elsewhere = self.kp * (self.q - self.position) + self.kd * (self.dq - self.velocity)
+        self.motor = given - CONSTANT - elsewhere
+        if COMPENSATED:
+            self.compensation.qpos = data.qpos - 0.5 * self.period_s * data.qvel
+            mujoco.mj_step1(self.compensated, self.compensation)
+            self.motor += self.compensation.qfrc_gravcomp[self.dofs] - self.gravity
+        self.torque = CONSTANT.copy()
+        self.friction = np.array([field[i] for field, i in self.elements])
+        self.stiffness, self.pull, self.damping = np.zeros((3, len(JOINTS)))
+
+    def _apply(self, given):
+        """Write what callbacks have changed into data and model."""
+        data, model = self.data, self.model
+        data.qfrc_applied[self.dofs] = self.motor + self.torque - given
+        for (field, i), level in zip(self.elements, self.friction):
+            field[i] = max(level, 0.0)
+        pull = self.pull + model.jnt_stiffness[self.ids] * model.qpos_spring[self.qadr]
+        model.jnt_stiffness[self.ids] += self.stiffness
+        model.qpos_spring[self.qadr] = pull / np.maximum(model.jnt_stiffness[self.ids], 1e-12)
+        model.dof_damping[self.dofs] += self.damping
 '''
 
 
@@ -107,7 +187,7 @@ def robot_text(to: Exported, title: str) -> str:
         f"    ({call.function.__name__}, np.array({list(call.joints)}), {_literal(call.values)})"
         for call in to.callbacks
     )
-    sources = {call.function.__name__: call.source for call in to.callbacks}
+    sources = _sources(to)
     lost = "".join(f"\nNot carried: {effect} ({why})." for effect, why in to.lost)
     head = HEAD.format(
         title=title,
@@ -115,18 +195,61 @@ def robot_text(to: Exported, title: str) -> str:
         period=to.period_s,
         joints=list(to.joints),
         offset=to.encoder_offset.tolist(),
+        constant=to.constant.tolist(),
+        read_too=[entry[1:] for entry in to.read_too],
+        compensated=_compensated(to),
         callbacks="[]" if not to.callbacks else "None  # below",
         lost=f"{lost}\n" if lost else "",
     )
     if not to.callbacks:
         return head
-    functions = "\n\n".join(sources.values())
+    functions = "\n\n".join(sources)
     return f"{head}\n\n{functions}\n\nCALLBACKS = [\n{calls},\n]\n"
 
 
+def _compensated(to: Exported) -> tuple[list[float], dict[str, tuple[float, list[float]]]] | None:
+    """What robot.py's gravity compensation goes by, where that is not the exported model."""
+    if not to.compensates_another:
+        return None
+    known, real = to.known_to_loop, to.spec.compile()
+    other = [
+        body
+        for body in range(known.nbody)
+        if known.body_mass[body] != real.body_mass[body]
+        or (known.body_ipos[body] != real.body_ipos[body]).any()
+    ]
+    links = {
+        known.body(body).name: (float(known.body_mass[body]), known.body_ipos[body].tolist())
+        for body in other
+    }
+    return known.opt.gravity.tolist(), links
+
+
+def _sources(to: Exported) -> list[str]:
+    """Texts of the callbacks and of what they use.
+
+    Raises:
+        EffectError: two of the same name differ.
+    """
+    found: dict[str, tuple[str, str]] = {}
+    for call in to.callbacks:
+        for name, text in call.sources.items():
+            effect, known = found.setdefault(name, (call.effect, text))
+            if text != known:
+                raise EffectError(
+                    f"effects {effect} and {call.effect}: to export them, found two functions or "
+                    f"numbers {name!r} that differ; allowed: one of a name"
+                )
+    return [text for _, text in found.values()]
+
+
 def _literal(values) -> str:
-    parts = (
-        f'"{name}": {f"np.array({value.tolist()})" if hasattr(value, "tolist") else repr(value)}'
-        for name, value in values.items()
-    )
-    return "{" + ", ".join(parts) + "}"
+    return "{" + ", ".join(f'"{name}": {_number(value)}' for name, value in values.items()) + "}"
+
+
+def _number(value) -> str:
+    if hasattr(value, "tolist"):
+        listed = value.tolist()
+        return f"np.array([{', '.join(map(_number, listed))}])" if value.ndim else _number(listed)
+    finite = not isinstance(value, float) or math.isfinite(value)
+    return repr(value) if finite else f'float("{value}")'

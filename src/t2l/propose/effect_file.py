@@ -2,6 +2,7 @@
 
 import re
 
+from t2l.effects.exported import JOINT, MOTOR
 from t2l.effects.law import FRICTION, Law
 from t2l.propose.expression import Formula
 from t2l.propose.wording import named
@@ -61,10 +62,11 @@ INSTALL_TORQUE = """{motor}
 
 EXPORT = '''
     def export(self, to, joints, values):
-{room}        to.call(self.name, push, joints, {{**values, "of": to.joints.index(LAW.of)}})
+{room}        own = {{**values, "of": to.joints.index(LAW.of)}}
+        to.call(self.name, {push}, joints, own, {on!r})
 
 
-def push(robot, joints, values):
+def {push}(robot, joints, values):
     """What the exported robot adds before each timestep."""
     x = {x}
     {arguments}, of = (values[name] for name in {names})
@@ -79,8 +81,8 @@ ROOM_IMPORT = "from t2l.effects.coulomb_friction import export_friction\n"
 EXPORTED = {
     "constant": "0.0",
     "position": 'robot.angle[values["of"]]',
-    "velocity": 'robot.dq[values["of"]]',
-    "speed": 'abs(robot.dq[values["of"]])',
+    "velocity": 'robot.velocity[values["of"]]',
+    "speed": 'abs(robot.velocity[values["of"]])',
     "commanded torque": 'robot.motor[values["of"]]',
     "commanded torque size": 'abs(robot.motor[values["of"]])',
     "load": 'robot.load[values["of"]]',
@@ -124,7 +126,8 @@ def effect_text(law: Law, formula: Formula) -> str:
         export = EXPORT.format(
             x=EXPORTED[law.follows], arguments=", ".join(formula.values), text=formula.text,
             names=(*formula.values, "of"), signal="friction" if dry else "torque",
-            room=ROOM if dry else "",
+            room=ROOM if dry else "", push=f"push_{effect_name(law)}",
+            on=MOTOR if commanded else JOINT,
         )  # fmt: skip
     text = TEXT.format(
         title=title, imports=ROOM_IMPORT if dry and export else "",
