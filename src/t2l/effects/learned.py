@@ -183,11 +183,19 @@ def yielding(
     loop.joint_torques.append(add)
 
 
-def variable(loop: ServoLoop, rows: slice, law: Law) -> Callable:
-    """The variable (nrow,) of a law, called with (tick, q, dq, motor torque of the rows)."""
+def variable(loop: ServoLoop, rows: slice, law: Law, effect: str = "") -> Callable:
+    """The variable (nrow,) of a law, called with (tick, q, dq, motor torque of the rows).
+
+    Args:
+        effect: name of the effect that follows it; by default the law's.
+
+    Raises:
+        EffectError: when called, of a column that the recordings lack.
+    """
     of, half = loop.joints.index(law.of), 0.5 * loop.period_s
     if law.column:
-        return lambda tick, q, dq, motor: loop.logged(law.column, tick, law.name)[rows, of]
+        name = effect or law.name
+        return lambda tick, q, dq, motor: loop.logged(law.column, tick, name)[rows, of]
     if law.follows == "load":
         bias, dof = loop.batch.bind("qfrc_bias"), loop.dofs[of]
         return lambda tick, q, dq, motor: bias[rows, dof]

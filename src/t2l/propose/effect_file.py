@@ -45,7 +45,7 @@ class {cls}(Effect):
     follows = {condition!r}
 {when}
     def install(self, loop, rows, joints, values):
-        value = variable(loop, rows, LAW)
+        value = variable(loop, rows, LAW, self.name)
 {install}
 
     def starts(self, scales):
