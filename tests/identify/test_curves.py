@@ -1,9 +1,11 @@
 """Learned curves in a model file."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from t2l.effects.law import HYSTERESIS, TORQUE, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.identify.model import Model, check_joints, read_model, write_model
 from tests.diagnose.made import pendulum, predict, recording, swing
@@ -24,6 +26,7 @@ def test_a_curve_comes_back_as_it_was_written(tmp_path):
     curves = (
         Curve(Law(TORQUE, "hinge", "velocity", "hinge"), (-1.0, 0.0, 2.0), (0.1, 0.0, -0.25)),
         Curve(Law(HYSTERESIS, "hinge", "distance", "hinge"), (0.0, 0.1, 1.0), (0.0, -0.05, -0.06)),
+        Curve(Law(MOTOR, "hinge", "supply voltage", "hinge"), (10.0, 12.0), (-0.2, 0.0)),
     )
     model = Model(pendulum(tmp_path), learned=curves)
     write_model(model, tmp_path / "model.yaml")
@@ -42,6 +45,8 @@ def test_a_curve_comes_back_as_it_was_written(tmp_path):
         ({"torque": [0, float("nan")]}, "torque"),
         ({"follows": "time", "of": "other"}, "of"),
         ({"kind": "hysteresis", "follows": "distance", "torque": [1, 1]}, "begins"),
+        ({"kind": "motor"}, "temperature, supply voltage"),
+        ({"follows": "temperature", "of": "other"}, "of"),
         ({"colour": 1}, "colour"),
     ],
 )
@@ -88,3 +93,24 @@ def test_a_curve_does_what_the_effect_of_its_shape_does(tmp_path, law, at, torqu
     by_curve, by_effect = predict(one, model=Model(robot, learned=(curve,))), predict(one, effects)
     change = np.abs(by_effect - predict(one)).max()
     np.testing.assert_allclose(by_curve, by_effect, atol=0.01 * change)
+
+
+@pytest.mark.parametrize(
+    ("kind", "torque", "effects"),
+    [
+        (FRICTION, [0.08, 0.05],
+         {"friction_temperature": {"torque": {"hinge": 0.08}, "per_kelvin": {"hinge": -1.5e-3}}}),
+        (MOTOR, [-0.1, -0.19],
+         {"torque_constant_temperature": {
+             "factor": {"hinge": 0.9}, "per_kelvin": {"hinge": -5e-3}}}),
+    ],
+)  # fmt: skip
+def test_a_curve_over_temperature_does_what_its_effect_does(tmp_path, kind, torque, effects):
+    robot = pendulum(tmp_path)
+    one = recording(robot, swing(), duration_s=0.8)
+    one = replace(one, temperature=25 + 20 * one.time[:, None])
+    curve = Curve(Law(kind, "hinge", "temperature", "hinge"), (25.0, 45.0), tuple(torque))
+    by_curve, by_effect = predict(one, model=Model(robot, learned=(curve,))), predict(one, effects)
+    change = np.abs(by_effect - predict(one)).max()
+    assert change > 1e-3
+    np.testing.assert_allclose(by_curve, by_effect, atol=1e-4 * change)

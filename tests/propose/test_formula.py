@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from t2l.effects.law import FRICTION, HYSTERESIS, TORQUE, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, TORQUE, Curve, Law
 from t2l.effects.registry import load
 from t2l.identify.model import Model
 from t2l.propose.effect_file import effect_name, effect_text
@@ -50,6 +50,10 @@ def test_a_square_with_sign_is_found_over_velocity():
 )
 def test_the_shortest_comes_first(values, text):
     assert found(values).text == text
+
+
+def test_a_share_has_no_newton_metres():
+    assert found(0.1 - 0.2 * X, "temperature", MOTOR).units == {"a": "1/°C", "b": ""}
 
 
 def test_what_no_short_formula_fits_has_none():

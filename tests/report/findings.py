@@ -131,8 +131,8 @@ def proposal() -> dict:
             {
                 "name": "learned_torque_hinge_position",
                 "law": "a torque on hinge that grows with its position",
-                "joint": "hinge", "follows": "position", "of": "hinge", "unit": "rad", "at": at,
-                "torque": [-0.1, 0.0, 0.1],
+                "kind": "torque", "joint": "hinge", "follows": "position", "of": "hinge",
+                "unit": "rad", "at": at, "torque": [-0.1, 0.0, 0.1],
                 "low": [-0.11, -0.01, 0.09], "high": [-0.09, 0.01, 0.11],
                 "formula": {
                     "effect": "formula_torque_hinge_position", "sentence": "a·x, a = 0.2 N·m/rad",

@@ -143,6 +143,7 @@ class _Formula(TypedDict):
 class _Curve(TypedDict):
     name: str
     law: str
+    kind: str
     joint: str
     follows: str
     of: str

@@ -4,7 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-TORQUE, FRICTION, HYSTERESIS = "torque", "friction", "hysteresis"
+TORQUE, FRICTION, HYSTERESIS, MOTOR = "torque", "friction", "hysteresis", "motor"
+SIGNED = (TORQUE, MOTOR)  # whose values may be below zero
+# optional columns of recordings, by what a law of them follows
+COLUMNS = {"temperature": "temperature", "supply voltage": "supply_voltage"}
 UNITS = {
     "constant": "",
     "position": "rad",
@@ -15,11 +18,14 @@ UNITS = {
     "load": "N·m",
     "time": "s",
     "distance": "rad",
+    "temperature": "°C",
+    "supply voltage": "V",
 }
 ALLOWED = {
-    TORQUE: ("constant", "position", "velocity", "commanded torque", "load", "time"),
-    FRICTION: ("constant", "speed", "commanded torque size", "position", "time"),
+    TORQUE: ("constant", "position", "velocity", "commanded torque", "load", "time", *COLUMNS),
+    FRICTION: ("constant", "speed", "commanded torque size", "position", "time", *COLUMNS),
     HYSTERESIS: ("distance",),
+    MOTOR: tuple(COLUMNS),
 }
 OTHERS = ("position", "velocity")  # that may be another joint's
 GRID = 513  # points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
@@ -45,6 +51,21 @@ class Law:
         """Of the variable."""
         return UNITS[self.follows]
 
+    @property
+    def torque_unit(self) -> str:
+        """Of the curve's values: N·m, or none of a share."""
+        return "" if self.kind == MOTOR else "N·m"
+
+    @property
+    def column(self) -> str | None:
+        """The optional column of the recordings that it follows, if it follows one."""
+        return COLUMNS.get(self.follows)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Optional columns that the recordings must have, as `Effect.needs`."""
+        return (self.column,) if self.column else ()
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -52,8 +73,9 @@ class Curve:
 
     Attributes:
         at: (n,) values of the variable, increasing.
-        torque: (n,) N·m there. Beyond the ends the curve goes on straight, to either side as far
-            as it is long; then the last value holds, so that no torque grows without bound.
+        torque: (n,) N·m there, or shares of the motor torque (`Law.torque_unit`). Beyond the ends
+            the curve goes on straight, to either side as far as it is long; then the last value
+            holds, so that no torque grows without bound.
     """
 
     law: Law
@@ -61,7 +83,7 @@ class Curve:
     torque: tuple[float, ...]
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """N·m at x: a monotone cubic between the values, straight lines for hysteresis."""
+        """The torque at x: a monotone cubic between the values, straight lines for hysteresis."""
         if len(self.at) < 2:
             return np.full(np.shape(x), self.torque[0])
         if self.law.kind == HYSTERESIS:
@@ -83,7 +105,7 @@ class Curve:
         return self.at[0] - length, self.at[-1] + length
 
     def table(self) -> tuple[np.ndarray, np.ndarray]:
-        """(g,) equally spaced values over its reach, and N·m there, to be looked up linearly."""
+        """(g,) equally spaced values over its reach, and the torque there, to look up linearly."""
         grid = np.linspace(*self.reach, 3 * (GRID - 1) + 1)
         return grid, self(grid)
 

@@ -1,9 +1,10 @@
 """A torque that was learned from recordings: a curve over one variable, tabulated or a spline.
 
-Three kinds of law, each of one variable x:
+Four kinds of law, each of one variable x:
 
     torque       τ = f(x)
     friction     |τ| ≤ f(x), against the motion; it holds the joint at rest
+    motor        τ = max(1 + f(x), 0) τ_motor, of a variable that does not depend on the motion
     hysteresis   τ = −Σ_k w_k z_k / r_k,  ż_k = q̇ within |z_k| ≤ r_k
 
 The last is Prandtl and Ishlinskii's sum of elastic-plastic elements (Visintin, Differential models
@@ -17,8 +18,10 @@ import numpy as np
 
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
-from t2l.effects.exported import JOINT, MOTOR
-from t2l.effects.law import FRICTION, HYSTERESIS, OTHERS, TORQUE, Curve, Law
+from t2l.effects.exported import JOINT
+from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, OTHERS, SIGNED, Curve, Law
+from t2l.effects.torque_constant import TorqueConstant
 from t2l.sim.servo import ServoLoop
 
 
@@ -33,7 +36,7 @@ class LearnedTorque(Effect):
 
     def __init__(self, curve: Curve):
         self.curve, self.law = curve, curve.law
-        self.name = curve.law.name
+        self.name, self.needs, self.order = curve.law.name, curve.law.needs, order(curve.law)
 
     def starts(self, scales):
         return [{}]
@@ -50,6 +53,9 @@ class LearnedTorque(Effect):
 
     def export(self, to, joints, values):
         law, curve = self.law, self.curve
+        if law.column:
+            to.cannot_carry(self.name, f"a simulator has no {law.follows}")
+            return
         if law.kind == HYSTERESIS:
             radii, weights = curve.weights
             own = {"radii": radii, "weights": weights}
@@ -66,7 +72,7 @@ class LearnedTorque(Effect):
         if law.kind == FRICTION:
             export_friction(to, joints, np.zeros(len(joints)))
         demanded_here = law.kind == TORQUE and law.follows == "commanded torque"
-        to.call(self.name, learned_law, joints, own, MOTOR if demanded_here else JOINT)
+        to.call(self.name, learned_law, joints, own, MOTOR_SIGNAL if demanded_here else JOINT)
 
 
 class SplineTorque(Effect):
@@ -76,7 +82,7 @@ class SplineTorque(Effect):
         law: what acts where.
         grid: (g,) values of the variable, equally spaced; the radii of a hysteresis.
         basis: (g, k) the basis functions there; for a hysteresis the identity.
-        size: N·m, of a torque that makes a difference.
+        size: of a torque that makes a difference, in the law's `torque_unit`.
         shown: ends of the variable in the recordings; by default those of the grid.
     """
 
@@ -95,10 +101,10 @@ class SplineTorque(Effect):
     ):
         self.law, self.grid, self.basis = law, grid, basis
         self.shown = shown or (float(grid[0]), float(grid[-1]))
-        self.name = law.name
-        least = -1e6 if law.kind == TORQUE else 0.0
+        self.name, self.needs, self.order = law.name, law.needs, order(law)
+        least, unit = -1e6 if law.kind in SIGNED else 0.0, law.torque_unit or "1"
         self.parameters = tuple(
-            Parameter(f"weight_{k}", "N·m", least, 1e6, "of a basis function", size=size)
+            Parameter(f"weight_{k}", unit, least, 1e6, "of a basis function", size=size)
             for k in range(basis.shape[1])
         )
 
@@ -111,6 +117,11 @@ class SplineTorque(Effect):
             yielding(loop, rows, self.law, self.grid, weights)
         else:
             looked_up(loop, rows, self.law, self.grid, weights @ self.basis.T)
+
+
+def order(law: Law) -> int:
+    """When a law applies among effects on the same signal, as `Effect.order`."""
+    return TorqueConstant.order if law.kind == MOTOR else LearnedTorque.order
 
 
 def looked_up(loop: ServoLoop, rows: slice, law: Law, grid: np.ndarray, tables: np.ndarray) -> None:
@@ -132,6 +143,13 @@ def looked_up(loop: ServoLoop, rows: slice, law: Law, grid: np.ndarray, tables: 
         below += 1
         return left + place * (flat.take(below) - left)
 
+    if law.kind == MOTOR:
+
+        def change(tick, torque):
+            torque[rows, joint] *= np.maximum(1 + at(tick, None, None, None), 0.0)
+
+        loop.motor_filters.append(change)
+        return
     if law.kind == FRICTION:
         qpos, needs_q = loop.batch.qpos, law.follows in OTHERS
 
@@ -168,9 +186,19 @@ def yielding(
     loop.joint_torques.append(add)
 
 
-def variable(loop: ServoLoop, rows: slice, law: Law) -> Callable:
-    """The variable (nrow,) of a law, called with (tick, q, dq, motor torque of the rows)."""
+def variable(loop: ServoLoop, rows: slice, law: Law, effect: str = "") -> Callable:
+    """The variable (nrow,) of a law, called with (tick, q, dq, motor torque of the rows).
+
+    Args:
+        effect: name of the effect that follows it; by default the law's.
+
+    Raises:
+        EffectError: when called, of a column that the recordings lack.
+    """
     of, half = loop.joints.index(law.of), 0.5 * loop.period_s
+    if law.column:
+        name = effect or law.name
+        return lambda tick, q, dq, motor: loop.logged(law.column, tick, name)[rows, of]
     if law.follows == "load":
         bias, dof = loop.batch.bind("qfrc_bias"), loop.dofs[of]
         return lambda tick, q, dq, motor: bias[rows, dof]

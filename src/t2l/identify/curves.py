@@ -11,12 +11,13 @@ from t2l.errors import ConfigurationError
 from t2l.typed import AsTuple, Number, Typed, describe
 
 FEWEST, MOST = 2, 2000  # values of a curve
+SHARE = "of the motor torque"
 
 
 class CurveEntry(Typed):
     """One entry of `learned` in a model file."""
 
-    kind: Literal["torque", "friction", "hysteresis"]
+    kind: Literal["torque", "friction", "hysteresis", "motor"]
     joint: str
     follows: str
     of: str | None = None
@@ -94,6 +95,6 @@ def as_lines(
             f"  follows: {law.follows}",
             f"  of: {name(law.of)}",
             f"  at: [{', '.join(map(number, curve.at))}]" + (f"  # {law.unit}" if law.unit else ""),
-            f"  torque: [{', '.join(map(number, curve.torque))}]  # N·m",
+            f"  torque: [{', '.join(map(number, curve.torque))}]  # {law.torque_unit or SHARE}",
         ]
     return lines

@@ -8,7 +8,7 @@ effects:
     delay: 0.012                                     # s
 effect_files: [my_effects/rubber.py]                 # optional, relative to this file
 learned:                                             # optional, curves that t2l propose learned
-- kind: torque                                       # torque, friction or hysteresis
+- kind: torque                                       # torque, friction, hysteresis or motor
   joint: elbow
   follows: position
   of: elbow

@@ -3,34 +3,45 @@
 P-splines (Eilers and Marx, Flexible smoothing with B-splines and penalties, 1996): more knots than
 the curve needs, and second differences of neighbouring weights kept small as far as other data say.
 With a large penalty a curve becomes a straight line.
+
+What is logged may stand still through a whole recording, so that only a few of its values are ever
+seen. A curve over it is a broken line between those: no weight lacks data.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, GRID, HYSTERESIS, Curve, Law
+from t2l.effects.law import FRICTION, GRID, HYSTERESIS, MOTOR, TORQUE, Curve, Law
 from t2l.effects.learned import SplineTorque
 
 INTERVALS = 18  # of a spline: four and a half periods of a ripple at four knots each
 INTERVALS_OF_FRICTION = 8  # friction over speed has a dip and a slope
 POINTS = 3  # of a table, in each interval
 RADII = 10  # of a hysteresis, each half of the one before, from the range down
+SIZE = 0.3  # of a joint's motor torque: what makes a difference
 MARGIN = 0.05  # of the range, to each side: the motion of a better model may go further
 
 
-def effect_of(law: Law, ends: tuple[float, float], size: float, finer: int = 1) -> SplineTorque:
+def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int = 1) -> SplineTorque:
     """A law with weights to fit.
 
     Args:
-        ends: of its variable.
-        size: N·m that make a difference.
+        ends: of its variable; of a logged one also where between them it was seen.
+        motor_torque: N·m, that the joint's motor spends.
         finer: how many times as many intervals a spline has.
     """
-    low, high = ends
+    low, high = ends[0], ends[-1]
+    size = SIZE if law.kind == MOTOR else SIZE * motor_torque
     if law.kind == HYSTERESIS:
         radii = (high - low) * 0.5 ** np.arange(RADII - 1, -1, -1)
         return SplineTorque(law, radii, np.eye(RADII), size)
     if law.follows == "constant":
         return SplineTorque(law, np.array([0.0, 1.0]), np.ones((2, 1)), size)
+    if law.column:
+        grid = np.linspace(low, high, GRID)
+        hats = [np.interp(grid, ends, one) for one in np.eye(len(ends))]
+        return SplineTorque(law, grid, np.stack(hats, axis=1), size)
     margin = MARGIN * (high - low)
     begin = low if law.follows in ("speed", "commanded torque size", "time") else low - margin
     grid = np.linspace(begin, high + margin, GRID)
@@ -39,6 +50,11 @@ def effect_of(law: Law, ends: tuple[float, float], size: float, finer: int = 1) 
     spread = np.linspace(0, 1, count + 1) ** (2 if law.follows == "speed" else 1)
     basis = _splines(grid, grid[0] + spread * (grid[-1] - grid[0]))
     return SplineTorque(law, grid, basis, size, shown=ends)
+
+
+def may_be_finer(law: Law) -> bool:
+    """Whether more knots can draw it better."""
+    return law.kind == TORQUE and law.follows != "constant" and not law.column
 
 
 def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
@@ -58,6 +74,10 @@ def penalty(effect: SplineTorque) -> np.ndarray:
         return np.eye(count)
     if count == 1:
         return np.zeros((0, 1))
+    if effect.law.column:
+        step = np.diff(_knots(effect))
+        slopes = np.diff(np.eye(count), axis=0) * (step.mean() / step)[:, None]
+        return np.diff(slopes, axis=0)
     return np.diff(np.eye(count), 2, axis=0)
 
 
@@ -75,6 +95,15 @@ def tabulated(effect: SplineTorque, weights: np.ndarray) -> Curve:
 
 def points(effect: SplineTorque) -> np.ndarray:
     """Indices of the grid that a table shows: where the recordings were."""
+    if effect.law.column:
+        knots = _knots(effect)
+        parts = np.arange(POINTS * (len(knots) - 1) + 1) / POINTS
+        return np.round(np.interp(parts, np.arange(len(knots)), knots)).astype(int)
     first, last = np.searchsorted(effect.grid, effect.shown)
     count = POINTS * (effect.basis.shape[1] - 3) + 1
     return np.round(np.linspace(first, min(last, len(effect.grid) - 1), count)).astype(int)
+
+
+def _knots(effect: SplineTorque) -> np.ndarray:
+    """(k,) indices of the grid where a broken line breaks, and of its ends."""
+    return effect.basis.argmax(axis=0)

@@ -2,8 +2,10 @@
 
 import re
 
-from t2l.effects.exported import JOINT, MOTOR
-from t2l.effects.law import FRICTION, Law
+from t2l.effects.exported import JOINT
+from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
+from t2l.effects.law import FRICTION, MOTOR, TORQUE, Law
+from t2l.effects.learned import order
 from t2l.propose.expression import Formula
 from t2l.propose.wording import named
 
@@ -27,7 +29,7 @@ LAW = Law({kind!r}, {joint!r}, {follows!r}, {of!r})
 
 
 def law(x, {arguments}):
-    """{what}, N·m."""
+    """{what}."""
     return {text} + 0 * x
 
 
@@ -43,9 +45,9 @@ class {cls}(Effect):
     signature = {signature!r}
     source = "t2l propose, from recordings"
     follows = {condition!r}
-
+{when}
     def install(self, loop, rows, joints, values):
-        value = variable(loop, rows, LAW)
+        value = variable(loop, rows, LAW, self.name)
 {install}
 
     def starts(self, scales):
@@ -59,6 +61,11 @@ INSTALL_TORQUE = """{motor}
             torque[rows, joints] += law(x, **values)
 
         loop.joint_torques.append(add)"""
+
+NOT_EXPORTED = """
+    def export(self, to, joints, values):
+        to.cannot_carry(self.name, "a simulator has no {follows}")
+"""
 
 EXPORT = '''
     def export(self, to, joints, values):
@@ -97,6 +104,20 @@ INSTALL_FRICTION = """        qpos = loop.batch.qpos
 
         loop.friction.append(add)"""
 
+INSTALL_MOTOR = """
+        def change(tick, torque):
+            x = value(tick, None, None, None)[:, None]
+            torque[rows, joints] *= np.maximum(1 + law(x, **values), 0.0)
+
+        loop.motor_filters.append(change)"""
+
+# by kind: symbol, what it is, and how it is installed
+KINDS = {
+    TORQUE: ("τ", "the torque, N·m", INSTALL_TORQUE),
+    FRICTION: ("F", "the level of dry friction, N·m", INSTALL_FRICTION),
+    MOTOR: ("Δτ/τ", "the change of the motor torque, as a share of it", INSTALL_MOTOR),
+}
+
 CONDITIONS = {
     "position": "position",
     "velocity": "velocity",
@@ -120,28 +141,33 @@ def effect_text(law: Law, formula: Formula) -> str:
     dry = law.kind == FRICTION
     commanded = law.follows == "commanded torque"
     motor = "        held = demanded(loop, rows)\n" if commanded else ""
-    install = INSTALL_FRICTION if dry else INSTALL_TORQUE
-    export = ""
+    symbol, what, install = KINDS[law.kind]
+    export = NOT_EXPORTED.format(follows=law.follows)
     if law.follows in EXPORTED:
         export = EXPORT.format(
             x=EXPORTED[law.follows], arguments=", ".join(formula.values), text=formula.text,
             names=(*formula.values, "of"), signal="friction" if dry else "torque",
             room=ROOM if dry else "", push=f"push_{effect_name(law)}",
-            on=MOTOR if commanded else JOINT,
+            on=MOTOR_SIGNAL if commanded else JOINT,
         )  # fmt: skip
     text = TEXT.format(
-        title=title, imports=ROOM_IMPORT if dry and export else "",
-        sentence=f"{'F' if dry else 'τ'} = {formula.sentence(4)}",
+        title=title, imports=ROOM_IMPORT if ROOM in export else "",
+        sentence=f"{symbol} = {formula.sentence(4)}",
         variable=f"{law.follows} of {law.of}" + (f", {law.unit}" if law.unit else ""),
         kind=law.kind, joint=law.joint, follows=law.follows, of=law.of,
         arguments=", ".join(formula.values), text=formula.text,
-        what="the level of dry friction" if dry else "the torque",
+        what=what,
         cls="".join(part[:1].upper() + part[1:] for part in effect_name(law).split("_")),
-        symbol="F" if dry else "τ",
+        symbol=symbol,
         name=effect_name(law),
         parameters="\n".join(_parameter(n, v, formula.units[n]) for n, v in formula.values.items()),
         summary=named(law),
         signature=f"the error follows the {law.follows} of {law.of}",
+        when="".join(
+            f"    {name} = {value!r}\n"
+            for name, value in (("needs", law.needs), ("order", order(law)))
+            if value
+        ),
         condition=CONDITIONS.get(law.follows, "") if law.of == law.joint else "",
         install=install.format(motor=motor, held="held[0]" if commanded else "None"),
         export=export,

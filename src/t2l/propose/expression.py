@@ -143,10 +143,10 @@ class Formula:
         return f"{text}, {', '.join(constants)}"
 
 
-def written(node: Node, unit: str) -> Formula:
-    """A tree as a formula of a torque, N·m, of a variable with `unit`."""
+def written(node: Node, unit: str, share: bool = False) -> Formula:
+    """A tree as a formula of a torque, N·m, or a share of one, of a variable with `unit`."""
     formula = Formula()
-    formula.text = _text(node, (1, 0), unit, formula)
+    formula.text = _text(node, (0 if share else 1, 0), unit, formula)
     return formula
 
 

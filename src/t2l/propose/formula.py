@@ -41,15 +41,19 @@ def formula(
     x, y = np.array(curve.at), np.array(curve.torque)
     line = Node("sum", 1.0, (Node("x"),))
     half = np.maximum((learned.high - learned.low) / 2, 1e-3 * np.ptp(y) + 1e-9)
+
+    def as_formula(tree: Node) -> Formula:
+        return written(tree, curve.law.unit, share=not curve.law.torque_unit)
+
     if curve.law.follows == "constant":
-        return written(Node("sum", float(y.mean())), "")
+        return as_formula(Node("sum", float(y.mean())))
     for simple in (Node("sum", 1.0), Node("product", 2.0, (Node("x"),)), line):
-        found = _fitted(written(simple, curve.law.unit), x, y, half)
+        found = _fitted(as_formula(simple), x, y, half)
         if _inside(found, learned, x) and accepted(found):
             return found
     scale, height = float(np.abs(x).max()), float(np.abs(y).max())
     for tree in _searched(x / scale, y / height, height / half):
-        found = written(_stretched(tree, scale, height), curve.law.unit)
+        found = as_formula(_stretched(tree, scale, height))
         if len(found.values) <= MOST_CONSTANTS:
             found = _fitted(found, x, y, half)
             if _inside(found, learned, x) and accepted(found):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from t2l.effects.law import SIGNED
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import penalty
 from t2l.propose.decision import NEAR
@@ -31,7 +32,7 @@ def freedom(found: Search, predictor: Predictor, fitted: np.ndarray, chosen: np.
     small = LEAST * np.diag(normal).max() * np.eye(len(normal))
     for factor in PENALTIES * size:
         bend = factor * rows.T @ rows
-        smooth = solve(normal, right, bend, effect.law.kind != "torque")
+        smooth = solve(normal, right, bend, effect.law.kind not in SIGNED)
         left = target - jacobian @ smooth
         if np.sqrt(np.mean(left[chosen] ** 2)) <= limit:
             return float(np.trace(np.linalg.solve(normal + bend + small, normal)))

@@ -1,16 +1,18 @@
 """Which laws a missing torque may follow, and over what range the recordings show each."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from t2l.diagnose.conditions import Series, features
 from t2l.diagnose.explained_variance import by_bins
 from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
-from t2l.effects.law import ALLOWED, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
+from t2l.effects.law import ALLOWED, COLUMNS, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
 from t2l.identify.prediction import Predictor
+from t2l.recordings.recording import Recording
 
 SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of what a law follows
+INTERVALS = 8  # at most, of a curve over what is logged: temperature and voltage act smoothly
 MOVES = 1e-9  # in the variable's unit; less is no motion
 OTHER_JOINTS = 2  # laws of other joints' motion that are tried on a joint of a robot with many
 LEAST_SHARE = 0.03  # of the squared error; a joint with less has no law of its own
@@ -57,24 +59,37 @@ def _told(predictor: Predictor, law: Law, missing: np.ndarray) -> float:
     return by_bins(values, x, block)
 
 
-def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tuple[float, float]]:
+def ranges(
+    predictor: Predictor, q: np.ndarray, dq: np.ndarray, others: Sequence[Recording] = ()
+) -> dict[Law, tuple[float, ...]]:
     """Every law whose variable the recordings vary, with its range, measured and predicted.
+
+    Between the ends of the range of a logged column are values at which it was seen.
 
     Args:
         q, dq: (nsample,) predicted position and velocity.
+        others: recordings that the laws must also predict: an optional column that one of all of
+            them lacks is not followed.
     """
     samples = predictor.samples
     measured_dq = derivatives(Series(samples), samples.q)[1]
+    logged = {
+        variable: samples.of([r.held(column) for r in predictor.recordings])
+        for variable, column in COLUMNS.items()
+        if all(r.has(column) for r in (*predictor.recordings, *others))
+    }
     both = [features(predictor, q, dq), features(predictor, samples.q, measured_dq)]
-    # of time there is only one
-    found: dict[Law, tuple[float, float]] = {}
+    # of time, and of what is logged, there is only one
+    found: dict[Law, tuple[float, ...]] = {}
 
     def seen(variable: str, joint: int) -> tuple[float, float]:
         at = samples.joint == joint
         values = np.concatenate([f[SOURCE.get(variable, variable)][at] for f in both])
         return float(values.min()), float(values.max())
 
-    def span(variable: str, joint: int) -> tuple[float, float]:
+    def span(variable: str, joint: int) -> tuple[float, ...]:
+        if variable in COLUMNS:
+            return _spread(logged[variable][samples.joint == joint])
         if variable == "constant":
             return 0.0, 1.0
         if variable == "distance":
@@ -86,6 +101,8 @@ def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tup
 
     for kind, variables in ALLOWED.items():
         for variable in variables:
+            if variable in COLUMNS and variable not in logged:
+                continue
             for joint, name in enumerate(predictor.joints):
                 found[Law(kind, name, variable, name)] = span(variable, joint)
     for variable in OTHERS:
@@ -93,14 +110,21 @@ def ranges(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[Law, tup
             for other, its in enumerate(predictor.joints):
                 if other != joint:
                     found[Law(TORQUE, name, variable, its)] = span(variable, other)
-    return {law: ends for law, ends in found.items() if ends[1] - ends[0] > MOVES}
+    return {law: ends for law, ends in found.items() if ends[-1] - ends[0] > MOVES}
+
+
+def _spread(values: np.ndarray) -> tuple[float, ...]:
+    """Of equally spaced values over a range those near which something was seen."""
+    low, high = values.min(), values.max()
+    step = max(high - low, MOVES) / INTERVALS
+    return tuple((low + step * np.unique(np.round((values - low) / step))).tolist())
 
 
 def order(law: Law) -> int:
     """How many forms a law may take: of laws that explain alike, the lower comes first."""
     if law.follows == "constant":
         return 0
-    if law.of != law.joint:
+    if law.of != law.joint or law.column:
         return 4
     return {
         (TORQUE, "time"): 5,

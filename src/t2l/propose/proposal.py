@@ -25,7 +25,7 @@ class Learned:
     """A curve with its band.
 
     Attributes:
-        low, high: (n,) N·m, ends of the 95 % interval at each value of the curve.
+        low, high: (n,) ends of the 95 % interval at each value of the curve.
     """
 
     curve: Curve
@@ -92,7 +92,8 @@ def propose(
         DivergenceError: a simulation of the model runs away.
     """
     fitted, chosen = masks or split(predictor)
-    found = search(model, predictor, fitted, chosen, progress)
+    others = report.recordings if report else ()
+    found = search(model, predictor, fitted, chosen, progress, others=others)
     return finished(model, found, predictor, report, fitted | chosen)
 
 

@@ -26,9 +26,10 @@ from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide
 from t2l.propose.freedom import freedom
 from t2l.propose.proposal import Proposal, error_of, finished
-from t2l.propose.refit import State, refit
-from t2l.propose.search import Progress, Search, search, without
+from t2l.propose.refit import State, refit, without
+from t2l.propose.search import MOST_LAWS, Progress, Search, search
 from t2l.propose.split import few, split
+from t2l.recordings.recording import Recording
 
 RECORDINGS = 12  # at most that curves are learned from: more cost time and add little
 ITERATIONS = 3  # of a fit without one effect, which begins near its end
@@ -64,11 +65,21 @@ class _Offer:
 
 @dataclass(frozen=True)
 class _Samples:
-    """What laws are learned from; (nsample,) bool of the samples to fit, and to choose by."""
+    """What laws are learned from.
+
+    Attributes:
+        fitted, chosen: (nsample,) bool of the samples to fit, and to choose by.
+        others: recordings that the laws must also predict.
+    """
 
     predictor: Predictor
     fitted: np.ndarray
     chosen: np.ndarray
+    others: tuple[Recording, ...]
+
+    def search(self, model: Model, progress: Progress, most: int = MOST_LAWS) -> Search:
+        """Laws beside a model."""
+        return search(model, self.predictor, self.fitted, self.chosen, progress, most, self.others)
 
 
 def reconsider(
@@ -90,7 +101,12 @@ def reconsider(
         DivergenceError: a simulation of the model runs away.
     """
     predictor, at = few(evidence.train, RECORDINGS)
-    samples = _Samples(predictor, *(half & evidence.train_mask[at] for half in split(predictor)))
+    sets = evidence.train, evidence.validation, evidence.test
+    samples = _Samples(
+        predictor,
+        *(half & evidence.train_mask[at] for half in split(predictor)),
+        tuple(recording for each in sets for recording in each.recordings),
+    )
     last = None
     for last in _offers(original, final, evidence, samples, quiet, progress):
         proposal = finished(
@@ -127,7 +143,7 @@ def _offers(
     sets = (evidence.validation, evidence.validation_mask), (evidence.train, evidence.train_mask)
     if all(error_of(final, *each) <= quiet for each in sets):
         return
-    beside = search(final, samples.predictor, samples.fitted, samples.chosen, progress)
+    beside = samples.search(final, progress)
     decision = None
     if adopted:
         came = error_of(original, samples.predictor, samples.chosen)
@@ -150,7 +166,7 @@ def _in_place(
     """Laws in place of some names: those found beside them, or without them."""
     if not beside.laws:
         # what known effects leave may hide what a law would show
-        alone = search(original, samples.predictor, samples.fitted, samples.chosen, progress)
+        alone = samples.search(original, progress)
         if alone.laws and beside.rmse_rad > NEAR * max(alone.rmse_rad, alone.noise_floor_rad):
             decision = decide(
                 beside.rmse_rad, alone.rmse_rad, alone.baseline_rad, alone.noise_floor_rad
@@ -180,7 +196,7 @@ def _one_law(
     predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
     layout, _ = final.vector(predictor.joints)
     numbers = sum(slot.term.effect.name in adopted for slot in layout.slots)
-    found = search(original, predictor, fitted, chosen, progress, most=1)
+    found = samples.search(original, progress, most=1)
     if not found.laws or found.rmse_rad > NEAR * max(names_left, found.noise_floor_rad):
         return None
     return found if freedom(found, predictor, fitted, chosen) < numbers else None

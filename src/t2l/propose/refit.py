@@ -13,7 +13,7 @@ from t2l.identify.least_squares import LeastSquares
 from t2l.identify.optimiser import minimise
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.bases import penalty
-from t2l.propose.dictionary import weights_in
+from t2l.propose.dictionary import moved, weights_in
 
 ITERATIONS = 8  # bounds the time of a fit that does not settle
 TOLERANCE = 0.01  # of the squared error: what is left is fitted again
@@ -42,6 +42,13 @@ class State:
             own[:, weights_in(self.layout, effect)] = np.sqrt(factor) * penalty(effect)
             parts.append(own)
         return np.concatenate(parts)
+
+
+def without(state: State, names: Sequence[str]) -> State:
+    """The state without some of the known effects."""
+    kept = [term for term in state.layout.terms if term.effect.name not in names]
+    layout = type(state.layout)(kept)
+    return State(layout, moved(state.layout, state.u, layout), state.laws)
 
 
 class PenalisedError(PositionError):

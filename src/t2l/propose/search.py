@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from t2l.diagnose.settings import AT_THE_FLOOR
-from t2l.effects.law import TORQUE, Law
+from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks, improvement
@@ -21,12 +21,13 @@ from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.scales import scales
-from t2l.propose.bases import effect_of, penalty
-from t2l.propose.dictionary import joined, moved, responses, term_of, weights_in
+from t2l.propose.bases import effect_of, may_be_finer, penalty
+from t2l.propose.dictionary import joined, responses, term_of, weights_in
 from t2l.propose.laws import laws, order, ranges
-from t2l.propose.refit import State, begin_at_the_best, columns, refit
+from t2l.propose.refit import State, begin_at_the_best, columns, refit, without
 from t2l.propose.ridge import Fit, fit
 from t2l.propose.split import few
+from t2l.recordings.recording import Recording
 
 LEAST_IMPROVEMENT = 0.05  # of the error; less is no finding
 ALIKE = 0.03  # of the error between laws that explain alike
@@ -38,7 +39,6 @@ COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
 NEAR = 1.15  # times the least error after them: laws that are fitted to the end
 LAST_ITERATIONS = 2  # of a fit that begins near its end
 MOST_LAWS = 4  # more is a model that fits anything
-SIZE = 0.3  # of a joint's motor torque: a torque that makes a difference
 SEED = 0  # of the bootstrap
 
 Progress = Callable[[str, float], None]
@@ -90,11 +90,13 @@ def search(
     chosen: np.ndarray,
     progress: Progress = lambda what, fraction: None,
     most: int = MOST_LAWS,
+    others: Sequence[Recording] = (),
 ) -> Search:
     """Laws that explain what `model` leaves of the recordings.
 
     Args:
         fitted, chosen: (nsample,) bool, samples to fit and samples to choose by.
+        others: recordings that the laws must also predict, see `t2l.propose.laws.ranges`.
 
     Raises:
         DivergenceError: a simulation of the model runs away.
@@ -107,7 +109,7 @@ def search(
     baseline = _rms(left[chosen])
     floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
     found = Search(state, baseline, baseline, floor, left)
-    ends, torque = ranges(predictor, q[0], dq[0]), scales(predictor).torque
+    ends, torque = ranges(predictor, q[0], dq[0], others), scales(predictor).torque
     draft = _draft(predictor, layout, u)
     for number in range(most):
         if not _still_more(found):
@@ -124,14 +126,14 @@ def _take_one(
     draft: Predictor,
     fitted: np.ndarray,
     chosen: np.ndarray,
-    ends: dict[Law, tuple[float, float]],
+    ends: dict[Law, tuple[float, ...]],
     torque: np.ndarray,
 ) -> bool:
     """Add the law that leaves least, if one earns its place."""
     state, taken = found.state, {effect.law for effect in found.laws}
-    size = dict(zip(predictor.joints, SIZE * torque, strict=True))
+    motor = dict(zip(predictor.joints, torque, strict=True))
     effects = [
-        effect_of(law, ends[law], size[law.joint])
+        effect_of(law, ends[law], motor[law.joint])
         for law in laws(predictor, found.residual, ends)
         if law not in taken
     ]
@@ -139,7 +141,7 @@ def _take_one(
     answers = responses(screen, state.layout, state.u, effects)
     left = found.residual[at]
     fits = [
-        fit(a, left, fitted[at], chosen[at], penalty(e), e.law.kind != TORQUE)
+        fit(a, left, fitted[at], chosen[at], penalty(e), e.law.kind not in SIGNED)
         for e, a in zip(effects, answers, strict=True)
     ]
     ranked = sorted(range(len(effects)), key=lambda i: fits[i].chosen)
@@ -180,8 +182,8 @@ def _take_one(
         return False
     _put(found, predictor, states[best], residuals[best], errors[best])
     law, finer = effects[short[best]].law, 2
-    while _still_more(found) and law.kind == TORQUE and law.follows != "constant":
-        effect = effect_of(law, ends[law], size[law.joint], finer)
+    while _still_more(found) and may_be_finer(law):
+        effect = effect_of(law, ends[law], motor[law.joint], finer)
         if not _take_finer(found, effect, predictor, draft, fitted, chosen, block, given):
             break
         finer *= 2
@@ -288,13 +290,6 @@ def _simplest(taken: Sequence[Law], residuals, errors, chosen, block) -> int:
         if gain.lower <= 0 or gain.fraction <= ALIKE:
             return i
     return best
-
-
-def without(state: State, names: Sequence[str]) -> State:
-    """The state without some of the known effects."""
-    kept = [term for term in state.layout.terms if term.effect.name not in names]
-    layout = type(state.layout)(kept)
-    return State(layout, moved(state.layout, state.u, layout), state.laws)
 
 
 def _rms(values: np.ndarray) -> float:

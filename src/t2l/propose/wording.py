@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, Curve, Law
 from t2l.propose.decision import NEAR
 from t2l.propose.proposal import LAW, NOTHING, Proposal
 from t2l.propose.reconsider import Reconsidered
 
 MONOTONE = 0.8  # of the way that a curve goes up and down, its ends differ by at least
 FRACTIONS = ((0.29, 0.38, "a third"), (0.45, 0.55, "half"), (0.62, 0.71, "two thirds"))
+ACTS = {FRICTION: "dry friction", MOTOR: "a share of the motor torque"}
 VARIABLES = {
     "speed": "speed",
     "commanded torque size": "commanded torque's size",
@@ -21,11 +22,10 @@ def named(law: Law) -> str:
     """A law without its curve: "a torque on elbow that follows its position"."""
     if law.kind == HYSTERESIS:
         return f"a torque on {law.joint} that remembers the way it came (hysteresis)"
-    what = "dry friction" if law.kind == FRICTION else "a torque"
     if law.follows == "constant":
         what = "constant dry friction" if law.kind == FRICTION else "a constant torque"
         return f"{what} on {law.joint}"
-    return f"{what} on {law.joint} that follows {_variable(law)}"
+    return f"{ACTS.get(law.kind, 'a torque')} on {law.joint} that follows {_variable(law)}"
 
 
 def told(curve: Curve) -> str:

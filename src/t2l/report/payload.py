@@ -8,6 +8,7 @@ import numpy as np
 from t2l.diagnose.conditions import CONDITIONS, UNITS
 from t2l.diagnose.results import Compared, Found, noise_density, titles_of
 from t2l.diagnose.traces import Traces, binned, spectrum
+from t2l.effects.law import MOTOR
 
 OVERLAY_SAMPLES = 60_000  # in all overlays together
 COARSEST = 4  # every n-th sample; rather than coarser, fewer recordings are shown
@@ -31,8 +32,11 @@ def curve(one: dict[str, Any]) -> dict[str, Any]:
     """A learned curve with its band."""
     whose = "" if one["of"] == one["joint"] else f" of {one['of']}"
     unit = f" [{one['unit']}]" if one["unit"] else ""
+    share = one["kind"] == MOTOR
     return {
         "title": f"{one['follows']}{whose}{unit}",
+        "torque_title": "share of the motor torque" if share else "torque [N·m]",
+        "torque_unit": "" if share else " N·m",
         **{key: packed(one[key]) for key in ("at", "torque", "low", "high")},
     }
 

@@ -67,9 +67,9 @@ const PLOTS = {
     const edge = y => ({ x: at, y, mode: "lines", line: { width: 0 }, hoverinfo: "skip", showlegend: false });
     return [[edge(low), { ...edge(high), fill: "tonexty", fillcolor: BLUE + "33", name: "95 % band", showlegend: true },
       { x: at, y: floats(c.torque), mode: "lines", name: "learned torque", line: { color: BLUE, width: 2.5 },
-        hovertemplate: "%{x:.4g}<br>%{y:.4g} N·m<extra></extra>" }],
+        hovertemplate: `%{x:.4g}<br>%{y:.4g}${c.torque_unit}<extra></extra>` }],
       layout({ height: 320, xaxis: { title: { text: c.title } },
-        yaxis: { title: { text: "torque [N·m]" }, zeroline: true } })];
+        yaxis: { title: { text: c.torque_title }, zeroline: true } })];
   },
 
   ranking(_, element) {
