@@ -1,7 +1,8 @@
 """Every benchmark in turn: `make bench`, or some by name: `python -m benchmarks throughput`.
 
 `python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE]` takes some cases, and
-puts an earlier table's errors and times beside the new ones.
+puts an earlier table's errors and times beside the new ones. `python -m benchmarks proposals
+[CASE …] [--processes N]` takes some cases too.
 """
 
 import sys
@@ -12,6 +13,7 @@ from benchmarks import (
     hidden,
     holdouts,
     overhead,
+    proposals,
     published,
     reinforcement,
     rules,
@@ -28,18 +30,20 @@ BENCHMARKS = {
         reinforcement,
         diagnosis,
         hidden,
+        proposals,
         holdouts,
         published,
         servo,
         rules,
     )
 }
+WITH_ARGUMENTS = {"hidden": hidden, "proposals": proposals}
 
 
 def main(names: list[str]) -> None:
     """Print a Markdown table per benchmark: what, measured, baseline of the same run, ratio."""
-    if names[:1] == ["hidden"]:
-        print(hidden.main(names[1:]).to_markdown(index=False))
+    if names and (module := WITH_ARGUMENTS.get(names[0])):
+        print(module.main(names[1:]).to_markdown(index=False))
         return
     unknown = set(names) - set(BENCHMARKS)
     if unknown:

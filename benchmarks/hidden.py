@@ -9,12 +9,10 @@ goes on where it stopped.
 import argparse
 import hashlib
 import json
-import multiprocessing
 import os
 import re
 import shutil
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from itertools import permutations
 from pathlib import Path
 from time import perf_counter
@@ -76,11 +74,7 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     """What the command line asks for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks hidden", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="CASE", help="cases (default: all)")
-    most = len(os.sched_getaffinity(0))
-    parser.add_argument(
-        "--processes", type=int, default=PROCESSES, choices=range(1, most + 1),
-        metavar="N", help=f"at once, one to {most}: each takes a core",
-    )  # fmt: skip
+    one_core.add_processes(parser, PROCESSES)
     earlier = "table.csv or folder results/ of another run, to compare with"
     parser.add_argument("--earlier", type=Path, metavar="TABLE", help=earlier)
     seed = "the test set that is drawn from this number, in place of the development cases"
@@ -106,17 +100,10 @@ def run(
         raise SystemExit(f"no case {', '.join(sorted(unknown))}")
     before = None if earlier is None else read_table(earlier)
     chosen = [case for case in cases(test_seed) if not names or case.name in names]
-    # a process a core: spawned, so that its linear algebra keeps to one thread
-    os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
-    context = multiprocessing.get_context("spawn")
-    ready = one_core.cores(context.SimpleQueue())
-    with ProcessPoolExecutor(processes, context, one_core.take, (ready,)) as pool:
-        results = []
-        for result in pool.map(judged, chosen):
-            results.append(result)
-            print(
-                f"{len(results)} of {len(chosen)}: {result['case']}, {result['first']}", flush=True
-            )
+    results = []
+    for result in one_core.each(judged, chosen, processes):
+        results.append(result)
+        print(f"{len(results)} of {len(chosen)}: {result['case']}, {result['first']}", flush=True)
     print("\n" + "\n".join(summary(results)) + "\n")
     table = pd.DataFrame([row(result) for result in results])
     name = "table" if test_seed is None else f"table_test{test_seed}"

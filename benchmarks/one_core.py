@@ -1,6 +1,10 @@
 """Workers with a core each: what they run would otherwise take a thread for every core."""
 
+import argparse
+import multiprocessing
 import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from multiprocessing.queues import SimpleQueue as BetweenProcesses
 from queue import SimpleQueue as BetweenThreads
 
@@ -17,3 +21,22 @@ def cores(queue: Queue) -> Queue:
 def take(queue: Queue) -> None:
     """Keep this worker, and what it starts, to a core that no other has; it is an initializer."""
     os.sched_setaffinity(0, {queue.get()})
+
+
+def add_processes(parser: argparse.ArgumentParser, default: int) -> None:
+    """--processes, alike in every benchmark that takes some."""
+    most = len(os.sched_getaffinity(0))
+    parser.add_argument(
+        "--processes", type=int, default=default, choices=range(1, most + 1),
+        metavar="N", help=f"at once, one to {most}: each takes a core",
+    )  # fmt: skip
+
+
+def each(function: Callable, items: Sequence, processes: int) -> Iterator:
+    """`function` of every item, in their order, in processes with a core each."""
+    # spawned, so that its linear algebra keeps to one thread
+    os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
+    context = multiprocessing.get_context("spawn")
+    ready = cores(context.SimpleQueue())
+    with ProcessPoolExecutor(processes, context, take, (ready,)) as pool:
+        yield from pool.map(function, items)

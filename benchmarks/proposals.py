@@ -1,66 +1,40 @@
 """Effects taken out of t2l's library one at a time: what is proposed in their place.
 
-    python -m benchmarks.proposals propose|explain FOLDER [CASE ...]
-
-Each case hides one torque on one joint, of a generator that shares no code with t2l. `propose`
-learns it without any known effect. `explain` has all of them but the one that would name it
-(`--without`), and shows whether another name is adopted in its place.
+`python -m benchmarks proposals [--propose] [--processes N] [CASE or KIND ...]`: each case hides one
+effect, made by a generator that shares no code with t2l. `t2l explain` has all known effects but
+those that would name it (`--without`): it shows whether another name is adopted in its place, and
+what is learned. With `--propose` it is learned without any known effect. Each case is kept in
+results/bench/proposals until the code changes that explains it, so that an interrupted table goes
+on where it stopped.
 """
 
+import argparse
+import contextlib
 import json
 import shutil
-import sys
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-import numpy as np
 import pandas as pd
 import yaml
 
-from benchmarks.hidden_effects.cases import ARM, PENDULUM, Case, make
-from benchmarks.hidden_effects.effects import (
-    Cogging,
-    CoulombFriction,
-    HiddenEffect,
-    OddPositionTorque,
-    PerJoint,
-    QuadraticFriction,
-    TorqueOffset,
-    ViscousFriction,
-    per_joint,
-)
+from benchmarks import one_core
+from benchmarks.hidden import PROCESSES, code_key
+from benchmarks.hidden_effects import effects as fx
+from benchmarks.hidden_effects import real_effects as rx
+from benchmarks.hidden_effects.cases import ARM, PENDULUM, Case, is_complete, make
+from benchmarks.scene import ROOT
 
+FOLDER = ROOT / "results/bench/proposals"
+TWICE = 2.0  # times the noise that a learned function of one variable may leave
 
-@dataclass
-class ParallelSpring(HiddenEffect):
-    """τ = −k (q − q0), k in N·m/rad and q0 in rad."""
-
-    stiffness: PerJoint
-    rest: float = 0.0
-
-    def start(self, plant):
-        self.k = per_joint(self.stiffness, plant.joints)
-
-    def torque(self, state):
-        return -self.k * (state.q - self.rest)
-
-
-@dataclass
-class PeriodicTorque(HiddenEffect):
-    """τ = A sin(2π f t), t since the recording's start."""
-
-    amplitude: PerJoint
-    frequency_hz: float
-
-    def start(self, plant):
-        self.a, self.begin = per_joint(self.amplitude, plant.joints), None
-
-    def torque(self, state):
-        self.begin = state.t if self.begin is None else self.begin
-        return self.a * np.sin(2 * np.pi * self.frequency_hz * (state.t - self.begin))
-
+SHORT = {"duration_s": 3.0, "physics_rate_hz": 4000}
+HANGING = SHORT | {"gravity_compensation": False}
+ELBOW, BOTH, HINGE = ("elbow",), ("shoulder", "elbow"), ("hinge",)
 
 # dry friction, and what is dry friction for some values of its parameters
 DRY = (
@@ -75,71 +49,221 @@ DRY = (
 )
 # a cable that is wound on one joint alone is a spring and a damper
 SPRING = ("parallel_spring", "joint_coupling")
-# name, effect, its numbers on a pendulum, its size on an arm, the names that say the same, what
-# the torque follows
-HIDDEN = (
+# a shifted centre of mass, a leaning base and a shifted encoder do the same to a weight
+WEIGHT = ("base_tilt", "encoder_offset", "link_inertia", "payload")
+# the gains of a loop without other torques
+CONSTANT = (
+    "torque_constant",
+    "torque_constant_drift",
+    "torque_constant_temperature",
+    "controller_gains",
+)
+SLIDES = ("speed", "velocity", "constant")
+GRAVITY = ("position", "load", "constant")
+
+
+@dataclass(frozen=True)
+class Removed:
+    """An effect that the library lacks, and what is right to say of it.
+
+    Args:
+        kind: of the effect.
+        case: that hides it.
+        without: names to take away, all that say the same.
+        joints: on which a torque is right, and whose motion it may follow.
+        follows: variables that it may follow; none if it is no torque of a variable.
+        one_variable: whether it is a function of one logged variable, as a law of t2l may be.
+    """
+
+    kind: str
+    case: Case
+    without: tuple[str, ...]
+    joints: tuple[str, ...]
+    follows: tuple[str, ...]
+    one_variable: bool
+
+
+# kind, what is hidden on a pendulum, on an arm, the joints of the arm, the names that say the
+# same, what the torque follows, whether it is a function of that alone
+KINDS = (
     (
-        "viscous", ViscousFriction, (0.03,), 0.08, ("viscous_friction", "joint_coupling"),
-        ("velocity", "speed"),
+        "viscous", fx.ViscousFriction(0.03), fx.ViscousFriction({"elbow": 0.08}), ELBOW,
+        ("viscous_friction", "joint_coupling"), ("velocity", "speed"), True,
     ),
-    ("quadratic", QuadraticFriction, (0.02,), 0.04, ("quadratic_friction",), ("velocity", "speed")),
-    ("cogging", Cogging, (0.05, 14.0), 0.06, ("cogging",), ("position",)),
-    ("coulomb", CoulombFriction, (0.06,), 0.05, DRY, ("speed", "velocity", "constant")),
-    ("offset", TorqueOffset, (0.03,), -0.05, ("torque_offset",), ("constant",)),
-    ("spring", ParallelSpring, (0.15, 0.3), 0.3, SPRING, ("position",)),
-    ("bump", OddPositionTorque, (0.06, 0.5, 0.1, 0.3, 0.6), 0.06, (), ("position",)),
-    ("periodic", PeriodicTorque, (0.04, 0.73), 0.05, ("periodic_torque",), ("time",)),
+    (
+        "quadratic", fx.QuadraticFriction(0.02), fx.QuadraticFriction({"elbow": 0.04}), ELBOW,
+        ("quadratic_friction",), ("velocity", "speed"), True,
+    ),
+    (
+        "cogging", fx.Cogging(0.05, 14.0), fx.Cogging({"elbow": 0.06}, 20.0, 0.7), ELBOW,
+        ("cogging",), ("position",), True,
+    ),
+    (
+        "coulomb", fx.CoulombFriction(0.06), fx.CoulombFriction({"elbow": 0.05}), ELBOW,
+        DRY, SLIDES, True,
+    ),
+    (
+        "offset", fx.TorqueOffset(0.03), fx.TorqueOffset({"elbow": -0.05}), ELBOW,
+        ("torque_offset",), ("constant",), True,
+    ),
+    (
+        "spring", rx.ParallelSpring(0.15, 0.3), rx.ParallelSpring({"elbow": 0.3}, 0.8), ELBOW,
+        SPRING, ("position",), True,
+    ),
+    (
+        "bump", fx.OddPositionTorque(0.06, 0.5, 0.1, 0.3, 0.6),
+        fx.OddPositionTorque({"elbow": 0.06}, 1.0, 0.1, 0.8, 0.5), ELBOW,
+        (), ("position",), True,
+    ),
+    (
+        "periodic", rx.TorqueSinceStart(0.04, 0.73), rx.TorqueSinceStart({"elbow": 0.05}, 0.9),
+        ELBOW, ("periodic_torque",), ("time",), True,
+    ),
+    (
+        # of a pendulum alone it is a function of the position
+        "tilt", rx.BaseTilt(0.0, -0.2), rx.BaseTilt(0.0, 0.1), BOTH, WEIGHT, GRAVITY, HINGE,
+    ),
+    (
+        "mass", rx.LinkInertia("bar", 1.3, (0.0, 0.0, -0.01), 1.2),
+        rx.LinkInertia("forearm", 1.3, (0.0, 0.0, -0.03)), BOTH,
+        (*WEIGHT, "armature"), GRAVITY, False,
+    ),
+    (
+        "integral", rx.IntegralAction(15.0, 0.4), rx.IntegralAction(8.0, 1.5), BOTH,
+        ("integral_action",), (), False,
+    ),
+    (
+        "velocity_filter", rx.VelocityFilter(12.0), rx.VelocityFilter(12.0), BOTH,
+        ("velocity_filter",), (), False,
+    ),
+    (
+        "coupling", None, rx.JointCoupling("elbow", "shoulder", 1.0, -0.8, 0.3, 0.02), BOTH,
+        ("joint_coupling",), ("position", "velocity"), False,
+    ),
+    (
+        "dahl", rx.DahlFriction(0.15, 0.03), rx.DahlFriction({"elbow": 0.08}, 0.01), ELBOW,
+        DRY, ("distance", *SLIDES), False,
+    ),
+    (
+        "lugre", rx.LugreFriction(0.06, 0.14, 0.15, 17.5, 0.2),
+        rx.LugreFriction({"elbow": 0.05}, {"elbow": 0.12}, 0.15, 15.0, 0.2), ELBOW,
+        DRY, ("distance", *SLIDES), False,
+    ),
+    (
+        # dry friction beside a constant torque
+        "directional", rx.DirectionalFriction(0.05, 0.2),
+        rx.DirectionalFriction({"elbow": 0.1}, {"elbow": 0.03}), ELBOW,
+        (*DRY, "torque_offset"), SLIDES, True,
+    ),
+    (
+        "speed_limit", rx.TorqueSpeedLimit(1.6, 8.0, 12.6, 0.1),
+        rx.TorqueSpeedLimit({"elbow": 1.2}, {"elbow": 10.0}), ELBOW,
+        ("torque_speed_limit",), ("velocity", "speed", "commanded torque"), False,
+    ),
+    (
+        "friction_drift", rx.FrictionDrift(0.08, 0.02, 10.0),
+        rx.FrictionDrift({"elbow": 0.02}, {"elbow": 0.1}, 15.0), ELBOW, DRY, ("time",), True,
+    ),
+    (
+        "friction_warmth", rx.FrictionTemperature(level=0.06, per_kelvin=-1e-3),
+        rx.FrictionTemperature(level=0.05, per_kelvin=2e-3), BOTH,
+        DRY, ("time", "temperature"), True,
+    ),
+    (
+        "constant_drift", rx.TorqueConstantDrift(1.0, 0.85, 15.0),
+        rx.TorqueConstantDrift(1.05, 0.7, 20.0), BOTH,
+        CONSTANT, ("commanded torque", "load", "time"), False,
+    ),
+    (
+        "constant_warmth", rx.TorqueConstantTemperature(per_kelvin=-4e-3),
+        rx.TorqueConstantTemperature(per_kelvin=-4e-3), BOTH,
+        CONSTANT, ("commanded torque", "load", "time", "temperature"), False,
+    ),
+    (
+        "clock", rx.ClockOffset(0.003), rx.ClockOffset(0.02), BOTH, ("clock_offset",), (), False,
+    ),
 )  # fmt: skip
-SHORT = {"duration_s": 3.0, "physics_rate_hz": 4000}
-ELBOW = {"cogging": (20.0, 0.7), "spring": (0.8,), "bump": (1.0, 0.1, 0.8, 0.5), "periodic": (0.9,)}
+# kinds whose effect shows more where the arm hangs by its motors
+HANGS = ("integral", "constant_drift", "constant_warmth", "tilt", "mass")
 
 
-def cases() -> dict[str, tuple[Case, tuple[str, ...], str, tuple[str, ...]]]:
-    """By name: the case, names to take away, and the joint and the variables that are right."""
+def cases() -> dict[str, Removed]:
+    """By name: every kind on a pendulum and on an arm."""
     table = {}
-    for kind, effect, numbers, size, names, variables in HIDDEN:
-        for robot in (PENDULUM, ARM):
+    for kind, on_pendulum, on_arm, joints, names, follows, one_variable in KINDS:
+        for robot, hidden in ((PENDULUM, on_pendulum), (ARM, on_arm)):
+            if hidden is None:
+                continue
             name = f"{kind}_{robot}"
-            joint = "hinge" if robot == PENDULUM else "elbow"
-            hidden = effect(*numbers) if robot == PENDULUM else effect(
-                {"elbow": size}, *ELBOW.get(kind, ())
-            )  # fmt: skip
-            case = Case(name, robot, (hidden,), zlib.crc32(name.encode()), SHORT)
-            table[name] = case, names, joint, variables
+            where = HINGE if robot == PENDULUM else joints
+            changes = HANGING if kind in HANGS and robot == ARM else SHORT
+            case = Case(name, robot, (hidden,), zlib.crc32(name.encode()), changes)
+            one = where == HINGE if one_variable is HINGE else one_variable
+            table[name] = Removed(kind, case, names, where, follows, one)
     return table
 
 
-def row(command: str, name: str, folder: Path) -> dict:
-    """Run a command on a case."""
-    case, names, joint, variables = cases()[name]
-    where, out = folder / "cases" / name, folder / command / name
-    if not (where / "truth.yaml").exists():
-        make(case, where)
+def main(arguments: Sequence[str]) -> pd.DataFrame:
+    """What the command line asks for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks proposals", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="CASE", help="cases or kinds (default: all)")
+    parser.add_argument("--propose", action="store_true", help="learn without any known effect")
+    one_core.add_processes(parser, PROCESSES)
+    given = parser.parse_args(arguments)
+    return run(given.names, given.processes, "propose" if given.propose else "explain")
+
+
+def run(
+    names: Sequence[str] = (), processes: int = PROCESSES, command: str = "explain"
+) -> pd.DataFrame:
+    """One row a case; the table by kind and a summary are printed above."""
+    every = cases()
+    unknown = set(names) - set(every) - {removed.kind for removed in every.values()}
+    if unknown:
+        raise SystemExit(f"no case or kind {', '.join(sorted(unknown))}; there are {list(every)}")
+    chosen = [n for n, removed in every.items() if not names or {n, removed.kind} & set(names)]
+    results = []
+    for result in one_core.each(partial(judged, command), chosen, processes):
+        results.append(result)
+        print(f"{len(results)} of {len(chosen)}: {result['case']}, {said(result)}", flush=True)
+    table = pd.DataFrame([row(result) for result in results])
+    table.to_csv(FOLDER / command / "table.csv", index=False)
+    print("\n" + by_kind(results).to_markdown(index=False))
+    print("\n" + "\n".join(summary(results)) + "\n")
+    return table
+
+
+def judged(command: str, name: str) -> dict:
+    """A case's result, from its file or made now."""
+    removed = cases()[name]
+    path = FOLDER / command / "results" / f"{name}.json"
+    made_by = {"key": code_key(), "truth": removed.case.truth(), "without": list(removed.without)}
+    if path.exists():
+        kept = json.loads(path.read_text())
+        if {key: kept[key] for key in made_by} == json.loads(json.dumps(made_by)):
+            return kept
+    where, out = FOLDER / "cases" / name, FOLDER / command / "work" / name
+    if not is_complete(removed.case, where):
+        make(removed.case, where)
     shutil.rmtree(out, ignore_errors=True)
     began = perf_counter()
-    content, adopted = found(command, where, out, names)
-    seconds = perf_counter() - began
-    curves = content["curves"]
-    floor = content["noise_floor_rad"]
-    right = bool(curves) and all(
-        c["joint"] == joint and c["of"] == joint and c["follows"] in variables for c in curves
-    )
-    after = content["report"]["rmse_q_rad"]
-    formula = next((c["formula"] for c in curves if c["formula"]), None)
-    return {
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path.with_suffix(".log"), "w") as log, contextlib.redirect_stdout(log):
+        content, adopted = found(command, where, out, removed.without)
+    result = {
+        **made_by,
         "case": name,
-        "names adopted": ", ".join(adopted) or "–",
-        "proposed": "; ".join(c["law"] for c in curves) or content["verdict"],
-        "right": right,
-        "before_mrad": 1e3 * _before(content, out),
-        "names_mrad": 1e3 * content["report"]["baseline_rmse_q_rad"],
-        "curve_mrad": 1e3 * after,
-        "formula_mrad": 1e3 * formula["report_rmse_q_rad"] if formula else None,
-        "noise_mrad": 1e3 * floor,
-        "within_twice": after <= 2 * floor,
-        "formula": formula["sentence"] if formula else "",
-        "seconds": seconds,
+        "adopted": adopted,
+        "verdict": content["verdict"],
+        "curves": content["curves"],
+        "before": _before(content, out),
+        "names": content["report"]["baseline_rmse_q_rad"],
+        "after": content["report"]["rmse_q_rad"],
+        "noise_floor": content["noise_floor_rad"],
+        "seconds": perf_counter() - began,
     }
+    path.write_text(json.dumps(result, indent=1, ensure_ascii=False))
+    return json.loads(path.read_text())
 
 
 def found(command: str, where: Path, out: Path, without: tuple[str, ...]) -> tuple[dict, list]:
@@ -176,17 +300,89 @@ def _before(content: dict, out: Path) -> float:
     return json.loads((out / "explanation.json").read_text())["steps"][0]["test_rmse_q_rad"]
 
 
-def main(command: str, folder: Path, names: list[str]) -> None:
-    """Print the table, kept after each case."""
-    path, rows = folder / f"{command}.json", []
-    for name in names or cases():
-        rows.append(row(command, name, folder))
-        print(json.dumps(rows[-1], ensure_ascii=False), flush=True)
-        path.write_text(json.dumps(rows, indent=1, ensure_ascii=False))
-    print(pd.DataFrame(rows).round(3).to_markdown(index=False))
+def said(result: dict) -> str:
+    """What is proposed, in words."""
+    return "; ".join(curve["law"] for curve in result["curves"]) or result["verdict"]
 
 
-if __name__ == "__main__":
-    if len(sys.argv) < 3 or sys.argv[1] not in ("propose", "explain"):
-        sys.exit(__doc__)
-    main(sys.argv[1], Path(sys.argv[2]), sys.argv[3:])
+def right(result: dict) -> bool | None:
+    """Whether joint and variable are right; None where no torque of a variable is."""
+    removed = cases()[result["case"]]
+    if not removed.follows:
+        return None
+    return bool(result["curves"]) and all(
+        {curve["joint"], curve["of"]} <= set(removed.joints) and curve["follows"] in removed.follows
+        for curve in result["curves"]
+    )
+
+
+def near(result: dict) -> bool | None:
+    """Whether at most twice the noise is left; None where no function of one variable could."""
+    if not cases()[result["case"]].one_variable:
+        return None
+    return result["after"] <= TWICE * result["noise_floor"]
+
+
+def row(result: dict) -> dict:
+    """What the table shows, errors in mrad."""
+    words = {True: "yes", False: "NO", None: ""}
+    formula = next((c["formula"] for c in result["curves"] if c["formula"]), None)
+
+    def mrad(value: float) -> str:
+        return f"{1e3 * value:.3f}"
+
+    return {
+        "case": result["case"],
+        "wrong names": ", ".join(result["adopted"]),
+        "proposed": said(result),
+        "right": words[right(result)],
+        "before": mrad(result["before"]),
+        "with names": mrad(result["names"]),
+        "with the curve": mrad(result["after"]),
+        "with its formula": mrad(formula["report_rmse_q_rad"]) if formula else "",
+        "noise": mrad(result["noise_floor"]),
+        "within twice": words[near(result)],
+        "formula": formula["sentence"] if formula else "",
+        "seconds": f"{result['seconds']:.0f}",
+    }
+
+
+def by_kind(results: Sequence[dict]) -> pd.DataFrame:
+    """A row a kind: how many are right, what is left, which names are adopted."""
+    every, rows = cases(), {}
+    for result in results:
+        rows.setdefault(every[result["case"]].kind, []).append(result)
+
+    def share(answers: Sequence[bool | None]) -> str:
+        asked = [answer for answer in answers if answer is not None]
+        return f"{sum(asked)} of {len(asked)}" if asked else ""
+
+    def mrad(group: Sequence[dict], key: str) -> str:
+        return ", ".join(f"{1e3 * result[key]:.3f}" for result in group)
+
+    return pd.DataFrame(
+        {
+            "hidden": kind,
+            "joint and variable right": share([right(result) for result in group]),
+            "wrong names": ", ".join(name for result in group for name in result["adopted"]),
+            "before, mrad": mrad(group, "before"),
+            "with the curve": mrad(group, "after"),
+            "noise": mrad(group, "noise_floor"),
+            "within twice the noise": share([near(result) for result in group]),
+        }
+        for kind, group in rows.items()
+    )
+
+
+def summary(results: Sequence[dict]) -> list[str]:
+    """The aims and how far they are met."""
+    lines = []
+    for what, answers in (
+        ("joint and variable right", [right(result) for result in results]),
+        ("at most twice the noise, functions of one variable", [near(r) for r in results]),
+        ("no wrong name adopted", [not result["adopted"] for result in results]),
+    ):
+        asked = [answer for answer in answers if answer is not None]
+        if asked:
+            lines.append(f"{what}: {sum(asked)} of {len(asked)} ({sum(asked) / len(asked):.0%})")
+    return lines

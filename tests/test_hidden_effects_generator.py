@@ -7,11 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from benchmarks import proposals
 from benchmarks.hidden_effects import effects as fx
 from benchmarks.hidden_effects import real_effects as rx
 from benchmarks.hidden_effects.cases import ROBOTS, cases, recording
-from benchmarks.hidden_effects.generator import Machine, record, write
+from benchmarks.hidden_effects.generator import Logger, Machine, record, write
 from scipy.integrate import solve_ivp
+
+from t2l.effects.registry import builtin
 
 MASS, LENGTH, ARMATURE, DAMPING, GRAVITY = 0.5, 0.25, 0.005, 0.02, 9.81
 INERTIA = MASS * LENGTH**2 + 1e-4 + ARMATURE
@@ -269,7 +272,8 @@ def test_a_recording_follows_the_log_format(pendulum, tmp_path):
 def test_the_table_hides_every_effect_and_repeats_itself():
     table = cases()
     assert len({case.name for case in table}) == len(table)
-    hidden = {type(effect) for case in table for effect in case.hidden}
+    removed = [entry.case for entry in proposals.cases().values()]
+    hidden = {type(effect) for case in (*table, *removed) for effect in case.hidden}
     known = {
         e
         for e in (*vars(fx).values(), *vars(rx).values())
@@ -324,9 +328,90 @@ def test_a_session_is_logged_where_an_effect_needs_it(pendulum):
     np.testing.assert_allclose(frame["supply_voltage"].iloc[0], 10.0)
 
 
+def test_a_late_log_with_the_motor_off_tells_what_the_pendulum_did(pendulum):
+    """What the log says at its own times, put into the equation, gives the motion that it has."""
+    log = record(
+        pendulum, JOINTS, KP, KD, sine, duration_s=1.5, sample_rate_hz=200,
+        off_s=[(0.5, 1.0)], logger=Logger(lateness_s=1e-3), rng=np.random.default_rng(3),
+    )  # fmt: skip
+    assert np.diff(log["time"]).std() > 5e-4
+    assert (log["torque_enabled"] == 0).mean() == pytest.approx(1 / 3, abs=0.01)
+    state, expected = np.zeros(2), np.full(len(log), np.nan)
+    for tick in range(1500):
+        row = np.searchsorted(log["time"], tick / 1000 + 1e-9, side="right") - 1
+        torque = KP * (log["q_des.hinge"][row] - state[0]) - KD * state[1]
+        torque *= log["torque_enabled"][row]
+
+        def motion(_, x, torque=torque):
+            return x[1], (torque - WEIGHT * np.sin(x[0]) - DAMPING * x[1]) / INERTIA
+
+        inside = (log["time"] >= tick / 1000 - 1e-9) & (log["time"] < (tick + 1) / 1000 - 1e-9)
+        at = np.clip(log["time"][inside] - tick / 1000, 0, None).tolist()
+        y = solve_ivp(motion, (0, 1e-3), state, t_eval=[*at, 1e-3], rtol=1e-9, atol=1e-12).y
+        expected[np.flatnonzero(inside)], state = y[0, :-1], y[:, -1]
+    np.testing.assert_allclose(log["q.hinge"], expected, atol=1e-7)
+
+
+def test_a_logger_loses_and_repeats_rows_of_the_same_motion(pendulum):
+    def log(**logger):
+        rng = np.random.default_rng(0)
+        settings = {
+            "duration_s": 2.0,
+            "sample_rate_hz": 200,
+            "rng": rng,
+            "logger": Logger(**logger),
+        }
+        return record(pendulum, JOINTS, KP, KD, sine, **settings)
+
+    whole, less = log(lateness_s=1e-4), log(lateness_s=1e-4, lost=0.1, repeated=0.1)
+    commands = whole["q_des.hinge"].diff() != 0
+    assert less["time"].iloc[0] == 0
+    assert 0.8 * len(whole) < less["time"].nunique() < 0.97 * len(whole)
+    assert 0.02 * len(whole) < less["time"].duplicated().sum() < 0.2 * len(whole)
+    among = whole[whole["time"].isin(less["time"])].reset_index(drop=True)
+    pd.testing.assert_frame_equal(less.drop_duplicates(ignore_index=True), among)
+    kept = whole["time"].isin(less["time"])
+    assert kept[commands].all()
+    blurred = log(lateness_s=1e-4, stamp_error_s=1e-3)
+    assert (blurred["time"] - whole["time"]).std() == pytest.approx(1e-3, rel=0.3)
+    assert (blurred["time"].diff().dropna() >= 0).all()
+    np.testing.assert_array_equal(blurred["q.hinge"], whole["q.hinge"])
+
+
+def test_the_motors_current_holds_the_weight(pendulum):
+    log = record(pendulum, JOINTS, KP, KD, held(0.8), duration_s=0.5, torque_per_ampere=0.3)
+    weight = WEIGHT * np.sin(log["q.hinge"])
+    np.testing.assert_allclose(0.3 * log["current.hinge"], weight, atol=0.3 * 0.03)
+    assert 0.3 * log["current.hinge"].mean() == pytest.approx(weight.mean(), abs=2e-3)
+
+
+def test_some_drawn_logs_begin_in_motion_are_late_or_lack_rows():
+    setups = [case.setup for case in cases(5)]
+    for trait in ("lateness_s", "lost", "repeated"):
+        assert 0.1 < np.mean([getattr(setup.logger, trait) > 0 for setup in setups]) < 0.5
+    assert 0.1 < np.mean([setup.begin_s > 0 for setup in setups]) < 0.5
+
+
 def test_a_seed_draws_one_test_set_and_no_other():
     one, again, other = (cases(seed) for seed in (5, 5, 6))
     assert one == again
     same = [a.hidden == b.hidden for a, b in zip(one, other, strict=True) if a.hidden]
     assert np.mean(same) < 0.05  # a rate of the loop may be drawn twice
     assert not {c.name for c in one} & {c.name for c in cases()}
+
+
+def test_what_is_removed_from_the_library_is_in_it_and_a_right_answer_is_judged_right():
+    known = builtin()
+    for name, removed in proposals.cases().items():
+        assert set(removed.without) <= set(known), name
+        assert set(removed.joints) <= set(ROBOTS[removed.case.robot].joints), name
+    law = {"joint": "elbow", "of": "elbow", "follows": "position"}
+    spring = {"case": "spring_two_joint_arm", "after": 1.9e-4, "noise_floor": 1e-4}
+    assert proposals.right(spring | {"curves": [law]}) is True
+    for wrong in ({"of": "shoulder"}, {"joint": "shoulder"}, {"follows": "time"}):
+        assert proposals.right(spring | {"curves": [law, law | wrong]}) is False
+    assert proposals.right(spring | {"curves": []}) is False
+    assert proposals.near(spring) is True
+    assert proposals.near(spring | {"after": 2.1e-4}) is False
+    loop = {"case": "integral_pendulum", "curves": [law], "after": 1.0, "noise_floor": 1e-4}
+    assert proposals.right(loop) is proposals.near(loop) is None

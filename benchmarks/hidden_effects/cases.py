@@ -41,7 +41,14 @@ from benchmarks.hidden_effects.effects import (
     TorqueSaturation,
     ViscousFriction,
 )
-from benchmarks.hidden_effects.generator import FR3_JOINTS, fr3_mjcf, record, write
+from benchmarks.hidden_effects.generator import (
+    FR3_JOINTS,
+    PUNCTUAL,
+    Logger,
+    fr3_mjcf,
+    record,
+    write,
+)
 
 ROBOTS_FOLDER = Path(__file__).parent / "robots"
 
@@ -71,6 +78,9 @@ class Setup:
         encoder_resolution_rad: step of the logged positions.
         with_velocity: whether velocities are logged.
         begin_s: how long the robot moves before the recording begins.
+        off_s: stretches of each recording in which the motors are off.
+        torque_per_ampere: of the motors, whose current is logged; None where it is not [N·m/A].
+        logger: what it does to the rows.
     """
 
     gains: tuple
@@ -84,6 +94,9 @@ class Setup:
     encoder_resolution_rad: float = 1e-4
     with_velocity: bool = False
     begin_s: float = 0.0
+    off_s: tuple[tuple[float, float], ...] = ()
+    torque_per_ampere: float | None = None
+    logger: Logger = PUNCTUAL
 
     @property
     def noise_rms_rad(self) -> float:
@@ -237,6 +250,9 @@ def recording(case: Case, index: int, hidden: tuple[HiddenEffect, ...]) -> pd.Da
         with_velocity=setup.with_velocity,
         session_time_s=index * setup.duration_s,
         begin_s=setup.begin_s,
+        off_s=setup.off_s,
+        torque_per_ampere=setup.torque_per_ampere,
+        logger=setup.logger,
     )
 
 
@@ -277,7 +293,9 @@ def make(case: Case, folder: Path) -> None:
 
 
 def worst_tracking_rad(frame: pd.DataFrame) -> float:
-    """The largest |q_des − q| of a recording, over its joints."""
+    """The largest |q_des − q| of a recording, over its joints, until a motor is off."""
+    if "torque_enabled" in frame:
+        frame = frame[frame["torque_enabled"].cumprod() == 1]
     q = frame.filter(regex=r"^q\.").to_numpy()
     return float(np.nanmax(np.abs(frame.filter(regex=r"^q_des\.").to_numpy() - q)))
 
@@ -487,6 +505,24 @@ CLEAN = (
     ("arm_balanced", ARM, {"gravity_compensation": "continuous"}),
     ("arm_slow_recorder", ARM, {"sample_rate_hz": 40, "encoder_noise_rad": 2e-4}),
     ("fr3", FR3, {}),
+    ("pendulum_late_rows", PENDULUM, {"logger": Logger(lateness_s=1e-3)} | IN_MOTION),
+    (
+        "arm_real_log",
+        ARM,
+        {"logger": Logger(5e-4, lost=0.05, repeated=0.02), "torque_per_ampere": 0.8},
+    ),
+    ("arm_lost_commands", ARM, {"logger": Logger(lost=0.01, lost_commands=0.01)}),
+    ("pendulum_blurred_stamps", PENDULUM, {"logger": Logger(stamp_error_s=2e-5)}),
+    (
+        "pendulum_switched_off",
+        PENDULUM,
+        {"off_s": ((2.0, 3.2),), "torque_per_ampere": 0.3, "gravity_compensation": True},
+    ),
+    (
+        "arm_switched_off",
+        ARM,
+        {"off_s": ((3.0, 5.0),), "logger": Logger(5e-4), "gravity_compensation": "continuous"},
+    ),
     (
         "fr3_underdamped",
         FR3,
@@ -501,7 +537,7 @@ def cases(test_seed: int | None = None) -> list[Case]:
     Development has single effects, pairs and clean robots; each case's seed follows from its name.
     """
     if test_seed is not None:
-        return [Case(name, robot, hidden, seed) for name, robot, hidden, seed in drawn(test_seed)]
+        return [Case(*drawn_case) for drawn_case in drawn(test_seed)]
     table = []
     count = {}
     for effect, robot, hidden, changes in (*SINGLES, *real_cases.REAL):

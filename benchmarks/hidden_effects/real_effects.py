@@ -294,3 +294,18 @@ class ClockOffset(HiddenEffect):
     """A sample stamped t was taken at t + `early_s`."""
 
     early_s: float
+
+
+@dataclass
+class TorqueSinceStart(HiddenEffect):
+    """τ = A sin(2π f t), t since the recording's start: A [N·m], f [Hz]."""
+
+    amplitude: PerJoint
+    frequency_hz: float
+
+    def start(self, plant):
+        self.a, self.begin = per_joint(self.amplitude, plant.joints), None
+
+    def torque(self, state):
+        self.begin = state.t if self.begin is None else self.begin
+        return self.a * np.sin(2 * np.pi * self.frequency_hz * (state.t - self.begin))

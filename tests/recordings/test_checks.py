@@ -8,7 +8,7 @@ from tests.recordings.made import recording, written
 
 CELLS = [
     (5, "time", "", r"row 5, column time: found nothing \(NaN\); allowed: a finite number, in s"),
-    (5, "time", "0.06", "row 5, column time: found 0.06; allowed: more than the 0.06 s of the row"),
+    (5, "time", "0.05", "row 5, column time: found 0.05; allowed: at least the 0.06 s of the row"),
     (5, "time", "-1", "row 5, column time: found -1"),
     (5, "time", "inf", "row 5, column time: found inf"),
     (3, "q_des.b", "", r"row 3, column q_des.b: found nothing \(NaN\); allowed: a finite number$"),

@@ -131,7 +131,7 @@ def test_two_tables_of_one_name_are_refused(tmp_path):
 
 def test_a_recording_that_could_not_be_read_is_not_written(tmp_path):
     with pytest.raises(RecordingError, match="column time"):
-        write_recording(recording(time=np.zeros(50)), tmp_path / "x")
+        write_recording(recording(time=-np.arange(50.0)), tmp_path / "x")
     with pytest.raises(RecordingError, match="key kp"):
         write_recording(recording(kp=-1.0), tmp_path / "x")
     assert os.listdir(tmp_path) == []
@@ -189,3 +189,52 @@ def test_one_column_stands_for_all_joints_and_holds_until_the_next_value(tmp_pat
     assert read.has("supply_voltage")
     assert not read.has("temperature")
     assert read.beginning(0.2).torque_enabled.shape == (10, 2)
+
+
+def test_rows_of_one_stamp_are_one_in_which_the_last_value_of_each_column_counts(tmp_path, caplog):
+    """Row 5 was sampled and row 6 was not, so the sample of row 5 stands beside its command."""
+    files = written(tmp_path, dq=np.arange(100.0).reshape(50, 2))
+    time, command, q = (files.rows[0].index(name) for name in ("time", "q_des.a", "q.a"))
+    files.spoil_row(6, "time", files.rows[5][time])
+    files.spoil_row(20, "time", files.rows[22][time])
+    files.spoil_row(21, "time", files.rows[22][time])
+    read = read_recording(files.table)
+
+    assert "3 of 50 rows left out" in caplog.text
+    assert (np.diff(read.time) > 0).all()
+    assert len(read.time) == 47
+    assert read.q_des[4, 0] == float(files.rows[6][command])
+    assert read.q[4, 0] == float(files.rows[5][q])
+    assert read.dq[4, 0] == 10
+    assert read.time[18] == float(files.rows[22][time])
+    assert read.q[18, 0] == float(files.rows[21][q])
+    assert read.q_des[18, 0] == float(files.rows[22][command])
+    whole = recording(dq=np.arange(100.0).reshape(50, 2))
+    for kind in ("q_des", "q", "dq"):
+        rest = [*range(4), *range(19, 47)]
+        read_at = [*range(4), *range(22, 50)]
+        np.testing.assert_array_equal(getattr(read, kind)[rest], getattr(whole, kind)[read_at])
+
+
+def test_faults_beyond_repeated_stamps_are_named_by_the_rows_of_the_file(tmp_path):
+    files = written(tmp_path)
+    files.spoil_row(5, "time", files.rows[4][0])
+    files.spoil_row(9, "q.a", "inf")
+    with pytest.raises(RecordingError, match=r"row 9, column q.a: found inf"):
+        read_recording(files.table)
+
+
+def test_what_repeated_stamps_leave_must_be_enough(tmp_path):
+    files = written(tmp_path)
+    for row in range(1, 41):
+        files.spoil_row(row, "time", "0.01")
+    with pytest.raises(RecordingError, match="found 6 measured positions"):
+        read_recording(files.table)
+
+
+def test_rows_of_one_stamp_are_written_as_one(tmp_path):
+    made = recording()
+    time = made.time.copy()
+    time[7] = time[8]
+    written_back = read_recording(write_recording(recording(time=time), tmp_path / "swing"))
+    np.testing.assert_array_equal(written_back.time, np.delete(time, 7))

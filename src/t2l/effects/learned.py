@@ -20,7 +20,7 @@ from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import JOINT
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, OTHERS, SIGNED, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, OTHERS, SIGNED, TORQUE, Curve, Law
 from t2l.effects.torque_constant import TorqueConstant
 from t2l.sim.servo import ServoLoop
 

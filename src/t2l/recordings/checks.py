@@ -1,5 +1,6 @@
 """What must hold for a table to be usable: its columns, its numbers, the joints' ranges."""
 
+import logging
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +10,8 @@ import numpy as np
 from t2l.errors import RecordingError
 from t2l.recordings.recording import Recording
 from t2l.typed import LARGEST, suggestion
+
+logger = logging.getLogger(__name__)
 
 # prefixes of the columns that belong to one joint
 COMMANDED = "q_des"
@@ -73,18 +76,34 @@ def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> 
             raise RecordingError(path, f"column {kind}.{missing[0]}", "nothing", allowed)
 
 
-def check_samples(recording: Recording) -> None:
-    """Whether the numbers of a recording can be a run of a machine.
+def check_samples(recording: Recording) -> Recording:
+    """The recording with one row a stamp, if its numbers can be a run of a machine.
 
-    NaN in measured arrays means "not sampled" and gaps in time are legal.
+    NaN in measured arrays means "not sampled" and gaps in time are legal. How many
+    rows were left out is logged as a warning.
 
     Raises:
-        RecordingError: time that does not increase, NaN among the commands, an infinite value,
-            a joint without measurements, or too short a recording.
+        RecordingError: time that decreases, NaN among the commands, an infinite value, a joint
+            without measurements, or too short a recording.
     """
     path = recording.path or recording.name
     _check_time(recording.time, path)
-    _check_clock(recording, path)
+    # before rows are left out, so that errors count the rows of the file
+    _check_values(recording, path)
+    merged = recording.one_row_a_stamp()
+    repeated = len(recording.time) - len(merged.time)
+    if repeated:
+        logger.warning(
+            "%s: %d of %d rows left out, as the next has the same time",
+            path, repeated, len(recording.time),
+        )  # fmt: skip
+    _check_clock(merged, path)
+    _check_enough(merged, path)
+    return merged
+
+
+def _check_values(recording: Recording, path: Path | str) -> None:
+    """Whether every number is finite, or absent where it may be, and of a possible size."""
     for kind in (COMMANDED, *MEASURED):
         values = getattr(recording, kind)
         if values is None:
@@ -115,7 +134,6 @@ def check_samples(recording: Recording) -> None:
                 f"numbers up to {LARGEST:g}",
             )
         _check_allowed(kind, values, recording, path)
-    _check_enough(recording, path)
 
 
 def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Path | str) -> None:
@@ -143,14 +161,14 @@ def _check_time(time: np.ndarray, path: Path | str) -> None:
         row = int(np.argmax(bad))
         found = "nothing (NaN)" if np.isnan(time[row]) else f"{time[row]}"
         raise RecordingError(path, f"row {row + 1}, column time", found, "a finite number, in s")
-    bad = np.diff(time) <= 0
+    bad = np.diff(time) < 0
     if bad.any():
         row = int(np.argmax(bad)) + 1
         raise RecordingError(
             path,
             f"row {row + 1}, column time",
             f"{time[row]:.9g}",
-            f"more than the {time[row - 1]:.9g} s of the row before",
+            f"at least the {time[row - 1]:.9g} s of the row before",
         )
 
 

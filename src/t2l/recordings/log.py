@@ -59,8 +59,7 @@ def read_recording(path: Path | str) -> Recording:
         **{kind: signal(kind) for kind in (COMMANDED, *MEASURED)},
         **metadata,
     )
-    check_samples(recording)
-    return recording
+    return check_samples(recording)
 
 
 def read_recordings(paths: Iterable[Path | str] | Path | str) -> list[Recording]:
@@ -109,7 +108,7 @@ def write_recording(
     table_path, yaml_path = Path(f"{stem}.{format}"), Path(f"{stem}.yaml")
     metadata = as_written(recording, yaml_path)
     check_metadata(metadata, yaml_path)
-    check_samples(recording)
+    recording = check_samples(recording)
     for other in TABLES:
         if other != table_path.suffix and Path(f"{stem}{other}").exists():
             raise RecordingError(

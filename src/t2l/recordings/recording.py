@@ -69,6 +69,24 @@ class Recording:
         """From the first row to the last."""
         return float(self.time[-1] - self.time[0])
 
+    def one_row_a_stamp(self) -> "Recording":
+        """Of rows in turn that have the same time, one: of each column the last value counts."""
+        last = np.append(np.diff(self.time) != 0, True)
+        if last.all():
+            return self
+        ends = np.flatnonzero(last)
+        starts = np.append(0, ends[:-1] + 1)
+
+        def latest(values: np.ndarray) -> np.ndarray:
+            rows = np.arange(len(values))[:, None]
+            given = np.maximum.accumulate(np.where(np.isnan(values), -1, rows))[ends]
+            here = given >= starts[:, None]
+            return np.where(here, np.take_along_axis(values, np.maximum(given, 0), axis=0), np.nan)
+
+        kept = {name: getattr(self, name) for name in SIGNALS if name != "time"}
+        kept = {name: None if values is None else latest(values) for name, values in kept.items()}
+        return replace(self, time=self.time[ends], **kept)
+
     def beginning(self, duration_s: float) -> "Recording":
         """The rows before `duration_s`."""
         rows = self.time - self.time[0] < duration_s

@@ -195,3 +195,12 @@ def test_a_wrong_table_is_named(files):
     table.write_text("")
     with pytest.raises(RecordingError, match=r"run.csv: the file: found what is not CSV"):
         read_mapped(table, mapping)
+
+
+def test_rows_of_one_stamp_become_one_and_their_number_is_said(files, caplog):
+    table, mapping, rows = files
+    rows[11][0] = rows[12][0]
+    table.write_text("\n".join(map(",".join, rows)))
+    recording = read_mapped(table, read_mapping(mapping))
+    assert "1 of" in caplog.text
+    np.testing.assert_allclose(recording.q, np.delete(Q, 10, axis=0), atol=1e-12)

@@ -19,8 +19,11 @@ MAPPING = {
 ORDER = ["finger", "arm_b", "arm_a"]
 
 
-def write_bag(path, kind="numbers", plugin="MCAP", jitter_ns=3_000_000, names=ORDER):
-    """One second of states at 100 Hz, received late, and commands at 50 Hz."""
+def write_bag(path, kind="numbers", plugin="MCAP", jitter_ns=3_000_000, names=ORDER, repeated=()):
+    """One second of states at 100 Hz, received late, and commands at 50 Hz.
+
+    States and commands of the numbers `repeated` have the stamp of those before them.
+    """
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 
@@ -42,7 +45,7 @@ def write_bag(path, kind="numbers", plugin="MCAP", jitter_ns=3_000_000, names=OR
         command = numbers if kind == "numbers" else trajectory
         commands = writer.add_connection("/command", command.__msgtype__, typestore=store)
         for i in range(100):
-            ns = BEGIN + i * 10_000_000
+            ns = BEGIN + (i - (i in repeated)) * 10_000_000
             q = np.array([9.0, 0.02 * i, 0.01 * i])
             message = state(
                 header=stamped(ns), name=list(names), position=q, velocity=none, effort=2 * q
@@ -51,6 +54,7 @@ def write_bag(path, kind="numbers", plugin="MCAP", jitter_ns=3_000_000, names=OR
             writer.write(states, late, store.serialize_cdr(message, state.__msgtype__))
             if i % 2 == 0:
                 values = np.array([0.1 + i / 100, 0.2])
+                ns -= (i in repeated) * 10_000_000
                 if kind == "numbers":
                     message = numbers(layout=layout, data=values)
                 else:
@@ -123,3 +127,15 @@ def test_a_damaged_bag_is_said_to_be_one(tmp_path, cut):
 def test_no_bag_at_all(tmp_path):
     with pytest.raises(RecordingError, match="the bag: found nothing"):
         read_bag(tmp_path / "nothing.mcap", mapping(tmp_path))
+
+
+@pytest.mark.parametrize("kind", ["numbers", "trajectory"])
+def test_of_messages_with_one_stamp_the_last_counts(tmp_path, kind, caplog):
+    recording = read_bag(write_bag(tmp_path / "run", kind, repeated=[50]), mapping(tmp_path))
+    assert "topic /joint_states: 1 messages left out" in caplog.text
+    assert "topic /command: 1 messages left out" in caplog.text
+    at = ~np.isnan(recording.q[:, 0])
+    assert at.sum() == 99
+    row = np.searchsorted(recording.time, 0.4901, side="right") - 1
+    assert recording.q[row] == pytest.approx([0.5, 1.0])
+    assert recording.q_des[row] == pytest.approx([0.6, 0.2])

@@ -140,11 +140,10 @@ def read_mapped(table: Path | str, mapping: Mapping) -> Recording:
         **mapping.metadata,
     )
     try:
-        check_samples(recording)
+        return check_samples(recording)
     except RecordingError as error:
         where = f"{error.where}, as mapped by {mapping.path}"
         raise RecordingError(table, where, error.found, error.allowed) from None
-    return recording
 
 
 def _sources(found: MappingFile, path: Path) -> dict[str, Source]:

@@ -73,11 +73,10 @@ def read_lerobot(
             **metadata,
         )
         try:
-            check_samples(recording)
+            recordings.append(check_samples(recording))
         except RecordingError as error:
             place = f"episode {episode}, {error.where}"
             raise RecordingError(folder, place, error.found, error.allowed) from None
-        recordings.append(recording)
     return recordings
 
 

@@ -13,6 +13,7 @@ the network's jitter is not in them; a message without a stamp has the time at w
 received. Times are shifted to begin with the first command.
 """
 
+import logging
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,8 @@ from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
 from t2l.recordings.recording import Recording
 from t2l.typed import Typed, describe, suggestion
+
+logger = logging.getLogger(__name__)
 
 STATE = "sensor_msgs/msg/JointState"
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
@@ -156,9 +159,11 @@ def _recording(bag: Path, states: list, commands: list, mapping: BagMapping) -> 
     # before they become floating-point numbers, which hold no nanoseconds since 1970
     origin = min(time for time, *_ in (*states, *commands))
     measured = _measured(bag, states, origin, mapping)
+    latest = {time: (kind, message) for time, kind, message in commands}
+    _say_repeats(bag, mapping.command, len(commands) - len(latest))
     points = [
         point
-        for time, kind, message in sorted(commands, key=lambda entry: entry[0])
+        for time, (kind, message) in sorted(latest.items(), key=lambda entry: entry[0])
         for point in _points(bag, (time - origin) * NANO, kind, message, mapping)
     ]
     first = measured["q"][0]
@@ -185,11 +190,10 @@ def _recording(bag: Path, states: list, commands: list, mapping: BagMapping) -> 
         **mapping.metadata,
     )  # fmt: skip
     try:
-        check_samples(recording)
+        return check_samples(recording)
     except RecordingError as error:
         where = f"{error.where}, as mapped by {mapping.path}"
         raise RecordingError(bag, where, error.found, error.allowed) from None
-    return recording
 
 
 def _measured(bag: Path, states: list, origin: int, mapping: BagMapping) -> dict[str, Any]:
@@ -199,11 +203,13 @@ def _measured(bag: Path, states: list, origin: int, mapping: BagMapping) -> dict
     """
     rows: dict[int, list[np.ndarray]] = {}
     seen: list[str] = []
+    ours = 0
     for time, message in states:
         names = list(message.name)
         seen = names if len(names) > len(seen) else seen
         if not set(mapping.names) <= set(names):
             continue
+        ours += 1
         where = [names.index(name) for name in mapping.names]
         parts = (message.position, message.velocity, message.effort)
         rows[time] = [
@@ -218,6 +224,7 @@ def _measured(bag: Path, states: list, origin: int, mapping: BagMapping) -> dict
             bag, f"topic {mapping.state}, joint {absent}", f"nothing{suggestion(absent, seen)}",
             ", ".join(seen),
         )  # fmt: skip
+    _say_repeats(bag, mapping.state, ours - len(rows))
     stamps = sorted(rows)
     q, dq, tau = (np.array([rows[stamp][i] for stamp in stamps]) for i in range(3))
     return {
@@ -226,6 +233,14 @@ def _measured(bag: Path, states: list, origin: int, mapping: BagMapping) -> dict
         "dq": None if np.isnan(dq).all() else dq,
         "tau": None if np.isnan(tau).all() else tau,
     }
+
+
+def _say_repeats(bag: Path, topic: str, count: int) -> None:
+    if count:
+        logger.warning(
+            "%s: topic %s: %d messages left out, as the next has the same stamp",
+            bag, topic, count,
+        )  # fmt: skip
 
 
 def _points(bag: Path, time: float, kind: str, message: Any, mapping: BagMapping) -> list[Point]:
