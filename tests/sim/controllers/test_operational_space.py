@@ -8,8 +8,10 @@ from t2l.robots import make_robot
 from t2l.sim import make_batch
 from t2l.sim.controllers.arm_dynamics import ArmDynamics
 from t2l.sim.controllers.operational_space import (
+    DAMPING,
     LARGEST_TURN,
     POSE_SIZE,
+    POSTURE_STIFFNESS,
     OperationalSpacePD,
     operational_space_torque,
     rotation_error,
@@ -37,6 +39,26 @@ def test_the_grip_accelerates_as_asked_and_the_posture_does_not_disturb_it(seed)
     # damped least squares gives up accuracy near singular poses
     if condition < 100:
         np.testing.assert_allclose(acceleration, asked[0], rtol=0.05, atol=0.05 * abs(asked).max())
+
+
+@given(seed=SEEDS)
+def test_the_torque_is_that_of_the_textbook(seed):
+    """Khatib's law with every inverse written out, and the null space as a projection."""
+    rng = np.random.default_rng(seed)
+    factor, jacobian = rng.normal(size=(7, 7)), rng.normal(size=(6, 7))
+    mass = factor @ factor.T + 3 * np.eye(7)
+    q, dq, bias, posture = rng.normal(size=(4, 7))
+    error, twist_des, acceleration_des = rng.normal(size=(3, 6))
+    state = (part[None] for part in (q, dq, mass, jacobian, bias, error))
+    torque = operational_space_torque(*state, twist_des, acceleration_des, posture, 100.0, 20.0)
+
+    inverse = np.linalg.inv(mass)
+    inertia = np.linalg.inv(jacobian @ inverse @ jacobian.T + DAMPING * np.eye(6))
+    force = inertia @ (acceleration_des + 100 * error + 20 * (twist_des - jacobian @ dq))
+    null_space = np.eye(7) - jacobian.T @ inertia @ jacobian @ inverse
+    drift = POSTURE_STIFFNESS * (posture - q) - 2 * np.sqrt(POSTURE_STIFFNESS) * dq
+    expected = jacobian.T @ force + null_space @ mass @ drift + bias
+    np.testing.assert_allclose(torque[0], expected, rtol=0, atol=1e-10 * abs(expected).max())
 
 
 def test_rotation_error_is_the_small_turn_between_two_frames():

@@ -31,6 +31,9 @@ POSTURE_STIFFNESS = 60.0
 # tasks' demonstrations stay where J M⁻¹ Jᵀ is at least fifty times as large
 DAMPING = 1e-4
 
+# added in place of ε where the law is inverted, below rounding: a singular pose has an answer too
+SOLVABLE = 1e-14
+
 # of a command from a pose, rad: at π, either way round is the shorter one
 LARGEST_TURN = 0.99 * np.pi
 
@@ -104,9 +107,8 @@ def operational_space_error(
     moved = np.linalg.solve(mass, (torque - bias)[:, :, None])[:, :, 0]
     acceleration = np.einsum("nij,nj->ni", jacobian, moved)
     missing = acceleration - np.einsum("nij,nj->ni", jacobian, _drift(q, dq, posture))
-    # where the tool cannot move, no torque comes of a wrench: the smallest will do
-    inertia = np.linalg.pinv(_mobility(mass, jacobian), hermitian=True)
-    wrench = np.einsum("nij,nj->ni", inertia, missing)
+    solvable = _mobility(mass, jacobian) + SOLVABLE * np.eye(6)
+    wrench = np.linalg.solve(solvable, missing[:, :, None])[:, :, 0]
     return (acceleration + DAMPING * wrench + kd * twist) / kp
 
 
