@@ -101,7 +101,7 @@ class Law:
             for j, m in zip(self.jacobian, self.mass, strict=True)
         ]
         smallest = np.linalg.eigvalsh(np.stack(mobility))[..., 0].min(axis=0)
-        # relative, (n, 1); in between, what is lost grows as 1/√smallest down to 1e-14, then ends
+        # relative, (n, 1); near a singular pose it grows as 1/√smallest, which is cut at 1e-14
         self.rounding = np.where(smallest > 0.01, 1e-12, 1e-6)[:, None]
         self.bias = np.concatenate([arm.bias() for arm in self.arms], axis=1)
 

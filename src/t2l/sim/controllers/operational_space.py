@@ -3,15 +3,16 @@
 Khatib (1987), "A unified approach for motion and force control of robot manipulators", eq. 31-35,
 for a batch of states, and its law as the study states it (its appendix on task-space retargeting):
 
-    F = M_x (Kp x̃ − Kd ẋ),   τ = Jᵀ F + null-space torque + bias,   M_x = (J M⁻¹ Jᵀ + ε 1)⁻¹
+    τ = Jᵀ w + M d + bias,   w = M_x (Kp x̃ − Kd ẋ − J d),   M_x = (J M⁻¹ Jᵀ + ε 1)⁻¹
 
-ε damps M_x near singular poses. The torques accelerate the tool by a = J M⁻¹ (τ − bias), a sum of
-what F does and what of the null space's torque the damping lets through. Solved for the command:
+d accelerates the joints towards the posture. The wrench w takes back what d does to the tool, so
+only the null space's part of d is left. ε damps M_x near singular poses. The torques accelerate the
+tool by a = J M⁻¹ (τ − bias) = J M⁻¹ Jᵀ w + J d. Solved for the command:
 
-    x_des = x + Kp⁻¹ (a + ε F + Kd ẋ)
+    x_des = x + Kp⁻¹ (a + ε w + Kd ẋ),   w = (J M⁻¹ Jᵀ)⁻¹ (a − J d)
 
-with F from a, without damping. The sum is on the rotation group for orientations, where it ends at
-half a turn: no pose asks for more.
+The sum is on the rotation group for orientations, where it ends at half a turn: no pose asks for
+more.
 """
 
 import mujoco
