@@ -3,12 +3,19 @@
 Khatib (1987), "A unified approach for motion and force control of robot manipulators", eq. 31-35,
 for a batch of states, and its law as the study states it (its appendix on task-space retargeting):
 
-    F = M_x (Kp x̃ − Kd ẋ),   τ = Jᵀ F + null-space torque + bias
+    τ = Jᵀ w + M d + bias,   w = M_x (Kp x̃ − Kd ẋ − J d),   M_x = (J M⁻¹ Jᵀ + ε 1)⁻¹
 
-Solved for the command, x_des = x + Kp⁻¹ (J M⁻¹ (τ − bias) + Kd ẋ): the null space's torque does
-not move the tool, and M_x cancels.
+d accelerates the joints towards the posture. The wrench w takes back what d does to the tool, so
+only the null space's part of d is left. ε damps M_x near singular poses. The torques accelerate the
+tool by a = J M⁻¹ (τ − bias) = J M⁻¹ Jᵀ w + J d. Solved for the command:
+
+    x_des = x + Kp⁻¹ (a + ε w + Kd ẋ),   w = (J M⁻¹ Jᵀ)⁻¹ (a − J d)
+
+The sum is on the rotation group for orientations, where it ends at half a turn: no pose asks for
+more.
 """
 
+import mujoco
 import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import ArrayLike
@@ -20,6 +27,16 @@ from t2l.sim.controllers.controller import Controller
 
 # of the posture in the null space, 1/s²; its damping is critical
 POSTURE_STIFFNESS = 60.0
+
+# ε of damped least squares, 1/kg and 1/(kg·m²), keeps torques bounded near a singular pose; the
+# tasks' demonstrations stay where J M⁻¹ Jᵀ is at least fifty times as large
+DAMPING = 1e-4
+
+# added in place of ε where the law is inverted, below rounding: a singular pose has an answer too
+SOLVABLE = 1e-14
+
+# of a command from a pose, rad: at π, either way round is the shorter one
+LARGEST_TURN = 0.99 * np.pi
 
 # numbers in a pose: position, and the rotation matrix by rows
 POSE_SIZE = 12
@@ -60,14 +77,50 @@ def operational_space_torque(
     """
     twist = np.einsum("nij,nj->ni", jacobian, dq)
     acceleration = acceleration_des + kp * error + kd * (twist_des - twist)
-    mobility = jacobian @ np.linalg.solve(mass, jacobian.transpose(0, 2, 1))
-    # damped least squares keeps torques bounded near a singular pose
-    mobility += 1e-4 * np.eye(6)
-    drift = POSTURE_STIFFNESS * (posture - q) - 2 * np.sqrt(POSTURE_STIFFNESS) * dq
+    drift = _drift(q, dq, posture)
+    damped = _mobility(mass, jacobian) + DAMPING * np.eye(6)
     # the wrench takes back what the posture would do to the tool: the null space's projection
     missing = acceleration - np.einsum("nij,nj->ni", jacobian, drift)
-    wrench = np.linalg.solve(mobility, missing[:, :, None])[:, :, 0]
+    wrench = np.linalg.solve(damped, missing[:, :, None])[:, :, 0]
     return np.einsum("nji,nj->ni", jacobian, wrench) + np.einsum("nij,nj->ni", mass, drift) + bias
+
+
+def operational_space_error(
+    q: np.ndarray,
+    dq: np.ndarray,
+    mass: np.ndarray,
+    jacobian: np.ndarray,
+    bias: np.ndarray,
+    torque: np.ndarray,
+    posture: np.ndarray,
+    kp: ArrayLike,
+    kd: ArrayLike,
+) -> np.ndarray:
+    """The inverse of `operational_space_torque`, of a target at rest: errors, (n, 6) m and rad.
+
+    Args:
+        torque: (n, dof) N·m. If its null-space part is not the law's, the law yields another
+            torque that accelerates the tool alike.
+
+    The others are those of `operational_space_torque`.
+    """
+    twist = np.einsum("nij,nj->ni", jacobian, dq)
+    moved = np.linalg.solve(mass, (torque - bias)[:, :, None])[:, :, 0]
+    acceleration = np.einsum("nij,nj->ni", jacobian, moved)
+    missing = acceleration - np.einsum("nij,nj->ni", jacobian, _drift(q, dq, posture))
+    solvable = _mobility(mass, jacobian) + SOLVABLE * np.eye(6)
+    wrench = np.linalg.solve(solvable, missing[:, :, None])[:, :, 0]
+    return (acceleration + DAMPING * wrench + kd * twist) / kp
+
+
+def _mobility(mass: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+    """(n, 6, 6) of the tool, J M⁻¹ Jᵀ."""
+    return jacobian @ np.linalg.solve(mass, jacobian.transpose(0, 2, 1))
+
+
+def _drift(q: np.ndarray, dq: np.ndarray, posture: np.ndarray) -> np.ndarray:
+    """(n, dof) rad/s², accelerations towards the posture."""
+    return POSTURE_STIFFNESS * (posture - q) - 2 * np.sqrt(POSTURE_STIFFNESS) * dq
 
 
 class OperationalSpacePD(Controller):
@@ -118,27 +171,50 @@ class OperationalSpacePD(Controller):
             step(batch, running)
 
     def commands(self, qpos, dq, torque):
-        """See `Controller.commands`: the law is evaluated where a timestep begins."""
-        return self.solved(qpos[:-1], dq[:-1], torque[:-1])
+        """See `Controller.commands`: the law is evaluated where a timestep begins.
+
+        Joints of no arm, as a gripper's, act on the arm's bias too. How fast they are follows from
+        where they were a timestep before, exactly, as velocities are integrated (semi-implicitly).
+        """
+        model = self.model
+        scalar = np.isin(model.jnt_type, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE))
+        positions = qpos[:, model.jnt_qposadr[scalar]]
+        qvel = np.zeros((len(qpos), model.nv))
+        qvel[1:, model.jnt_dofadr[scalar]] = np.diff(positions, axis=0) / model.opt.timestep
+        qvel[:, self.dofs] = dq
+        return self._solved(qpos[:-1], qvel[:-1], torque[:-1])
 
     def solved(self, qpos, dq, torque):
         """See `Controller.solved`."""
+        qvel = np.zeros((len(qpos), self.model.nv))
+        qvel[:, self.dofs] = dq
+        return self._solved(qpos, qvel, torque)
+
+    def _solved(self, qpos: np.ndarray, qvel: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """`solved`, with the velocities (n, nv) of everything in the scene."""
         n = len(qpos)
         batch = make_batch(self.model, n)
         batch.qpos[:] = qpos
-        batch.qvel[:, self.dofs] = dq
+        batch.qvel[:] = qvel
         parts, first = [], 0
         for arm in self.arms:
             dynamics = ArmDynamics(batch, arm)
             own = slice(first, first + len(arm.joints))
             first = own.stop
-            jacobian = dynamics.jacobian()
-            net = torque[:, own] - dynamics.bias()
-            moved = np.linalg.solve(dynamics.mass(), net[:, :, None])[:, :, 0]
-            twist = np.einsum("nij,nj->ni", jacobian, dynamics.dq)
-            offset = (np.einsum("nij,nj->ni", jacobian, moved) + self.kd * twist) / self.kp
-            turn = Rotation.from_rotvec(offset[:, 3:]).as_matrix() @ dynamics.rotation
-            parts += [dynamics.position + offset[:, :3], turn.reshape(n, 9)]
+            error = operational_space_error(
+                q=dynamics.q,
+                dq=dynamics.dq,
+                mass=dynamics.mass(),
+                jacobian=dynamics.jacobian(),
+                bias=dynamics.bias(),
+                torque=torque[:, own],
+                posture=arm.posture,
+                kp=self.kp,
+                kd=self.kd,
+            )
+            turn = Rotation.from_rotvec(_at_most_half(error[:, 3:])).as_matrix()
+            rotation = turn @ dynamics.rotation
+            parts += [dynamics.position + error[:, :3], rotation.reshape(n, 9)]
         return np.concatenate(parts, axis=1)
 
     def mean(self, commands, starts):
@@ -152,6 +228,12 @@ class OperationalSpacePD(Controller):
 
 def _pose(dynamics: ArmDynamics) -> np.ndarray:
     return np.concatenate([dynamics.position, dynamics.rotation.reshape(-1, 9)], axis=1)
+
+
+def _at_most_half(turn: np.ndarray) -> np.ndarray:
+    """Rotation vectors (n, 3) rad, cut at `LARGEST_TURN`: more would pull the other way."""
+    angle = np.linalg.norm(turn, axis=1, keepdims=True)
+    return turn * (LARGEST_TURN / np.maximum(angle, LARGEST_TURN))
 
 
 def _difference(pose_des: np.ndarray, pose: np.ndarray, running: np.ndarray) -> np.ndarray:
