@@ -19,12 +19,14 @@ from benchmarks import (
     rules,
     servo,
     throughput,
+    training,
 )
 
 BENCHMARKS = {
     module.__name__.split(".")[-1]: module
     for module in (
         throughput,
+        training,
         cell,
         overhead,
         reinforcement,

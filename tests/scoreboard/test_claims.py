@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from t2l.scoreboard import ablations
 from t2l.scoreboard.cloning import STUDY_TASKS
 from t2l.scoreboard.evidence import Evidence
 from t2l.scoreboard.table import CHAINS
@@ -111,6 +112,27 @@ def test_a_variant_has_a_row_of_its_own(key, variant):
     tables = {f"block_stack__{variant}__cells": cloning(CO=0.8)}
     assert verdict(key, **tables) is YES
     assert verdict("co_block_stack", **tables) is NOT_RUN
+
+
+def test_the_joint_row_of_classes_asks_for_all_of_them():
+    def classes(*better, **others):
+        tables = {f"block_stack__{name}__cells": cloning(CO=0.8) for name in better}
+        return tables | {f"block_stack__{name}__cells": table for name, table in others.items()}
+
+    *most, last = ablations.CLASSES
+    assert verdict("ablation_classes", **classes(*most, last)) is YES
+    # one that was not run, or is too small to tell, leaves it open
+    assert verdict("ablation_classes", **classes(*most)) is OPEN
+    assert verdict("ablation_classes", **classes(*most, **{last: cloning(FOUR, CO=0.8)})) is OPEN
+    # one without the preference decides, whatever was not run
+    assert verdict("ablation_classes", **classes(*most, **{last: cloning()})) is NO
+    assert verdict("ablation_classes", **classes(last, nominal=cloning())) is NO
+    assert verdict("ablation_classes", **classes("nominal")) is NOT_RUN
+
+    found = CLAIMS["ablation_classes"].finding(evidence(**classes(*most, **{last: cloning()})))
+    assert found.ours == f"in {len(most)} of {len(most) + 1} classes"
+    assert found.n == len(CLONING)
+    assert found.p > 0.05
 
 
 def test_of_five_cells_training_seeds_tell():
