@@ -391,6 +391,16 @@ def test_identified_well_and_transferred_badly():
     }
     assert verdict("inverse_relation", **identified, **worse) is YES
     assert verdict("inverse_relation", **identified, **better) is NO
+    # simulators of another study are not those that the policies learned in
+    other = {
+        "sim_to_real__identification": frame(
+            TRANSFER, "transfer", s_star=lambda kp, kd, region: kp * kd
+        )
+    }
+    both = Evidence([*read("identified", other), *read("deployed", identified | worse)])
+    assert CLAIMS["inverse_relation"].finding(both).verdict is YES
+    apart = Evidence([*read("identified", other), *read("deployed", worse)])
+    assert CLAIMS["inverse_relation"].finding(apart).verdict is NOT_RUN
 
 
 def _trials(counts, n=50):

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CELL_COLUMNS = ("kp", "kd", "mse_rad2", "s_star", "loss", "on_bound")
+NUMBERED = 16  # cells at most whose numbers can be read side by side
 # what was made small, and in what steps, by whether gains were free
 SEARCHES = {
     "free": ("generation of CMA-ES", "least spectral error [rad² + (rad/s)²]"),
@@ -86,9 +87,13 @@ def over_true(table: "pd.DataFrame") -> Figure:
         names = list(dict.fromkeys(table.parameter))
         joints = short(list(dict.fromkeys(table.joint)))
         cells = list(dict.fromkeys(zip(table.kp, table.kd, strict=True)))
+        columns, numbered = (len(names) + 1) // 2, len(cells) <= NUMBERED
         figure, axes = plt.subplots(
-            *(2, (len(names) + 1) // 2),
-            figsize=(1.2 + 0.21 * len(cells) * len(names), 2.2 + 0.5 * len(joints)),
+            *(2, columns),
+            figsize=(
+                1.2 + (0.42 if numbered else 0.12) * len(cells) * columns,
+                2.2 + 0.5 * len(joints),
+            ),
             sharex=True, sharey=True, squeeze=False,
         )  # fmt: skip
         for panel in axes.flat[len(names) :]:
@@ -100,13 +105,13 @@ def over_true(table: "pd.DataFrame") -> Figure:
             image = panel.imshow(
                 np.log2(np.maximum(values, 2.0**-6)), cmap="RdBu_r", vmin=-2, vmax=2, aspect="auto"
             )
-            for (row, column), value in np.ndenumerate(values):
+            for (row, column), value in np.ndenumerate(values) if numbered else ():
                 text = f"{value:.2g}".removeprefix("0") if value < 100 else "≥100"
                 panel.text(column, row, text, ha="center", va="center", fontsize=5)
             panel.set_title(name, fontsize=8)
             panel.set_yticks(range(len(joints)), list(joints.values()), fontsize=7)
             labels = [f"{plain(kp)}, {plain(kd)}" for kp, kd in cells]
-            panel.set_xticks(range(len(cells)), labels, rotation=90, fontsize=6)
+            panel.set_xticks(range(len(cells)), labels, rotation=90, fontsize=6 if numbered else 5)
             panel.spines[:].set_visible(False)
         for panel in axes[-1]:
             panel.set_xlabel("cell Kp, Kd", fontsize=8)

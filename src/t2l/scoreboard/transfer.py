@@ -151,10 +151,16 @@ def _network(evidence: Evidence, published: Published, tests: int) -> Finding:
 
 
 def _inverse(evidence: Evidence, published: Published, tests: int) -> Finding:
-    cells = cells_of(evidence, NOMINAL, "trajectory_error")
-    identified = identification.errors(evidence)[["kp", "kd", "error"]]
-    both = cells.merge(identified, on=["kp", "kd"])
-    return correlated(both.error, both.trajectory_error, -1, tests=tests)
+    """S* of the simulators that the deployed policies were trained in: those of one study."""
+    for own in map(evidence.only, evidence.studies):
+        try:
+            cells = cells_of(own, NOMINAL, "trajectory_error")
+            identified = identification.errors(own)[["kp", "kd", "error"]]
+        except AbsentError:
+            continue
+        both = cells.merge(identified, on=["kp", "kd"])
+        return correlated(both.error, both.trajectory_error, -1, tests=tests)
+    raise AbsentError("no study that identified and deployed")
 
 
 def _registered(evidence: Evidence, published: Published, tests: int) -> Finding:
