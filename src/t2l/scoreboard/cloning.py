@@ -5,6 +5,7 @@ from dataclasses import replace
 import pandas as pd
 
 from t2l.published.numbers import Published, splits
+from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
@@ -90,14 +91,7 @@ def _pooled_slopes(evidence: Evidence, published: Published, tests: int) -> Find
     by_gains = tables.groupby(["kp", "kd"], as_index=False)
     cells = by_gains[["successes", "rollouts"]].sum()[by_gains.size()["size"] == len(STUDY_TASKS)]
     fit = share_slopes(cells.kp, cells.kd, cells.successes, cells.rollouts)
-    parts = (("kp", fit.kp, fit.kp_error, -1), ("kd", fit.kd, fit.kd_error, +1))
-    found = every(
-        [
-            signed(value, error, fit.freedom, sign, len(cells), claimed=published.values[gain])
-            for gain, value, error, sign in parts
-        ]
-    )
-    return among(found, "{:+.3f} and {:+.3f}", [fit.kp], [fit.kd])
+    return both_slopes(fit, {"kp": -1, "kd": +1}, len(cells), published)
 
 
 def _loss_by_stiffness(evidence: Evidence, published: Published, tests: int) -> Finding:

@@ -5,6 +5,7 @@ import pandas as pd
 
 from t2l.published.numbers import Published, splits
 from t2l.scoreboard import identification
+from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
@@ -14,10 +15,8 @@ from t2l.stats.verdict import (
     Finding,
     Verdict,
     correlated,
-    every,
     greater,
     paired_greater,
-    signed,
     within,
 )
 
@@ -76,14 +75,7 @@ def _slopes(condition: str) -> Judge:
         cells = cells_of(evidence, condition, "trajectory_error")
         cells = cells[cells.trajectory_error > 0]
         fit = log_slopes(cells.kp, cells.kd, cells.trajectory_error)
-        parts = (("kp", fit.kp, fit.kp_error), ("kd", fit.kd, fit.kd_error))
-        found = every(
-            [
-                signed(*part, fit.freedom, +1, len(cells), claimed=published.values[gain])
-                for gain, *part in parts
-            ]
-        )
-        return among(found, "{:+.3f} and {:+.3f}", [fit.kp], [fit.kd])
+        return both_slopes(fit, {"kp": +1, "kd": +1}, len(cells), published)
 
     return judge
 
