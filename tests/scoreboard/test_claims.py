@@ -27,6 +27,7 @@ CLAIMS = {claim.key: claim for claims in CHAINS.values() for claim in claims}
 YES, NO = Verdict.REPRODUCED, Verdict.NOT_REPRODUCED
 OPEN, NOT_RUN = Verdict.CANNOT_TELL, Verdict.NOT_RUN
 FOUR = [(32, 2), (32, 128), (2048, 2), (2048, 128)]
+SIX = list(STUDY_TASKS)
 FIVE = [(16, 2), (16, 24), (128, 8), (512, 2), (512, 24)]
 
 
@@ -56,7 +57,7 @@ def test_regions_of_cloning(key, trend):
 
 
 def test_slopes_over_all_tasks_need_each_of_them_and_both_signs():
-    def tasks(names=STUDY_TASKS, cells=None, **trend):
+    def tasks(names=SIX, cells=None, **trend):
         table = cloning(**trend) if cells is None else cloning(cells, **trend)
         return {f"{name}__nominal__cells": table for name in names}
 
@@ -64,10 +65,10 @@ def test_slopes_over_all_tasks_need_each_of_them_and_both_signs():
     assert verdict("pooled_slopes", **tasks(**both)) is YES
     assert verdict("pooled_slopes", **tasks(**damping)) is NO
     assert verdict("pooled_slopes", **tasks(**stiffness)) is NO
-    assert verdict("pooled_slopes", **tasks(STUDY_TASKS[1:], **both)) is NOT_RUN
+    assert verdict("pooled_slopes", **tasks(SIX[1:], **both)) is NOT_RUN
     assert verdict("pooled_slopes", **tasks(cells=FOUR, **both)) is OPEN
     # a cell that one task lacks is left out
-    lacking = tasks(**both) | tasks(STUDY_TASKS[:1], cells=FOUR, **both)
+    lacking = tasks(**both) | tasks(SIX[:1], cells=FOUR, **both)
     assert CLAIMS["pooled_slopes"].finding(evidence(**lacking)).n == 4
 
 
@@ -219,6 +220,8 @@ def test_data_sizes():
     better = {"block_stack__nominal__cells": cloning(CO=0.9).assign(replays=100)}
     both = Evidence([*read("main", better), *read("variants", tables(0.0))])
     assert CLAIMS["scaling"].finding(both).verdict is NO
+    two = {name: table for name, table in tables(0.1).items() if "25" not in name}
+    assert verdict("scaling", **two) is NOT_RUN
 
 
 def _variances(wrong=0.0, by_mass=0.0):

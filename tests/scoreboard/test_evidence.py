@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from t2l.artefacts import write_table
-from t2l.scoreboard.evidence import AbsentError, Evidence, found_in, source_of
+from t2l.scoreboard.evidence import AbsentError, AmbiguousError, Evidence, found_in, source_of
 
 CELLS = pd.DataFrame({"kp": [1.0], "kd": [2.0], "success": [0.5]})
 
@@ -33,7 +33,7 @@ def test_other_files_are_no_evidence(path):
     assert source_of(path) is None
 
 
-def test_tables_are_found_and_the_first_study_counts(tmp_path):
+def test_tables_are_found_and_each_is_of_one_study(tmp_path):
     for study, success in (("mine", 0.1), ("other", 0.9)):
         folder = tmp_path / "results" / study / "block_stack" / "nominal"
         folder.mkdir(parents=True)
@@ -45,9 +45,13 @@ def test_tables_are_found_and_the_first_study_counts(tmp_path):
     assert evidence.studies == ["mine", "other"]
     assert evidence.names("cloning", "variant") == ["nominal", "chunk_1"]
     columns = ("kp", "kd", "success")
-    nominal = evidence.table("cloning", columns, task="block_stack", variant="nominal")
-    assert nominal.success.tolist() == [0.1]
     assert len(evidence.table("cloning", columns, variant="chunk_1")) == 1
+    nominal = {"task": "block_stack", "variant": "nominal"}
+    with pytest.raises(AmbiguousError, match="mine and other have a table of block_stack nominal"):
+        evidence.table("cloning", columns, **nominal)
+    for study, success in (("mine", 0.1), ("other", 0.9)):
+        table = evidence.only(study).table("cloning", columns, **nominal)
+        assert table.success.tolist() == [success]
 
 
 def test_what_is_absent_is_named():

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ from t2l.scoreboard.cloning import (
     CELLS,
     CO_REST,
     CO_REST_NULL,
+    GRID,
     NOMINAL,
     TASK,
     cells_of,
@@ -21,27 +23,32 @@ from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
 from t2l.stats.verdict import Finding, Verdict, every, greater, paired_greater
 
-# a claim, what is varied, and the variant of cloning that a study calls so
+# a claim: what is varied, the variant of cloning, and the study of ours that trains it
+SIZED = "demonstrations"
 VARIANTS = {
-    "ablation_regression": ("policies that regress", "regression"),
-    "ablation_diffusion": ("diffusion policies", "diffusion"),
-    "ablation_transformer": ("Transformers", "transformer"),
-    "ablation_lerobot_act": ("ACT, as lerobot has it", "lerobot_act"),
-    "ablation_lerobot_diffusion": ("Diffusion Policy, as lerobot has it", "lerobot_diffusion"),
-    "ablation_history": ("policies without a history of observations", "history_1"),
-    "ablation_chunk": ("single actions instead of chunks", "chunk_1"),
-    "ablation_joint_delta": ("joint changes as actions", "joint_deltas"),
-    "ablation_task_space": ("task-space control", "task_space"),
-    "ablation_10_hz": ("policies at 10 Hz", "rate_10_hz"),
-    "ablation_50_demonstrations": ("50 demonstrations", "demonstrations_50"),
-    "ablation_900_demonstrations": ("900 demonstrations", "demonstrations_900"),
+    "ablation_regression": ("policies that regress", "regression", "policy_classes"),
+    "ablation_diffusion": ("diffusion policies", "diffusion", "policy_classes"),
+    "ablation_transformer": ("Transformers", "transformer", "policy_classes"),
+    "ablation_lerobot_act": ("ACT, as lerobot has it", "lerobot_act", "lerobot_policies"),
+    "ablation_lerobot_diffusion": (
+        "Diffusion Policy, as lerobot has it",
+        "lerobot_diffusion",
+        "lerobot_policies",
+    ),
+    "ablation_history": ("policies without a history of observations", "history_1", "variants"),
+    "ablation_chunk": ("single actions instead of chunks", "chunk_1", "ablations"),
+    "ablation_joint_delta": ("joint changes as actions", "joint_deltas", "ablations"),
+    "ablation_task_space": ("task-space control", "task_space", "ablations"),
+    "ablation_10_hz": ("policies at 10 Hz", "rate_10_hz", "ablations"),
+    "ablation_50_demonstrations": ("50 demonstrations", "demonstrations_50", SIZED),
+    "ablation_900_demonstrations": ("900 demonstrations", "demonstrations_900", SIZED),
 }
-# a policy's classes, the nominal's autoencoder first
-CLASSES = (
-    NOMINAL,
-    *(VARIANTS[f"ablation_{name}"][1] for name in ("regression", "diffusion", "transformer")),
-    *(VARIANTS[f"ablation_lerobot_{name}"][1] for name in ("act", "diffusion")),
-)
+# a policy's classes, the nominal's autoencoder first: variants and the studies of ours about them
+CLASSES = {NOMINAL: GRID} | {
+    variant: study
+    for _, variant, study in VARIANTS.values()
+    if study in ("policy_classes", "lerobot_policies")
+}
 SIZES = re.compile(r"demonstrations_(\d+)")
 FEWEST_SIZES = 3  # two would fit any line
 
@@ -58,14 +65,10 @@ def slopes(success: pd.DataFrame) -> np.ndarray:
 
 
 def _scaling(evidence: Evidence, published: Published, tests: int) -> Finding:
-    for study in evidence.studies:
-        own = evidence.only(study)
-        sizes = _sizes(own)
-        if len(sizes) >= FEWEST_SIZES:
-            break
-    else:
-        raise AbsentError(f"no study with {FEWEST_SIZES} numbers of demonstrations")
-    rows = pd.concat([cells_of(own, name).assign(size=n) for n, name in sizes.items()])
+    sizes = _sizes(evidence)
+    if len(sizes) < FEWEST_SIZES:
+        raise AbsentError(f"no {FEWEST_SIZES} numbers of demonstrations")
+    rows = pd.concat([cells_of(evidence, name).assign(size=n) for n, name in sizes.items()])
     table = rows.pivot(index=["region", "kp", "kd"], columns="size", values="success").dropna()
     co = table.index.get_level_values("region") == "CO"
     slope = slopes(table)
@@ -74,11 +77,8 @@ def _scaling(evidence: Evidence, published: Published, tests: int) -> Finding:
 
 
 def _sizes(evidence: Evidence) -> dict[int, str]:
-    """Variants of a study by their number of demonstrations; trained alike but for it."""
-    try:
-        nominal = evidence.table("cloning", ("replays",), task=TASK, variant=NOMINAL)
-    except AbsentError:
-        return {}
+    """Variants by their number of demonstrations; trained alike but for it."""
+    nominal = evidence.table("cloning", ("replays",), task=TASK, variant=NOMINAL)
     # the nominal replays every demonstration once
     return {int(nominal.replays.max()): NOMINAL} | {
         int(match[1]): name
@@ -87,17 +87,18 @@ def _sizes(evidence: Evidence) -> dict[int, str]:
     }
 
 
-def _persists(key: str, what: str, variant: str) -> Claim:
+def _persists(key: str, what: str, variant: str, study: str) -> Claim:
     statement = f"With {what}, compliant, overdamped gains still succeed more often."
-    return Claim(key, statement, CELLS, CO_REST, CO_REST_NULL, co_beats_rest(variant))
+    return Claim(key, statement, CELLS, CO_REST, CO_REST_NULL, co_beats_rest(variant), about=study)
 
 
 def _every_class(evidence: Evidence, published: Published, tests: int) -> Finding:
     """Whether each class prefers CO; one that was not run leaves open what the others hold."""
     run = {}
-    for variant in CLASSES:
+    for variant, study in CLASSES.items():
+        judge = partial(co_beats_rest(variant), published=published, tests=tests)
         try:
-            run[variant] = co_beats_rest(variant)(evidence, published, tests)
+            run[variant] = evidence.of_one(study, judge)
         except AbsentError:
             continue
     if run.keys() <= {NOMINAL}:
@@ -139,6 +140,7 @@ CLAIMS = [
         "success of policies in CO less the mean of all others, within seeds, one-sided sign-flip",
         "success in CO is not greater than outside",
         _images,
+        about="pictures",
     ),
     Claim(
         "ablation_no_gravity_compensation",
@@ -147,6 +149,7 @@ CLAIMS = [
         CO_REST,
         CO_REST_NULL,
         co_beats_rest(task=f"{TASK}_no_gravity_compensation"),
+        about="no_gravity_compensation",
     ),
     Claim(
         "another_robot",
@@ -155,6 +158,7 @@ CLAIMS = [
         CO_REST,
         CO_REST_NULL,
         co_beats_rest(task=f"{TASK}_ur5e"),
+        about="ur5e",
     ),
     Claim(
         "scaling",
@@ -163,6 +167,7 @@ CLAIMS = [
         "slope of success per doubling, cells in CO against all others, one-sided Mann-Whitney",
         "the slope in CO is not greater than outside",
         _scaling,
+        about=SIZED,
     ),
     Claim("stiff_datasets", "Large public data sets were recorded with stiff gains."),
 ]

@@ -5,7 +5,7 @@ import pandas as pd
 
 from t2l.published.numbers import Published, splits
 from t2l.scoreboard.claim import Claim
-from t2l.scoreboard.cloning import CELLS, NOMINAL, TASK, cells_of
+from t2l.scoreboard.cloning import CELLS, GRID, NOMINAL, TASK, cells_of
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
 from t2l.stats.bootstrap import mean
@@ -105,6 +105,7 @@ CLAIMS = [
         "the simulated variance is within 10 % of the theorem's, the hold included, wherever "
         "h Kp / (2 Kd) is below 0.1",
         judge=_theorem,
+        about=GRID,
     ),
     Claim(
         "variance_mass",
@@ -112,6 +113,7 @@ CLAIMS = [
         "cell",
         "over inertias it differs by at most 10 %, in the same cells",
         judge=_mass,
+        about=GRID,
     ),
     Claim(
         "effective_error",
@@ -120,6 +122,7 @@ CLAIMS = [
         "rank correlation, one-sided",
         "the correlation is not negative",
         _effective,
+        about=GRID,
     ),
     Claim(
         "effective_beats_loss",
@@ -128,6 +131,7 @@ CLAIMS = [
         "ρ of success with the loss less that with the effective error is above 0, by its "
         "bootstrap interval",
         judge=_beats_loss,
+        about=GRID,
     ),
     Claim(
         "loss_falls_with_attenuation",
@@ -136,6 +140,7 @@ CLAIMS = [
         "rank correlation of the RMS validation error with Kp / Kd, one-sided",
         "the correlation is not negative",
         _loss_and_attenuation,
+        about=GRID,
     ),
     Claim(
         "noise_robustness",
@@ -144,6 +149,7 @@ CLAIMS = [
         "success of replays of cells in CO against stiff ones, one-sided Mann-Whitney",
         "success in CO is not greater",
         _robust,
+        about=GRID,
     ),
     Claim(
         "noise_stiff_fails",
@@ -151,5 +157,6 @@ CLAIMS = [
         "cell",
         "mean success of stiff cells is at most 5 %, by its bootstrap interval",
         judge=_fails,
+        about=GRID,
     ),
 ]

@@ -1,10 +1,10 @@
 """A statement of the study that can be reproduced or not."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from t2l.published.numbers import Published, claims
-from t2l.scoreboard.evidence import AbsentError, Evidence
+from t2l.scoreboard.evidence import AbsentError, AmbiguousError, Evidence
 from t2l.stats.verdict import ALPHA, Finding, Verdict
 
 # from tables, the study's numbers, and how many tests p is corrected for
@@ -26,6 +26,9 @@ class Claim:
     null: the hypothesis that a test rejects; empty where an interval decides.
     judge: applies the rule; raises `AbsentError` where its tables are not there.
     tests: that p is corrected for (Bonferroni), as in the study where it corrects.
+    about: the study of ours, in config/studies, whose results it is judged by; another's only if
+        that one lacks them (`Evidence.of_one`). Empty where the judge itself takes parts from
+        several, or there is no experiment.
     """
 
     key: str
@@ -36,6 +39,7 @@ class Claim:
     judge: Judge = nothing
     tests: int = 1
     alpha: float = ALPHA
+    about: str = ""
 
     @property
     def published(self) -> Published:
@@ -45,6 +49,15 @@ class Claim:
     def finding(self, evidence: Evidence) -> Finding:
         """Our number and the verdict; `not run` where a table that it needs is not there."""
         try:
-            return self.judge(evidence, self.published, self.tests)
+            return (
+                evidence.of_one(self.about, self._judged) if self.about else self._judged(evidence)
+            )
         except AbsentError as absent:
             return Finding(Verdict.NOT_RUN, ours=str(absent))
+        except AmbiguousError as several:
+            # no error: one row that needs a choice must not cost all others their table
+            return Finding(Verdict.CANNOT_TELL, ours=str(several))
+
+    def _judged(self, evidence: Evidence) -> Finding:
+        found = self.judge(evidence, self.published, self.tests)
+        return replace(found, results=", ".join(evidence.studies) if self.about else "")

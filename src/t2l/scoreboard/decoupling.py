@@ -49,6 +49,7 @@ CLAIMS = [
         "effective stiffness at the end of training, one-sided Mann-Whitney",
         "the soft arm is not the stiffer",
         _stiffer,
+        about="decoupling",
     ),
     Claim(
         "stiffness_ratio",
@@ -56,5 +57,6 @@ CLAIMS = [
         "training seed",
         "the ratio of geometric means lies between 2.5 and 10, by its bootstrap interval",
         judge=_ratio,
+        about="decoupling",
     ),
 ]

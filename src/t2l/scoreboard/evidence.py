@@ -1,7 +1,7 @@
 """The tables that claims are judged by, and where in a study's results they lie."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -33,6 +33,10 @@ _REGEX = {
 
 class AbsentError(Exception):
     """A table that a claim needs is not there; the message says which."""
+
+
+class AmbiguousError(Exception):
+    """Several studies have what a claim needs; the message names them."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +71,9 @@ def found_in(folder: Path | str) -> list[Path]:
 
 
 class Evidence:
-    """Tables by kind and by the names in their paths.
+    """Tables by kind and by the names in their paths, of one study or of several.
 
-    Where several studies have a table, that of the study that was named first is taken.
+    A table is one study's. Of several, `of_one` takes a study that has all that a claim needs.
     """
 
     def __init__(self, tables: Sequence[tuple[Source, "pd.DataFrame"]]):
@@ -91,10 +95,38 @@ class Evidence:
         return list(dict.fromkeys(source.study for source, _ in self._tables))
 
     def only(self, study: str) -> "Evidence":
-        """What one study has, for a claim that compares its variants with each other."""
+        """What one study has."""
         return Evidence(
             [(source, table) for source, table in self._tables if source.study == study]
         )
+
+    def of_one[Made](self, about: str, make: "Callable[[Evidence], Made]") -> Made:
+        """What is made of the tables of one study, whatever the order in which they were read.
+
+        Of the study `about` if they are there. If not, of the one other study that has them: under
+        any name, so that a study of one's own counts too.
+
+        Args:
+            make: raises `AbsentError` for a study that has not all that it needs.
+
+        Raises:
+            AbsentError: of `about`, or the first by name, where no study has them.
+            AmbiguousError: several others have them.
+        """
+        made, absent = {}, []
+        for study in sorted(self.studies, key=lambda name: (name != about, name)):
+            try:
+                made[study] = make(self.only(study))
+            except AbsentError as error:
+                absent.append(error)
+                continue
+            if study == about:
+                break
+        if len(made) > 1:
+            raise AmbiguousError(f"{' and '.join(made)} have it, and none of them is {about}")
+        if not made:
+            raise absent[0] if absent else AbsentError("no results")
+        return next(iter(made.values()))
 
     def names(self, kind: str, field: str) -> list[str]:
         """What stands in the paths of a kind, such as the variants of cloning."""
@@ -106,24 +138,23 @@ class Evidence:
 
         Raises:
             AbsentError: there is no such table with rows, or it lacks a column.
+            AmbiguousError: several studies have one.
         """
         import pandas as pd
 
         called = " ".join([*fields.values(), kind])
-        for study in self.studies:
-            tables = list(self._of(study, kind, fields))
-            if not tables:
-                continue
-            whole = pd.concat(tables, ignore_index=True)
-            lacking = [column for column in columns if column not in whole]
-            if lacking:
-                raise AbsentError(f"the table of {called} has no {', '.join(lacking)}")
-            if len(whole):
-                return whole
-        raise AbsentError(f"no table of {called}")
-
-    def _of(self, study: str, kind: str, fields: dict[str, str]) -> Iterator["pd.DataFrame"]:
-        for source, table in self._tables:
-            same = source.study == study and source.kind == kind
-            if same and fields.items() <= dict(source.fields).items():
-                yield table
+        found = [
+            (source.study, table)
+            for source, table in self._tables
+            if source.kind == kind and fields.items() <= dict(source.fields).items() and len(table)
+        ]
+        studies = sorted({study for study, _ in found})
+        if len(studies) > 1:
+            raise AmbiguousError(f"{' and '.join(studies)} have a table of {called}")
+        if not found:
+            raise AbsentError(f"no table of {called}")
+        whole = pd.concat([table for _, table in found], ignore_index=True)
+        lacking = [column for column in columns if column not in whole]
+        if lacking:
+            raise AbsentError(f"the table of {called} has no {', '.join(lacking)}")
+        return whole

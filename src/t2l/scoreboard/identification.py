@@ -10,6 +10,8 @@ from t2l.scoreboard.words import among
 from t2l.stats.bootstrap import ratio
 from t2l.stats.verdict import Finding, greater, within
 
+# with all parameters free, as the paper identifies
+STUDY = "identification_published"
 RULE = "S* of cells, one-sided Mann-Whitney"
 
 
@@ -49,6 +51,7 @@ CLAIMS = [
         f"{RULE}: SO below all others",
         "S* in SO is not smaller",
         _so_lowest,
+        about=STUDY,
     ),
     Claim(
         "identification_factor",
@@ -56,6 +59,7 @@ CLAIMS = [
         "cell",
         "ratio of geometric means outside and in SO, by its bootstrap interval",
         judge=_factor,
+        about=STUDY,
     ),
     Claim(
         "identification_co_highest",
@@ -64,5 +68,6 @@ CLAIMS = [
         f"{RULE}: CO above all others",
         "S* in CO is not greater",
         _co_highest,
+        about=STUDY,
     ),
 ]

@@ -20,6 +20,7 @@ from t2l.stats.verdict import (
 EPISODES = 100  # that judge a trial, as in the study
 TASKS = ("joint_reach", "end_effector_reach")
 ORDER = ("CO", "CU", "SO", "SU")
+STUDY = "landscape"
 
 
 def corners(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
@@ -107,17 +108,17 @@ def _efficiency(evidence: Evidence, published: Published, tests: int) -> Finding
     return among(found, "factor {:.2f}", [float(spread(*groups))])
 
 
-def _exists(key: str, what: str, judge: Judge | None = None) -> Claim:
+def _exists(key: str, what: str, condition: str = "", study: str = "") -> Claim:
     statement = f"{what}: a successful policy exists at all four corners of the gains."
-    if judge is None:
+    if not condition:
         return Claim(key, statement)
     rule = "the best policy reaches the share of its 100 episodes at each corner: CO, CU, SO, SU"
-    return Claim(key, statement, "corner", rule, judge=judge)
+    return Claim(key, statement, "corner", rule, judge=_existence(condition), about=study)
 
 
 CLAIMS = [
-    _exists("existence_joint_reach", "FR3 Joint-Reach", _existence(TASKS[0])),
-    _exists("existence_end_effector_reach", "FR3 EE-Reach", _existence(TASKS[1])),
+    _exists("existence_joint_reach", "FR3 Joint-Reach", TASKS[0], STUDY),
+    _exists("existence_end_effector_reach", "FR3 EE-Reach", TASKS[1], "paper"),
     _exists("existence_lift", "FR3 Lift-Cube"),
     _exists("existence_drawer", "FR3 Open-Drawer"),
     _exists("existence_g1", "G1 Track-Velocity"),
@@ -130,6 +131,7 @@ CLAIMS = [
         f"χ² test of homogeneity over the four corners, at α = {ALPHA:g}",
         "all corners share one rate",
         _landscape,
+        about=STUDY,
     ),
     Claim(
         "no_easier_regime",
@@ -138,6 +140,7 @@ CLAIMS = [
         "the corner with most successes, where corners differ, is not the same in all tasks",
         "tasks draw their easiest corner at random",
         _no_easier,
+        about=STUDY,
     ),
     Claim(
         "sample_efficiency",
@@ -146,5 +149,6 @@ CLAIMS = [
         "steps to 95 % success of the slowest corner over the quickest are within a factor of "
         "two, by its bootstrap interval",
         judge=_efficiency,
+        about=STUDY,
     ),
 ]

@@ -28,7 +28,7 @@ CHAINS: dict[str, list[Claim]] = {
 }
 COLUMNS = (
     *("chain", "id", "section", "statement", "theirs", "ours", "value", "lower", "upper", "unit"),
-    *("n", "rule", "null", "alpha", "tests", "p", "verdict", "note"),
+    *("n", "rule", "null", "alpha", "tests", "p", "verdict", "note", "results"),
 )
 
 # that LaTeX does not read as text
@@ -48,7 +48,7 @@ def scoreboard(evidence: Evidence) -> pd.DataFrame:
                 (chain, claim.key, published.section, claim.statement, published.theirs,
                  found.ours, found.value, found.lower, found.upper, claim.unit, found.n,
                  claim.rule, claim.null, claim.alpha, claim.tests, found.p, str(found.verdict),
-                 published.note)
+                 published.note, found.results)
             )  # fmt: skip
     return pd.DataFrame(rows, columns=list(COLUMNS))
 

@@ -47,6 +47,7 @@ class Finding:
         value: the effect that the rule judged, with its 95 % interval; NaN where there is none.
         p: corrected; NaN where none was computed, or where the least attainable exceeds α.
         ours: our numbers as a person reads them.
+        results: whose they are, a folder below results/; empty where they are of several.
     """
 
     verdict: Verdict
@@ -56,6 +57,7 @@ class Finding:
     upper: float = nan
     p: float = nan
     ours: str = ""
+    results: str = ""
 
 
 def greater(

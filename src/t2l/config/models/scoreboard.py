@@ -11,6 +11,7 @@ class Scoreboard(Typed):
     """What its claims are judged by."""
 
     studies: Annotated[list[Name], Field(min_length=1, max_length=100), Unique] = Field(
-        description="names of other studies whose results in `results/` are read where this one "
-        "has none, the first that has a table; those that were not run are left out"
+        description="names of other studies whose results in `results/` are read too, in any "
+        "order: each statement is judged by the study that is about it (docs/scoreboard.md); those "
+        "that were not run are left out"
     )
