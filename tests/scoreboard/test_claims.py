@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from t2l.rl.landscape import no_curve
 from t2l.scoreboard import ablations
 from t2l.scoreboard.cloning import STUDY_TASKS
 from t2l.scoreboard.evidence import Evidence
@@ -458,6 +459,71 @@ def test_training_takes_as_long():
     assert verdict("sample_efficiency", **curves([1, 1.2, 1.1, 1])) is YES
     assert verdict("sample_efficiency", **curves([1, 1, 8, 1])) is NO
     assert verdict("sample_efficiency", **curves([1, 1, 1, 1], seeds=1)) is OPEN
+
+
+def again(steps, deviation=(1, 1, 1, 1), configurations=6, seeds=5, never=()):
+    """Training again at each of `CORNERS`, by file: steps to success, spread of reward by seed.
+
+    Args:
+        never: seeds that do not succeed.
+    """
+    columns = ["configuration", "seed", "update", "steps", "reward", "success", "kp", "kd"]
+    tables = {}
+    for (kp, kd), needed, spread in zip(CORNERS, steps, deviation, strict=True):
+        for c in range(configurations):
+            for seed in range(seeds):
+                at = needed * (1 + 0.05 * c) * (1 + 0.02 * seed)
+                level = 0.5 + 0.2 * c + 0.01 * spread * (1 + 0.05 * c) * (-1) ** seed
+                rows = [
+                    (7 * c, seed, update, 1000 * update, level + 0.1 * update,
+                     float(1000 * update >= at and seed not in never), kp, kd)
+                    for update in range(1, 41)
+                ]  # fmt: skip
+                path = f"sim_to_real__joint_reach__kp{kp}_kd{kd}__again__{c + 1}_seed{seed}"
+                tables[path] = pd.DataFrame(rows, columns=columns)
+    return tables
+
+
+def test_what_passed_is_trained_again_and_takes_as_long():
+    even, slow = again([5000, 6000, 5500, 5000]), again([3000, 3000, 12_000, 3000])
+    assert verdict("sample_efficiency", **even) is YES
+    assert verdict("sample_efficiency", **slow) is NO
+    assert verdict("sample_efficiency", **again([5000, 5000, 10_000, 5000])) is OPEN
+    # five seeds of two configurations are two units
+    assert verdict("sample_efficiency", **again([5000] * 4, configurations=2)) is OPEN
+    found = CLAIMS["sample_efficiency"].finding(evidence(**even))
+    assert found.n == 24
+    assert found.ours.startswith("CO 0.007")
+    assert found.ours.endswith(f" million steps: factor {found.value:.2f}")
+    # a run that never succeeds counts with all the steps it had: two of five, eight times as long
+    lost = again([5000] * 4)
+    lost |= {p: t for p, t in again([5000] * 4, never=(0, 1)).items() if "kp512_kd24" in p}
+    steps = CLAIMS["sample_efficiency"].finding(evidence(**lost)).value
+    assert steps == pytest.approx((40 / 5.8) ** 0.4, rel=0.1)
+    # the training of the policy that was chosen is then not looked at
+    chosen = {"sim_to_real__joint_reach__kp16_kd2__seed1__training": next(iter(slow.values()))}
+    assert verdict("sample_efficiency", **chosen, **even) is YES
+    # a corner where nothing passed
+    three = {path: table for path, table in even.items() if "kp512_kd24" not in path}
+    assert verdict("sample_efficiency", **three) is NOT_RUN
+    # as they are written where fewer trials passed than are trained again
+    empty = {"sim_to_real__joint_reach__kp512_kd24__again__9_seed1": no_curve()}
+    assert verdict("sample_efficiency", **three, **empty) is NOT_RUN
+    assert verdict("sample_efficiency", **even, **empty) is YES
+
+
+def test_training_is_as_stable():
+    same = [5000] * 4
+    assert verdict("training_stability", **again(same, [1, 1.2, 1.1, 1])) is YES
+    assert verdict("training_stability", **again(same, [1, 1, 4, 1])) is NO
+    assert verdict("training_stability", **again(same, [1, 1, 2, 1])) is OPEN
+    assert verdict("training_stability", **again(same, configurations=2)) is OPEN
+    assert verdict("training_stability", **again(same, seeds=1)) is NOT_RUN
+    # of configurations that differ in reward, each is compared with itself
+    found = CLAIMS["training_stability"].finding(evidence(**again(same)))
+    assert found.n == 24
+    assert found.value == pytest.approx(1)
+    assert found.ours == "CO 0.0123, CU 0.0123, SO 0.0123, SU 0.0123: factor 1.00"
 
 
 def test_stiffness_is_not_the_gain():

@@ -16,6 +16,7 @@ CELLS = pd.DataFrame({"kp": [1.0], "kd": [2.0], "success": [0.5]})
         ("sim_to_real/joint_reach/cells.parquet", "policies", {"condition": "joint_reach"}),
         ("sim_to_real/joint_reach/rollouts.parquet", "transfer", {"condition": "joint_reach"}),
         ("sim_to_real/a/kp16_kd2/seed3/training.parquet", "training", {"seed": "3"}),
+        ("sim_to_real/a/kp16_kd2/again/12_seed3.parquet", "again", {"configuration": "12"}),
         ("tables/transfer_decision_joint_reach.csv", "decision", {"condition": "joint_reach"}),
         ("block_stack/noise/kp16_kd2/noisy_replays.parquet", "noise", {"cell": "kp16_kd2"}),
         ("sim_to_real/identification.parquet", "identification", {}),

@@ -42,8 +42,11 @@ def test_trials_are_counted_beside_the_studys():
     assert first.best_success == 0.98
     assert not first.exists
     assert (first.configurations, first.runs, first.passed_again) == (2, 3, 2)
+    # one of both passed with each of its seeds
+    assert (first.always_again, none.always_again) == (1, 0)
     assert (none.trials, none.passed, none.runs) == (0, 0, 0)
     assert np.isnan(none.published_passed)
     text = printable(table)
     assert text["Trials that pass"].tolist() == ["3 of 4", "0 of 0"]
+    assert text["With every seed"].tolist() == ["1 of 2", "0 of 0"]
     assert text["The study"].tolist() == ["32 of 50", "–"]

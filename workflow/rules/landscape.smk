@@ -14,6 +14,17 @@ SHOWN_OF = {
     name: [cell for other, cell in LANDSCAPE_CELLS if other == name] for name, _ in LANDSCAPE_CELLS
 }
 AGAIN = of_condition("again/{configuration}_seed{seed}.parquet")
+EVERY_AGAIN = [
+    path
+    for condition, cell in LANDSCAPE_CELLS
+    for path in expand(
+        AGAIN,
+        condition=condition,
+        cell=cell,
+        configuration=range(1, 1 + LANDSCAPE["configurations"]),
+        seed=range(1, 1 + LANDSCAPE["seeds"]),
+    )
+]
 
 
 wildcard_constraints:
@@ -96,17 +107,7 @@ rule landscape_results:
             for condition, cell in LANDSCAPE_CELLS
             for path in expand(of_condition("trials.parquet"), condition=condition, cell=cell)
         ],
-        again=[
-            path
-            for condition, cell in LANDSCAPE_CELLS
-            for path in expand(
-                AGAIN,
-                condition=condition,
-                cell=cell,
-                configuration=range(1, 1 + LANDSCAPE.get("configurations", 0)),
-                seed=range(1, 1 + LANDSCAPE.get("seeds", 0)),
-            )
-        ],
+        again=EVERY_AGAIN,
     output:
         table=captioned_table("landscape"),
         figure=transfer_figure("sample_efficiency", "sample_efficiency"),

@@ -25,6 +25,7 @@ EVIDENCE = [
     ),
     *of_conditions(of_condition("trials.parquet"), SEARCHED, SHOWN_CELLS),
     *of_conditions(of_policy("training.parquet"), CONDITION_NAMES, SHOWN_CELLS),
+    *EVERY_AGAIN,
     *(
         expand(result("tables", "transfer_decision_{condition}.csv"), condition=DECISION["condition"])
         if DECISION and STUDY.conditions

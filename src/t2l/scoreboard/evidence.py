@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 # by kind, below results/STUDY; the first that matches a path is its kind
 PATTERNS = {
+    "again": "sim_to_real/{condition}/{cell}/again/{configuration}_seed{seed}.parquet",
     "training": "sim_to_real/{condition}/{cell}/seed{seed}/training.parquet",
     "trials": "sim_to_real/{condition}/{cell}/trials.parquet",
     "transfer": "sim_to_real/{condition}/rollouts.parquet",

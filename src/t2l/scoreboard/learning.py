@@ -21,6 +21,9 @@ EPISODES = 100  # that judge a trial, as in the study
 TASKS = ("joint_reach", "end_effector_reach")
 ORDER = ("CO", "CU", "SO", "SU")
 STUDY = "landscape"
+CELL = ("kp", "kd")
+UNIT = (*CELL, "configuration")
+RUN = (*UNIT, "seed")
 
 
 def corners(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
@@ -83,29 +86,57 @@ def _no_easier(evidence: Evidence, published: Published, tests: int) -> Finding:
     return among(found, f"easiest: {', '.join(winners) or 'not known'}")
 
 
-def _steps(evidence: Evidence, condition: str, success: float) -> pd.DataFrame:
-    """A row a training: kp, kd, steps until it first succeeds so often, or all that it had."""
-    columns = ("kp", "kd", "seed", "steps", "success")
-    table = evidence.table("training", columns, condition=condition)
-    rows = []
-    for (kp, kd, seed), part in table.groupby(["kp", "kd", "seed"]):
-        reached = part[part.success >= success]
-        steps = reached.steps.min() if len(reached) else part.steps.max()
-        rows.append((kp, kd, seed, steps))
-    return pd.DataFrame(rows, columns=["kp", "kd", "seed", "steps"])
-
-
 def spread(*groups: np.ndarray) -> np.ndarray:
     """The greatest geometric mean over the least, along the last axis."""
     means = np.stack([np.log(group).mean(axis=-1) for group in groups])
     return np.exp(means.max(axis=0) - means.min(axis=0))
 
 
-def _efficiency(evidence: Evidence, published: Published, tests: int) -> Finding:
-    table = _steps(evidence, TASKS[0], published.values["success"])
-    groups = [rows.steps.to_numpy() for rows in corners(table).values()]
+def _comparable(units: pd.DataFrame, published: Published, of: str = "") -> Finding:
+    """Whether no corner has more than a factor times another: geometric means of `units.value`.
+
+    Args:
+        of: the unit of these, for a person.
+    """
+    groups = [rows.value.to_numpy() for rows in corners(units).values()]
     found = within(spread, *groups, high=published.values["factor"])
-    return among(found, "factor {:.2f}", [float(spread(*groups))])
+    means = [[np.exp(np.log(group).mean())] for group in groups]
+    form = ", ".join(f"{region} {{:.3g}}" for region in ORDER)
+    return among(found, f"{form}{of}: factor {{:.2f}}", *means, [float(spread(*groups))])
+
+
+def _trainings(evidence: Evidence) -> pd.DataFrame:
+    """Rows of `RUN`, steps and success, of what was trained again; else of what was chosen."""
+    columns = ("steps", "success")
+    try:
+        return evidence.table("again", (*RUN, *columns), condition=TASKS[0])
+    except AbsentError:
+        table = evidence.table("training", (*CELL, "seed", *columns), condition=TASKS[0])
+        # there each seed is a unit
+        return table.assign(configuration=table.seed)
+
+
+def _efficiency(evidence: Evidence, published: Published, tests: int) -> Finding:
+    rows = []
+    for run, part in _trainings(evidence).groupby([*RUN]):
+        reached = part[part.success >= published.values["success"]]
+        steps = reached.steps.min() if len(reached) else part.steps.max()
+        rows.append((*run, np.log(steps)))
+    runs = pd.DataFrame(rows, columns=[*RUN, "log_steps"])
+    units = runs.groupby([*UNIT], as_index=False).log_steps.mean()
+    units["value"] = np.exp(units.log_steps) / 1e6
+    return _comparable(units, published, " million steps")
+
+
+def _stability(evidence: Evidence, published: Published, tests: int) -> Finding:
+    table = evidence.table("again", (*RUN, "update", "reward"), condition=TASKS[0])
+    # between seeds, at each evaluation; then over the course of training
+    variances = table.groupby([*UNIT, "update"]).reward.var()
+    means = variances.groupby([*UNIT]).mean().dropna()
+    units = np.sqrt(means).rename("value").reset_index()
+    if units.empty:
+        raise AbsentError("nothing was trained from two seeds")
+    return _comparable(units, published)
 
 
 def _exists(key: str, what: str, condition: str = "", study: str = "") -> Claim:
@@ -145,10 +176,22 @@ CLAIMS = [
     Claim(
         "sample_efficiency",
         "Training takes about as long at all corners.",
-        "training seed",
-        "steps to 95 % success of the slowest corner over the quickest are within a factor of "
-        "two, by its bootstrap interval",
+        "configuration (mean over training seeds)",
+        "every action scale that passed is trained again; steps to 95 % success, or all that a run "
+        "had, geometric mean over seeds, then over configurations: the slowest corner over the "
+        "quickest is within a factor of two, by the bootstrap interval. Where none was trained "
+        "again: over the training seeds of the one that was chosen",
         judge=_efficiency,
+        about=STUDY,
+    ),
+    Claim(
+        "training_stability",
+        "Training is about as stable at all corners.",
+        "configuration (over training seeds)",
+        "every action scale that passed is trained again; standard deviation of the reward between "
+        "seeds, root mean square over training, geometric mean over configurations: the greatest "
+        "corner over the least is within a factor of two, by the bootstrap interval",
+        judge=_stability,
         about=STUDY,
     ),
 ]

@@ -42,13 +42,14 @@ def landscape_table(
     Returns:
         condition, kp, kd, region; trials, those that were completed; passed, how many of them;
         best_success, exists; configurations that were trained again, runs, passed_again, how many
-        runs passed at some evaluation; published_passed of published_trials, the study's, NaN for
-        cells that it does not show.
+        runs passed at some evaluation, always_again, how many configurations did so with every
+        seed; published_passed of published_trials, the study's, NaN for cells that it does not
+        show.
     """
     rows = []
     for one in searched:
         complete = one.trials[one.trials.state == "complete"]
-        runs = one.again.groupby(["configuration", "seed"]).success.max()
+        runs = one.again.groupby(["configuration", "seed"]).success.max() >= passed
         best = complete.success.max() if len(complete) else float("nan")
         rows.append(
             {
@@ -62,7 +63,8 @@ def landscape_table(
                 "exists": bool(best >= exists),
                 "configurations": one.again.configuration.nunique(),
                 "runs": len(runs),
-                "passed_again": int((runs >= passed).sum()),
+                "passed_again": int(runs.sum()),
+                "always_again": int(runs.groupby("configuration").all().sum()),
                 "published_passed": PUBLISHED.get(one.cell, float("nan")),
                 "published_trials": PUBLISHED_TRIALS,
             }
@@ -84,6 +86,7 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
             "A solution exists": ["yes" if found else "no" for found in table.exists],
             "Trained again": table.configurations.astype(str),
             "Runs that pass": _of(table.passed_again, table.runs),
+            "With every seed": _of(table.always_again, table.configurations),
         }
     )
 
