@@ -44,6 +44,7 @@ rule all:
     input:
         FIGURES,
         REGIONS,
+        SCALING,
         NOISE_FIGURES,
         TRANSFER_FIGURES,
         OVERVIEW_FIGURES,
@@ -64,6 +65,7 @@ rule figures:
     input:
         FIGURES,
         REGIONS,
+        SCALING,
         NOISE_FIGURES,
         TRANSFER_FIGURES,
         OVERVIEW_FIGURES,

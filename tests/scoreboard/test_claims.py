@@ -210,7 +210,7 @@ def test_data_sizes():
         return {
             f"block_stack__{variant}__cells": cloning(
                 cells, CO=0.2 + slope * np.log2(n / 25), SO=0.2, CU=0.2, SU=0.2
-            ).assign(replays=100)
+            ).assign(demonstrations=n)
             for variant, n in variants.items()
         }
 
@@ -218,7 +218,7 @@ def test_data_sizes():
     assert verdict("scaling", **tables(0.0)) is NO
     assert verdict("scaling", **tables(0.1, FOUR)) is OPEN
     # another study's nominal, trained better, is no larger number of demonstrations
-    better = {"block_stack__nominal__cells": cloning(CO=0.9).assign(replays=100)}
+    better = {"block_stack__nominal__cells": cloning(CO=0.9).assign(demonstrations=100)}
     both = Evidence([*read("main", better), *read("variants", tables(0.0))])
     assert CLAIMS["scaling"].finding(both).verdict is NO
     two = {name: table for name, table in tables(0.1).items() if "25" not in name}

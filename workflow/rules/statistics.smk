@@ -11,9 +11,23 @@ PUBLISHED = list(filter(None, [STUDY.sections["attenuation"].get("published_grid
 # tasks that the study has published grids of
 COMPARED = {task: STUDY.tasks[task]["kind"] for task in TASKS} if PUBLISHED else {}
 COMPARED = {task: kind for task, kind in COMPARED.items() if kind in COUNTERPARTS}
+# variants that differ in how many demonstrations a policy is trained on
+SIZES = {
+    name: variant["demonstrations"].get("used") or STUDY.sections["demonstrations"]["count"]
+    for name, variant in VARIANTS.items()
+    if name == NOMINAL or variant["demonstrations"] != VARIANTS[NOMINAL]["demonstrations"]
+}
+SIZED = [name for name, number in SIZES.items() if isinstance(number, int)]
+# two would fit any line
+SIZED = SIZED if len(SIZED) >= 3 else []
+SCALING = [
+    *multiext(result("tables", "scaling"), ".csv", ".md", ".tex"),
+    *expand(result("figures", "scaling.{suffix}"), suffix=FORMATS),
+] if SIZED else []
 TABLES = [
     *multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex"),
     *REGIONS[:3],
+    *SCALING[:3],
     *(multiext(result("tables", "published_grids"), ".csv", ".md", ".tex") if COMPARED else []),
 ]
 
@@ -104,6 +118,31 @@ rule regions:
         "../envs/t2l.yaml"
     script:
         "../scripts/regions.py"
+
+
+rule scaling:
+    input:
+        **{
+            task: expand(result(task, "{variant}", "cells.parquet"), variant=SIZED)
+            for task in TASKS
+        },
+    output:
+        table=study_table("scaling"),
+        figure=study_figure("scaling"),
+    params:
+        version=VERSION,
+        tasks=TASKS,
+        grid=STUDY.sections["grid"],
+    log:
+        result("logs", "scaling.log"),
+    benchmark:
+        result("benchmarks", "scaling.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/scaling.py"
 
 
 rule published_grids:

@@ -15,7 +15,9 @@ from t2l.policies.validation import prediction_mse, split
 from t2l.seeds import torch_seed
 from t2l.tasks import Task
 
-LOSS_COLUMNS = ("kp", "kd", "seed", "epoch", "validation_loss", "validation_mse_rad2")
+LOSS_COLUMNS = (
+    "kp", "kd", "seed", "demonstrations", "epoch", "validation_loss", "validation_mse_rad2",
+)  # fmt: skip
 
 
 def train(
@@ -43,6 +45,7 @@ def train(
 
     Yields:
         The policy, and one row an epoch with columns `LOSS_COLUMNS` and those of the policy's own;
+        `demonstrations`, of how many the training and the validation episodes are;
         `validation_mse_rad2` is that of the trained policy, over the elements of `actions`, in
         every row.
 
@@ -64,7 +67,13 @@ def train(
         error = prediction_mse(policy, one.validation)[: len(actions)].mean()
         yield (
             policy,
-            losses.assign(kp=cell.kp, kd=cell.kd, seed=number, validation_mse_rad2=float(error)),
+            losses.assign(
+                kp=cell.kp,
+                kd=cell.kd,
+                seed=number,
+                demonstrations=len(one.training) + len(one.validation),
+                validation_mse_rad2=float(error),
+            ),
         )
 
 

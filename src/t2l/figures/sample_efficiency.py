@@ -50,6 +50,8 @@ def sample_efficiency(curves: "pd.DataFrame", grid: Grid) -> Figure:
                 fontsize=8,
             )
         else:
-            axes[0].text(0.5, 0.5, "no trial passed", transform=axes[0].transAxes, ha="center")
+            axes[0].text(
+                0.5, 0.5, "nothing was trained again", transform=axes[0].transAxes, ha="center"
+            )
         figure.suptitle("Training again with what passed", fontsize=11)
     return figure

@@ -4,7 +4,6 @@ import re
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
 import pandas as pd
 
 from t2l.published.numbers import Published, splits
@@ -21,6 +20,7 @@ from t2l.scoreboard.cloning import (
 )
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
+from t2l.stats.scaling import slopes
 from t2l.stats.verdict import Finding, Verdict, every, greater, paired_greater
 
 # a claim: what is varied, the variant of cloning, and the study of ours that trains it
@@ -49,19 +49,8 @@ CLASSES = {NOMINAL: GRID} | {
     for _, variant, study in VARIANTS.values()
     if study in ("policy_classes", "lerobot_policies")
 }
-SIZES = re.compile(r"demonstrations_(\d+)")
 FEWEST_SIZES = 3  # two would fit any line
-
-
-def slopes(success: pd.DataFrame) -> np.ndarray:
-    """(n,) change of success per doubling of the demonstrations, least squares a cell.
-
-    Args:
-        success: a row a cell, a column a number of demonstrations.
-    """
-    x = np.log2(np.asarray(success.columns, float))
-    x = x - x.mean()
-    return (success.to_numpy() @ x) / (x @ x)
+SIZES = re.compile(r"demonstrations_(\d+)")
 
 
 def _scaling(evidence: Evidence, published: Published, tests: int) -> Finding:
@@ -78,9 +67,8 @@ def _scaling(evidence: Evidence, published: Published, tests: int) -> Finding:
 
 def _sizes(evidence: Evidence) -> dict[int, str]:
     """Variants by their number of demonstrations; trained alike but for it."""
-    nominal = evidence.table("cloning", ("replays",), task=TASK, variant=NOMINAL)
-    # the nominal replays every demonstration once
-    return {int(nominal.replays.max()): NOMINAL} | {
+    nominal = evidence.table("cloning", ("demonstrations",), task=TASK, variant=NOMINAL)
+    return {int(nominal.demonstrations.max()): NOMINAL} | {
         int(match[1]): name
         for name in evidence.names("cloning", "variant")
         if (match := SIZES.fullmatch(name))

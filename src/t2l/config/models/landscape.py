@@ -17,8 +17,8 @@ class Landscape(Typed):
     # a job each, at every corner in every condition
     configurations: Integer = Field(
         5,
-        ge=1,
+        ge=0,
         le=100,
-        description="trials that are trained again at most: the first of those that pass",
+        description="trials that are trained again at most: the first of those that pass; 0: none",
     )
     seeds: Integer = Field(5, ge=1, le=100, description="how often each of them")
