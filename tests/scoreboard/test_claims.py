@@ -439,6 +439,12 @@ def test_solutions_exist():
     assert verdict("existence_joint_reach", **policies([0.78, 1.0, 0.95, 0.98])) is NO
     three = policies([1.0, 1.0, 1.0], CORNERS[:3])
     assert verdict("existence_joint_reach", **three) is NOT_RUN
+    # the policy of a trial is one too
+    trials = {"sim_to_real__joint_reach__kp16_kd2__trials": _trials([1, 1, 1, 1])}
+    assert verdict("existence_joint_reach", **trials) is YES
+    none = {"sim_to_real__joint_reach__kp16_kd2__trials": _trials([1, 0, 1, 1])}
+    assert verdict("existence_joint_reach", **none) is NO
+    assert verdict("existence_joint_reach", **none, **policies([0.5, 1.0, 0.5, 0.5])) is YES
 
 
 def test_training_takes_as_long():

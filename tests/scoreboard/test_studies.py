@@ -94,7 +94,7 @@ def test_rollouts_and_policies_are_of_the_same_study():
     """Two studies with one condition: one has trials, both have policies, one was deployed."""
     folder = "sim_to_real__joint_reach"
     corners = planted.frame(planted.CORNERS, "transfer", success_sim_100=0.0)
-    trials = planted.frame(planted.CORNERS, "transfer", state="complete", success=1.0)
+    trials = planted.frame(planted.CORNERS, "transfer", state="complete", success=0.5)
     searched = {
         f"{folder}__cells": corners,
         f"{folder}__kp16_kd2__trials": pd.concat([trials] * 20, ignore_index=True),
