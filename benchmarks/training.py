@@ -20,7 +20,8 @@ from benchmarks.scene import block_stack, paper
 from t2l.policies import Episode
 from t2l.policies.chunk_cvae import Settings, Sizes
 from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
-from t2l.policies.training import Data, reproducible, train
+from t2l.policies.rows import Rows
+from t2l.policies.training import reproducible, train
 
 SIDE_BY_SIDE = (1, 4, 12)
 # of all policies together
@@ -97,17 +98,17 @@ def _training(count: int, steps: int) -> Callable[[], object]:
     def episode(length: int) -> Episode:
         return Episode(*(rng.normal(size=(length, n)).astype(np.float32) for n in shape))
 
-    data = Data([episode(steps * size) for _ in range(count)], settings, torch.device("cpu"))
-    parts = [range(i * steps * size, (i + 1) * steps * size) for i in range(count)]
-    # next to nothing, so that a step is what an epoch takes
-    validation = [Data([episode(1)], settings, torch.device("cpu"))] * count
+    # next to nothing is held out, so that a step is what an epoch takes
+    shown, held_out = [episode(steps * size) for _ in range(count)], episode(1)
+    data = Rows([*shown, held_out], settings, torch.device("cpu"))
+    training, validation = [data.of([e]) for e in shown], [data.of([held_out])] * count
     sizes = Sizes(
         observation_size=shape[0],
         action_size=shape[1],
         **settings.model_dump(include=set(Sizes.model_fields)),
     )
     networks = [ChunkCVAENetwork(sizes, settings) for _ in range(count)]
-    return lambda: train(networks, data, parts, validation, settings, range(count))
+    return lambda: train(networks, data, training, validation, settings, range(count))
 
 
 def _seconds(call: Callable[[], object]) -> float:

@@ -97,7 +97,7 @@ else:
         benchmark:
             result("benchmarks", "train_side_by_side", "{task}_{variant}.tsv")
         resources:
-            mem_mb=8000,
+            mem_mb=memory_side_by_side,
             gpu=1,
         conda:
             "../envs/t2l.yaml"

@@ -95,6 +95,21 @@ def memory(wildcards) -> int:
     return 4000 if VARIANTS[wildcards.variant]["observation"]["cameras"] else 2000
 
 
+def memory_side_by_side(wildcards) -> int:
+    """For `resources`: MB of a job that trains all policies of a variant.
+
+    To what one policy is given come 25 a policy, for weights, gradients, the optimiser's moments
+    and a batch, and 0.25 an episode, which lies there twice while those of all cells are put
+    together. Both are measured on a processor with the handover, whose observations are the largest
+    (docs/speed.md). Of policies that see by cameras a processor would take more for each; that is
+    not measured, and a GPU has it on its own.
+    """
+    used = VARIANTS[wildcards.variant]["demonstrations"].get("used")
+    counts = used.values() if isinstance(used, dict) else [used or DEMONSTRATED]
+    policies, episodes = len(CELLS) * len(SEEDS), len(CELLS) * max(counts)
+    return round(memory(wildcards) + 25 * policies + 0.25 * episodes)
+
+
 def of_transfer(artefact: str) -> str:
     """The path of an artefact that every cell of the sim-to-real chain has."""
     return result("sim_to_real", "cells", "{cell}", artefact)
@@ -226,6 +241,7 @@ SEEDS = list(range(STUDY.sections["training_seeds"]))
 SIDE_BY_SIDE = STUDY.sections["training_jobs"] == "variant"
 CELLS = [cell.name for cell in STUDY.grid.cells]
 SEED = STUDY.sections["seed"]
+DEMONSTRATED = STUDY.sections["demonstrations"]["count"]
 
 FORMATS = ("pdf", "png")
 DEMONSTRATIONS = result("{task}", "demonstrations")

@@ -1,6 +1,7 @@
 """From the retargeted demonstrations of cells to their policies."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from t2l.errors import ArtefactError
 from t2l.gains import Cell
 from t2l.policies import POLICIES, ClonedPolicy, Episode, Pictures, TrainingSet
 from t2l.policies.validation import prediction_mse, split
+from t2l.policies.windows import together
 from t2l.seeds import torch_seed
 from t2l.tasks import Task
 
@@ -55,13 +57,11 @@ def train(
     own = dict(settings)
     kind, fraction = POLICIES.find(own.pop("policy")), own.pop("validation_fraction")
     members, sets = [], []
-    for cell, path in data.items():
-        episodes = _episodes(task, path, views)
-        most = used.get(cell.name) if isinstance(used, Mapping) else used
+    for cell, episodes in _of_cells(task, data, used, views).items():
         for number in seeds:
             seed = torch_seed(*stage, cell.name, number)
             members.append((cell, number))
-            sets.append(TrainingSet(*split(episodes[:most], fraction, seed), seed))
+            sets.append(TrainingSet(*split(episodes, fraction, seed), seed))
     made = kind.fit_side_by_side(sets, kind.settings(**own), threads)
     for (cell, number), one, (policy, losses) in zip(members, sets, made, strict=True):
         error = prediction_mse(policy, one.validation)[: len(actions)].mean()
@@ -85,6 +85,22 @@ def views_of(path: Path | str, cameras: Sequence[str], size_px: int) -> list[Pic
     """
     store, demonstrations = read_pictures(path, cameras, size_px)
     return [Pictures(store, frames) for frames in demonstrations]
+
+
+def _of_cells(
+    task: Task,
+    data: Mapping[Cell, Path | str],
+    used: int | Mapping[str, int] | None,
+    views: Sequence[Pictures],
+) -> dict[Cell, list[Episode]]:
+    """Each cell's episodes to be trained on, in arrays that training need not copy."""
+    read = {}
+    for cell, path in data.items():
+        most = used.get(cell.name) if isinstance(used, Mapping) else used
+        # a copy, so that what is not used is let go
+        read[cell] = together(_episodes(task, path, views)[:most])
+    each = iter(together([*chain.from_iterable(read.values())]))
+    return {cell: list(islice(each, len(episodes))) for cell, episodes in read.items()}
 
 
 def _episodes(task: Task, path: Path | str, views: Sequence[Pictures]) -> list[Episode]:

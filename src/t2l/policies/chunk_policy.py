@@ -3,7 +3,7 @@
 What such a network is stands in `t2l.policies.chunk_network`; only what needs it loads torch.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
@@ -106,32 +106,36 @@ class ChunkPolicy(ClonedPolicy):
         """See `ClonedPolicy.fit_side_by_side`."""
         import torch
 
-        from t2l.policies.training import Data, reproducible, train
+        from t2l.policies.rows import Rows
+        from t2l.policies.training import reproducible, train
 
         own = set(cls.sizes.model_fields) & set(cls.settings.model_fields)
         with reproducible(threads) as device:
-            pictures = pictured([e for s in sets for e in (*s.training, *s.validation)])
+            episodes = [e for s in sets for e in (*s.training, *s.validation)]
+            pictures = pictured(episodes)
             store = None if pictures is None else torch.as_tensor(pictures.store, device=device)
-            data = Data([e for s in sets for e in s.training], settings, device, store)
-            ends = np.cumsum([sum(len(e.action) for e in s.training) for s in sets]).tolist()
-            parts = [range(*span) for span in zip([0, *ends], ends, strict=False)]
+            data = Rows(episodes, settings, device, store)
+            training, validation = zip(
+                *((data.of(s.training), data.of(s.validation)) for s in sets), strict=True
+            )
             sizes = cls.sizes(
                 observation_size=data.observation.shape[1],
                 action_size=data.action.shape[1],
                 cameras=0 if store is None else store.shape[1],
                 **settings.model_dump(include=own),
             )
-            networks = []
-            for part, member in zip(parts, sets, strict=True):
-                # weights are drawn on the processor, so that they are the same on every device
-                torch.manual_seed(member.seed)
-                network = cls._network(sizes, settings)
-                steps = slice(part.start, part.stop)
-                network.to(device).normalise_by(data.observation[steps], data.action[steps])
-                networks.append(network)
-            validation = [Data(s.validation, settings, device, store) for s in sets]
-            losses = train(networks, data, parts, validation, settings, [s.seed for s in sets])
-        return [(cls(n), table) for n, table in zip(networks, losses, strict=True)]
+
+            def networks() -> "Iterator[ChunkNetwork]":
+                for rows, member in zip(training, sets, strict=True):
+                    # weights are drawn on the processor, so that they are the same on every device
+                    torch.manual_seed(member.seed)
+                    network = cls._network(sizes, settings)
+                    network.to(device).normalise_by(data.observation[rows], data.action[rows])
+                    yield network
+
+            seeds = [s.seed for s in sets]
+            made = train(networks(), data, training, validation, settings, seeds)
+        return [(cls(network), losses) for network, losses in made]
 
     def act(self, history: np.ndarray, pictures: np.ndarray | None = None) -> np.ndarray:
         """See `Policy.act`.

@@ -7,7 +7,7 @@ more of them; a GPU trains dozens in the time of one.
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -15,13 +15,11 @@ import numpy as np
 import pandas as pd
 import torch
 from torch import Tensor
-from torch.func import functional_call, stack_module_state, vmap
+from torch.func import functional_call, vmap
 
 from t2l.policies.captured import Captured
-from t2l.policies.policy import Episode
+from t2l.policies.rows import Rows
 from t2l.policies.training_settings import TrainingSettings
-from t2l.policies.validation import AT_ONCE, PICTURED_AT_ONCE
-from t2l.policies.windows import pictured, windows
 
 log = logging.getLogger(__name__)
 
@@ -46,46 +44,6 @@ class Network(Protocol):
 
     def prediction_error(self, history: Tensor, chunk: Tensor, **pictures: Tensor) -> Tensor:
         """Mean squared error of normalised actions when acting, a scalar."""
-
-
-class Data:
-    """Windows of some episodes on a device, gathered by index so that none is stored twice.
-
-    Args:
-        store: on the device, of the episodes' pictures, if they have some.
-    """
-
-    def __init__(
-        self,
-        episodes: Sequence[Episode],
-        settings: TrainingSettings,
-        device: torch.device,
-        store: Tensor | None = None,
-    ):
-        arrays = windows(episodes, settings.history, settings.chunk)
-        self.observation, self.action = (
-            torch.as_tensor(a, dtype=torch.float32, device=device) for a in arrays[:2]
-        )
-        self._past, self._future = (torch.as_tensor(a, device=device) for a in arrays[2:])
-        self._store = store
-        if store is not None:
-            self._frames = torch.as_tensor(pictured(episodes).frames, device=device)
-
-    def __len__(self) -> int:
-        return len(self._past)
-
-    def __getitem__(self, index: Tensor) -> tuple[Tensor, Tensor]:
-        """Histories (…, history, nobs) and chunks (…, chunk, nact) of steps (…)."""
-        return self.observation[self._past[index]], self.action[self._future[index]]
-
-    def pictures(self, index: Tensor) -> dict[str, Tensor]:
-        """Nothing, or `pictures` (…, ncamera, height, width, 3) of steps (…)."""
-        return {} if self._store is None else {"pictures": self._store[self._frames[index]]}
-
-    @property
-    def at_once(self) -> int:
-        """Steps that are judged at once."""
-        return AT_ONCE if self._store is None else PICTURED_AT_ONCE
 
 
 @contextmanager
@@ -125,63 +83,66 @@ class _Loss(torch.nn.Module):
 
 
 def train[N: torch.nn.Module](
-    networks: Sequence[N],
-    training: Data,
-    parts: Sequence[range],
-    validation: Sequence[Data],
+    networks: Iterable[N],
+    data: Rows,
+    training: Sequence[Tensor],
+    validation: Sequence[Tensor],
     settings: TrainingSettings,
     seeds: Sequence[int],
-) -> list[pd.DataFrame]:
+) -> list[tuple[N, pd.DataFrame]]:
     """Minimise each network's loss on its own data, in place.
 
     Every batch is full: where an order of windows ends before its epoch does, it begins again.
 
     Args:
-        networks: each a `Network` too, of the same shape.
-        training: of all networks.
-        parts: each network's windows of `training`.
-        validation: of each network.
+        networks: each a `Network` too, of the same shape. One is asked for when the one before has
+            its place in the stack, so that weights are held once.
+        data: of all networks.
+        training: each network's rows of `data` to learn from, (n,).
+        validation: each network's to be judged by.
         seeds: of each network's order of windows and of its draws.
 
     Returns:
-        For each network one row an epoch: epoch, training_loss, reconstruction, validation_loss.
+        Each network, whose parameters are now a part of the stack, and one row an epoch: epoch,
+        training_loss, reconstruction, validation_loss.
     """
-    device, size = training.observation.device, settings.batch_size
-    batches = max(-(-len(part) // size) for part in parts)
+    device, size = data.observation.device, settings.batch_size
+    batches = max(-(-len(rows) // size) for rows in training)
     generators = [torch.Generator(device).manual_seed(seed) for seed in seeds]
-    templates = [_Loss(network) for network in networks]
-    stacked, buffers = stack_module_state(templates)
-    parameters = list(stacked.values())
+    modules, stacked, buffers = _stack(map(_Loss, networks), len(seeds))
+    trained, parameters = [module.network for module in modules], list(stacked.values())
     optimiser = torch.optim.AdamW(
         parameters, lr=settings.learning_rate, weight_decay=settings.weight_decay, fused=True
     )
     schedule = torch.optim.lr_scheduler.OneCycleLR(
         optimiser, settings.learning_rate, total_steps=settings.epochs * batches, pct_start=0.1
     )
-    losses = _side_by_side(_stateless(templates[0]), len(networks))
+    losses = _side_by_side(_stateless(modules[0]), len(trained))
 
     def gradients_of(*arguments: Tensor, **pictures: Tensor) -> tuple[Tensor, ...]:
         minimised, reconstruction = losses(stacked, buffers, pictures, *arguments)
-        gradients = torch.autograd.grad(minimised.sum(), parameters)
+        gradients = list(torch.autograd.grad(minimised.sum(), parameters))
         return torch.stack([minimised, reconstruction]).detach(), *_clipped(gradients)
 
     step = Captured(gradients_of)
-    rows, start = [[] for _ in networks], time.monotonic()
+    order = torch.empty(len(trained), batches * size, dtype=torch.int32, device=device)
+    rows, start = [[] for _ in trained], time.monotonic()
     for epoch in range(1, settings.epochs + 1):
-        totals = torch.zeros(2, len(networks), device=device)
-        orders = [_order(*pair, batches * size) for pair in zip(parts, generators, strict=True)]
-        for index in torch.stack(orders).split(size, dim=1):
-            draws = [n.draws(size, g) for n, g in zip(networks, generators, strict=True)]
-            arguments = [*training[index], *map(torch.stack, zip(*draws, strict=True))]
-            found, *gradients = step(*arguments, **training.pictures(index))
-            for parameter, gradient in zip(parameters, gradients, strict=True):
-                parameter.grad = gradient
+        totals = torch.zeros(2, len(trained), device=device)
+        for own, *pair in zip(order, training, generators, strict=True):
+            own.copy_(_order(*pair, batches * size))
+        for index in order.split(size, dim=1):
+            drawn = _drawn(trained, generators, size)
+            found, *gradients = step(*data[index], *drawn, **data.pictures(index))
+            for parameter in parameters:
+                parameter.grad = gradients.pop(0)
             optimiser.step()
+            # not to be kept until there are the next ones
+            optimiser.zero_grad()
             schedule.step()
             totals += found
-        _unstack(stacked, templates)
-        for i, trained in enumerate((totals / batches).T.tolist()):
-            rows[i].append((epoch, *trained, _validation_loss(networks[i], validation[i])))
+        for i, found in enumerate((totals / batches).T.tolist()):
+            rows[i].append((epoch, *found, _validation_loss(trained[i], data, validation[i])))
         elapsed = time.monotonic() - start
         log.info(
             "epoch %d of %d: training loss %.5f, validation loss %.5f, %.0f s left",
@@ -189,7 +150,30 @@ def train[N: torch.nn.Module](
             elapsed / epoch * (settings.epochs - epoch),
         )
     columns = ["epoch", "training_loss", "reconstruction", "validation_loss"]
-    return [pd.DataFrame(row, columns=columns) for row in rows]
+    return [
+        (network, pd.DataFrame(row, columns=columns))
+        for network, row in zip(trained, rows, strict=True)
+    ]
+
+
+def _stack(
+    modules: Iterable[torch.nn.Module], count: int
+) -> tuple[list[torch.nn.Module], dict[str, Tensor], dict[str, Tensor]]:
+    """`count` modules of one shape, and a stack of each of their parameters and buffers.
+
+    Their parameters become parts of the stacks.
+    """
+    made, stacked = [], {}
+    for i, module in enumerate(modules):
+        for name, parameter in module.named_parameters():
+            if name not in stacked:
+                stacked[name] = parameter.new_empty(count, *parameter.shape)
+            stacked[name][i] = parameter.data
+            parameter.data = stacked[name][i]
+        made.append(module)
+    own = [dict(module.named_buffers()) for module in made]
+    buffers = {name: torch.stack([each[name] for each in own]) for name in own[0]}
+    return made, {name: stack.requires_grad_() for name, stack in stacked.items()}, buffers
 
 
 def _stateless(template: torch.nn.Module) -> Callable[..., tuple[Tensor, Tensor]]:
@@ -216,31 +200,35 @@ def _side_by_side(
     return of_one
 
 
-def _order(part: range, generator: torch.Generator, wanted: int) -> Tensor:
-    """`wanted` windows of `part`, none a second time before all others."""
-    order = torch.randperm(len(part), generator=generator, device=generator.device)
-    return part.start + order.repeat(-(-wanted // len(part)))[:wanted]
+def _order(rows: Tensor, generator: torch.Generator, wanted: int) -> Tensor:
+    """`wanted` of the rows, none a second time before all others."""
+    order = torch.randperm(len(rows), generator=generator, device=generator.device)
+    return rows[order].repeat(-(-wanted // len(rows)))[:wanted]
 
 
-def _clipped(gradients: Sequence[Tensor]) -> list[Tensor]:
-    """With a bounded norm for each network, which the first axis counts."""
+def _drawn(
+    networks: Sequence[Network], generators: Sequence[torch.Generator], n: int
+) -> list[Tensor]:
+    """What the losses of n windows of each network take at random."""
+    draws = [one.draws(n, own) for one, own in zip(networks, generators, strict=True)]
+    return [torch.stack(each) for each in zip(*draws, strict=True)]
+
+
+def _clipped(gradients: list[Tensor]) -> Iterator[Tensor]:
+    """With a bounded norm for each network, which the first axis counts; takes them away."""
     norms = torch.stack([g.flatten(1).norm(dim=1) for g in gradients]).norm(dim=0)
     scale = GRADIENT_NORM / norms.clamp(min=GRADIENT_NORM)
-    # the fused optimiser takes a gradient to lie in memory as its parameter does
-    return [(g * scale.view(-1, *[1] * (g.dim() - 1))).contiguous() for g in gradients]
+    while gradients:
+        gradient = gradients.pop(0)
+        scaled = gradient * scale.view(-1, *[1] * (gradient.dim() - 1))
+        # the fused optimiser takes a gradient to lie in memory as its parameter does
+        yield scaled.contiguous()
 
 
 @torch.no_grad()
-def _unstack(stacked: dict[str, Tensor], modules: Sequence[torch.nn.Module]) -> None:
-    for i, module in enumerate(modules):
-        for name, parameter in module.named_parameters():
-            parameter.copy_(stacked[name][i])
-
-
-@torch.no_grad()
-def _validation_loss(network: Network, data: Data) -> float:
+def _validation_loss(network: Network, data: Rows, rows: Tensor) -> float:
     total = 0.0
-    for index in torch.arange(len(data), device=data.observation.device).split(data.at_once):
+    for index in rows.split(data.at_once):
         error = network.prediction_error(*data[index], **data.pictures(index))
         total += len(index) * float(error)
-    return total / len(data)
+    return total / len(rows)

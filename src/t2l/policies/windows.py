@@ -1,6 +1,7 @@
 """Training windows: the observation history before a step and the action chunk from it on."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,6 +45,44 @@ def windows(
         around(lengths, range(1 - history, 1))[0],
         around(lengths, range(chunk))[0],
     )
+
+
+def together(episodes: Sequence[Episode]) -> list[Episode]:
+    """The same episodes as slices of one array of observations and one of actions."""
+    cuts = np.cumsum([len(e.action) for e in episodes])[:-1]
+    seen, done = (
+        np.split(np.concatenate(parts), cuts)
+        for parts in ([e.observation for e in episodes], [e.action for e in episodes])
+    )
+    return [
+        replace(e, observation=observation, action=action)
+        for e, observation, action in zip(episodes, seen, done, strict=True)
+    ]
+
+
+def stored(episodes: Sequence[Episode]) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """Arrays of observations and of actions with all the steps, and where each episode begins.
+
+    Nothing is copied if they are slices of such arrays already, as `together` makes them; there may
+    be more in these.
+    """
+    seen, done = [e.observation for e in episodes], [e.action for e in episodes]
+    begins = _begins(seen)
+    if begins is not None and begins == _begins(done):
+        return seen[0].base, done[0].base, begins
+    ends = np.cumsum([len(action) for action in done]).tolist()
+    return np.concatenate(seen), np.concatenate(done), [0, *ends[:-1]]
+
+
+def _begins(parts: Sequence[np.ndarray]) -> list[int] | None:
+    """Rows at which the parts begin of the one array that they are slices of, if they are."""
+    whole = parts[0].base
+    if not isinstance(whole, np.ndarray) or any(
+        p.base is not whole or (p.shape[1:], p.strides) != (whole.shape[1:], whole.strides)
+        for p in parts
+    ):
+        return None
+    return [(p.ctypes.data - whole.ctypes.data) // whole.strides[0] for p in parts]
 
 
 def pictured(episodes: Sequence[Episode]) -> Pictures | None:
