@@ -177,3 +177,13 @@ def test_what_would_take_more_than_half_a_turn_turns_the_same_way(robot, model, 
     done = law.turned(law.command(np.concatenate(torque, axis=1)))
     # the first is stretched out, which hides a part of the command
     np.testing.assert_allclose(done[1:], turn[1:] * LARGEST_TURN / 4, atol=1e-6 * (1 + kd / kp))
+
+
+def test_the_jacobian_is_mujocos(robot, model):
+    law = Law(robot, model, 1.0, 1.0, np.random.default_rng(0), speed=1.0)
+    law.batch.forward()
+    for arm, now in zip(robot.arms, law.arms, strict=True):
+        dofs = [model.joint(name).dofadr[0] for name in arm.joints]
+        body = int(model.site(arm.tool_site).bodyid[0])
+        expected = np.concatenate(law.batch.jac(body, now.position), axis=1)[:, :, dofs]
+        np.testing.assert_allclose(now.jacobian(), expected, rtol=0, atol=1e-14)

@@ -6,6 +6,9 @@ from mujoco.batch import Batch
 
 from t2l.sim.controllers.controller import Arm
 
+# what it reads of a step
+FIELDS = ("M", "qfrc_bias", "qfrc_gravcomp", "site_xpos", "site_xmat", "cdof", "subtree_com")
+
 
 class ArmDynamics:
     """Pose and Jacobian of an arm's tool, its inertia and its bias torques.
@@ -24,7 +27,8 @@ class ArmDynamics:
         self._entries = np.flatnonzero(own)
         self._rows = order[np.searchsorted(dofs, rows[own], sorter=order)]
         self._columns = order[np.searchsorted(dofs, model.M_colind[own], sorter=order)]
-        for field in ("M", "qfrc_bias", "qfrc_gravcomp", "site_xpos", "site_xmat"):
+        self._root = model.body_rootid[self._site.bodyid[0]]
+        for field in FIELDS:
             batch.bind(field)
         batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL.value)
 
@@ -49,9 +53,16 @@ class ArmDynamics:
         return self._batch.site_xmat[:, self._site.id].reshape(-1, 3, 3)
 
     def jacobian(self) -> np.ndarray:
-        """(nsim, 6, njoint), translation above rotation, world frame."""
-        linear, angular = self._batch.jac(int(self._site.bodyid[0]), self.position)
-        return np.concatenate([linear, angular], axis=1)[:, :, self._dofs]
+        """(nsim, 6, njoint), translation above rotation, world frame.
+
+        As `mj_jac`, from what a step leaves; that would compute where bodies are once more.
+        """
+        x, y, z, *moved = self._batch.cdof[:, self._dofs].transpose(2, 1, 0).copy()
+        a, b, c = (self.position - self._batch.subtree_com[:, self._root]).T.copy()
+        # the velocity there of a turn about each axis: axis × offset
+        turned = y * c - z * b, z * a - x * c, x * b - y * a
+        linear = [one + other for one, other in zip(moved, turned, strict=True)]
+        return np.stack([*linear, x, y, z]).transpose(2, 0, 1).copy()
 
     def mass(self) -> np.ndarray:
         """(nsim, njoint, njoint) joint-space inertia."""

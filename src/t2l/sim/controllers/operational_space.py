@@ -15,6 +15,8 @@ The sum is on the rotation group for orientations, where it ends at half a turn:
 more.
 """
 
+from copy import copy
+
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
@@ -24,6 +26,7 @@ from scipy.spatial.transform import Rotation
 from t2l.sim.batch import apply_torque_control, make_batch, step
 from t2l.sim.controllers.arm_dynamics import ArmDynamics
 from t2l.sim.controllers.controller import Controller
+from t2l.sim.rotations import rotation_vectors
 
 # of the posture in the null space, 1/s²; its damping is critical
 POSTURE_STIFFNESS = 60.0
@@ -136,21 +139,36 @@ class OperationalSpacePD(Controller):
             f"x_des.{arm.tool_site}.{name}" for arm in arms for name in elements
         )
         self.command_units = (*("m",) * 3, *("1",) * 9) * len(arms)
+        self._tools = [model.site(arm.tool_site).id for arm in arms]
+        self._unforced = _without_forces(model)
+        self._law: Batch | None = None
         self._dynamics: list[ArmDynamics] = []
 
     def install(self, batch: Batch) -> None:
         """See `Controller.install`."""
         apply_torque_control(batch, self.joints)
-        self._dynamics = [ArmDynamics(batch, arm) for arm in self.arms]
+        for field in ("site_xpos", "site_xmat"):
+            batch.bind(field)
+        batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL.value)
+        # of the same states, for the law alone: it is of the model, whatever a simulation has else
+        self._law = make_batch(self._unforced, batch.nsim, batch.nthread)
+        self._dynamics = [ArmDynamics(self._law, arm) for arm in self.arms]
 
     def measured(self, batch: Batch) -> np.ndarray:
         """See `Controller.measured`: the poses of the tools."""
-        return np.concatenate([_pose(dynamics) for dynamics in self._dynamics], axis=1)
+        position, rotation = (
+            batch.bind(name)[:, self._tools] for name in ("site_xpos", "site_xmat")
+        )
+        return np.concatenate([position, rotation], axis=2).reshape(batch.nsim, -1)
 
     def step(self, batch, command, running, nstep):
         """See `Controller.step`; the law is evaluated at every timestep."""
-        poses = np.split(command, len(self.arms), axis=1)
-        for _ in range(nstep):
+        targets = [_target(pose, running) for pose in np.split(command, len(self.arms), axis=1)]
+        for left in reversed(range(nstep)):
+            if not running.any():
+                return
+            self._law.state[:] = batch.state
+            self._law.forward(ids=running, stage=mujoco.mjtStage.mjSTAGE_VEL.value)
             torque = [
                 operational_space_torque(
                     q=dynamics.q,
@@ -158,17 +176,19 @@ class OperationalSpacePD(Controller):
                     mass=dynamics.mass(),
                     jacobian=dynamics.jacobian(),
                     bias=dynamics.bias(),
-                    error=_difference(pose, _pose(dynamics), running),
+                    error=_difference(*target, dynamics),
                     twist_des=0.0,
                     acceleration_des=0.0,
                     posture=arm.posture,
                     kp=self.kp,
                     kd=self.kd,
                 )
-                for arm, dynamics, pose in zip(self.arms, self._dynamics, poses, strict=True)
+                for arm, dynamics, target in zip(self.arms, self._dynamics, targets, strict=True)
             ]
             batch.bind("ctrl")[:, self.ctrl] = np.concatenate(torque, axis=1)
-            step(batch, running)
+            # only the last step is looked at
+            stage = mujoco.mjtStage.mjSTAGE_NONE if left else mujoco.mjtStage.mjSTAGE_VEL
+            step(batch, running, stage=stage)
 
     def commands(self, qpos, dq, torque):
         """See `Controller.commands`: the law is evaluated where a timestep begins.
@@ -193,7 +213,7 @@ class OperationalSpacePD(Controller):
     def _solved(self, qpos: np.ndarray, qvel: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """`solved`, with the velocities (n, nv) of everything in the scene."""
         n = len(qpos)
-        batch = make_batch(self.model, n)
+        batch = make_batch(self._unforced, n)
         batch.qpos[:] = qpos
         batch.qvel[:] = qvel
         parts, first = [], 0
@@ -226,8 +246,15 @@ class OperationalSpacePD(Controller):
         return poses.reshape(len(starts), -1)
 
 
-def _pose(dynamics: ArmDynamics) -> np.ndarray:
-    return np.concatenate([dynamics.position, dynamics.rotation.reshape(-1, 9)], axis=1)
+def _without_forces(model: mujoco.MjModel) -> mujoco.MjModel:
+    """The same model, which computes no contacts, constraints, sensors or actuators.
+
+    Nothing of what the law reads depends on them, and they take half of the time.
+    """
+    other = copy(model)
+    for part in ("CONTACT", "CONSTRAINT", "SENSOR", "ACTUATION"):
+        other.opt.disableflags |= getattr(mujoco.mjtDisableBit, f"mjDSBL_{part}").value
+    return other
 
 
 def _at_most_half(turn: np.ndarray) -> np.ndarray:
@@ -236,11 +263,14 @@ def _at_most_half(turn: np.ndarray) -> np.ndarray:
     return turn * (LARGEST_TURN / np.maximum(angle, LARGEST_TURN))
 
 
-def _difference(pose_des: np.ndarray, pose: np.ndarray, running: np.ndarray) -> np.ndarray:
-    """(n, 6) from poses (n, 12): position, and the world-frame rotation vector, m and rad."""
-    there, here = (p[:, 3:].reshape(-1, 3, 3) for p in (pose_des, pose))
-    between = there @ here.transpose(0, 2, 1)
+def _target(pose: np.ndarray, running: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) positions of poses (n, 12), and the rotations (n, 3, 3) that are closest to theirs."""
     # what no longer runs may hold no rotation at all
-    between = np.where(running[:, None, None], between, np.eye(3))
-    turn = Rotation.from_matrix(between).as_rotvec()
-    return np.concatenate([pose_des[:, :3] - pose[:, :3], turn], axis=1)
+    rotation = np.where(running[:, None, None], pose[:, 3:].reshape(-1, 3, 3), np.eye(3))
+    return pose[:, :3], Rotation.from_matrix(rotation).as_matrix()
+
+
+def _difference(position: np.ndarray, rotation: np.ndarray, now: ArmDynamics) -> np.ndarray:
+    """(n, 6) from where an arm is: position, and the world-frame rotation vector, m and rad."""
+    turn = rotation_vectors(rotation @ now.rotation.transpose(0, 2, 1))
+    return np.concatenate([position - now.position, turn], axis=1)
