@@ -28,7 +28,9 @@ def ablation(cells: "pd.DataFrame", inside: dict[Cell, bool]) -> Figure:
     values = np.array([[shares.loc[e, (cell.kp, cell.kd)] for cell in order] for e in effects])
     with styled():
         figure, panel = plt.subplots(
-            figsize=(0.62 * len(order) + 3.2, 0.34 * len(effects) + 1.9), layout="constrained"
+            # its title is as wide as five cells
+            figsize=(0.62 * max(len(order), 5) + 3.2, 0.34 * len(effects) + 1.9),
+            layout="constrained",
         )
         image = panel.imshow(100 * values, cmap="magma_r", vmin=0, vmax=100, aspect="auto")
         for (row, column), value in np.ndenumerate(values):

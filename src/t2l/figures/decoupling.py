@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from t2l.figures.style import COLOURS, styled, title
 
@@ -33,6 +34,7 @@ def stiffness_over_training(tables: Mapping[str, Mapping[int, pd.DataFrame]]) ->
             axes.axhline(passive, color=colour, ls="--", lw=1.2)
         axes.plot([], [], color="0.4", ls="--", lw=1.2, label="bare controller")
         axes.set_yscale("log")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("updates of the policy")
         axes.set_ylabel("effective stiffness |F|/|Δx| [N/m]")
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2, fontsize=8)
