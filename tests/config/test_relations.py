@@ -37,6 +37,11 @@ from tests.conftest import ROOT
             {"practice": 500, "crossover_rad_s": [1, 2, 3, 4, 5, 6]},
             "horizon_s of a task: found 6 × 500 × 8; allowed: a product of at most 20000",
         ),
+        (
+            "actions",
+            {"kind": "joint_delta", "rotation": {"kp": 2}},
+            "actions.rotation: found {'kp': 2, 'kd': 1.0}; allowed: no such key with joint_delta",
+        ),
         ("retargeting", {"policy_rate_hz": 60}, "a divisor of the simulation's 500 Hz"),
         ("fidelity", {"replays": 101}, "at most demonstrations.count = 80"),
         ("training", {"validation_fraction": 0.999}, "leaves demonstrations to train on"),

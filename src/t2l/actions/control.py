@@ -35,7 +35,9 @@ def make_control(
     """
     parameters = dict(section)
     actions = ACTIONS.find(parameters.pop("kind"))
-    controller = CONTROLLERS.find(actions.controller)(model, robot.arms, cell.kp, cell.kd)
+    law = CONTROLLERS.find(actions.controller)
+    own = {name: parameters.pop(name) for name in law.settings if name in parameters}
+    controller = law(model, robot.arms, cell.kp, cell.kd, **own)
     if "home" in actions.references:
         parameters["home"] = robot.home
     return Control(cell, controller, actions(controller.command_names, **parameters))

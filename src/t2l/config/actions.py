@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from t2l.actions import ACTIONS
 from t2l.config.models.actions import Actions
 from t2l.errors import ConfigurationError
+from t2l.sim.controllers import CONTROLLERS
 from t2l.typed import Problem, describe, suggestion
 
 
@@ -22,3 +23,7 @@ def of_actions(key: str, section: Actions, controller: str = "") -> Iterator[Pro
     if section.reference and section.reference not in space.references:
         allowed = ", ".join(space.references) or f"no such key with {section.kind}"
         yield Problem(f"{key}.reference", describe(section.reference), allowed)
+    rotation = getattr(section, "rotation", None)
+    if rotation and "rotation" not in CONTROLLERS.find(space.controller).settings:
+        found = describe(rotation.model_dump())
+        yield Problem(f"{key}.rotation", found, f"no such key with {section.kind}")

@@ -82,9 +82,9 @@ def model(robot):
 class Law:
     """The controller in random states, of which the first is stretched out: singular."""
 
-    def __init__(self, robot, model, kp, kd, rng, speed):
+    def __init__(self, robot, model, kp, kd, rng, speed, rotation=None):
         n = 8
-        self.controller = OperationalSpacePD(model, robot.arms, kp, kd)
+        self.controller = OperationalSpacePD(model, robot.arms, kp, kd, rotation)
         self.batch = make_batch(model, n)
         self.controller.install(self.batch)
         low, high = robot.position_limit.T
@@ -130,10 +130,11 @@ class Law:
         return Rotation.from_matrix(between).as_rotvec().reshape(len(command), -1, 3)
 
 
-@given(seed=SEEDS, kp=KPS, kd=KDS)
-def test_solved_is_the_exact_inverse_of_the_law(robot, model, seed, kp, kd):
+@given(seed=SEEDS, kp=KPS, kd=KDS, factor=st.none() | st.floats(0.1, 10))
+def test_solved_is_the_exact_inverse_of_the_law(robot, model, seed, kp, kd, factor):
     rng = np.random.default_rng(seed)
-    law = Law(robot, model, kp, kd, rng, speed=1.0)
+    rotation = factor and {"kp": factor, "kd": np.sqrt(factor)}
+    law = Law(robot, model, kp, kd, rng, speed=1.0, rotation=rotation)
     pose = law.pose.reshape(-1, POSE_SIZE)
     axis = rng.normal(size=(len(pose), 3))
     angle = rng.uniform(0, LARGEST_TURN, (len(pose), 1))
@@ -177,6 +178,20 @@ def test_what_would_take_more_than_half_a_turn_turns_the_same_way(robot, model, 
     done = law.turned(law.command(np.concatenate(torque, axis=1)))
     # the first is stretched out, which hides a part of the command
     np.testing.assert_allclose(done[1:], turn[1:] * LARGEST_TURN / 4, atol=1e-6 * (1 + kd / kp))
+
+
+@given(seed=SEEDS, factor=st.floats(0.1, 10))
+def test_rotation_has_gains_of_its_own(robot, model, seed, factor):
+    """Four times the stiffness of rotation does what four times the turn does."""
+    turn, torques = 0.3, []
+    for rotation, angle in ((None, factor * turn), ({"kp": factor, "kd": 1.0}, turn)):
+        law = Law(robot, model, 100.0, 20.0, np.random.default_rng(seed), 1.0, rotation)
+        pose = law.pose.reshape(-1, POSE_SIZE)
+        there = Rotation.from_rotvec([0, 0, angle]).as_matrix() @ pose[:, 3:].reshape(-1, 3, 3)
+        command = np.concatenate([pose[:, :3] + [0.1, 0, 0], there.reshape(-1, 9)], axis=1)
+        torques.append(law.torque(command.reshape(law.pose.shape)))
+    one, other = torques
+    assert (abs(one - other) < law.rounding * abs(one).max()).all()
 
 
 def test_the_jacobian_is_mujocos(robot, model):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from t2l.config.quantities import Given, Text
+from t2l.config.quantities import Given, Positive, Text
 from t2l.typed import Typed
 
 
@@ -21,6 +21,23 @@ class Actions(Typed):
         None,
         description="with a change: from what is `measured` (also without this key), from what "
         "was `commanded` before, or, of joints, from the robot's `home`",
+    )
+
+
+class RotationGains(Typed):
+    """Of a tool's rotation, as factors of the cell's gains, which its translation has."""
+
+    kp: Positive = Field(1.0, description="stiffness of rotation over that of translation")
+    kd: Positive = Field(1.0, description="damping of rotation over that of translation")
+
+
+class ClonedActions(Actions):
+    """Of behaviour cloning."""
+
+    rotation: Annotated[RotationGains | None, Given] = Field(
+        None,
+        description="under operational-space control, what gains the tool's rotation has; without "
+        "it those of its translation",
     )
 
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from t2l.config.models.actions import Actions
+from t2l.config.models.actions import ClonedActions
 from t2l.config.models.attenuation import Attenuation
 from t2l.config.models.cloning import (
     CloningGrid,
@@ -66,7 +66,7 @@ class Configuration(Typed):
     )
     demonstrations: Demonstrations = _section(Demonstrations, "demonstrations of the expert")
     observation: Observation = _section(Observation, "what cloned policies see")
-    actions: Actions = _section(Actions, "what the output of cloned policies means")
+    actions: ClonedActions = _section(ClonedActions, "what the output of cloned policies means")
     operator: Annotated[Operator | None, Given] = Field(
         None,
         description="who demonstrates in each cell, through its controller: a model of a person, "

@@ -37,11 +37,13 @@ class Controller(ABC):
     Attributes:
         name: what configurations write.
         units: of stiffness and damping.
+        settings: other keywords that it takes, from the `actions` section of a configuration.
         command_names, command_units: of the elements of a command.
     """
 
     name: ClassVar[str]
     units: ClassVar[tuple[str, str]]
+    settings: ClassVar[tuple[str, ...]] = ()
     command_names: tuple[str, ...]
     command_units: tuple[str, ...]
 

@@ -127,12 +127,21 @@ def _drift(q: np.ndarray, dq: np.ndarray, posture: np.ndarray) -> np.ndarray:
 
 
 class OperationalSpacePD(Controller):
-    """A command is the pose of each arm's tool: position in m, then a rotation matrix by rows."""
+    """A command is the pose of each arm's tool: position in m, then a rotation matrix by rows.
+
+    Args:
+        rotation: factors `kp` and `kd` on the gains that rotation has; without it those of translation.
+    """
 
     name = "operational_space_pd"
     units = ("1/s²", "1/s")
+    settings = ("rotation",)
 
-    def __init__(self, model, arms, kp, kd):
+    def __init__(self, model, arms, kp, kd, rotation=None):
+        if rotation is not None:
+            kp, kd = (
+                gain * np.repeat([1.0, rotation[key]], 3) for gain, key in ((kp, "kp"), (kd, "kd"))
+            )
         super().__init__(model, arms, kp, kd)
         elements = (*(f"{c}" for c in "xyz"), *(f"r{i}{j}" for i in "123" for j in "123"))
         self.command_names = tuple(
