@@ -130,7 +130,7 @@ class OperationalSpacePD(Controller):
     """A command is the pose of each arm's tool: position in m, then a rotation matrix by rows.
 
     Args:
-        rotation: factors `kp` and `kd` on the gains that rotation has; without it those of translation.
+        rotation: factors `kp`, `kd` on the gains of rotation; without it those of translation.
     """
 
     name = "operational_space_pd"
