@@ -95,6 +95,12 @@ def memory(wildcards) -> int:
     return 4000 if VARIANTS[wildcards.variant]["observation"]["cameras"] else 2000
 
 
+def trained_on(variant: str) -> dict[str, int]:
+    """How many demonstrations a policy of each cell is to be trained on."""
+    used = VARIANTS[variant]["demonstrations"].get("used") or DEMONSTRATED
+    return {cell: used.get(cell, DEMONSTRATED) if isinstance(used, dict) else used for cell in CELLS}
+
+
 def memory_side_by_side(wildcards) -> int:
     """For `resources`: MB of a job that trains all policies of a variant.
 
@@ -104,9 +110,7 @@ def memory_side_by_side(wildcards) -> int:
     (docs/speed.md). Of policies that see by cameras a processor would take more for each; that is
     not measured, and a GPU has it on its own.
     """
-    used = VARIANTS[wildcards.variant]["demonstrations"].get("used")
-    counts = used.values() if isinstance(used, dict) else [used or DEMONSTRATED]
-    policies, episodes = len(CELLS) * len(SEEDS), len(CELLS) * max(counts)
+    policies, episodes = len(CELLS) * len(SEEDS), sum(trained_on(wildcards.variant).values())
     return round(memory(wildcards) + 25 * policies + 0.25 * episodes)
 
 

@@ -11,15 +11,23 @@ PUBLISHED = list(filter(None, [STUDY.sections["attenuation"].get("published_grid
 # tasks that the study has published grids of
 COMPARED = {task: STUDY.tasks[task]["kind"] for task in TASKS} if PUBLISHED else {}
 COMPARED = {task: kind for task, kind in COMPARED.items() if kind in COUNTERPARTS}
-# variants that differ in how many demonstrations a policy is trained on
+
+
+def but_for_demonstrations(variant: dict) -> dict:
+    """A variant without what varies with the number of demonstrations: that, and the epochs."""
+    training = {key: value for key, value in variant["training"].items() if key != "epochs"}
+    return {**variant, "training": training, "demonstrations": None}
+
+
+# one variant for each number of demonstrations, the same in every cell
 SIZES = {
-    name: variant["demonstrations"].get("used") or STUDY.sections["demonstrations"]["count"]
-    for name, variant in VARIANTS.items()
-    if name == NOMINAL or variant["demonstrations"] != VARIANTS[NOMINAL]["demonstrations"]
+    next(iter(numbers)): name
+    for name, variant in reversed(VARIANTS.items())
+    if but_for_demonstrations(variant) == but_for_demonstrations(VARIANTS[NOMINAL])
+    if len(numbers := set(trained_on(name).values())) == 1
 }
-SIZED = [name for name, number in SIZES.items() if isinstance(number, int)]
 # two would fit any line
-SIZED = SIZED if len(SIZED) >= 3 else []
+SIZED = [SIZES[number] for number in sorted(SIZES)] if len(SIZES) >= 3 else []
 SCALING = [
     *multiext(result("tables", "scaling"), ".csv", ".md", ".tex"),
     *expand(result("figures", "scaling.{suffix}"), suffix=FORMATS),
@@ -56,6 +64,7 @@ rule summarise:
     params:
         version=VERSION,
         seeds=SEEDS,
+        demonstrations=lambda wildcards: trained_on(wildcards.variant),
     log:
         result("logs", "summarise", "{task}_{variant}.log"),
     benchmark:

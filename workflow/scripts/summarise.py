@@ -8,6 +8,8 @@ with job(snakemake):
     given, seeds = snakemake.input, snakemake.params.seeds
     # one table of replays a cell, whatever the number of its policies
     replays = [path for path in given.replays for _ in seeds]
-    rollouts, cells = summarise(replays, given.losses, given.rollouts)
+    rollouts, cells = summarise(
+        replays, given.losses, given.rollouts, snakemake.params.demonstrations
+    )
     write_table(rollouts, snakemake.output.rollouts)
     write_table(cells, snakemake.output.cells)

@@ -1,6 +1,6 @@
 """One row per policy out of what its stages wrote."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -8,6 +8,7 @@ import pandas as pd
 from t2l.artefacts import read_table
 from t2l.bc.rollout import COLUMNS
 from t2l.bc.training import LOSS_COLUMNS
+from t2l.gains import Cell
 
 CELL_COLUMNS = (
     "kp",
@@ -25,12 +26,17 @@ CELL_COLUMNS = (
 
 
 def summarise(
-    replays: Sequence[Path | str], losses: Sequence[Path | str], rollouts: Sequence[Path | str]
+    replays: Sequence[Path | str],
+    losses: Sequence[Path | str],
+    rollouts: Sequence[Path | str],
+    demonstrations: Mapping[str, int],
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """All rollouts of a task's variant with their `seed`, and a row a policy: `CELL_COLUMNS`.
 
     Args:
         replays, losses, rollouts: the tables of each policy, in the same order of policies.
+        demonstrations: how many a cell's policies are to be trained on, by its name; fewer where
+            fewer survive retargeting.
 
     Raises:
         ArtefactError: a table is missing, cut short or foreign.
@@ -49,7 +55,7 @@ def summarise(
                 seed,
                 replayed.success.mean(),
                 len(replayed),
-                int(last.demonstrations),
+                demonstrations[Cell(table.kp.iloc[0], table.kd.iloc[0]).name],
                 last.validation_loss,
                 last.validation_mse_rad2,
                 table.success.mean(),

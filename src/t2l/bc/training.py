@@ -17,9 +17,7 @@ from t2l.policies.windows import together
 from t2l.seeds import torch_seed
 from t2l.tasks import Task
 
-LOSS_COLUMNS = (
-    "kp", "kd", "seed", "demonstrations", "epoch", "validation_loss", "validation_mse_rad2",
-)  # fmt: skip
+LOSS_COLUMNS = ("kp", "kd", "seed", "epoch", "validation_loss", "validation_mse_rad2")
 
 
 def train(
@@ -47,7 +45,6 @@ def train(
 
     Yields:
         The policy, and one row an epoch with columns `LOSS_COLUMNS` and those of the policy's own;
-        `demonstrations`, of how many the training and the validation episodes are;
         `validation_mse_rad2` is that of the trained policy, over the elements of `actions`, in
         every row.
 
@@ -67,13 +64,7 @@ def train(
         error = prediction_mse(policy, one.validation)[: len(actions)].mean()
         yield (
             policy,
-            losses.assign(
-                kp=cell.kp,
-                kd=cell.kd,
-                seed=number,
-                demonstrations=len(one.training) + len(one.validation),
-                validation_mse_rad2=float(error),
-            ),
+            losses.assign(kp=cell.kp, kd=cell.kd, seed=number, validation_mse_rad2=float(error)),
         )
 
 

@@ -15,12 +15,11 @@ from t2l.scoreboard.cloning import (
     GRID,
     NOMINAL,
     TASK,
-    cells_of,
     co_beats_rest,
 )
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
-from t2l.stats.scaling import slopes
+from t2l.stats.scaling import COLUMNS, by_size, slopes
 from t2l.stats.verdict import Finding, Verdict, every, greater, paired_greater
 
 # a claim: what is varied, the variant of cloning, and the study of ours that trains it
@@ -50,29 +49,27 @@ CLASSES = {NOMINAL: GRID} | {
     if study in ("policy_classes", "lerobot_policies")
 }
 FEWEST_SIZES = 3  # two would fit any line
-SIZES = re.compile(r"demonstrations_(\d+)")
+SIZES = re.compile(r"demonstrations_\d+")
 
 
 def _scaling(evidence: Evidence, published: Published, tests: int) -> Finding:
     sizes = _sizes(evidence)
     if len(sizes) < FEWEST_SIZES:
         raise AbsentError(f"no {FEWEST_SIZES} numbers of demonstrations")
-    rows = pd.concat([cells_of(evidence, name).assign(size=n) for n, name in sizes.items()])
-    table = rows.pivot(index=["region", "kp", "kd"], columns="size", values="success").dropna()
-    co = table.index.get_level_values("region") == "CO"
-    slope = slopes(table)
+    table = by_size(pd.concat(sizes.values()))
+    kp, kd = table.index.to_frame().to_numpy().T
+    co, slope = splits()["cloning"].regions(kp, kd) == "CO", slopes(table)
     found = greater(slope[co], slope[~co], tests=tests)
     return among(found, "{:+.3f} and {:+.3f} per doubling", slope[co], slope[~co])
 
 
-def _sizes(evidence: Evidence) -> dict[int, str]:
-    """Variants by their number of demonstrations; trained alike but for it."""
-    nominal = evidence.table("cloning", ("demonstrations",), task=TASK, variant=NOMINAL)
-    return {int(nominal.demonstrations.max()): NOMINAL} | {
-        int(match[1]): name
-        for name in evidence.names("cloning", "variant")
-        if (match := SIZES.fullmatch(name))
-    }
+def _sizes(evidence: Evidence) -> dict[int, pd.DataFrame]:
+    """Policies by how many demonstrations they were trained on; trained alike but for it."""
+    names = filter(SIZES.fullmatch, evidence.names("cloning", "variant"))
+    tables = [
+        evidence.table("cloning", COLUMNS, task=TASK, variant=name) for name in (NOMINAL, *names)
+    ]
+    return {int(table.demonstrations.max()): table for table in tables}
 
 
 def _persists(key: str, what: str, variant: str, study: str) -> Claim:
