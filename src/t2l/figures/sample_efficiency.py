@@ -15,7 +15,7 @@ COLUMNS = ("configuration", "seed", "steps", "reward", "success", "kp", "kd")
 
 
 def sample_efficiency(curves: "pd.DataFrame", grid: Grid) -> Figure:
-    """Reward and success over training: mean and deviation over configurations and seeds.
+    """Reward and success over training: mean over runs, band: from the 10th to the 90th percentile.
 
     Args:
         curves: columns `COLUMNS`.
@@ -32,12 +32,13 @@ def sample_efficiency(curves: "pd.DataFrame", grid: Grid) -> Figure:
             label = f"{grid.region(cell)} {cell}: {counted}"
             for panel, key, scale in ((axes[0], "reward", 1), (axes[1], "success", 100)):
                 groups = part.groupby("steps")[key]
-                mean, spread = scale * groups.mean(), scale * groups.std(ddof=0)
+                mean, low, high = (
+                    scale * values
+                    for values in (groups.mean(), groups.quantile(0.1), groups.quantile(0.9))
+                )
                 steps = mean.index / 1e6
                 panel.plot(steps, mean, color=colour, label=label)
-                panel.fill_between(
-                    steps, mean - spread, mean + spread, color=colour, alpha=0.2, lw=0
-                )
+                panel.fill_between(steps, low, high, color=colour, alpha=0.2, lw=0)
         axes[0].set_ylabel("reward a step")
         axes[1].set_ylabel("success [%]")
         for panel in axes:
