@@ -101,6 +101,12 @@ def trained_on(variant: str) -> dict[str, int]:
     return {cell: used.get(cell, DEMONSTRATED) if isinstance(used, dict) else used for cell in CELLS}
 
 
+def but_for_demonstrations(variant: dict) -> dict:
+    """A variant without what varies with the number of demonstrations: that, and the epochs."""
+    training = {key: value for key, value in variant["training"].items() if key != "epochs"}
+    return {**variant, "training": training, "demonstrations": None}
+
+
 def memory_side_by_side(wildcards) -> int:
     """For `resources`: MB of a job that trains all policies of a variant.
 

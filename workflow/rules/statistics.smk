@@ -11,14 +11,6 @@ PUBLISHED = list(filter(None, [STUDY.sections["attenuation"].get("published_grid
 # tasks that the study has published grids of
 COMPARED = {task: STUDY.tasks[task]["kind"] for task in TASKS} if PUBLISHED else {}
 COMPARED = {task: kind for task, kind in COMPARED.items() if kind in COUNTERPARTS}
-
-
-def but_for_demonstrations(variant: dict) -> dict:
-    """A variant without what varies with the number of demonstrations: that, and the epochs."""
-    training = {key: value for key, value in variant["training"].items() if key != "epochs"}
-    return {**variant, "training": training, "demonstrations": None}
-
-
 # one variant for each number of demonstrations, the same in every cell
 SIZES = {
     next(iter(numbers)): name
