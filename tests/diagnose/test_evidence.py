@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -139,3 +141,17 @@ def test_an_effect_that_needs_finer_steps_gets_them(tmp_path):
     assert (finer.validation is finer.train) == (evidence.validation is evidence.train)
     assert finer.train.recordings == evidence.train.recordings
     assert fine_enough(Model(robot, friction), finer) is finer
+
+
+def test_all_recordings_say_whether_those_of_a_set_may_begin_in_motion(robot):
+    recordings = made(robot, [1.0] * 5)
+    for count, expected in ((0, False), (2, False), (3, True)):
+        moving = [
+            dataclasses.replace(r, dq=np.full_like(r.q, 0.5 * (i < count)))
+            for i, r in enumerate(recordings)
+        ]
+        evidence = gather(robot, moving[2:], moving[:2])
+        parts = evidence.train, evidence.validation, evidence.test, evidence.screen
+        assert {each.in_motion for each in parts} == {expected}
+        again = evidence.train.of(evidence.train.recordings[:1], coarseness=2)
+        assert again.in_motion == expected

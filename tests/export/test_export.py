@@ -1,5 +1,6 @@
 """MuJoCo, stepping what was exported alone, moves as t2l predicts."""
 
+import dataclasses
 import json
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from t2l.export.agreement import difference
 from t2l.export.folder import write_export
 from t2l.export.mjcf import Controller
 from t2l.identify import prediction
+from t2l.identify.initial_state import start_state
 from t2l.identify.model import Model
 from t2l.identify.refit import refit
 from tests.diagnose.made import (
@@ -132,6 +134,19 @@ def test_without_effects_it_is_the_same_motion(plain):
     assert plain[False] < 1e-6
     # MuJoCo compensates gravity where its leading position is, half a period after the loop's tick
     assert plain[True] < 1e-4
+
+
+def test_a_log_that_begins_in_motion_is_replayed_from_the_velocity_that_we_estimate(
+    robot, tmp_path
+):
+    log = recording(robot, swing(0.5, 0.8), kp=20.0, kd=0.8, duration_s=1.5, row_rate_hz=200.0)
+    exported(tmp_path / "out", robot, {})
+    log = measured(log, {}, 1e-4)
+    part = {"time": log.time[80:] - log.time[80], "q": log.q[80:], "q_des": log.q_des[80:]}
+    log = dataclasses.replace(log, **part)
+    assert abs(start_state(log)[1][0]) > 0.5
+    layout, u = Model(robot).vector(log.joints)
+    assert difference(tmp_path / "out", Model(robot), layout, u, [log]) < 1e-6
 
 
 @pytest.mark.parametrize(("name", "held"), CASES)

@@ -1,15 +1,22 @@
-"""Logs that begin in motion, of joints with a far side that no encoder sees."""
+"""Logs that begin in motion: with what velocity, and where what no encoder sees is."""
 
 import dataclasses
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from t2l.effects.term import Layout
 from t2l.identify.hidden_state import Beginning
+from t2l.identify.initial_state import slope_of_motion, start_state
+from t2l.identify.model import Model
+from t2l.identify.prediction import Predictor, Request
 from t2l.sim.schedule import Schedule
 from tests.diagnose.made import measured, pendulum, predict, recording, step, swing
 
 NOISE_RAD = 1e-4
+PLAIN = Request(Layout(()), np.zeros((1, 0)))
 SPRING = {"stiffness": {"hinge": 30.0}, "damping": {"hinge": 0.03}}
 PLAY = {"play": {"hinge": 0.03}, "contact_time": {"hinge": 2e-3}, "contact_damping": {"hinge": 0.2}}
 
@@ -54,10 +61,127 @@ def test_simulations_that_fall_over_leave_a_start_where_it_is():
         0.001, np.zeros((1, 1, 2)), *np.zeros((4, 1, 2)), *np.zeros((2, 1), bool), np.arange(1)
     )
     wanted = (np.zeros(12, int), np.arange(12), np.zeros(12, int), np.arange(12) % 2)
-    beginning = Beginning(schedule, wanted, measured, noise_rad=1e-6)
+    beginning = Beginning(schedule, wanted, measured, 1e-6, np.zeros((1, 2)))
 
     def predict(starts):
         return np.where(starts.any(axis=(1, 2, 3))[:, None], np.nan, np.zeros(12))
 
     found = beginning.estimate(predict, [0, 1], np.zeros((1, 1, 2)))
     assert (found == 0.0).all()
+
+
+def late_rows(robot, from_s=0.8, late_s=1e-3, seed=0, effects=None, **changes):
+    """A log that begins in motion, with rows that came late, and the velocity it begins with."""
+    rng = np.random.default_rng(seed)
+    whole = recording(robot, swing(0.6, 1.1), kp=10, kd=0.4, duration_s=2.0, row_rate_hz=200.0)
+    whole = dataclasses.replace(whole, **changes)
+    late = np.minimum(rng.exponential(late_s, len(whole.time)), 0.8 / 200)
+    first = round(200 * from_s)
+    time = whole.time + np.where(np.arange(len(late)) % first == 0, 0.0, late)
+    whole = dataclasses.replace(whole, time=time)
+    layout, u = Model(robot, effects or {}).vector(whole.joints)
+    request = Request(layout, u[None])
+    (q,), (dq,) = Predictor(robot, [whole], threads=1).predict([request], velocity=True)
+    q = q[0] + NOISE_RAD * rng.normal(size=len(time))
+    part = {"time": time[first:] - time[first], "q_des": whole.q_des[first:], "q": q[first:, None]}
+    return dataclasses.replace(whole, **part), dq[0][first]
+
+
+def predicted(log, **how):
+    """Positions (n,) and the velocity with which they begin, of the plain model."""
+    predictor = Predictor(log.robot, [log], threads=1, **how)
+    (q,), (dq,) = predictor.predict([PLAIN], velocity=True)
+    return q[0], dq[0][0]
+
+
+def rms_rad(log, **how):
+    return np.sqrt(np.mean((predicted(log, **how)[0] - log.q[:, 0]) ** 2))
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    return pendulum(tmp_path_factory.mktemp("robot"))
+
+
+@settings(deadline=None, max_examples=15)
+@given(from_s=st.integers(60, 180), late_s=st.floats(0.0, 2e-3), seed=st.integers(0, 999))
+def test_the_first_velocity_is_found_under_late_rows(robot, from_s, late_s, seed):
+    log, dq = late_rows(robot, from_s / 200, late_s, seed)
+    assert predicted(log, in_motion=True)[1] == pytest.approx(dq, abs=0.02)
+
+
+def test_what_is_left_under_late_rows_is_the_noise(robot):
+    made = [late_rows(robot, late_s=1e-3, seed=seed) for seed in range(10)]
+    off = [predicted(log)[1] - dq for log, dq in made]
+    slopes = [start_state(log)[1][0] - dq for log, dq in made]
+    assert np.std(off) < 0.006 < 0.5 * np.std(slopes)
+    assert np.mean([rms_rad(log) for log, _ in made]) < 1.1 * NOISE_RAD
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"torque_offset": {"torque": {"hinge": 0.05}}},
+        {"viscous_friction": {"damping": {"hinge": 0.05}}},
+        {"coulomb_friction": {"torque": {"hinge": 0.03}}},
+        {"command_delay": {"delay": 0.01}},
+    ],
+)
+def test_a_first_velocity_does_not_explain_a_missing_effect(robot, effects):
+    log, dq = late_rows(robot, effects=effects)
+    told = dataclasses.replace(log, dq=np.full_like(log.q, dq))
+    assert rms_rad(told) > 20 * NOISE_RAD
+    assert rms_rad(log) > 0.95 * rms_rad(told)
+
+
+def test_a_log_at_rest_is_predicted_as_if_there_were_no_other(robot):
+    rest = measured(recording(robot, step(0.3, at_s=0.25), row_rate_hz=200.0), {}, NOISE_RAD)
+    moving = late_rows(robot)[0]
+    both = Predictor(robot, [rest, moving], threads=1)
+    alone = [Predictor(robot, [log], threads=1).predict([PLAIN])[0][0] for log in (rest, moving)]
+    together = both.predict([PLAIN])[0][0]
+    np.testing.assert_array_equal(together[: len(alone[0])], alone[0])
+    np.testing.assert_allclose(together[len(alone[0]) :], alone[1], atol=0.01 * NOISE_RAD)
+    still = dataclasses.replace(rest, dq=np.zeros_like(rest.q))
+    np.testing.assert_array_equal(alone[0], predicted(still)[0])
+
+
+def test_a_log_with_no_sample_at_the_beginning_starts_with_its_slope(robot):
+    log, _ = late_rows(robot)
+    q = log.q.copy()
+    q[1:24] = np.nan
+    log = dataclasses.replace(log, q=q)
+    assert predicted(log, in_motion=True)[1] == pytest.approx(slope_of_motion(log)[0][0])
+
+
+def beginning(slopes, doubt):
+    """Of one recording with a joint for each of `doubt`, and its response to their velocities."""
+    k, njoint = slopes.shape
+    empty, one = np.zeros((1, 1, njoint)), np.zeros((1, njoint))
+    schedule = Schedule(0.001, empty, one, one, one, one, *np.zeros((2, 1), bool), np.arange(1))
+    wanted = (np.zeros(k, int), np.arange(k), np.zeros(k, int), np.zeros(k, int))
+    made = Beginning(schedule, wanted, np.zeros(k), NOISE_RAD, np.array([doubt]))
+    return made, lambda starts: 1e-3 + starts[:, 0, :, 2] @ slopes.T
+
+
+@settings(deadline=None, max_examples=50)
+@given(
+    st.lists(st.floats(0.0, 1.0), min_size=1, max_size=3),
+    st.floats(0.0, 1.0),
+    st.integers(0, 2**32 - 1),
+)
+def test_a_step_never_makes_a_linear_response_worse(doubt, response, seed):
+    slopes = response * np.random.default_rng(seed).normal(size=(8, len(doubt)))
+    if not any(doubt):
+        doubt[0] = 0.1
+    made, predict = beginning(slopes, doubt)
+    found = made.estimate(predict, [], np.zeros((1, 1, len(doubt))))
+    before = np.linalg.norm(predict(np.zeros_like(found)))
+    assert np.linalg.norm(predict(found)) <= before * (1 + 1e-9)
+    assert (np.abs(found[0, 0, :, 2]) <= np.linalg.norm(doubt) * before / NOISE_RAD).all()
+    assert (found[..., :2] == 0).all()
+
+
+def test_a_joint_that_does_not_answer_keeps_its_slope():
+    made, predict = beginning(np.zeros((8, 2)), [0.1, 0.2])
+    assert (made.estimate(predict, [], np.zeros((1, 1, 2))) == 0).all()

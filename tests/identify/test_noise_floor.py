@@ -1,11 +1,12 @@
 import dataclasses
+from math import comb
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from t2l.identify.noise_floor import noise_floor
+from t2l.identify.noise_floor import _divided_differences, noise_floor
 from tests.diagnose.made import hold, recording, swing
 
 
@@ -91,3 +92,31 @@ def test_a_model_that_is_wrong_is_no_noise_either():
 
 def test_without_noise_there_is_no_floor():
     assert noise_floor([logged(smooth(1000))]) < 1e-7
+
+
+LATE = st.lists(st.floats(0.0, 0.8), min_size=60, max_size=60).map(np.array)
+
+
+@settings(deadline=None, max_examples=25)
+@given(LATE, st.integers(2, 5), st.integers(0, 2**32 - 1))
+def test_divided_differences_of_a_polynomial_vanish_whenever_its_samples_were_taken(late, d, seed):
+    time = (np.arange(60) + late) / 200
+    q = np.polyval(np.random.default_rng(seed).normal(size=d), time)
+    assert np.abs(_divided_differences(q, time, d)).max() < 1e-9
+
+
+@pytest.mark.parametrize("d", [2, 3, 4, 5])
+def test_divided_differences_of_even_samples_are_differences_of_unit_weight(d):
+    q, time = np.random.default_rng(0).normal(size=50), np.arange(50) / 200
+    expected = np.diff(q, d) / np.sqrt(comb(2 * d, d))
+    np.testing.assert_allclose(np.abs(_divided_differences(q, time, d)), np.abs(expected))
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.floats(-11, -7).map(np.exp), st.floats(0.0, 1e-3), st.integers(0, 2**32 - 1))
+def test_noise_is_recovered_from_rows_that_come_late(sigma, late_s, seed):
+    rng = np.random.default_rng(seed)
+    time = np.arange(4000) / 200 + np.minimum(rng.exponential(late_s, 4000), 0.8 / 200)
+    q = swing(0.5, 0.7)(time) + sigma * rng.normal(size=4000)
+    late = dataclasses.replace(logged(q), time=time)
+    assert noise_floor([late], divided=True) == pytest.approx(sigma, rel=0.2)

@@ -11,6 +11,7 @@ import numpy as np
 
 from t2l.diagnose import settings
 from t2l.identify.block_bootstrap import BLOCK_S, blocks
+from t2l.identify.initial_state import most_begin_in_motion
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.identify.step_size import substeps_for
@@ -64,19 +65,24 @@ def gather(
         by_blocks: let blocks of time choose, however many recordings there are.
     """
     rest, test = list(recordings), list(holdout)
+    in_motion = most_begin_in_motion((*rest, *test))
+
+    def predictor(of: Sequence[Recording]) -> Predictor:
+        return Predictor(robot, of, substeps, threads, in_motion=in_motion)
+
     reports = "the recordings given"
     if not test and len(rest) >= settings.WHOLE:
         rest, test = hold_out(rest, settings.FRACTION, seed=0)
         reports = "whole recordings"
     if len(rest) > settings.WHOLE and not by_blocks:
         rest, chosen = hold_out(rest, settings.FRACTION, seed=1)
-        train, validation = (Predictor(robot, r, substeps, threads) for r in (rest, chosen))
+        train, validation = (predictor(each) for each in (rest, chosen))
         masks, chooses = [_all(train), _all(validation)], "whole recordings"
     else:
-        train = validation = Predictor(robot, rest, substeps, threads)
+        train = validation = predictor(rest)
         masks, chooses = _by_blocks(train, TWO_SETS if test else THREE_SETS), "blocks of time"
     if test:
-        tested = Predictor(robot, test, substeps, threads)
+        tested = predictor(test)
         masks = [*masks[:2], _all(tested)]
     else:
         tested, reports = train, "blocks of time"
@@ -110,7 +116,9 @@ def fine_enough(model: Model, evidence: Evidence) -> Evidence:
     for name in ("train", "validation", "test", "shortlist", "screen"):
         old = getattr(evidence, name)
         if id(old) not in finer:
-            finer[id(old)] = Predictor(old.robot, old.recordings, needed, old.threads)
+            finer[id(old)] = Predictor(
+                old.robot, old.recordings, needed, old.threads, in_motion=old.in_motion
+            )
         evidence = replace(evidence, **{name: finer[id(old)]})
     return evidence
 

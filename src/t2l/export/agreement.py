@@ -22,17 +22,23 @@ def difference(
         folder: that was exported with the gains of `recordings`, which all have the same.
     """
     predictor = Predictor(model.robot, recordings, threads=1)
-    ours = predictor.predict([Request(layout, u[None])])[0][0]
+    (ours,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
     lead_s = json.loads((folder / "export.json").read_text())["log_lead_s"]
-    theirs = predictor.samples.of([replay(folder, each, lead_s) for each in recordings])
-    return float(np.sqrt(np.nanmean((theirs - ours) ** 2)))
+    first = [velocity[0] for velocity in predictor.samples.by_row(dq[0])]
+    theirs = predictor.samples.of(
+        [replay(folder, r, lead_s, at) for r, at in zip(recordings, first, strict=True)]
+    )
+    return float(np.sqrt(np.nanmean((theirs - ours[0]) ** 2)))
 
 
-def replay(folder: Path, recording: Recording, lead_s: float = 0.0) -> np.ndarray:
+def replay(
+    folder: Path, recording: Recording, lead_s: float = 0.0, first_dq: np.ndarray | None = None
+) -> np.ndarray:
     """Positions (n, njoint) at a recording's rows of the robot that a folder holds, rad.
 
     Args:
         lead_s: by how much commands are in force before their time.
+        first_dq: (njoint,) rad/s with which it starts; where not given or NaN, as measured.
     """
     spec = importlib.util.spec_from_file_location("exported_robot", folder / "robot.py")
     module = importlib.util.module_from_spec(spec)
@@ -41,7 +47,10 @@ def replay(folder: Path, recording: Recording, lead_s: float = 0.0) -> np.ndarra
     elapsed = recording.time - recording.time[0]
     ticks = np.arange(int(np.ceil(elapsed[-1] / robot.period_s)) + 2)
     commands = _commands(recording, ticks, robot.period_s, lead_s)
-    robot.start(*start_state(recording), commands[0])
+    start_q, start_dq = start_state(recording)
+    if first_dq is not None:
+        start_dq = np.where(np.isnan(first_dq), start_dq, first_dq)
+    robot.start(start_q, start_dq, commands[0])
     q = np.empty((len(ticks), len(recording.joints)))
     for tick in ticks:
         q[tick] = robot.q

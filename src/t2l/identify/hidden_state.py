@@ -1,45 +1,84 @@
-"""How a log begins where no encoder looks: the far side of a spring or of play.
+"""How a log begins: with what velocity, and how where no encoder looks.
 
-From rest it hangs where its load leaves it. In motion its angle and velocity against the motor are
-estimated from the first moments of each recording, for every variant of the model anew, as the
-initial state of a simulation error is (Ljung, System Identification, 1999, section 7.5): the first
-samples depend on them linearly, nearly, so that few Gauss-Newton steps do. Play is not smooth: the
-side on which the teeth touch is tried first.
+What no encoder sees is the far side of a spring or of play. From rest it hangs where its load
+leaves it. In motion its angle and velocity against the motor are estimated from the first moments
+of each recording, for every variant of the model anew, as the initial state of a simulation error
+is (Ljung, System Identification, 1999, section 7.5): the first samples depend on them linearly,
+nearly, so that few Gauss-Newton steps do. Play is not smooth: the side on which the teeth touch is
+tried first.
+
+The velocity of what the encoder does see is estimated likewise, in one step from the slope of the
+first positions, which is the prior with what it may be off by. No polynomial tells it well enough:
+torque jumps at every command, so that a long one is wrong, and of a short one the encoder's noise
+leaves per cents. A joint that dry friction holds tells nothing by a step, and the prior stays.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from t2l.sim.schedule import Schedule
 
 WINDOW_S = 0.3  # of a recording; the beginning fades, and what fades says nothing later
+# likewise if only velocities are unknown: an encoder of 0.1 mrad at 200 Hz tells them to 2 mrad/s
+# in it, to 3 in half of it; the longer, the more a lacking effect is taken for a velocity
+VELOCITY_S = 0.1
 # of the far side's angle and velocity, and of the velocity that the encoder's own side is off by
 STEPS = (1e-4, 1e-3, 1e-3)  # rad, rad/s and rad/s, of finite differences
 EXPECTED = (0.05, 1.0, 1.0)  # likewise; more is taken for something else
 UNKNOWN = len(STEPS)
+VELOCITY = 2  # of these, what every joint has
 SIDES = (-1.0, -0.5, 0.5, 1.0)  # of the play, from where the load leaves the teeth
 ITERATIONS = 2  # of Gauss and Newton: the response is nearly linear
+
+Unknowns = list[tuple[int, int]]  # a joint, and which of STEPS
 
 
 @dataclass(frozen=True)
 class Beginning:
     """The first moments of the recordings of a group, of which some begin in motion.
 
-    Then all of them may: one that begins where a motion turns looks as if it were at rest.
+    Then what no encoder sees may move in all: one that begins where a motion turns looks as if it
+    were at rest.
 
     Attributes:
         schedule: theirs, with fewer `sample_ticks`.
         wanted: as of `t2l.identify.simulation.simulate`, of the samples of `measured` alone.
         measured: (k,) rad.
         noise_rad: of a measured position.
+        doubt: (nrec, njoint) rad/s, what `Schedule.start_dq` may be off by; zero where it is sure.
     """
 
     schedule: Schedule
     wanted: tuple[np.ndarray, ...]
     measured: np.ndarray
     noise_rad: float
+    doubt: np.ndarray
+
+    def within(self, window_s: float) -> "Beginning":
+        """No more than so much of it."""
+        last = int(np.ceil(window_s / self.schedule.period_s))
+        ticks = self.schedule.sample_ticks[self.schedule.sample_ticks <= last]
+        early = np.flatnonzero(self.wanted[1] + 1 < len(ticks))
+        return replace(
+            self,
+            schedule=replace(self.schedule, sample_ticks=ticks),
+            wanted=tuple(w[early] for w in self.wanted),
+            measured=self.measured[early],
+        )
+
+    def of(self, recordings: np.ndarray) -> "Beginning":
+        """Of some recordings, (k,) indices."""
+        there = np.isin(self.wanted[0], recordings)
+        record, *others = (w[there] for w in self.wanted)
+        return replace(
+            self,
+            schedule=self.schedule.of(recordings),
+            wanted=(np.searchsorted(recordings, record), *others),
+            measured=self.measured[there],
+            doubt=self.doubt[recordings],
+        )
 
     def estimate(
         self, predict: Callable[[np.ndarray], np.ndarray], joints: list[int], play: np.ndarray
@@ -60,18 +99,29 @@ class Beginning:
             return np.nan_to_num(q - self.measured, nan=1e3)
 
         start = np.zeros((m, nrec, njoint, UNKNOWN))
+        unknowns = self._unknowns(joints)
+        if not joints:
+            return self._step(errors(_moved(start, unknowns)), unknowns, njoint)
         if play.any():
             start = self._side(errors, play)
         best, least = start, np.full((m, nrec), np.inf)
         for iteration in range(ITERATIONS + 1):
-            moved = start[None] if iteration == ITERATIONS else _moved(start, joints)
+            moved = start[None] if iteration == ITERATIONS else _moved(start, unknowns)
             error = errors(moved)
             left = self._by_recording(error[0] ** 2)
             better = (left < least)[..., None, None]
             best, least = np.where(better, start, best), np.minimum(left, least)
             if iteration < ITERATIONS:
-                start = best + np.where(better, self._step(error, joints, njoint), 0.0)
+                start = best + np.where(better, self._step(error, unknowns, njoint), 0.0)
+                # of the other joints one step is enough
+                unknowns = unknowns[: UNKNOWN * len(joints)]
         return best
+
+    def _unknowns(self, joints: list[int]) -> Unknowns:
+        """All of `joints`, and the velocity of the others that there is doubt about."""
+        others = [int(j) for j in np.flatnonzero(self.doubt.any(axis=0)) if j not in joints]
+        far = [(joint, kind) for joint in joints for kind in range(UNKNOWN)]
+        return far + [(joint, VELOCITY) for joint in others]
 
     def _by_recording(self, values: np.ndarray) -> np.ndarray:
         """Sums (m, nrec) of values (m, k)."""
@@ -91,28 +141,39 @@ class Beginning:
             chosen[..., j, 0] = np.take_along_axis(angles[..., j], best[None], axis=0)[0]
         return chosen
 
-    def _step(self, error: np.ndarray, joints: list[int], njoint: int) -> np.ndarray:
-        """Gauss and Newton's, with what is expected as the prior, (m, nrec, njoint, 3)."""
-        unit = np.array(EXPECTED * len(joints))
-        slopes = (error[1:] - error[0]) / np.array(STEPS * len(joints))[:, None, None]
+    def _step(self, error: np.ndarray, unknowns: Unknowns, njoint: int) -> np.ndarray:
+        """Gauss and Newton's, with what is expected as the prior, (m, nrec, njoint, 3).
+
+        Args:
+            error: (1 + len(unknowns), m, k) as it is, and with each unknown a step further.
+        """
+        sizes = np.array([STEPS[kind] for _, kind in unknowns])
+        slopes = np.moveaxis((error[1:] - error[0]) / sizes[:, None, None], 0, -1)
         nrec = len(self.schedule.kp)
         step = np.zeros((error.shape[1], nrec, njoint, UNKNOWN))
+        at_joint, of_kind = np.array(unknowns).T
         for record in range(nrec):
             at = self.wanted[0] == record
-            for variant in range(error.shape[1]):
-                scaled = (slopes[:, variant, at] * unit[:, None]).T / self.noise_rad
-                normal = scaled.T @ scaled + np.eye(len(unit))
-                pull = scaled.T @ error[0, variant, at] / self.noise_rad
-                # the least step of many where simulations fell over: the prior is lost in rounding
-                found = -np.linalg.lstsq(normal, pull)[0]
-                step[variant, record, joints] = (found * unit).reshape(-1, UNKNOWN)
+            unit = self._expected(record, unknowns)
+            scaled = slopes[:, at] * unit / self.noise_rad
+            off = error[0][:, at, None] / self.noise_rad
+            across = np.swapaxes(scaled, 1, 2)
+            # the least step of many where simulations fell over: the prior is lost in rounding
+            inverse = np.linalg.pinv(across @ scaled + np.eye(len(unit)), hermitian=True)
+            step[:, record, at_joint, of_kind] = -(inverse @ (across @ off))[..., 0] * unit
         return step
 
+    def _expected(self, record: int, unknowns: Unknowns) -> np.ndarray:
+        """(n,), of a joint without a far side no more than its doubt."""
+        far = {joint for joint, kind in unknowns if kind != VELOCITY}
+        return np.array(
+            [EXPECTED[kind] if j in far else self.doubt[record, j] for j, kind in unknowns]
+        )
 
-def _moved(start: np.ndarray, joints: list[int]) -> np.ndarray:
-    """`start` (m, nrec, njoint, 3), then each unknown of `joints` a step further."""
-    moved = np.repeat(start[None], 1 + UNKNOWN * len(joints), axis=0)
-    for i, joint in enumerate(joints):
-        for kind, step in enumerate(STEPS):
-            moved[1 + UNKNOWN * i + kind, ..., joint, kind] += step
+
+def _moved(start: np.ndarray, unknowns: Unknowns) -> np.ndarray:
+    """`start` (m, nrec, njoint, 3), then each of the unknowns a step further."""
+    moved = np.repeat(start[None], 1 + len(unknowns), axis=0)
+    for i, (joint, kind) in enumerate(unknowns):
+        moved[1 + i, ..., joint, kind] += STEPS[kind]
     return moved

@@ -12,7 +12,11 @@ SPREAD = 0.8  # two standard errors, times sqrt(blocks), of one order's variance
 BLOCK = 24  # samples whose differences are pooled before the median is taken
 
 
-def noise_floor(recordings: list[Recording], residuals: list[np.ndarray] | None = None) -> float:
+def noise_floor(
+    recordings: list[Recording],
+    residuals: list[np.ndarray] | None = None,
+    divided: bool = False,
+) -> float:
     """RMS error in rad that a perfect model would have, over all measured samples.
 
     Differences of order d of a smooth signal vanish while white noise of variance σ² gives them
@@ -23,6 +27,8 @@ def noise_floor(recordings: list[Recording], residuals: list[np.ndarray] | None 
     Args:
         residuals: (n, njoint) measured minus predicted per recording, NaN where not sampled; from
             them the signal is gone already. Without them, the measured positions.
+        divided: take divided differences: of a motion whose rows are late others do not vanish, and
+            look like noise of up to ten times the encoder's.
     """
     total, count = 0.0, 0
     for j in range(recordings[0].q.shape[1]):
@@ -32,17 +38,20 @@ def noise_floor(recordings: list[Recording], residuals: list[np.ndarray] | None 
             left = [r[~np.isnan(r[:, j]), j] for r in residuals]
             series = left if all(len(x) for x in left) else measured
         n = sum(len(x) for x in measured)
-        white = _least([_white(series), _white(measured)], n // BLOCK)
+        taken = [r.time[~np.isnan(r.q[:, j])] for r in recordings] if divided else None
+        white = _least([_white(series, taken), _white(measured, taken)], n // BLOCK)
         total += n * max(white, _step(measured) ** 2 / 12)
         count += n
     return float(np.sqrt(total / count))
 
 
-def _white(series: list[np.ndarray]) -> float:
-    """Variance of the white part of some signals."""
+def _white(series: list[np.ndarray], taken: list[np.ndarray] | None = None) -> float:
+    """Variance of the white part of some signals, whose samples were `taken` then, s."""
     estimates = []
+    times = taken or [None] * len(series)
     for order in ORDERS:
-        blocks = [_blocks(signal, order) for signal in series if len(signal) > order]
+        pairs = zip(series, times, strict=True)
+        blocks = [_blocks(signal, order, time) for signal, time in pairs if len(signal) > order]
         if blocks:
             estimates.append(np.median(np.concatenate(blocks)) / _median_of_unit_noise(order))
     return _least(estimates, sum(len(signal) for signal in series) // BLOCK)
@@ -58,12 +67,31 @@ def _least(estimates: list[float], blocks: int) -> float:
     return float(chosen)
 
 
-def _blocks(signal: np.ndarray, order: int) -> np.ndarray:
+def _blocks(signal: np.ndarray, order: int, time: np.ndarray | None = None) -> np.ndarray:
     """Estimates of the variance from blocks of differences."""
-    squares = np.diff(signal, order) ** 2 / comb(2 * order, order)
+    if time is None:
+        squares = np.diff(signal, order) ** 2 / comb(2 * order, order)
+    else:
+        squares = _divided_differences(signal, time, order) ** 2
     size = min(BLOCK, len(squares))
     whole = len(squares) // size * size
     return squares[:whole].reshape(-1, size).mean(axis=1)
+
+
+def _divided_differences(signal: np.ndarray, time: np.ndarray, order: int) -> np.ndarray:
+    """Of unit weight: white noise keeps its variance."""
+    n = len(signal) - order
+    points = [slice(i, i + n) for i in range(order + 1)]
+    gap = (time[order:] - time[:n]) / order
+    total, square = np.zeros(n), np.zeros(n)
+    for one in points:
+        weight = np.ones(n)
+        for other in points:
+            if other != one:
+                weight *= gap / (time[one] - time[other])
+        total += weight * signal[one]
+        square += weight**2
+    return total / np.sqrt(square)
 
 
 @cache

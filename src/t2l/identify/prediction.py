@@ -12,6 +12,7 @@ from t2l.effects.blame import blaming
 from t2l.effects.term import Layout, Term
 from t2l.errors import T2LError
 from t2l.identify import batches
+from t2l.identify.initial_state import most_begin_in_motion
 from t2l.identify.samples import Samples
 from t2l.identify.schedules import Group, groups
 from t2l.identify.simulation import simulate
@@ -44,6 +45,7 @@ class Predictor:
         substeps: physics steps a control tick are multiplied by this.
         coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`; of a
             plant with more joints than are driven, as between motor and link, two at most.
+        in_motion: whether all recordings may begin so, as most do; else those may that clearly do.
     """
 
     def __init__(
@@ -53,22 +55,28 @@ class Predictor:
         substeps: int = 1,
         threads: int | None = None,
         coarseness: int = 1,
+        in_motion: bool | None = None,
     ):
         self.robot, self.recordings = robot, tuple(recordings)
         self.joints = self.recordings[0].joints
         self.substeps, self.coarseness = substeps, coarseness
+        if in_motion is None:
+            in_motion = most_begin_in_motion(self.recordings)
+        self.in_motion = in_motion
         self.threads = threads or len(os.sched_getaffinity(0))
         self.samples = Samples.measured(self.recordings)
         self._models: dict[tuple, mujoco.MjModel] = {}
         self._groups = {
-            ticks: groups(self.recordings, self.samples, ticks)
+            ticks: groups(self.recordings, self.samples, ticks, in_motion)
             for ticks in {coarseness, min(coarseness, EXTENDED)}
         }
 
     def of(self, recordings: Sequence[Recording], coarseness: int | None = None) -> "Predictor":
         """A predictor of other recordings, or of ticks as coarse as said, otherwise the same."""
         coarseness = coarseness or self.coarseness
-        return Predictor(self.robot, recordings, self.substeps, self.threads, coarseness)
+        return Predictor(
+            self.robot, recordings, self.substeps, self.threads, coarseness, self.in_motion
+        )
 
     def model(self, terms: Sequence[Term] = ()) -> mujoco.MjModel:
         """The plant compiled with what `terms` add to its structure."""

@@ -1,12 +1,12 @@
 """Recordings that one batch can hold: their commands at the ticks of one control loop."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from t2l.identify.hidden_state import WINDOW_S, Beginning
-from t2l.identify.initial_state import LEAST_RAD_S, start_state
+from t2l.identify.initial_state import begins_in_motion, slope_of_motion, start_state
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
 from t2l.recordings.recording import CONTINUOUS, Recording
@@ -34,9 +34,17 @@ class Group:
     wanted: tuple[np.ndarray, ...]
 
 
-def groups(recordings: Sequence[Recording], samples: Samples, coarseness: int) -> list[Group]:
-    """All of `recordings` in groups; `coarseness` real periods from tick to tick."""
-    return [_group(recordings, samples, alike, coarseness) for alike in _alike(recordings)]
+def groups(
+    recordings: Sequence[Recording], samples: Samples, coarseness: int, in_motion: bool
+) -> list[Group]:
+    """All of `recordings` in groups.
+
+    Args:
+        coarseness: real periods from tick to tick.
+        in_motion: whether all of them may begin so; else only those may that clearly do.
+    """
+    alike = _alike(recordings)
+    return [_group(recordings, samples, each, coarseness, in_motion) for each in alike]
 
 
 def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
@@ -49,7 +57,11 @@ def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
 
 
 def _group(
-    every: Sequence[Recording], samples: Samples, indices: list[int], coarseness: int
+    every: Sequence[Recording],
+    samples: Samples,
+    indices: list[int],
+    coarseness: int,
+    in_motion: bool,
 ) -> Group:
     recordings = [every[i] for i in indices]
     real_period = 1.0 / recordings[0].control_rate_hz
@@ -70,14 +82,18 @@ def _group(
     held = np.flatnonzero(np.isin(samples.recording, indices))
     below, rest = _ticks(samples.time[held], period)
     sample_ticks = np.unique(np.concatenate([[0], below, below + 1]))
-    start = [start_state(recording) for recording in recordings]
+    start_q, start_dq = np.moveaxis([start_state(recording) for recording in recordings], 1, 0)
+    doubt = np.zeros_like(start_dq)
+    moving = [in_motion or begins_in_motion(recording) for recording in recordings]
+    for i in np.flatnonzero(moving):
+        start_dq[i], doubt[i] = slope_of_motion(recordings[i])
     schedule = Schedule(
         period_s=period,
         commands=commands,
         kp=np.array([r.kp for r in recordings]),
         kd=np.array([r.kd for r in recordings]),
-        start_q=np.array([q for q, _ in start]),
-        start_dq=np.array([dq for _, dq in start]),
+        start_q=start_q,
+        start_dq=start_dq,
         compensated=np.array([r.gravity_compensation is True for r in recordings]),
         balanced=np.array([r.gravity_compensation == CONTINUOUS for r in recordings]),
         sample_ticks=sample_ticks,
@@ -89,25 +105,15 @@ def _group(
     column = {index: i for i, index in enumerate(indices)}
     record = np.array([column[r] for r in samples.recording[held]])
     wanted = record, np.searchsorted(sample_ticks, below), rest, samples.joint[held]
-    beginning = _beginning(recordings, schedule, wanted, samples.q[held])
+    beginning = None
+    if any(moving):
+        noise = max(noise_floor(list(recordings), divided=True), 1e-9)
+        beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt).within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
 
 
 def _all_have(recordings: Sequence[Recording], column: str) -> bool:
     return all(recording.has(column) for recording in recordings)
-
-
-def _beginning(
-    recordings: Sequence[Recording], schedule: Schedule, wanted: Sequence, measured: np.ndarray
-) -> Beginning | None:
-    if (np.abs(schedule.start_dq) <= LEAST_RAD_S).all():
-        return None
-    last = int(np.ceil(WINDOW_S / schedule.period_s))
-    ticks = schedule.sample_ticks[schedule.sample_ticks <= last]
-    early = np.flatnonzero(wanted[1] + 1 < len(ticks))
-    noise = max(noise_floor(list(recordings)), 1e-9)
-    schedule = replace(schedule, sample_ticks=ticks)
-    return Beginning(schedule, tuple(w[early] for w in wanted), measured[early], noise)
 
 
 def _ticks(elapsed: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:

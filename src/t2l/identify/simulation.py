@@ -8,7 +8,7 @@ import numpy as np
 from t2l.effects.blame import blaming
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
-from t2l.identify.hidden_state import Beginning
+from t2l.identify.hidden_state import UNKNOWN, VELOCITY_S, Beginning
 from t2l.sim.schedule import Schedule
 from t2l.sim.servo import ServoLoop
 
@@ -33,11 +33,16 @@ def simulate(
         wanted: of each sample its recording in the schedule, the index in `sample_ticks` of the
             tick at or before it, the fraction of a period since, and its joint; (k,) each.
         velocity: return that too, likewise.
-        beginning: of recordings that begin in motion.
+        beginning: of recordings of which some begin in motion.
     """
-    hidden = None
-    if beginning is not None and any(e.hides_state for e in _taking_part(variants)):
-        hidden = _hidden(model, joints, beginning, substeps, variants, threads)
+    hidden, hiding = None, _hiding(variants)
+    if beginning is not None and (hiding or beginning.doubt.any()):
+        hidden = np.zeros((sum(len(u) for _, u in variants), *beginning.doubt.shape, UNKNOWN))
+        estimated = np.arange(len(schedule.kp))
+        if not hiding:
+            estimated = np.flatnonzero(beginning.doubt.any(axis=1))
+            beginning = beginning.of(estimated).within(VELOCITY_S)
+        hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads)
     with blaming(_taking_part(variants), "to simulate it"):
         q, dq, period = _run(model, joints, schedule, substeps, variants, threads, hidden)
     between, rate = _at(wanted, q, dq, period)
@@ -54,11 +59,8 @@ def _at(wanted, q, dq, period) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _hidden(model, joints, beginning: Beginning, substeps, variants, threads) -> np.ndarray:
-    """Where the far sides start, (m, nrec, njoint, 3), as `ServoLoop.hidden_start`."""
-    hiding = {
-        j for layout, _ in variants for t in layout.terms if t.effect.hides_state for j in t.joints
-    }
-    m = sum(len(u) for _, u in variants)
+    """How the recordings start, (m, nrec, njoint, 3), as `ServoLoop.hidden_start`."""
+    m, hiding = sum(len(u) for _, u in variants), _hiding(variants)
 
     def predict(starts: np.ndarray) -> np.ndarray:
         copies = list(variants) * (len(starts) // m)
@@ -66,9 +68,17 @@ def _hidden(model, joints, beginning: Beginning, substeps, variants, threads) ->
         return _at(beginning.wanted, *run)[0]
 
     with blaming(_taking_part(variants), "to simulate it"):
-        loop = _loop(model, joints, beginning.schedule, substeps, variants, threads)
-        play = loop.play.reshape(m, loop.nrec, len(joints))
-        return beginning.estimate(predict, sorted(hiding), play)
+        play = np.zeros((m, *beginning.doubt.shape))
+        if hiding:
+            loop = _loop(model, joints, beginning.schedule, substeps, variants, threads)
+            play = loop.play.reshape(play.shape)
+        return beginning.estimate(predict, hiding, play)
+
+
+def _hiding(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[int]:
+    """Joints with a far side that no encoder sees."""
+    terms = [term for layout, _ in variants for term in layout.terms if term.effect.hides_state]
+    return sorted({joint for term in terms for joint in term.joints})
 
 
 def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:

@@ -1,7 +1,7 @@
 """What a group of recordings asks of a control loop, tick by tick."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,6 +39,22 @@ class Schedule:
     powered: np.ndarray | None = None
     clock_s: np.ndarray | None = None
     logged: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def of(self, recordings: np.ndarray) -> "Schedule":
+        """Of some recordings, (k,) indices."""
+        return replace(
+            self,
+            commands=self.commands[:, recordings],
+            kp=self.kp[recordings],
+            kd=self.kd[recordings],
+            start_q=self.start_q[recordings],
+            start_dq=self.start_dq[recordings],
+            compensated=self.compensated[recordings],
+            balanced=self.balanced[recordings],
+            powered=None if self.powered is None else self.powered[:, recordings],
+            clock_s=None if self.clock_s is None else self.clock_s[recordings],
+            logged={name: values[:, recordings] for name, values in self.logged.items()},
+        )
 
     def clock_s_at(self, tick: int) -> np.ndarray:
         """What the logs' clocks show in the middle of a tick, (nrec,) s."""
