@@ -6,6 +6,7 @@ import pandas as pd
 from t2l.gains import Cell, Grid
 from t2l.stats.bootstrap import bootstrap_interval, mean
 from t2l.stats.regions import REGIONS
+from t2l.stats.text import rate
 
 COLUMNS = ("kp", "kd", "success", "demonstrations")
 
@@ -70,7 +71,7 @@ def printable_scaling(table: pd.DataFrame) -> pd.DataFrame:
         first = own.iloc[0]
         row = {"Region": f"{word} ({n} {'cell' if n == 1 else 'cells'})"}
         row |= {
-            f"{number} demonstrations": f"{100 * success:.1f} %"
+            f"{number} demonstrations": rate(success)
             for number, success in zip(own.demonstrations, own.success, strict=True)
         }
         row["Per doubling"] = (
