@@ -17,10 +17,12 @@ from t2l.demos.expert import attempt
 from t2l.demos.replay import replay
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
+from t2l.tasks.cameras import Cameras
 from tests.conftest import ROOT
 
 DECIMATION = 10
 SEEDS = [3, 4, 5]
+CAMERAS, SIZE = ["global", "wrist"], 32
 CELL = {"task": str(ROOT / "config/tasks/block_stack.yaml"), "kp": 128, "kd": 8}
 PREPARE = "import sys, setuptools.build_meta as s; s.prepare_metadata_for_build_wheel(sys.argv[1])"
 
@@ -68,18 +70,48 @@ def dataset(task, replays, tmp_path_factory):
     return path
 
 
+@pytest.fixture(scope="module")
+def seeing(config_class):
+    """Of a policy that sees by cameras."""
+    from lerobot_env_t2l.config import ObservationConfig
+
+    return config_class(**CELL, observation=ObservationConfig(CAMERAS, SIZE))
+
+
+@pytest.fixture(scope="module")
+def pictured(task, replays, tmp_path_factory):
+    """A data set with pictures of one colour: it is their shapes that matter."""
+    _, control, replayed = replays
+    path = tmp_path_factory.mktemp("sets") / "pictured"
+    episodes = [r.episode for r in replayed]
+    pictures = [np.full((len(e[1]), len(CAMERAS), SIZE, SIZE, 3), 9, np.uint8) for e in episodes]
+    write_dataset(episodes, task, control.actions.names, 50, path, CAMERAS, SIZE, pictures)
+    return path
+
+
 @pytest.fixture
 def arguments(monkeypatch):
     """Put words on the command line that lerobot reads."""
     return lambda *words: monkeypatch.setattr(sys, "argv", ["lerobot", *map(str, words)])
 
 
-def test_what_the_environment_shows_is_what_the_data_set_holds(config, dataset):
+def flat(observation):
+    """A vector environment's, with the cameras' pictures beside the rest."""
+    return {k: v for k, v in observation.items() if k != "pixels"} | observation.get("pixels", {})
+
+
+@pytest.mark.parametrize(
+    ("shown_by", "held_by"),
+    [("config", "dataset"), ("seeing", "pictured")],
+    ids=["states", "pictures"],
+)
+def test_what_the_environment_shows_is_what_the_data_set_holds(shown_by, held_by, request):
     from lerobot.datasets.dataset_metadata import LeRobotDatasetMetadata
     from lerobot.envs.utils import env_to_policy_features
     from lerobot.utils.feature_utils import dataset_to_policy_features
 
-    held = LeRobotDatasetMetadata("t2l/block_stack", root=dataset)
+    config = request.getfixturevalue(shown_by)
+    held = LeRobotDatasetMetadata("t2l/block_stack", root=request.getfixturevalue(held_by))
     shown = env_to_policy_features(config)
     assert {k: (f.type, tuple(f.shape)) for k, f in shown.items()} == {
         k: (f.type, tuple(f.shape)) for k, f in dataset_to_policy_features(held.features).items()
@@ -87,9 +119,29 @@ def test_what_the_environment_shows_is_what_the_data_set_holds(config, dataset):
     ((environment,),) = [e.values() for e in config.create_envs(2).values()]
     observation, _ = environment.reset(seed=1)
     assert environment.observation_space.contains(observation)
-    state = np.concatenate(list(observation.values()), axis=1)
-    sizes = [len(held.names[key]) for key in ("observation.state", "observation.environment_state")]
-    assert state.shape == (2, sum(sizes))
+    sizes = [held.features[key]["shape"] for key in held.features if "observation" in key]
+    assert [seen.shape[1:] for seen in flat(observation).values()] == [*map(tuple, sizes)]
+    environment.close()
+
+
+def test_a_policy_sees_by_cameras_what_ours_sees(seeing, task):
+    """What lerobot makes of the environment's pictures, while one of two episodes goes on."""
+    from lerobot.envs.utils import preprocess_observation
+
+    (environment,) = seeing.create_envs(2)["t2l"].values()
+    before, _ = environment.reset(seed=SEEDS[:2])
+    action = np.zeros(environment.action_space.shape, np.float32)
+    action[1] = np.nan
+    after, *_ = environment.step(action)
+    starts = np.concatenate([task.sample_starts(np.random.default_rng(s), 1) for s in SEEDS[:2]])
+    with Cameras(task.spec(visual=True).compile(), CAMERAS, SIZE) as cameras:
+        expected = cameras.pictures(starts)
+    for i, name in enumerate(CAMERAS):
+        seen = preprocess_observation(before)[f"observation.images.{name}"].numpy()
+        np.testing.assert_allclose(seen, expected[:, i].transpose(0, 3, 1, 2) / 255, atol=1e-6)
+        assert (after["pixels"][name][0] != before["pixels"][name][0]).any()
+        np.testing.assert_array_equal(after["pixels"][name][1], before["pixels"][name][1])
+    environment.close()
 
 
 def test_lerobot_and_behaviour_cloning_agree(config, task, replays):
@@ -180,19 +232,24 @@ def test_an_episode_that_is_over_stays_as_it_is(config):
         ({"kind": "joints"}, "actions.kind: found 'joints'.*allowed: joint_target"),
         ({"kind": "joint_target", "reference": "home"}, "actions.reference: found 'home'"),
         ({"extensions": ["none.py"]}, "none.py: no such file"),
+        ({"cameras": ["rist"]}, "camera: found 'rist'; allowed: overview, global"),
     ],
-    ids=["unknown", "of rewards", "stiffness", "damping", "rate", "kind", "reference", "extension"],
+    ids=[
+        *("unknown", "of rewards", "stiffness", "damping", "rate", "kind", "reference"),
+        *("extension", "camera"),
+    ],
 )
 def test_what_is_wrong_is_named(config_class, monkeypatch, change, message):
     from draccus.utils import DecodingError
 
-    from lerobot_env_t2l.config import ActionsConfig
+    from lerobot_env_t2l.config import ActionsConfig, ObservationConfig
 
     monkeypatch.chdir(ROOT)
     actions = {key: change[key] for key in ("kind", "reference") if key in change}
-    rest = {key: value for key, value in change.items() if key not in actions}
+    seen = {"observation": ObservationConfig(change["cameras"])} if "cameras" in change else {}
+    rest = {key: value for key, value in change.items() if key not in (*actions, "cameras")}
     with pytest.raises(DecodingError, match=message):
-        config_class(**CELL | rest, actions=ActionsConfig(**actions))
+        config_class(**CELL | rest, **seen, actions=ActionsConfig(**actions))
 
 
 @pytest.mark.parametrize(
@@ -222,20 +279,30 @@ def test_a_data_set_that_does_not_fit_is_refused(config_class, dataset, argument
     assert str(dataset) in str(error.value)
 
 
+WRIST = "observation.images.wrist"
+
+
 @pytest.mark.parametrize(
-    ("key", "shape", "message"),
+    ("shown_by", "key", "shape", "message"),
     [
-        ("observation.state", (24,), ""),
-        ("observation.state", (14,), r"observation.state: found shape \(14,\); allowed: \(24,\)"),
-        ("observation.images.wrist", (3, 64, 64), "found observation.images.wrist; allowed: "),
+        ("config", "observation.state", (24,), ""),
+        ("config", "observation.state", (14,), r"state: found shape \(14,\); allowed: \(24,\)"),
+        ("config", WRIST, (3, 64, 64), "found observation.images.wrist; allowed: "),
+        ("seeing", WRIST, (3, SIZE, SIZE), ""),
+        ("seeing", WRIST, (3, 64, 64), r"found shape \(3, 64, 64\); allowed: \(3, 32, 32\)"),
+        ("seeing", "observation.environment_state", (14,), "found observation.environment_state;"),
     ],
-    ids=["fits", "shape", "camera"],
+    ids=["fits", "shape", "camera", "sees", "size", "state"],
 )
-def test_a_policy_that_does_not_fit_is_refused(config, arguments, tmp_path, key, shape, message):
+def test_a_policy_that_does_not_fit_is_refused(
+    request, arguments, tmp_path, shown_by, key, shape, message
+):
     from lerobot.configs import FeatureType, PolicyFeature
     from lerobot.policies.act.configuration_act import ACTConfig
 
-    kind = FeatureType.STATE if key == "observation.state" else FeatureType.VISUAL
+    config = request.getfixturevalue(shown_by)
+    kinds = {"state": FeatureType.STATE, "environment_state": FeatureType.ENV}
+    kind = kinds.get(key.split(".")[1], FeatureType.VISUAL)
     ACTConfig(
         input_features={key: PolicyFeature(kind, shape)},
         output_features={"action": PolicyFeature(FeatureType.ACTION, (8,))},
@@ -249,19 +316,26 @@ def test_a_policy_that_does_not_fit_is_refused(config, arguments, tmp_path, key,
         config.create_envs(1)
 
 
+SMALL_ACT = ["chunk_size=10", "n_action_steps=10", "dim_model=64", "dim_feedforward=128"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "policy",
+    ("held_by", "policy"),
     [
-        ["act", "chunk_size=10", "n_action_steps=10", "dim_model=64", "dim_feedforward=128"],
-        ["diffusion", "down_dims=[32,64]", "n_groups=8", "num_inference_steps=2"],
+        ("dataset", ["act", *SMALL_ACT]),
+        ("dataset", ["diffusion", "down_dims=[32,64]", "n_groups=8", "num_inference_steps=2"]),
+        # weights from elsewhere would be asked for over the network
+        ("pictured", ["act", *SMALL_ACT, "pretrained_backbone_weights=null"]),
     ],
-    ids=["act", "diffusion"],
+    ids=["act", "diffusion", "pictures"],
 )
-def test_lerobot_trains_and_evaluates(plugin, dataset, tmp_path, policy):
+def test_lerobot_trains_and_evaluates(plugin, request, tmp_path, held_by, policy):
     """By the commands of docs/lerobot.md, with a small network and few steps."""
-    kind, *settings = policy
+    (kind, *settings), dataset = policy, request.getfixturevalue(held_by)
     cell = ["--env.type=t2l", "--env.task=block_stack", "--env.kp=128", "--env.kd=8"]
+    if held_by == "pictured":
+        cell += ["--env.observation.cameras=[global,wrist]", f"--env.observation.size_px={SIZE}"]
     train = [
         *(
             "--dataset.repo_id=t2l/block_stack",

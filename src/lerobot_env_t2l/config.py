@@ -9,20 +9,22 @@ from lerobot.configs import FeatureType, PolicyFeature
 from lerobot.envs import EnvConfig
 from pydantic import AfterValidator, Field
 
-from lerobot_env_t2l.environment import OBSERVED_AS, BatchEnvironment
+from lerobot_env_t2l.environment import OBSERVED_AS, PIXELS, BatchEnvironment
 from lerobot_env_t2l.fit import check_dataset, check_policy
 from t2l.actions import make_control
 from t2l.config import SIMULATION_RATE_HZ
 from t2l.config.actions import of_actions
 from t2l.config.models.actions import Actions
 from t2l.config.models.cloning import Retargeting
+from t2l.config.models.observation import Observation
 from t2l.config.quantities import Gain, Text
 from t2l.config.tasks import read_task
-from t2l.demos.dataset import ACTION, ENVIRONMENT, STATE, feature_names
+from t2l.demos.dataset import ACTION, ENVIRONMENT, IMAGES, STATE, policy_features
 from t2l.errors import ConfigurationError, T2LError
 from t2l.gains import Cell
 from t2l.registry import load_extensions
 from t2l.tasks import Demonstrated, make_task
+from t2l.tasks.cameras import check_cameras
 from t2l.typed import Integer, Invalid, Typed, check, refuse
 
 TASKS = Path("config/tasks")
@@ -43,6 +45,7 @@ class Settings(Typed):
     kd: Gain = Field(description="a damping Kd, N·m·s/rad; with task_pose 1/s")
     fps: Annotated[Integer, Field(ge=1), AfterValidator(_divisor)]
     actions: Actions
+    observation: Observation
     extensions: list[Text]
     threads: Annotated[Integer, Field(ge=1, le=1000)]
     picture_hz: Annotated[Integer, Field(ge=0)]
@@ -56,6 +59,14 @@ class ActionsConfig:
     reference: str | None = None
 
 
+@dataclass
+class ObservationConfig:
+    """What the policy sees, as under `observation` of a configuration of t2l."""
+
+    cameras: list[str] = field(default_factory=list)
+    size_px: int = Observation().size_px
+
+
 @EnvConfig.register_subclass("t2l")
 @dataclass
 class T2LEnvConfig(EnvConfig):
@@ -66,6 +77,7 @@ class T2LEnvConfig(EnvConfig):
         kp, kd: the gains.
         fps: rate of the policy, Hz.
         actions: what its actions mean.
+        observation: cameras whose pictures it sees in place of the environment's state.
         extensions: Python files of your own that the task needs.
         threads: that simulate; they change no result.
         picture_hz: new pictures a second in videos; 0 draws only how an episode begins and ends.
@@ -75,6 +87,7 @@ class T2LEnvConfig(EnvConfig):
     kd: float | None = None
     fps: int = Retargeting().policy_rate_hz
     actions: ActionsConfig = field(default_factory=ActionsConfig)
+    observation: ObservationConfig = field(default_factory=ObservationConfig)
     extensions: list[str] = field(default_factory=list)
     threads: int = 1
     # software draws about 20 a second, and lerobot shows ten episodes
@@ -105,10 +118,14 @@ class T2LEnvConfig(EnvConfig):
         cell = Cell(settings.kp, settings.kd)
         self._task = task
         self._control = make_control(own["actions"], cell, task.robot, task.model)
-        self._names = feature_names(task, self._control.actions.names)
-        self.features_map = {OBSERVED_AS.get(key, key): key for key in self._names}
+        self._cameras = asdict(self.observation)
+        if self.observation.cameras:
+            scene = task.spec(visual=True)
+            check_cameras([camera.name for camera in scene.cameras], self.observation.cameras)
+        self._held = policy_features(task, self._control.actions.names, **self._cameras)
+        self.features_map = {_shown_as(key): key for key in self._held}
         self.features = {
-            name: PolicyFeature(_TYPES[key], (len(self._names[key]),))
+            name: PolicyFeature(_TYPES.get(key, FeatureType.VISUAL), self._held[key]["shape"])
             for name, key in self.features_map.items()
         }
 
@@ -125,7 +142,7 @@ class T2LEnvConfig(EnvConfig):
         Raises:
             ConfigurationError: the policy that lerobot was given does not fit it.
         """
-        check_policy(self._names)
+        check_policy(self._held)
         environment = BatchEnvironment(
             self._task,
             self._control,
@@ -133,6 +150,7 @@ class T2LEnvConfig(EnvConfig):
             SIMULATION_RATE_HZ // self.fps,
             self.threads,
             self.picture_hz,
+            **self._cameras,
         )
         return {self.type: {0: environment}}
 
@@ -142,5 +160,12 @@ class T2LEnvConfig(EnvConfig):
         Raises:
             ConfigurationError: the data set that lerobot was given does not fit the environment.
         """
-        check_dataset(self._names, self.fps)
+        check_dataset(self._held, self.fps)
         return super().get_env_processors()
+
+
+def _shown_as(key: str) -> str:
+    """What lerobot calls a feature of a data set where an environment gives it."""
+    if key.startswith(IMAGES):
+        return f"{PIXELS}/{key.removeprefix(IMAGES)}"
+    return OBSERVED_AS.get(key, key)

@@ -11,13 +11,15 @@ from gymnasium.vector.utils import batch_space
 from lerobot_env_t2l.pictures import Pictures
 from t2l.actions import Control
 from t2l.bc.episodes import Episodes
-from t2l.demos.dataset import ACTION, ENVIRONMENT, STATE, feature_names
+from t2l.demos.dataset import ACTION, ENVIRONMENT, STATE, policy_features
 from t2l.errors import ConfigurationError
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated
+from t2l.tasks.cameras import Cameras
 
 # what lerobot calls the features of a data set where an environment gives them
 OBSERVED_AS = {STATE: "agent_pos", ENVIRONMENT: "environment_state"}
+PIXELS = "pixels"  # and the pictures of each camera
 
 
 class BatchEnvironment(VectorEnv):
@@ -30,7 +32,9 @@ class BatchEnvironment(VectorEnv):
     Args:
         control: of a cell, in the task's model.
         decimation: timesteps that an action is held for.
-        picture_hz: new pictures a second; 0 draws only how an episode begins and ends.
+        picture_hz: new pictures a second in videos; 0 draws only how an episode begins and ends.
+        cameras: that a policy sees by, in place of the environment's state; none without names.
+        size_px: of their square pictures.
 
     Attributes:
         task: its name.
@@ -45,6 +49,8 @@ class BatchEnvironment(VectorEnv):
         decimation: int,
         threads: int = 1,
         picture_hz: int = 0,
+        cameras: Sequence[str] = (),
+        size_px: int = 0,
     ):
         self._task, self._control, self.num_envs = task, control, n
         self._decimation, self._threads = decimation, threads
@@ -56,11 +62,20 @@ class BatchEnvironment(VectorEnv):
             "autoreset_mode": AutoresetMode.DISABLED,
         }
         self.render_mode = "rgb_array"
-        sizes = {k: len(names) for k, names in feature_names(task, control.actions.names).items()}
-        self.single_observation_space = spaces.Dict(
-            {name: _unbounded(sizes[key]) for key, name in OBSERVED_AS.items()}
-        )
-        self.single_action_space = _unbounded(sizes[ACTION])
+        features = policy_features(task, control.actions.names, cameras, size_px)
+        shown = {
+            name: _unbounded(features[key]["shape"])
+            for key, name in OBSERVED_AS.items()
+            if key in features
+        }
+        self._cameras = None
+        if cameras:
+            self._cameras = Cameras(task.spec(visual=True).compile(), cameras, size_px)
+            self._seen = np.empty((n, *self._cameras.shape), np.uint8)
+            picture = spaces.Box(0, 255, self._cameras.shape[1:], np.uint8)
+            shown[PIXELS] = spaces.Dict(dict.fromkeys(cameras, picture))
+        self.single_observation_space = spaces.Dict(shown)
+        self.single_action_space = _unbounded(features[ACTION]["shape"])
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
         self._pictures = Pictures(task, n, max(1, round(fps / picture_hz)) if picture_hz else 0)
@@ -93,7 +108,7 @@ class BatchEnvironment(VectorEnv):
             self._task, self._control, np.concatenate(starts), self._decimation, self._threads
         )
         self._pictures.begin(self._episodes)
-        return self._observation(), {}
+        return self._observation(self._episodes.running), {}
 
     def step(
         self, actions: np.ndarray
@@ -116,12 +131,18 @@ class BatchEnvironment(VectorEnv):
         terminated = ~episodes.running & (episodes.success | ~episodes.sound)
         truncated = ~episodes.running & ~terminated
         reward = (ended & episodes.success).astype(float)
-        return self._observation(), reward, terminated, truncated, self._info(ended)
+        return self._observation(before), reward, terminated, truncated, self._info(ended)
 
-    def _observation(self) -> dict[str, np.ndarray]:
+    def _observation(self, moved: np.ndarray) -> dict[str, Any]:
+        """What all episodes show, of which those in the mask `moved` (n,) have changed."""
         own = self._task.robot_observation_size
         state, environment = np.split(self._episodes.observation, [own], axis=1)
-        return {OBSERVED_AS[STATE]: state, OBSERVED_AS[ENVIRONMENT]: environment}
+        if self._cameras is None:
+            return {OBSERVED_AS[STATE]: state, OBSERVED_AS[ENVIRONMENT]: environment}
+        self._seen[moved] = self._cameras.pictures(self._episodes.qpos[moved])
+        views = zip(self._cameras.names, self._seen.swapaxes(0, 1), strict=True)
+        # copies, as gymnasium's own environments give
+        return {OBSERVED_AS[STATE]: state, PIXELS: {name: seen.copy() for name, seen in views}}
 
     def _info(self, ended: np.ndarray) -> dict[str, Any]:
         if not ended.any():
@@ -148,7 +169,9 @@ class BatchEnvironment(VectorEnv):
     def close_extras(self, **kwargs: Any) -> None:
         """Release what draws."""
         self._pictures.close()
+        if self._cameras is not None:
+            self._cameras.close()
 
 
-def _unbounded(size: int) -> spaces.Box:
-    return spaces.Box(-np.inf, np.inf, (size,), np.float32)
+def _unbounded(shape: tuple[int, ...]) -> spaces.Box:
+    return spaces.Box(-np.inf, np.inf, shape, np.float32)

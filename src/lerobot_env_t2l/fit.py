@@ -4,7 +4,8 @@ lerobot does not compare them. Without this a policy of another robot ends deep 
 one that is asked at another rate fails at the task.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from typing import Any
 
 from lerobot.configs import PolicyFeature, PreTrainedConfig, parser
 from lerobot.utils.feature_utils import dataset_to_policy_features
@@ -12,12 +13,15 @@ from lerobot.utils.feature_utils import dataset_to_policy_features
 from t2l.demos.dataset import ACTION
 from t2l.errors import InputError
 
-# features by key, the names of their elements
-Names = Mapping[str, Sequence[str]]
+# as `t2l.demos.dataset.policy_features` has them, by key
+Features = Mapping[str, Mapping[str, Any]]
 
 
-def check_policy(names: Names) -> None:
+def check_policy(held: Features) -> None:
     """Compare the policy that lerobot's command line names, if any.
+
+    Args:
+        held: what the environment has.
 
     Raises:
         InputError: it sees or does what the environment does not have.
@@ -27,11 +31,14 @@ def check_policy(names: Names) -> None:
     if path is None or parser.parse_arg("rename_map"):
         return
     policy = PreTrainedConfig.from_pretrained(path)
-    _check(path, {**(policy.input_features or {}), **(policy.output_features or {})}, names)
+    _check(path, {**(policy.input_features or {}), **(policy.output_features or {})}, held)
 
 
-def check_dataset(names: Names, fps: int) -> None:
+def check_dataset(held: Features, fps: int) -> None:
     """Compare the data set that lerobot's command line names, if any.
+
+    Args:
+        held, fps: what the environment has.
 
     Raises:
         InputError: it has other features or another rate than the environment.
@@ -43,11 +50,11 @@ def check_dataset(names: Names, fps: int) -> None:
         return
     dataset = LeRobotDatasetMetadata(repo_id, root=root)
     path = root or repo_id
-    _check(path, dataset_to_policy_features(dataset.features), names)
-    for key, here in names.items():
+    _check(path, dataset_to_policy_features(dataset.features), held)
+    for key, feature in held.items():
         there = dataset.features.get(key, {}).get("names")
         # data sets of others may have no names, or names by group
-        pairs = zip(there, here, strict=False) if isinstance(there, list) else ()
+        pairs = zip(there, feature["names"], strict=False) if isinstance(there, list) else ()
         for i, (name, wanted) in enumerate(pairs):
             if name != wanted:
                 raise InputError(path, f"{key}[{i}]", name, f"{wanted}, as in the environment")
@@ -55,13 +62,14 @@ def check_dataset(names: Names, fps: int) -> None:
         raise InputError(path, "fps", str(dataset.fps), f"{fps}, as in the environment")
 
 
-def _check(path: str, features: Mapping[str, PolicyFeature], names: Names) -> None:
+def _check(path: str, features: Mapping[str, PolicyFeature], held: Features) -> None:
+    allowed = {key: feature.shape for key, feature in dataset_to_policy_features(held).items()}
     if ACTION not in features:
-        raise InputError(path, ACTION, "nothing", f"({len(names[ACTION])},), as in the environment")
+        raise InputError(path, ACTION, "nothing", f"{allowed[ACTION]}, as in the environment")
     for key, feature in features.items():
-        if key not in names:
-            allowed = f"{', '.join(names)}, the features of the environment"
-            raise InputError(path, "features", key, allowed)
-        shape, wanted = tuple(feature.shape), (len(names[key]),)
+        if key not in allowed:
+            known = f"{', '.join(allowed)}, the features of the environment"
+            raise InputError(path, "features", key, known)
+        shape, wanted = tuple(feature.shape), tuple(allowed[key])
         if shape != wanted:
             raise InputError(path, key, f"shape {shape}", f"{wanted}, as in the environment")

@@ -92,9 +92,7 @@ def write_dataset(
     size_px: int = 0,
     pictures: Iterable[np.ndarray] = (),
 ) -> None:
-    """Write what the policies of a cell are trained on, at the policy's rate: `feature_names`.
-
-    Pictures, if there are some, take the place of the environment's state.
+    """Write what the policies of a cell are trained on, at the policy's rate: `policy_features`.
 
     Args:
         episodes: observation (n, nobs) and action (n, nact) of each, as `read_episodes` gives them.
@@ -103,12 +101,8 @@ def write_dataset(
         pictures: of each episode, (n, ncamera, size_px, size_px, 3) uint8.
     """
     own = task.robot_observation_size
-    features = {
-        key: _feature("float32", names) for key, names in feature_names(task, actions).items()
-    }
+    features = policy_features(task, actions, cameras, size_px)
     if cameras:
-        del features[ENVIRONMENT]
-        features |= image_features(cameras, size_px)
         around = (by_camera(cameras, seen) for seen in pictures)
     else:
         around = ({ENVIRONMENT: observation[:, own:]} for observation, _ in episodes)
@@ -131,21 +125,23 @@ def image_features(cameras: Sequence[str], size_px: int) -> dict[str, Any]:
     return {IMAGES + name: dict(image) for name in cameras}
 
 
-def feature_names(task: Task, actions: Sequence[str]) -> dict[str, list[str]]:
-    """The features that a policy of lerobot learns from, by key: the names of their elements.
+def policy_features(
+    task: Task, actions: Sequence[str], cameras: Sequence[str] = (), size_px: int = 0
+) -> dict[str, dict[str, Any]]:
+    """The features that a policy of lerobot learns from, as lerobot takes them, by key.
 
-    The observation is split as lerobot's policies expect it: the robot's own state, and the
-    state of its environment.
+    The observation is split as lerobot's policies expect it: the robot's own state, and the state
+    of its environment, whose place pictures take if there are some.
 
     Args:
-        actions: as `write_dataset` takes them.
+        actions, cameras, size_px: as `write_dataset` takes them.
     """
     names, own = list(task.observation_names), task.robot_observation_size
-    return {
-        STATE: names[:own],
-        ENVIRONMENT: names[own:],
-        ACTION: [*actions, *_grippers(task)],
-    }
+    robot = {STATE: _feature("float32", names[:own])}
+    action = {ACTION: _feature("float32", [*actions, *_grippers(task)])}
+    if cameras:
+        return robot | action | image_features(cameras, size_px)
+    return robot | {ENVIRONMENT: _feature("float32", names[own:])} | action
 
 
 def _grippers(task: Task) -> list[str]:

@@ -64,10 +64,12 @@ def epochs(
     preset, schedule = policy.config.get_optimizer_preset(), policy.config.get_scheduler_preset()
     optimiser = preset.build(policy.get_optim_params())
     schedule = schedule and schedule.build(optimiser, steps)
+    device = network.action_mean.device
     for _ in range(settings.epochs):
         network.train()
-        total = 0.0
-        for index in torch.tensor(list(sampler)).split(settings.batch_size):
+        # on the device, as a GPU would be waited for at every step to be asked
+        total = torch.zeros((), device=device)
+        for index in torch.tensor(list(sampler), device=device).split(settings.batch_size):
             loss, _ = policy.forward(samples[index])
             optimiser.zero_grad()
             loss.backward()
@@ -75,6 +77,6 @@ def epochs(
             optimiser.step()
             if schedule:
                 schedule.step()
-            total += len(index) * loss.item()
+            total += len(index) * loss.detach()
         network.eval()
-        yield total / len(sampler)
+        yield float(total) / len(sampler)

@@ -33,10 +33,7 @@ class Cameras:
     """
 
     def __init__(self, model: mujoco.MjModel, cameras: Sequence[str], size_px: int):
-        known = camera_names(model)
-        for name in cameras:
-            if name not in known:
-                raise CameraError(f"camera: found {name!r}; allowed: {', '.join(known) or 'none'}")
+        check_cameras(camera_names(model), cameras)
         self.names, self.size_px = tuple(cameras), size_px
         self._model, self._data = model, mujoco.MjData(model)
         lighten(model)
@@ -76,6 +73,17 @@ class Cameras:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+
+def check_cameras(known: Sequence[str], cameras: Sequence[str]) -> None:
+    """That cameras are among those that a model has.
+
+    Raises:
+        CameraError: one is not.
+    """
+    for name in cameras:
+        if name not in known:
+            raise CameraError(f"camera: found {name!r}; allowed: {', '.join(known) or 'none'}")
 
 
 def camera_names(model: mujoco.MjModel) -> list[str]:
