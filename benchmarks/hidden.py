@@ -192,6 +192,7 @@ def explained(folder: Path) -> dict:
         "before": found.steps[0].test_rmse_rad,
         "after": left,
         "stand": list(found.model.effects),
+        "partial": list(found.partial.effects) if found.partial else [],
         "curves": curves,
         "after_with_curves": learned,
         "oracle": oracle(model, evidence, hidden, step["ranking"]),
@@ -275,6 +276,11 @@ def summary(results: list[dict]) -> list[str]:
         ("hidden effect first or tied first", known, named),
         ("of these without a tie", known, [r for r in named if r["first"] in r["hidden"]]),
         ("test error after within 10 % of the oracle's", known, near),
+        (
+            "no name of a known effect taken for a part",
+            known,
+            [r for r in known if not r["partial"]],
+        ),
         ("no false alarm on clean cases", clean, [r for r in clean if right(r)]),
         ("unexplained in the end on unknown effects", unknown, [r for r in unknown if right(r)]),
     ):
@@ -300,6 +306,7 @@ def row(result: dict) -> dict:
         "right": "yes" if right(result) else "NO",
         "adopted": " + ".join(result["adopted"]) or "nothing",
         "in the end": result["final_verdict"],
+        "explain a part": " + ".join(result.get("partial", [])),
         "proposed": "; ".join(result.get("curves", [])),
         "chosen in": ", ".join(f"{share:.0%}" for share in result.get("chosen", [])),
         "before": mrad(result["before"]),

@@ -20,6 +20,7 @@ import pandas as pd
 from benchmarks import one_core
 from benchmarks.hidden import code_key
 from benchmarks.scene import ROOT
+from t2l.diagnose.files import PARTIAL, PROPOSED
 from t2l.identify.model import read_model
 from t2l.seeds import generator
 
@@ -44,7 +45,10 @@ def run() -> pd.DataFrame:
 
 
 def explained(logs: Sequence[Path], number: int) -> dict:
-    """The content of explanation.json with choice `number` held out, and the effects `adopted`."""
+    """The content of explanation.json with choice `number` held out, and the effects in the end.
+
+    `partial` says whether these explain only a part.
+    """
     held = set(generator(number, "holdouts").choice(len(logs), HELD_OUT, replace=False).tolist())
     out, made_by = FOLDER / str(number), FOLDER / f"{number}.key"
     if not made_by.exists() or made_by.read_text() != code_key():
@@ -57,7 +61,9 @@ def explained(logs: Sequence[Path], number: int) -> dict:
         made_by.write_text(code_key())
     # laws that were learned may have taken the place of names, but not in this file
     content = json.loads((out / "explanation.json").read_text())
-    return content | {"adopted": list(read_model(out / "model.yaml").effects)}
+    partial = out / PROPOSED / PARTIAL
+    model = read_model(partial if partial.exists() else out / "model.yaml")
+    return content | {"adopted": list(model.effects), "partial": partial.exists()}
 
 
 def row(number: int, found: dict) -> dict:
@@ -68,6 +74,7 @@ def row(number: int, found: dict) -> dict:
         "choice": number,
         "test before, mrad": before,
         "with known effects": after,
-        "adopted in the end": ", ".join(found["adopted"]),
+        "in the end": ", ".join(found["adopted"]),
+        "explain a part only": "yes" if found["partial"] else "no",
         "verdict": found["verdict"],
     }

@@ -249,11 +249,12 @@ def judged(command: str, name: str) -> dict:
     began = perf_counter()
     path.parent.mkdir(parents=True, exist_ok=True)
     with open(path.with_suffix(".log"), "w") as log, contextlib.redirect_stdout(log):
-        content, adopted = found(command, where, out, removed.without)
+        content, adopted, partial = found(command, where, out, removed.without)
     result = {
         **made_by,
         "case": name,
         "adopted": adopted,
+        "partial": partial,
         "verdict": content["verdict"],
         "curves": content["curves"],
         "before": _before(content, out),
@@ -266,8 +267,10 @@ def judged(command: str, name: str) -> dict:
     return json.loads(path.read_text())
 
 
-def found(command: str, where: Path, out: Path, without: tuple[str, ...]) -> tuple[dict, list]:
-    """What is proposed, and the names that the model adopts in the end."""
+def found(
+    command: str, where: Path, out: Path, without: tuple[str, ...]
+) -> tuple[dict, list[str], list[str]]:
+    """What is proposed, the names that the model adopts, and those that explain only a part."""
     from t2l.cli.main import main
     from t2l.effects.registry import builtin
 
@@ -275,11 +278,12 @@ def found(command: str, where: Path, out: Path, without: tuple[str, ...]) -> tup
     logs = [str(where / "train"), "--holdout", str(where / "holdout"), "--out", str(out)]
     if command == "propose":
         main([command, *logs])
-        return json.loads((out / "proposal.json").read_text()), []
+        return json.loads((out / "proposal.json").read_text()), [], []
     main([command, *logs, *(f"--without={name}" for name in taken)])
     content = _proposed(out)
     model = yaml.safe_load((out / "model.yaml").read_text())
-    return content, list(model["effects"])
+    partial = json.loads((out / "explanation.json").read_text())["partial"]
+    return content, list(model["effects"]), partial["effects"] if partial else []
 
 
 def _proposed(out: Path) -> dict:
@@ -334,6 +338,7 @@ def row(result: dict) -> dict:
     return {
         "case": result["case"],
         "wrong names": ", ".join(result["adopted"]),
+        "explain a part": ", ".join(result["partial"]),
         "proposed": said(result),
         "right": words[right(result)],
         "before": mrad(result["before"]),

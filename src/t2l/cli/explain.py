@@ -43,7 +43,8 @@ def run(arguments: argparse.Namespace) -> None:
         explanation = proposed_beside(model, explanation, evidence, out, progress)
         write_explanation(explanation, out)
         progress("comparing before and after", 0.9)
-        for name, which in (("before", model), ("after", explanation.model)):
+        after = (explanation.partial or explanation).model
+        for name, which in (("before", model), ("after", after)):
             write(compare(which, [*recordings, *holdout]), out / name)
         draw_explanation(out)
         write_report(out)

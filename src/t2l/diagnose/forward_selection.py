@@ -44,14 +44,35 @@ class Step:
 
 
 @dataclass(frozen=True)
+class Partial:
+    """Names that explain too little to be adopted.
+
+    Attributes:
+        effects: their names.
+        explained: the part of the squared error on test samples that they explain.
+        test_rmse_rad: what they leave there.
+        model: the model with them.
+    """
+
+    effects: tuple[str, ...]
+    explained: float
+    test_rmse_rad: float
+    model: Model
+
+
+@dataclass(frozen=True)
 class Explanation:
-    """The steps, where they ended, and the final model."""
+    """The steps, where they ended, and the final model.
+
+    `partial` are the names of the steps that the final model lacks, as they explain only a part.
+    """
 
     steps: list[Step]
     verdict: str
     noise_floor_rad: float
     sentence: str
     model: Model
+    partial: Partial | None = None
 
 
 def explain(
@@ -185,6 +206,7 @@ def fingerprint(model: Model, evidence: Evidence) -> str:
 
 def as_json(explanation: Explanation) -> dict:
     """What `explanation.json` holds."""
+    partial = explanation.partial
     return {
         "steps": [
             {
@@ -200,12 +222,18 @@ def as_json(explanation: Explanation) -> dict:
         "verdict": explanation.verdict,
         "sentence": explanation.sentence,
         "noise_floor_rad": explanation.noise_floor_rad,
-    }
+        "partial": None if partial is None else {
+            "effects": list(partial.effects),
+            "explained_fraction": partial.explained,
+            "test_rmse_q_rad": partial.test_rmse_rad,
+        },
+    }  # fmt: skip
 
 
 def write_explanation(explanation: Explanation, folder: Path) -> None:
     """Write `explanation.json` and `model.yaml`."""
-    names = [step.effect for step in explanation.steps if step.effect]
+    stand = explanation.model.effects
+    names = [step.effect for step in explanation.steps if step.effect in stand]
     comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
     write_model(explanation.model, folder / MODEL, comment)
     write_text(json.dumps(as_json(explanation), indent=2) + "\n", folder / EXPLANATION)

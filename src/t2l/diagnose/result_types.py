@@ -125,6 +125,12 @@ class _Step(_Errors):
     chosen_share: FiniteFloat | None
 
 
+class _Partial(TypedDict):
+    effects: list[str]
+    explained_fraction: FiniteFloat
+    test_rmse_q_rad: FiniteFloat
+
+
 class Explanation(TypedDict):
     """Of explanation.json."""
 
@@ -132,6 +138,7 @@ class Explanation(TypedDict):
     verdict: str
     sentence: str
     noise_floor_rad: FiniteFloat
+    partial: NotRequired[_Partial | None]
 
 
 class _Formula(TypedDict):

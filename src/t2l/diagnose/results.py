@@ -63,7 +63,13 @@ class Found:
     def dropped(self) -> list[str]:
         """Effects that were adopted and then gave way to learned curves."""
         known = self.proposal["known"] if self.proposal else []
-        return [name["effect"] for name in known if not name["stands"]]
+        gone = [name["effect"] for name in known if not name["stands"]]
+        return [] if self.partial else gone
+
+    @property
+    def partial(self) -> dict[str, Any] | None:
+        """Effects that explain too little to be adopted, if there are any."""
+        return self.explanation.get("partial") if self.explanation else None
 
     @property
     def uses(self) -> dict[str, str]:
@@ -111,9 +117,10 @@ def _explained(folder: Path) -> Found:
         where = folder / "steps" / str(number)
         if os.path.lexists(where / DIAGNOSIS):
             steps.append(Step(_diagnosis(where), adopted))
+    final = "with effects that explain a part" if explanation.get("partial") else "final model"
     compared = [
         _compared(folder / name, label)
-        for name, label in (("before", "model as it came"), ("after", "final model"))
+        for name, label in (("before", "model as it came"), ("after", final))
         if os.path.lexists(folder / name / COMPARISON)
     ]
     if len(compared) == 2 and not _alike(*compared):

@@ -6,21 +6,22 @@ import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from t2l.artefacts import read_json, write_text
+from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.evidence import Evidence, fine_enough
-from t2l.diagnose.files import MODEL, PROPOSAL, PROPOSED
-from t2l.diagnose.forward_selection import Explanation, fingerprint
+from t2l.diagnose.files import MODEL, PARTIAL, PROPOSAL, PROPOSED
+from t2l.diagnose.forward_selection import Explanation, Partial, as_json, fingerprint
 from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
-from t2l.propose.reconsider import RECORDINGS, reconsider
+from t2l.propose.reconsider import RECORDINGS, Reconsidered, reconsider
 from t2l.propose.search import Progress
 from t2l.propose.split import few, split
-from t2l.propose.wording import headline, retracted
+from t2l.propose.wording import headline, part_of_it, retracted
 
 RECORD = "beside.json"
 
@@ -41,10 +42,9 @@ def proposed_beside(
         DivergenceError: a simulation of the model runs away.
     """
     where, key = folder / PROPOSED, _key(model, explanation, evidence)
-    before = _before(where, key)
+    before = _before(where, key, model.without)
     if before is not None:
-        kept = read_model(where / MODEL, model.without)
-        return replace(explanation, model=kept, **before)
+        return replace(explanation, model=read_model(where / MODEL, model.without), **before)
     evidence = fine_enough(explanation.model, evidence)
     quiet = AT_THE_FLOOR * explanation.noise_floor_rad
     found = reconsider(model, explanation.model, evidence, quiet, progress)
@@ -54,24 +54,38 @@ def proposed_beside(
             with writing(where):
                 shutil.rmtree(where)
         return explanation
+    return _kept(_said(explanation, found, model, evidence, where), where, key)
+
+
+def _said(
+    explanation: Explanation, found: Reconsidered, model: Model, evidence: Evidence, where: Path
+) -> Explanation:
+    """The explanation as what was found changes it; the proposal is written."""
+    gone = {*found.dropped, *found.partial}
     known = [
-        {"effect": name, "stands": name not in found.dropped}
+        {"effect": name, "stands": name not in gone, "partial": name in found.partial}
         for name in explanation.model.effects
         if name not in model.effects
     ]
     predictor, at = few(evidence.train, RECORDINGS)
     chosen = predictor, split(predictor)[1] & evidence.train_mask[at]
     sentence = retracted(found) if found.dropped else headline(found.proposal)
+    sentence = part_of_it(found) if found.partial else sentence
     write_proposal(found.proposal, where, chosen, evidence.test, known, sentence)
+    if found.partial:
+        partial = Partial(
+            found.partial, found.explained, found.names_rmse_rad, explanation.model
+        )  # fmt: skip
+        changed = replace(explanation, model=found.model, verdict=UNEXPLAINED, partial=partial)
+        return replace(changed, sentence=sentence)
     if found.proposal.verdict != LAW:
-        return _kept(explanation, where, key)
+        return explanation
     if not found.dropped:
         before = explanation.sentence
         if explanation.verdict == NOTHING_MISSING:
             before = "Known effects explain nearly all, but not all."
         sentence = f"{before} {sentence}"
-    changed = replace(explanation, model=found.model, verdict=UNEXPLAINED, sentence=sentence)
-    return _kept(changed, where, key)
+    return replace(explanation, model=found.model, verdict=UNEXPLAINED, sentence=sentence)
 
 
 def _key(model: Model, explanation: Explanation, evidence: Evidence) -> str:
@@ -80,22 +94,41 @@ def _key(model: Model, explanation: Explanation, evidence: Evidence) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _before(where: Path, key: str) -> dict[str, str] | None:
+def _before(where: Path, key: str, without: tuple[str, ...]) -> dict[str, Any] | None:
     """What an earlier run of the same found; None if there is none, or it is not whole."""
+    keys = ("fingerprint", "verdict", "sentence", "partial")
     try:
-        record = read_json(where / RECORD, "a record", ("fingerprint", "verdict", "sentence"))
+        record = read_json(where / RECORD, "a record", keys)
         whole = os.path.lexists(where / PROPOSAL) and record["fingerprint"] == key
         read_model(where / MODEL)
+        with reading(where / RECORD, "a record"):
+            partial = record["partial"] and Partial(
+                tuple(record["partial"]["effects"]),
+                float(record["partial"]["explained_fraction"]),
+                float(record["partial"]["test_rmse_q_rad"]),
+                read_model(where / PARTIAL, without),
+            )
     except T2LError:
         return None
     texts = {name: record[name] for name in ("verdict", "sentence")}
-    return texts if whole and all(isinstance(t, str) for t in texts.values()) else None
+    if not whole or not all(isinstance(t, str) for t in texts.values()):
+        return None
+    return {**texts, "partial": partial}
 
 
 def _kept(explanation: Explanation, where: Path, key: str) -> Explanation:
     """The explanation as its files have it, so that a second run need not do the same again."""
     write_model(explanation.model, where / MODEL, "the model as t2l explain leaves it")
-    record = {"fingerprint": key, "verdict": explanation.verdict, "sentence": explanation.sentence}
-    write_text(json.dumps(record) + "\n", where / RECORD)
-    kept = read_model(where / MODEL, explanation.model.without)
-    return replace(explanation, model=kept)
+    partial, without = explanation.partial, explanation.model.without
+    if partial:
+        comment = f"not adopted, as they explain only a part: {', '.join(partial.effects)}"
+        write_model(partial.model, where / PARTIAL, comment)
+        partial = replace(partial, model=read_model(where / PARTIAL, without))
+    else:
+        with writing(where / PARTIAL):
+            (where / PARTIAL).unlink(missing_ok=True)
+    content = as_json(explanation)
+    said = {name: content[name] for name in ("verdict", "sentence", "partial")}
+    write_text(json.dumps({"fingerprint": key, **said}) + "\n", where / RECORD)
+    kept = read_model(where / MODEL, without)
+    return replace(explanation, model=kept, partial=partial)

@@ -1,11 +1,18 @@
 """When a known effect may be named, and when a learned curve says more.
 
-The rule: a known effect is named if it leaves at most `NEAR` times what the best law in its place
-leaves, or times the noise where that is more. Otherwise a law of one variable explains clearly
-more than it, and a name would mislead.
+A known effect is named if it leaves at most `NEAR` times what the best law in its place leaves, or
+times the noise where that is more. Otherwise a law of one variable explains clearly more than it,
+and a name would mislead.
+
+That no law does better is no proof: what is missing may follow no single variable. So names are
+adopted only if the model goes at least half of the way, in orders of magnitude, from the error as
+it came down to the noise. A name that stands in for something else takes away what the two have in
+common, and so leaves a share of the error. A right name leaves what does not grow with the effect:
+noise, and the flaws of the log. The geometric mean is equally far from either end.
 """
 
 from dataclasses import dataclass
+from math import sqrt
 
 NEAR = 1.10  # as near as an error must be to the noise to count as noise
 
@@ -43,3 +50,14 @@ def decide(known: float, ceiling: float, baseline: float, noise: float) -> Decis
     explained = baseline**2 - known**2
     fraction = 0.0 if possible <= 0 else min(max(explained / possible, 0.0), 1.0)
     return Decision(known <= NEAR * max(ceiling, noise), fraction)
+
+
+def goes_half_way(left: float, came: float, noise: float) -> bool:
+    """Whether names explain enough to be adopted, by RMS errors on the same samples, rad.
+
+    Args:
+        left: with them.
+        came: of the model as it came.
+        noise: of a perfect model.
+    """
+    return left <= max(sqrt(came * noise), NEAR * noise)

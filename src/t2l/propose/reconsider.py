@@ -12,10 +12,15 @@ Laws are learned from training samples alone. All validation samples decide betw
 has them and the one with the names, by the paired block bootstrap that decides everything else
 (`t2l.propose.confirmation`). What is refused there gives way to the same laws beside all names, and
 these to the names alone.
+
+Names that stand are adopted if the model with them, and with laws beside them, goes half of the way
+to the noise (`t2l.propose.decision.goes_half_way`). Otherwise they explain a part of something that
+neither they nor the laws are. Then the model stays as it came, and laws are proposed beside that.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -23,7 +28,7 @@ from t2l.diagnose.evidence import Evidence
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.confirmation import confirmed
-from t2l.propose.decision import NEAR, Decision, decide
+from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
 from t2l.propose.freedom import freedom
 from t2l.propose.proposal import Proposal, error_of, finished
 from t2l.propose.refit import State, refit, without
@@ -41,17 +46,27 @@ class Reconsidered:
 
     Attributes:
         model: the names, if all stand; otherwise those that stand, and the laws in place of others.
-        proposal: its baseline is the model with all names.
-        dropped: names of adopted effects that do not stand.
-        came_rmse_rad: what the model as it came leaves on the recordings that report.
+            As it came, if they explain only a part.
+        proposal: its baseline is the model with all names, or as it came if they explain a part.
+        dropped: names of adopted effects that gave way to laws.
+        came_rmse_rad, names_rmse_rad: what the model as it came, and with all names, leaves on the
+            recordings that report.
         decision: on all adopted effects together.
+        partial: names of adopted effects that explain only a part.
     """
 
     model: Model
     proposal: Proposal
     dropped: tuple[str, ...]
     came_rmse_rad: float
+    names_rmse_rad: float
     decision: Decision | None
+    partial: tuple[str, ...] = ()
+
+    @property
+    def explained(self) -> float:
+        """The part of the squared error that all names explain, on the recordings that report."""
+        return max(0.0, 1 - (self.names_rmse_rad / self.came_rmse_rad) ** 2)
 
 
 @dataclass(frozen=True)
@@ -107,18 +122,49 @@ def reconsider(
         *(half & evidence.train_mask[at] for half in split(predictor)),
         tuple(recording for each in sets for recording in each.recordings),
     )
-    last = None
-    for last in _offers(original, final, evidence, samples, quiet, progress):
-        proposal = finished(
-            *(final, last.found, predictor, evidence.test),
-            *(evidence.train_mask[at], evidence.test_mask),
-        )
-        if not last.found.laws or confirmed(proposal, final, bool(last.dropped), evidence):
-            return Reconsidered(
-                proposal.with_curves if last.dropped else final, proposal, last.dropped,
-                error_of(original, evidence.test, evidence.test_mask), last.decision,
-            )  # fmt: skip
-    return None
+    came, named = (
+        error_of(model, evidence.test, evidence.test_mask) for model in (original, final)
+    )
+
+    @cache
+    def alone() -> Search:
+        return samples.search(original, progress)
+
+    def told(model: Model, found: Search) -> Proposal:
+        masks = evidence.train_mask[at], evidence.test_mask
+        return finished(model, found, predictor, evidence.test, *masks)
+
+    adopted, too_little = _adopted(original, final), False
+    for offer in _offers(original, final, evidence, samples, quiet, alone, progress):
+        proposal = told(final, offer.found)
+        if offer.found.laws and not confirmed(proposal, final, bool(offer.dropped), evidence):
+            continue
+        stand = len(offer.dropped) < len(adopted)
+        too_little = stand and not _enough(original, proposal, evidence)
+        if not too_little:
+            model = proposal.with_curves if offer.dropped else final
+            return Reconsidered(model, proposal, offer.dropped, came, named, offer.decision)
+    if not too_little:
+        return None
+    proposal = told(original, alone())
+    if alone().laws and not confirmed(proposal, original, False, evidence):
+        proposal = told(original, _without_laws(original, alone(), predictor.joints))
+    return Reconsidered(original, proposal, (), came, named, None, adopted)
+
+
+def _adopted(original: Model, final: Model) -> tuple[str, ...]:
+    return tuple(name for name in final.effects if name not in original.effects)
+
+
+def _enough(original: Model, proposal: Proposal, evidence: Evidence) -> bool:
+    """Whether names and laws together explain enough for the names to be adopted."""
+    where = evidence.validation, evidence.validation_mask
+    left, came = (error_of(model, *where) for model in (proposal.with_curves, original))
+    return goes_half_way(left, came, proposal.noise_floor_rad)
+
+
+def _without_laws(model: Model, found: Search, joints: tuple[str, ...]) -> Search:
+    return replace(found, state=State(*model.vector(joints)), rmse_rad=found.baseline_rad)
 
 
 def _offers(
@@ -127,13 +173,17 @@ def _offers(
     evidence: Evidence,
     samples: _Samples,
     quiet: float,
+    alone: Callable[[], Search],
     progress: Progress,
 ) -> Iterator[_Offer]:
     """What may take the place of the names, or stand beside them; last the names alone.
 
     Nothing more is offered where the names leave only noise.
+
+    Args:
+        alone: learns laws without the names.
     """
-    adopted = tuple(name for name in final.effects if name not in original.effects)
+    adopted = _adopted(original, final)
     names_left = error_of(final, samples.predictor, samples.chosen)
     if len(adopted) > 1:
         one = _one_law(original, final, adopted, names_left, samples, progress)
@@ -148,30 +198,29 @@ def _offers(
     if adopted:
         came = error_of(original, samples.predictor, samples.chosen)
         decision = decide(beside.baseline_rad, beside.rmse_rad, came, beside.noise_floor_rad)
-        yield from _in_place(original, adopted, beside, decision, samples, progress)
+        yield from _in_place(adopted, beside, decision, samples, alone, progress)
     if beside.laws:
         yield _Offer(beside, decision=decision)
-    state = State(*final.vector(samples.predictor.joints))
-    yield _Offer(replace(beside, state=state, rmse_rad=beside.baseline_rad))
+    yield _Offer(_without_laws(final, beside, samples.predictor.joints))
 
 
 def _in_place(
-    original: Model,
     adopted: Sequence[str],
     beside: Search,
     decision: Decision,
     samples: _Samples,
+    alone: Callable[[], Search],
     progress: Progress,
 ) -> Iterator[_Offer]:
     """Laws in place of some names: those found beside them, or without them."""
     if not beside.laws:
         # what known effects leave may hide what a law would show
-        alone = samples.search(original, progress)
-        if alone.laws and beside.rmse_rad > NEAR * max(alone.rmse_rad, alone.noise_floor_rad):
+        bare = alone()
+        if bare.laws and beside.rmse_rad > NEAR * max(bare.rmse_rad, bare.noise_floor_rad):
             decision = decide(
-                beside.rmse_rad, alone.rmse_rad, alone.baseline_rad, alone.noise_floor_rad
+                beside.rmse_rad, bare.rmse_rad, bare.baseline_rad, bare.noise_floor_rad
             )
-            yield _Offer(replace(alone, baseline_rad=beside.baseline_rad), tuple(adopted), decision)
+            yield _Offer(replace(bare, baseline_rad=beside.baseline_rad), tuple(adopted), decision)
         return
     if not decision.named:
         progress("testing the names beside the curves", 0.8)

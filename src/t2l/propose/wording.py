@@ -102,6 +102,31 @@ def retracted(found: Reconsidered) -> str:
     return f"{said} But known effects leave less there: neither is all that the model lacks."
 
 
+def part_of_it(found: Reconsidered) -> str:
+    """Names that explain too little to be adopted, and what laws would explain."""
+    proposal = found.proposal
+    names = " and ".join(name.replace("_", " ") for name in found.partial)
+    verb = "explains" if len(found.partial) == 1 else "explain"
+    came, left, floor = (
+        f"{1e3 * error:.3g}"
+        for error in (found.came_rmse_rad, found.names_rmse_rad, proposal.noise_floor_rad)
+    )
+    said = (
+        f"Unexplained. {names[0].upper()}{names[1:]} {verb} only a part, {part(found.explained)} "
+        f"of the squared error: {left} of {came} mrad are left on unseen recordings (noise {floor} "
+        "mrad), so something else may look alike. The model stays as it came."
+    )
+    if proposal.verdict != LAW:
+        return f"{said} No law of one variable explains it either."
+    laws = " and ".join(told(one.curve) for one in proposal.learned)
+    share = max(0.0, 1 - (proposal.report_rmse_rad / found.came_rmse_rad) ** 2)
+    verb = "explains" if len(proposal.learned) == 1 else "explain"
+    return (
+        f"{said} Without names, {laws} {verb} {part(share)} and leaves "
+        f"{1e3 * proposal.report_rmse_rad:.3g} mrad."
+    )
+
+
 def _variable(law: Law) -> str:
     if law.of != law.joint:
         return f"the {law.follows} of {law.of}"
