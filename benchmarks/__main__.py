@@ -2,7 +2,8 @@
 
 `python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE]` takes some cases, and
 puts an earlier table's errors and times beside the new ones. `python -m benchmarks proposals
-[CASE …] [--processes N]` takes some cases too.
+[CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
+[--processes N]` some choices.
 """
 
 import sys
@@ -16,6 +17,7 @@ from benchmarks import (
     proposals,
     published,
     reinforcement,
+    rival,
     rules,
     servo,
     throughput,
@@ -35,11 +37,12 @@ BENCHMARKS = {
         proposals,
         holdouts,
         published,
+        rival,
         servo,
         rules,
     )
 }
-WITH_ARGUMENTS = {"hidden": hidden, "proposals": proposals}
+WITH_ARGUMENTS = {"hidden": hidden, "proposals": proposals, "holdouts": holdouts}
 
 
 def main(names: list[str]) -> None:

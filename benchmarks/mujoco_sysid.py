@@ -1,4 +1,4 @@
-"""The fit of `benchmarks.diagnosis` as a user of mujoco.sysid would write it."""
+"""Fits of `diagnosis` and `rival` as a user of mujoco.sysid would write them."""
 
 import io
 import logging
@@ -9,6 +9,7 @@ import numpy as np
 from mujoco import sysid
 
 from t2l.recordings.recording import Recording
+from t2l.robots import plant
 
 TIMESTEP_S = 0.001
 MAX_ITERATIONS = 200
@@ -65,7 +66,7 @@ def in_rad(params, predicted, measured, model, return_pred_all, state=None, sens
 
 def _sequences(recording: Recording) -> sysid.ModelSequences:
     """A recording with the robot that has its gains as position actuators."""
-    spec = mujoco.MjSpec.from_file(recording.robot)
+    spec = plant.load(recording.robot, recording.joints)
     spec.option.timestep = TIMESTEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     for body in spec.bodies:

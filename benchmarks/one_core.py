@@ -1,4 +1,4 @@
-"""Workers with a core each: what they run would otherwise take a thread for every core."""
+"""Workers with cores of their own: what they run would otherwise take a thread for every core."""
 
 import argparse
 import multiprocessing
@@ -14,13 +14,27 @@ Queue = BetweenProcesses | BetweenThreads
 def cores(queue: Queue) -> Queue:
     """`queue` with the cores of this process, for `take`."""
     for core in sorted(os.sched_getaffinity(0)):
-        queue.put(core)
+        queue.put({core})
+    return queue
+
+
+def first() -> set[int]:
+    """One core of this process."""
+    return {min(os.sched_getaffinity(0))}
+
+
+def shares(queue: Queue, workers: int) -> Queue:
+    """`queue` with an equal share of the cores of this process for each worker, for `take`."""
+    own = sorted(os.sched_getaffinity(0))
+    each = max(1, len(own) // workers)
+    for first in range(0, each * workers, each):
+        queue.put(set(own[first : first + each]))
     return queue
 
 
 def take(queue: Queue) -> None:
-    """Keep this worker, and what it starts, to a core that no other has; it is an initializer."""
-    os.sched_setaffinity(0, {queue.get()})
+    """Keep this worker, and what it starts, to cores that no other has; it is an initializer."""
+    os.sched_setaffinity(0, queue.get())
 
 
 def add_processes(parser: argparse.ArgumentParser, default: int) -> None:

@@ -132,3 +132,24 @@ def test_a_parameter_that_nothing_excites_ends_the_fit(robot):
     run([fit], predictor, np.ones(len(predictor.samples), bool), 50)
     assert fit.u == pytest.approx([0.1])
     assert np.isfinite(fit.u).all()
+
+
+def test_the_last_round_asks_for_no_derivatives_that_nobody_needs():
+    """And ends where it would have ended with them."""
+    ends, asked = [], []
+    for last in (None, 2):
+        fit = two_offsets()
+        fit.last = last
+        rounds = []
+        while fit.starting or fit.iterations < 2:
+            points = fit.points()
+            rounds.append(len(points))
+            fit.receive(np.array([bent(u) for u in points]), np.zeros(len(A), int))
+        ends.append(fit.u)
+        asked.append(rounds)
+    assert (ends[0] == ends[1]).all()
+    assert asked[1] == [*asked[0][:-1], asked[0][-1] - 2]
+
+
+def bent(u):
+    return A @ u + 0.1 * (A**2) @ u**2

@@ -35,6 +35,7 @@ class LeastSquares(Optimiser):
         free: (n,) bool, which elements are fitted.
         tolerance: relative decrease of the loss that counts as none.
         given: columns (nsample,) of the Jacobian, by slot key, that are not computed anew.
+        last: iteration after which nobody needs derivatives, if there is one.
         gain: relative decrease of the loss in the last round.
         jacobian: (nsample, n) at u; residual: (nsample,) at u.
     """
@@ -47,6 +48,7 @@ class LeastSquares(Optimiser):
     damping: float = 1e-2
     tolerance: float = TOLERANCE
     given: dict[tuple, np.ndarray] = field(default_factory=dict)
+    last: int | None = None
     loss: float = np.inf
     residual: np.ndarray | None = None
     jacobian: np.ndarray | None = None
@@ -71,8 +73,15 @@ class LeastSquares(Optimiser):
             return np.concatenate([self._trial, self._differences(self.u)[0]])
         self._dampings = tuple(self.damping * factor for factor in DAMPINGS)
         self._trial = np.array([self._step(damping) for damping in self._dampings])
+        if self._ending:
+            return self._trial
         centre = self._trial[0]
         return np.concatenate([self._trial, self._differences(centre)[0]])
+
+    @property
+    def _ending(self) -> bool:
+        """Whether this round only looks for a better place."""
+        return self.last is not None and self.iterations + 1 >= self.last
 
     def receive(self, residuals: np.ndarray, joints: np.ndarray) -> None:
         ntrial = len(self._trial)
@@ -83,6 +92,7 @@ class LeastSquares(Optimiser):
             self._take_jacobian(self.u, residuals[0], residuals[1:], joints)
             self.done = not np.isfinite(self.loss) or not self.free.any()
             return
+        ending = self._ending
         self.iterations += 1
         best, centre = int(np.argmin(losses)), 0
         if losses[best] >= self.loss:
@@ -92,6 +102,9 @@ class LeastSquares(Optimiser):
         self.gain = 1 - losses[best] / self.loss
         self.u, self.loss, self.residual = self._trial[best], losses[best], residuals[best]
         self.damping = max(self._dampings[best], 1e-7)
+        if ending:
+            self.done = True
+            return
         # around a neighbouring trial the derivatives serve as well
         around = centre if np.isfinite(losses[centre]) else best
         if around == centre:

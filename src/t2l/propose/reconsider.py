@@ -31,7 +31,7 @@ from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
 from t2l.propose.freedom import freedom
 from t2l.propose.proposal import Proposal, error_of, finished
-from t2l.propose.refit import State, refit, without
+from t2l.propose.refit import State, coarser, finish, off, refit, without
 from t2l.propose.search import MOST_LAWS, Progress, Search, search
 from t2l.propose.split import few, split
 from t2l.recordings.recording import Recording
@@ -256,10 +256,13 @@ def _eliminate(
 ) -> tuple[Search, list[str]]:
     """`found` without the names whose loss costs nothing, and their list."""
     limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
+    draft = coarser(samples.predictor, found.state)
+    shift = off(draft, found.state, found.residual)[samples.fitted]
     dropped: list[str] = []
     while left := [name for name in adopted if name not in dropped]:
         trials = [without(found.state, [name]) for name in left]
-        refit(trials, samples.predictor, samples.fitted, ITERATIONS)
+        fits = refit(trials, draft, samples.fitted, ITERATIONS, shift)
+        finish(trials, fits, samples.predictor, samples.fitted)
         errors = [_error(state, samples) for state in trials]
         best = int(np.argmin(errors))
         if not errors[best] <= limit:

@@ -15,6 +15,8 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.propose.bases import penalty
 from t2l.propose.dictionary import moved, weights_in
 
+COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
+LAST_ITERATIONS = 2  # of a fit that begins near its end
 ITERATIONS = 8  # bounds the time of a fit that does not settle
 TOLERANCE = 0.01  # of the squared error: what is left is fitted again
 LEAST_SIZE = 0.01  # of a parameter's range: what makes a difference where its value is zero
@@ -99,21 +101,65 @@ def refit(
     iterations: int = ITERATIONS,
     shift: np.ndarray | float = 0.0,
     given: Mapping[tuple, np.ndarray] = MappingProxyType({}),
+    derivatives: bool = True,
 ) -> list[LeastSquares]:
     """Fit each state to the samples of `mask`, all in the same simulations; states get the end.
 
     Args:
         shift: rad, by which the predictor is off at the samples of the mask.
         given: columns of the Jacobian that are not computed anew, see `columns`.
+        derivatives: whether they are wanted where the fits end; they cost a round's simulations.
 
     Returns:
         The fits, whose jacobian and residual have a row for each sample and then for penalties.
     """
+    return _fitted(states, predictor, mask, iterations, shift, [given] * len(states), derivatives)
+
+
+def finish(
+    states: Sequence[State], begun: Sequence[LeastSquares], predictor: Predictor, mask: np.ndarray
+) -> None:
+    """Let states take the last steps, on finer ticks than the fits that brought them here.
+
+    The steps are small, so that the derivatives on the coarse ticks serve.
+    """
+    count = mask.sum()
+    given = [{key: column[:count] for key, column in fit.columns().items()} for fit in begun]
+    _fitted(states, predictor, mask, LAST_ITERATIONS, 0.0, given, derivatives=False)
+
+
+def coarser(predictor: Predictor, state: State) -> Predictor:
+    """The predictor with coarser ticks, where a state stands them."""
+    coarse = predictor.of(predictor.recordings, COARSE)
+    q = coarse.predict([Request(state.layout, state.u[None])])[0][0]
+    return coarse if np.isfinite(q).all() else predictor
+
+
+def off(coarse: Predictor, state: State, residual: np.ndarray) -> np.ndarray:
+    """By how much a coarser predictor is off at every sample, rad.
+
+    Args:
+        residual: (nsample,) measured minus predicted, at the state on the finer ticks.
+    """
+    (q,) = coarse.predict([Request(state.layout, state.u[None])])
+    return q[0] - coarse.samples.q + residual
+
+
+def _fitted(
+    states: Sequence[State],
+    predictor: Predictor,
+    mask: np.ndarray,
+    iterations: int,
+    shift: np.ndarray | float,
+    given: Sequence[Mapping[tuple, np.ndarray]],
+    derivatives: bool,
+) -> list[LeastSquares]:
     fits = [_fit(state) for state in states]
     rows = {id(fit): state.rows() for fit, state in zip(fits, states, strict=True)}
     error = PenalisedError(predictor, mask, rows, shift)
-    for fit in fits:
-        fit.given = error.penalised(given, fit)
+    for fit, known in zip(fits, given, strict=True):
+        fit.given = error.penalised(known, fit)
+        fit.last = None if derivatives else iterations
     minimise(fits, error, iterations)
     for fit, state in zip(fits, states, strict=True):
         state.u = fit.u

@@ -15,7 +15,6 @@ import numpy as np
 from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
-from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks, improvement
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
@@ -24,7 +23,16 @@ from t2l.identify.scales import scales
 from t2l.propose.bases import effect_of, may_be_finer, penalty
 from t2l.propose.dictionary import joined, responses, term_of, weights_in
 from t2l.propose.laws import laws, order, ranges
-from t2l.propose.refit import State, begin_at_the_best, columns, refit, without
+from t2l.propose.refit import (
+    State,
+    begin_at_the_best,
+    coarser,
+    columns,
+    finish,
+    off,
+    refit,
+    without,
+)
 from t2l.propose.ridge import Fit, fit
 from t2l.propose.split import few
 from t2l.recordings.recording import Recording
@@ -35,9 +43,7 @@ PROMISING = 1.5  # times the least error that a linear fit leaves: laws that are
 SHORTLIST = 4  # of them at most
 HALF = 0.5  # of what the best takes from the squared error: laws that take less are not simulated
 SCREENED = 4  # recordings on which every law is tried
-COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
 NEAR = 1.15  # times the least error after them: laws that are fitted to the end
-LAST_ITERATIONS = 2  # of a fit that begins near its end
 MOST_LAWS = 4  # more is a model that fits anything
 SEED = 0  # of the bootstrap
 
@@ -110,7 +116,7 @@ def search(
     floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
     found = Search(state, baseline, baseline, floor, left)
     ends, torque = ranges(predictor, q[0], dq[0], others), scales(predictor).torque
-    draft = _draft(predictor, layout, u)
+    draft = coarser(predictor, state)
     for number in range(most):
         if not _still_more(found):
             break
@@ -154,18 +160,17 @@ def _take_one(
     short = _shortlist(effects, fits, ranked, _rms(left[chosen[at]]))
     states = [_with(state, effects[i], fits[i], predictor.joints) for i in short]
     # the coarser simulation serves for changes only: what it is off by at first is taken from it
-    (coarse,) = draft.predict([Request(state.layout, state.u[None])])
-    off = (coarse[0] - predictor.samples.q + found.residual)[fitted]
-    begin_at_the_best(states, draft, fitted, [effects[i] for i in short], off)
+    shift = off(draft, state, found.residual)[fitted]
+    begin_at_the_best(states, draft, fitted, [effects[i] for i in short], shift)
     # what the model has moves along, by derivatives that all its new companions share
     given = columns(state, draft, fitted)
-    refit(states, draft, fitted, shift=off, given=given)
+    fits = refit(states, draft, fitted, shift=shift, given=given)
     residuals, errors = _left(states, predictor, chosen)
     near = [i for i, e in enumerate(errors) if e <= NEAR * min(errors)]
     if not near:
         return False
     short, states = [short[i] for i in near], [states[i] for i in near]
-    refit(states, predictor, fitted, LAST_ITERATIONS, given=given)
+    finish(states, [fits[i] for i in near], predictor, fitted)
     residuals, errors = _left(states, predictor, chosen)
     if not found.laws:
         known = {effects[i].law: error for i, error in zip(short, errors, strict=True)}
@@ -236,7 +241,7 @@ def _take_finer(
     guess = fit(answer, target, fitted[at], chosen[at], penalty(finer))
     u[weights_in(layout, finer)] = guess.weights
     grown = State(layout, u, (*before, (finer, guess.penalty)))
-    refit([grown], predictor, fitted, LAST_ITERATIONS, given=given)
+    finish([grown], refit([grown], draft, fitted, 0, given=given), predictor, fitted)
     (residual,), (error,) = _left([grown], predictor, chosen)
     if not _earns_its_place(found, residual, chosen, block):
         return False
@@ -264,13 +269,6 @@ def _left(
     requests = [Request(s.layout, s.u[None]) for s in states]
     residuals = [predictor.samples.q - q[0] for q in predictor.predict(requests)]
     return residuals, [_rms(np.nan_to_num(r[chosen], nan=np.inf)) for r in residuals]
-
-
-def _draft(predictor: Predictor, layout: Layout, u: np.ndarray) -> Predictor:
-    """The predictor with coarser ticks, where the model stands them."""
-    coarse = predictor.of(predictor.recordings, COARSE)
-    q = coarse.predict([Request(layout, u[None])])[0][0]
-    return coarse if np.isfinite(q).all() else predictor
 
 
 def _with(state: State, effect: SplineTorque, guess, joints: tuple[str, ...]) -> State:
