@@ -9,6 +9,7 @@ import sys
 
 from benchmarks import (
     cell,
+    constants,
     diagnosis,
     hidden,
     holdouts,
@@ -37,9 +38,10 @@ BENCHMARKS = {
         published,
         servo,
         rules,
+        constants,
     )
 }
-WITH_ARGUMENTS = {"hidden": hidden, "proposals": proposals}
+WITH_ARGUMENTS = {"hidden": hidden, "proposals": proposals, "constants": constants}
 
 
 def main(names: list[str]) -> None:

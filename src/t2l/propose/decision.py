@@ -7,7 +7,9 @@ more than it, and a name would mislead.
 
 from dataclasses import dataclass
 
-NEAR = 1.10  # as near as an error must be to the noise to count as noise
+from t2l.identify.levels import AT_THE_FLOOR
+
+NEAR = AT_THE_FLOOR  # as near as an error must be to the noise to count as noise
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.diagnose.settings import AT_THE_FLOOR
+from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks, improvement
+from t2l.identify.fitting import LEADERS, REFINEMENTS
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
@@ -29,17 +31,15 @@ from t2l.propose.ridge import Fit, fit
 from t2l.propose.split import few
 from t2l.recordings.recording import Recording
 
-LEAST_IMPROVEMENT = 0.05  # of the error; less is no finding
-ALIKE = 0.03  # of the error between laws that explain alike
-PROMISING = 1.5  # times the least error that a linear fit leaves: laws that are simulated
-SHORTLIST = 4  # of them at most
-HALF = 0.5  # of what the best takes from the squared error: laws that take less are not simulated
-SCREENED = 4  # recordings on which every law is tried
-COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
-NEAR = 1.15  # times the least error after them: laws that are fitted to the end
-LAST_ITERATIONS = 2  # of a fit that begins near its end
-MOST_LAWS = 4  # more is a model that fits anything
-SEED = 0  # of the bootstrap
+LEAST_IMPROVEMENT = MATERIAL  # of the error; less is no finding
+ALIKE = TIED  # of the error between laws that explain alike
+# tuned: of what the best takes from the squared error: laws that take less are not simulated
+HALF = 0.5
+SCREENED = 4  # tuned: recordings on which every law is tried
+COARSE = 4  # tuned: periods of the loop in a tick for all but the last steps of a fit
+NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
+MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
+SEED = 0  # statistics: of the bootstrap
 
 Progress = Callable[[str, float], None]
 
@@ -165,7 +165,7 @@ def _take_one(
     if not near:
         return False
     short, states = [short[i] for i in near], [states[i] for i in near]
-    refit(states, predictor, fitted, LAST_ITERATIONS, given=given)
+    refit(states, predictor, fitted, REFINEMENTS, given=given)
     residuals, errors = _left(states, predictor, chosen)
     if not found.laws:
         known = {effects[i].law: error for i, error in zip(short, errors, strict=True)}
@@ -236,7 +236,7 @@ def _take_finer(
     guess = fit(answer, target, fitted[at], chosen[at], penalty(finer))
     u[weights_in(layout, finer)] = guess.weights
     grown = State(layout, u, (*before, (finer, guess.penalty)))
-    refit([grown], predictor, fitted, LAST_ITERATIONS, given=given)
+    refit([grown], predictor, fitted, REFINEMENTS, given=given)
     (residual,), (error,) = _left([grown], predictor, chosen)
     if not _earns_its_place(found, residual, chosen, block):
         return False
@@ -252,7 +252,7 @@ def _shortlist(
     # where all leave much the same, what counts is how much they take away
     enough = baseline**2 - HALF * (baseline**2 - least)
     ranked = [i for i in ranked if fits[i].chosen <= enough]
-    short = [i for i in ranked if fits[i].chosen <= PROMISING**2 * least][:SHORTLIST]
+    short = [i for i in ranked if fits[i].chosen <= PROMISING**2 * least][:LEADERS]
     simple = [i for i in ranked if order(effects[i].law) <= 1 and i not in short]
     return short + [i for i in simple if fits[i].chosen <= PROMISING**4 * least][:2]
 
