@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from benchmarks import constants, sensitivity
 from benchmarks.constants import SOURCE, census
+
 from tests.conftest import ROOT
 
 MOST_TUNED = 56
@@ -125,8 +125,15 @@ def test_what_is_made_of_a_constant_changes_with_it():
 
 
 def test_results_are_compared_with_those_without_a_change(tmp_path):
-    as_is = {"first": "payload", "adopted": ["payload"], "final_verdict": "x", "curves": []}
-    as_is |= {"after": 2e-4, "after_with_curves": None, "seconds": 10.0}
+    as_is = {
+        "verdict": "x",
+        "first": "payload",
+        "adopted": ["payload"],
+        "final_verdict": "x",
+        "curves": [],
+    }
+    as_is |= {"after": 2e-4, "after_with_curves": None}
+    as_is["seconds"] = 10.0
     wrong = as_is | {"first": "armature", "after": 3e-4, "seconds": 20.0}
     levels = [("t2l.a", "LEVEL", "0.5")]
     jobs = sensitivity.jobs(levels, ["clean"])

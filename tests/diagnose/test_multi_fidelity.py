@@ -7,7 +7,6 @@ from t2l.diagnose.evidence import gather
 from t2l.diagnose.multi_fidelity import SCREENED_S, with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import fit_all, fit_fully
 from t2l.diagnose.ranking import diagnose
-
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term

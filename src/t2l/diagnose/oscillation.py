@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from t2l.identify.levels import MATERIAL
+
 FREQUENCIES_HZ = (0.2, 8.0)  # bound: looked at, as far as the recordings' length and rate allow
-LEAST_CYCLES = 1.5  # tuned: in the shortest recording
-PURER = 0.1  # tuned: by how much more of it must be the sine than of the command, to be no motion
+LEAST_CYCLES = 1.5  # bound: in the shortest recording; fewer are no oscillation
+PURER = MATERIAL  # by how much more of it must be the sine than of the command, to be no motion
 MOST_SAMPLES = 4000  # numerics: enough for the highest frequency over four minutes
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.diagnose.settings import MOST_EFFECTS
+from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout
@@ -35,7 +35,6 @@ LEAST_IMPROVEMENT = MATERIAL  # of the error; less is no finding
 ALIKE = TIED  # of the error between laws that explain alike
 # tuned: of what the best takes from the squared error: laws that take less are not simulated
 HALF = 0.5
-SCREENED = 4  # tuned: recordings on which every law is tried
 COARSE = 4  # tuned: periods of the loop in a tick for all but the last steps of a fit
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
@@ -137,7 +136,7 @@ def _take_one(
         for law in laws(predictor, found.residual, ends)
         if law not in taken
     ]
-    screen, at = few(draft, SCREENED)
+    screen, at = few(draft, max(SCREENED))
     answers = responses(screen, state.layout, state.u, effects)
     left = found.residual[at]
     fits = [
@@ -230,7 +229,7 @@ def _take_finer(
     layout, u = joined(bare.layout, bare.u, [term_of(finer, predictor.joints)])
     weights = np.linalg.lstsq(finer.basis, curve, rcond=None)[0]
     u[weights_in(layout, finer)] = weights
-    screen, at = few(draft, SCREENED)
+    screen, at = few(draft, max(SCREENED))
     (answer,) = responses(screen, layout, u, [finer])
     target = found.residual[at] + answer @ weights
     guess = fit(answer, target, fitted[at], chosen[at], penalty(finer))
