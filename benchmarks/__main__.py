@@ -10,6 +10,7 @@ import sys
 
 from benchmarks import (
     cell,
+    constants,
     diagnosis,
     hidden,
     holdouts,
@@ -40,9 +41,12 @@ BENCHMARKS = {
         rival,
         servo,
         rules,
+        constants,
     )
 }
-WITH_ARGUMENTS = {"hidden": hidden, "proposals": proposals, "holdouts": holdouts}
+WITH_ARGUMENTS = {
+    "hidden": hidden, "proposals": proposals, "holdouts": holdouts, "constants": constants
+}  # fmt: skip
 
 
 def main(names: list[str]) -> None:

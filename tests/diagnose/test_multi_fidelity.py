@@ -7,7 +7,6 @@ from t2l.diagnose.evidence import gather
 from t2l.diagnose.multi_fidelity import SCREENED_S, with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import fit_all, fit_fully
 from t2l.diagnose.ranking import diagnose
-from t2l.diagnose.settings import MANY
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
@@ -39,6 +38,8 @@ MODERATE = {
     "torque_saturation": {"limit": 1.0},
 }
 STICKY = {"coulomb": 0.038, "extra_at_rest": 0.077, "velocity": 0.145}
+
+MANY = 9  # recordings, of which three are screened
 
 
 def recordings(robot, count, effects=HIDDEN, noise_rad=1e-3):

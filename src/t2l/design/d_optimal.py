@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-GAINED = 1e-9  # relative; less is rounding
+GAINED = 1e-9  # numerics: relative; less is rounding
 
 
 def log_det(information: np.ndarray) -> float:

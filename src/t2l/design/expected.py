@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-# of the plausible size: an estimate as uncertain as that says nothing
+# statistics: of the plausible size: an estimate as uncertain as that says nothing
 UNTOLD = 1.0
-HIDDEN = 1.0  # of the noise: a difference that is smaller in RMS cannot be seen
+HIDDEN = 1.0  # statistics: of the noise: a difference that is smaller in RMS cannot be seen
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,11 @@ from t2l.errors import ConfigurationError
 from t2l.hardware.guard import Workspace
 from t2l.hardware.plan import Setup
 from t2l.identify.model import Model
+from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
-FEWEST = 3  # motions: a diagnosis holds some of them out as a whole
-RANDOM = 100  # choices that the chosen one is compared with
-SEED = 0
+FEWEST = LEAST_TO_HOLD_OUT_WHOLE  # motions: a diagnosis holds some of them out as a whole
+RANDOM = 100  # statistics: choices that the chosen one is compared with
+SEED = 0  # statistics: of those choices
 
 Progress = Callable[[str, float], None]
 

@@ -7,13 +7,15 @@ import numpy as np
 from t2l.design.expected import HIDDEN, Confounded, Expected, Identifiability
 from t2l.design.sensitivity import Column, Responses, Sensitivity
 from t2l.effects.effect import Effect
+from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.uncertainty import INSEPARABLE, RIDGE
 from t2l.recordings.recording import Recording
+from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
-REFERENCE = 3  # recordings by which plausible sizes are chosen
-MOST_RECORDINGS = 12  # of a log that are looked at, spread over it
+REFERENCE = LEAST_TO_HOLD_OUT_WHOLE  # recordings by which plausible sizes are chosen
+MOST_RECORDINGS = SHORTLISTED  # of a log that are looked at, spread over it
 
 
 def of_log(

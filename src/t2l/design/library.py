@@ -12,11 +12,12 @@ from t2l.hardware.motion import Motion
 from t2l.hardware.plan import Setup
 from t2l.recordings.recording import Recording
 
-SMALL = 1 / 3  # of the largest motion: what saturates or slips in the one does not in the other
-FASTEST_HZ = 5.0  # above, a position loop hardly follows
-SAMPLES_PER_PERIOD = 10  # of the fastest sine: fewer are no sine to who is commanded
-SWEEPS = 2  # of the slow triangle, four reversals
-SEED = 0  # of the random phases
+# tuned: of the largest motion: what saturates or slips in the one does not in the other
+SMALL = 1 / 3
+FASTEST_HZ = 5.0  # bound: above, a position loop hardly follows
+SAMPLES_PER_PERIOD = 10  # bound: of the fastest sine: fewer are no sine to who is commanded
+SWEEPS = 2  # tuned: of the slow triangle, four reversals
+SEED = 0  # statistics: of the random phases
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,7 @@ def _shapes(duration_s: float, rate_hz: float) -> Iterator[tuple[str, dict[str, 
     yield "fast_multisine", keys("multisine", frequencies_hz=_rounded(fast), seed=SEED)
     yield "chirp", keys("chirp", from_hz=round(slowest, 4), to_hz=round(fastest, 4))
     yield "moves", keys("point_to_point", move_s=1.0, dwell_s=0.5)
+    # bound: of a position loop
     yield "quick_moves", keys("point_to_point", move_s=0.4, dwell_s=0.6)
     yield "triangle", keys("triangle", frequency_hz=round(slowest, 4))
     yield "hold", keys("hold")

@@ -23,12 +23,12 @@ from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.robots.kinematics import ToolKinematics
 
-SAFE = 0.8  # of velocity and torque limits: the model is the one that is to be corrected
-WORKSPACE_MARGIN_M = 0.02  # likewise
-# from one try to the next: at least, and at most where a motion is far beyond
+SAFE = 0.8  # bound: of velocity and torque limits: the model is the one that is to be corrected
+WORKSPACE_MARGIN_M = 0.02  # bound: likewise
+# numerics: from one try to the next: at least, and at most where a motion is far beyond
 SMALLER, MUCH_SMALLER = 0.8, 0.5
-TRIES = 14  # down to 4 % of what the ranges leave, or less
-LOOKS_HZ = 200.0  # at the simulated state: a joint at 10 Hz is seen 20 times a period
+TRIES = 14  # numerics: down to 4 % of what the ranges leave, or less
+LOOKS_HZ = 200.0  # numerics: at the simulated state: a joint at 10 Hz is seen 20 times a period
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,13 @@ from t2l.identify.samples import Samples
 from t2l.identify.scales import scales
 from t2l.recordings.recording import Recording
 
-NOISE_RAD = 1e-4
-STEP = 0.1  # of a plausible size: more than roughness, less than what bends a response
-# times the noise: the largest effect that is to be found, and the middle, in logarithms, from 3 on
+NOISE_RAD = 1e-4  # guess: of an encoder, where no log tells
+STEP = 0.1  # numerics: of a plausible size: more than roughness, less than what bends a response
+# bound: times the noise: the largest effect that is to be found, and the middle, in logarithms,
+# from 3 on
 LARGEST, TYPICAL = 300.0, 30.0
-LOOP_HZ = 250.0  # ticks as fast as this are fine enough for a derivative
-NUMBERS = 2e7  # of the matrix of one chunk of recordings: 160 MB
+LOOP_HZ = 250.0  # numerics: ticks as fast as this are fine enough for a derivative
+NUMBERS = 2e7  # numerics: of the matrix of one chunk of recordings: 160 MB
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,7 @@ def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
         candidate.why = wording.why(candidate, found)
     if diagnosis.verdict == NOTHING_MISSING:
         return []
-    where = findings(predictor, residual, under, top=4)
+    where = findings(predictor, residual, under, top=4)  # format: on the page
     follows = explained_variance(predictor, residual, under, missing)[:3]
     return [entry.sentence for entry in (*where, *follows)]
 

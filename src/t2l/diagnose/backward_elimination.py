@@ -4,19 +4,19 @@ from functools import partial
 
 import numpy as np
 
-from t2l.diagnose.candidate import TIED
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.multi_fidelity import with_coarser_ticks
-from t2l.diagnose.racing import fit_fully, moves_together
+from t2l.diagnose.racing import LEAST_SIZE, fit_fully, moves_together
 from t2l.diagnose.starting_points import starting_points_of
 from t2l.effects.term import Layout, Term
-from t2l.identify.fitting import drop_hopeless, run
+from t2l.identify.fitting import ITERATIONS, drop_hopeless, run
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import PROMISING, TIED
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
 
-ITERATIONS = 6  # of a fit that begins near its end
-NEARLY = 1.5  # times the loss of the model on some recordings; more is not made good on others
+# derived: of the loss of the model on some recordings; more is not made good on others
+NEARLY = PROMISING**2
 
 
 def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
@@ -112,7 +112,7 @@ def _values(layout: Layout, u: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
 
 def _fit(layout: Layout, values, joints: tuple[str, ...]) -> LeastSquares:
     u = layout.encode(values)
-    return LeastSquares(layout, u, np.maximum(np.abs(u), 1e-3), moves_together(joints))
+    return LeastSquares(layout, u, np.maximum(np.abs(u), LEAST_SIZE), moves_together(joints))
 
 
 def _validation(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:

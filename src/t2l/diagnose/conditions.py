@@ -24,7 +24,7 @@ UNITS = {
 }
 CONDITIONS = tuple(UNITS)
 
-AT_REST = 0.02  # of a joint's RMS velocity; slower has no direction
+AT_REST = 0.02  # tuned: of a joint's RMS velocity; slower has no direction
 
 
 def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, np.ndarray]:
@@ -102,6 +102,7 @@ class Series:
 
 def _command_velocity(time: np.ndarray, q_des: np.ndarray, period: float) -> np.ndarray:
     """Change of the command over its last period, (n, njoint) rad/s; zero at the start."""
+    # numerics: stamps are rounded
     before = np.searchsorted(time, time - period + 1e-3 * period, side="right") - 1
     return np.where(before[:, None] >= 0, (q_des - q_des[np.maximum(before, 0)]) / period, 0.0)
 

@@ -6,17 +6,19 @@ adopted, which is removed, what is tied. Test samples do neither and report the 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isqrt
 
 import numpy as np
 
 from t2l.diagnose import settings
 from t2l.identify.block_bootstrap import BLOCK_S, blocks
 from t2l.identify.initial_state import most_begin_in_motion
+from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.identify.step_size import substeps_for
 from t2l.recordings.recording import Recording
-from t2l.recordings.splits import hold_out, time_blocks
+from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE, hold_out, time_blocks
 
 # whose a block of time is, in turn
 TWO_SETS = ("train", "validation")
@@ -71,10 +73,10 @@ def gather(
         return Predictor(robot, of, substeps, threads, in_motion=in_motion)
 
     reports = "the recordings given"
-    if not test and len(rest) >= settings.WHOLE:
+    if not test and len(rest) >= LEAST_TO_HOLD_OUT_WHOLE:
         rest, test = hold_out(rest, settings.FRACTION, seed=0)
         reports = "whole recordings"
-    if len(rest) > settings.WHOLE and not by_blocks:
+    if len(rest) > LEAST_TO_HOLD_OUT_WHOLE and not by_blocks:
         rest, chosen = hold_out(rest, settings.FRACTION, seed=1)
         train, validation = (predictor(each) for each in (rest, chosen))
         masks, chooses = [_all(train), _all(validation)], "whole recordings"
@@ -88,7 +90,7 @@ def gather(
         tested, reports = train, "blocks of time"
     return Evidence(
         train, masks[0], validation, masks[1], tested, masks[2],
-        *_over_the_gains(train, masks[0], settings.SHORTLISTED), *_screened(train, masks[0]),
+        *_over_the_gains(train, masks[0], SHORTLISTED), *_screened(train, masks[0]),
         f"validation: {chooses}; test: {reports}",
     )  # fmt: skip
 
@@ -153,8 +155,9 @@ def some(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor,
 
 
 def _screened(predictor: Predictor, mask: np.ndarray) -> tuple[Predictor, np.ndarray]:
-    many = len(predictor.recordings) >= settings.MANY
-    return _over_the_gains(predictor, mask, settings.SCREENED[many])
+    few, more = settings.SCREENED
+    count = min(max(isqrt(len(predictor.recordings)), few), more)
+    return _over_the_gains(predictor, mask, count)
 
 
 def _over_the_gains(

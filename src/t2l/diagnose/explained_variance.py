@@ -9,16 +9,16 @@ from t2l.diagnose.findings import percent
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.oscillation import swing
 from t2l.identify.block_bootstrap import blocks
+from t2l.identify.levels import MATERIAL
 from t2l.identify.prediction import Predictor
+from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
-BINS = 12  # of equally many samples
-LEAST = 0.05  # of the missing torque; a condition that tells less is not listed
-LEAST_SWING = 0.4  # likewise: of many frequencies, one tells a little by chance
-SWING_FREEDOM = 0.15  # likewise, for an amplitude, a phase and the best of many frequencies
-FREEDOM = 0.05  # that bins must explain more than proportion does, for being free to take any form
-SAME_FREQUENCY = 0.1  # of it
+BINS = 12  # tuned: of equally many samples
+LEAST = MATERIAL  # of the missing torque; a condition that tells less is not listed
+LEAST_SWING = 0.4  # tuned: likewise: of many frequencies, one tells a little by chance
+FREEDOM = MATERIAL  # that bins must explain more than proportion does: they take any form
+SWING_FREEDOM = 3 * FREEDOM  # derived: likewise, for an amplitude, a phase and a frequency
 NO_BINS = ("velocity squared", "constant")  # others have the same bins
-RECORDINGS_TO_LEAVE_OUT = 3  # with fewer, blocks of time are
 
 PHRASES = {
     "direction": "the direction of motion",
@@ -101,7 +101,7 @@ def explained_variance(
     held = [np.flatnonzero(samples.joint == j) for j in range(len(predictor.joints))]
     weight = np.array([np.sum(residual[at] ** 2) for at in held])
     weight /= weight.sum() or 1.0
-    if len(predictor.recordings) >= RECORDINGS_TO_LEAVE_OUT:
+    if len(predictor.recordings) >= LEAST_TO_HOLD_OUT_WHOLE:
         block = samples.recording
     else:
         block = blocks(samples.recording, samples.time)
@@ -135,8 +135,8 @@ def _swinging(predictor: Predictor, missing, held, weight) -> list[ExplainedVari
     command = predictor.samples.of([r.q_des for r in predictor.recordings])
     swings = [swing(missing[i], command[i], samples.time[i], samples.recording[i]) for i in held]
     frequency = swings[int(np.argmax(weight * [fraction for _, fraction in swings]))][0]
-    # other joints count as far as they swing alike
-    alike = [abs(f - frequency) < SAME_FREQUENCY * frequency for f, _ in swings]
+    # other joints count as far as they swing alike; a log tells no finer what does
+    alike = [abs(f - frequency) * samples.time.max() < 1 for f, _ in swings]
     fractions = np.array([x if same else 0.0 for (_, x), same in zip(swings, alike, strict=True)])
     if weight @ fractions < LEAST_SWING:
         return []

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose.conditions import UNITS
+from t2l.identify.levels import MATERIAL
 from t2l.identify.prediction import Predictor
 
-LEAST_SHARE = 0.05  # of the squared error; less is not worth a sentence
-LEAST_LIFT = 1.3  # share of the error over share of the samples, within the joint
-FEWEST = 0.01  # of a joint's samples that a condition must hold
-ALIKE = 0.6  # overlap of two findings' squared error from which the lesser is left out
-QUANTILES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9)  # near which round thresholds are tried
+LEAST_SHARE = MATERIAL  # of the squared error; less is not worth a sentence
+LEAST_LIFT = 1.3  # tuned: share of the error over share of the samples, within the joint
+FEWEST = 0.01  # tuned: of a joint's samples that a condition must hold
+ALIKE = 0.6  # tuned: overlap of two findings' squared error from which the lesser is left out
+QUANTILES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9)  # numerics: near which round thresholds are tried
 
 # conditions that are split by their size: how the sentence goes on
 SIZES = {
@@ -73,7 +74,7 @@ def findings(
     predictor: Predictor,
     residual: np.ndarray,
     features: Mapping[str, np.ndarray],
-    top: int = 8,
+    top: int = 8,  # format: sentences
 ) -> list[Finding]:
     """Joints and conditions that hold more of the squared error than of the samples.
 
@@ -188,7 +189,7 @@ def round_thresholds(size: np.ndarray) -> list[float]:
     if not len(quantiles):
         return []
     decade = np.floor(np.log10(quantiles))
-    choices = np.array([1.0, 2.0, 5.0, 10.0])
+    choices = np.array([1.0, 2.0, 5.0, 10.0])  # format: round numbers
     nearest = np.abs(np.log(quantiles / 10**decade)[:, None] - np.log(choices)).argmin(axis=1)
     # through text: 0.30000000000000004 is not round
     return sorted(
@@ -204,4 +205,5 @@ def _rounded(value: float, span: float) -> float:
 
 def percent(fraction: float) -> str:
     """A fraction in per cent, with one digit of what is below one."""
+    # format: digits
     return f"{100 * fraction:.0f} %" if abs(fraction) >= 0.01 else f"{100 * fraction:.1g} %"

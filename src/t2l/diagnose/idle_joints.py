@@ -7,10 +7,9 @@ import numpy as np
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor, Request
-from t2l.identify.uncertainty import uncertainty
+from t2l.identify.uncertainty import Z95, uncertainty
 
-INSIGNIFICANT = 2.0  # standard errors from neutral
-IDLE = 1.01  # of a joint's squared error that is left with an effect: without it no more
+IDLE = 1.01  # tuned: of a joint's squared error that is left with an effect: without it no more
 
 
 def without_idle_joints(
@@ -30,7 +29,7 @@ def without_idle_joints(
             i for i, s in enumerate(fit.layout.slots)
             if s.term.effect.name == name and s.joint == joint
         ]  # fmt: skip
-        if any(found.distance(i) > INSIGNIFICANT for i in slots):
+        if any(found.distance(i) > Z95 for i in slots):
             keep.append(joint)
     if any(p.log and not p.lower <= p.neutral <= p.upper for p in term.effect.parameters):
         # absence is a limit, to which there is no distance in standard errors

@@ -16,8 +16,8 @@ from t2l.diagnose.conditions import Series
 from t2l.identify.prediction import Predictor
 from t2l.identify.scales import gravity_torque, joint_inertia
 
-WINDOW_S = 0.03  # to each side of a sample, of the parabola that gives derivatives
-LEAST_NEIGHBOURS = 2  # to each side: a parabola through five samples averages noise
+WINDOW_S = 0.03  # tuned: to each side of a sample, of the parabola that gives derivatives
+LEAST_NEIGHBOURS = 2  # numerics: to each side: a parabola through five samples averages noise
 
 
 def missing_torque(predictor: Predictor, residual: np.ndarray) -> np.ndarray:

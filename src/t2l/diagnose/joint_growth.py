@@ -11,13 +11,14 @@ import numpy as np
 from t2l.diagnose.evidence import Evidence
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
-from t2l.identify.fitting import run
+from t2l.identify.fitting import ITERATIONS, LEADERS, run
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import TIED
 from t2l.identify.prediction import Predictor
 
-TRIED = 3  # joints alone, those with the largest part of the error; each takes a fit of its own
-PAYS = 0.97  # of the squared error that fewer joints leave
-ITERATIONS = 8  # bounds the time of a fit that does not settle
+# derived: joints alone, those with the largest part of the error; each takes a fit of its own
+TRIED = LEADERS
+PAYS = 1 - TIED  # derived: of the squared error that fewer joints leave
 
 Key = tuple[str, tuple[int, ...]]  # an effect's name and its joints
 

@@ -10,9 +10,11 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.recordings.recording import Recording
 from t2l.robots.plant import position_ranges
 
-DURATION_S = 4.0  # a period of the slowest motion
-GAIN_FACTORS = (0.25, 1.0, 4.0)  # of the stiffness: softer and stiffer than the recordings'
-DISTINCT = 3.0  # times the noise: a difference that a recording would show
+DURATION_S = 4.0  # bound: a period of the slowest motion
+RAMP_S = 0.25  # bound: to begin and to end
+CHIRP_HZ = (0.5, 8.0)  # bound: from slower than a controlled joint to faster
+GAIN_FACTORS = (0.25, 1.0, 4.0)  # bound: of the stiffness: softer and stiffer than the recordings'
+DISTINCT = 3.0  # tuned: times the noise: a difference that a recording would show
 
 
 @dataclass(frozen=True)
@@ -81,17 +83,18 @@ def _motions(predictor: Predictor) -> list[tuple[str, Recording]]:
     lowest, highest = position_ranges(predictor.model(), predictor.joints).T
     middle = np.clip((low + high) / 2, lowest, highest)
     room = np.minimum(middle - lowest, highest - middle)
+    # bound: rad, of a joint that hardly moved
     amplitude = np.minimum(np.maximum((high - low) / 2, 0.02), room)
     rate = like.command_rate_hz
     time = np.arange(int(DURATION_S * rate)) / rate
-    shape = envelope(time, DURATION_S, 0.25)[:, None]
+    shape = envelope(time, DURATION_S, RAMP_S)[:, None]
     motions = {
         f"a slow sine of {_list(amplitude)} rad at 0.25 Hz": sine(
-            time, amplitude, np.full(len(middle), 0.25)
+            time, amplitude, np.full(len(middle), 1 / DURATION_S)
         ),
         f"a sine of {_list(amplitude)} rad at 1 Hz": sine(time, amplitude, np.ones(len(middle))),
         f"a chirp of {_list(amplitude / 2)} rad from 0.5 to 8 Hz": chirp(
-            time, amplitude / 2, 0.5, 8.0, DURATION_S
+            time, amplitude / 2, *CHIRP_HZ, DURATION_S
         ),
         f"steps of {_list(amplitude / 2)} rad every second": np.outer(
             np.where(time % 2 < 1, 1.0, -1.0), amplitude / 2

@@ -9,14 +9,17 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.settings import LEAST_BLOCKS
 from t2l.effects.term import Layout
+from t2l.identify.block_bootstrap import BLOCK_S
+from t2l.identify.levels import NEGLIGIBLE
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request
 
-COARSENESS = (5, 4, 2)  # control periods a tick that are tried
-NEGLIGIBLE = 0.3  # of the noise: adds 4 % to an error that is noise alone
-SCREENED_S = 5.0  # of a recording half as long again or longer
-ALIKE = 0.5  # of a joint's mean squared error: what is cut off is no other
+COARSENESS = (5, 4, 2)  # numerics: control periods a tick that are tried
+# derived: of a recording half as long again or longer: enough blocks for a resample
+SCREENED_S = LEAST_BLOCKS * 2 * BLOCK_S
+ALIKE = 0.5  # tuned: of a joint's mean squared error: what is cut off is no other
 
 
 def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evidence:
@@ -47,6 +50,7 @@ def with_beginnings(evidence: Evidence, layout: Layout, u: np.ndarray) -> Eviden
     is shortlisted is cut likewise where it is what is screened.
     """
     screen, mask, samples = evidence.screen, evidence.screen_mask, evidence.screen.samples
+    # numerics: less saves little
     if max(recording.duration_s for recording in screen.recordings) < 1.5 * SCREENED_S:
         return evidence
     square = (screen.predict([Request(layout, u[None])])[0][0] - samples.q) ** 2

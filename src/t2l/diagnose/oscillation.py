@@ -2,10 +2,12 @@
 
 import numpy as np
 
-FREQUENCIES_HZ = (0.2, 8.0)  # looked at, as far as the recordings' length and rate allow
-LEAST_CYCLES = 1.5  # in the shortest recording
-PURER = 0.1  # by how much more of it must be the sine than of the command, to be no motion
-MOST_SAMPLES = 4000  # enough for the highest frequency over four minutes
+from t2l.identify.levels import MATERIAL
+
+FREQUENCIES_HZ = (0.2, 8.0)  # bound: looked at, as far as the recordings' length and rate allow
+LEAST_CYCLES = 1.5  # bound: in the shortest recording; fewer are no oscillation
+PURER = MATERIAL  # by how much more of it must be the sine than of the command, to be no motion
+MOST_SAMPLES = 4000  # numerics: enough for the highest frequency over four minutes
 
 
 def swing(
@@ -28,11 +30,11 @@ def swing(
     np.maximum.at(last, recording, time)
     rate = np.bincount(recording).min() / last.max() if last.max() > 0 else 0.0
     low = max(FREQUENCIES_HZ[0], LEAST_CYCLES / max(last.min(), 1e-9))
-    high = min(FREQUENCIES_HZ[1], rate / 4)
+    high = min(FREQUENCIES_HZ[1], rate / 4)  # numerics: four samples a period
     total = np.sum(values**2)
     if low >= high or not total > 0:
         return 0.0, 0.0
-    frequencies = np.arange(low, high, 0.2 / last.max())
+    frequencies = np.arange(low, high, 0.2 / last.max())  # numerics: of a period at the end
     told = np.array([_told(f, (values, command), time, recording) for f in frequencies])
     spread = np.array([np.sum(_centred(v, recording) ** 2) for v in (values, command)])
     part = told / np.maximum(spread, 1e-300)

@@ -5,17 +5,21 @@ from itertools import combinations
 
 import numpy as np
 
-from t2l.diagnose.candidate import TIED, Pair
+from t2l.diagnose.candidate import Pair
 from t2l.diagnose.evidence import Evidence
 from t2l.effects.term import Layout, Term
-from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_best
+from t2l.identify.fitting import (
+    ITERATIONS,
+    LEADERS,
+    drop_hopeless,
+    least_loss,
+    run,
+    start_from_the_best,
+)
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import MATERIAL, PROMISING, TIED
 
-PAIRED = 5  # best effects that are tried in pairs
-ITERATIONS = 8  # bounds the time of a fit that does not settle
-FAR_BETTER = 0.4  # of the squared error that the best effect leaves
-# an effect that leaves less needs no partner yet: of the model's squared error, of the next best's
-DOMINANT, OUTSTANDING = 0.05, 0.25
+FAR_BETTER = 1 / PROMISING**2  # derived: of the squared error that the best effect leaves
 
 
 def best_pair(
@@ -52,10 +56,11 @@ def pairs_to_try(fits: dict[str, LeastSquares], before: float) -> list[tuple[str
         fits: of single effects, by name.
         before: mean squared residual without any of them.
     """
-    best = sorted(fits, key=lambda name: fits[name].loss)[:PAIRED]
+    best = sorted(fits, key=lambda name: fits[name].loss)[:LEADERS]
     if len(best) < 2:
         return []
-    limit = min(DOMINANT * before, OUTSTANDING * fits[best[1]].loss)
+    # what leaves less needs no partner yet
+    limit = min(MATERIAL * before, fits[best[1]].loss / PROMISING**4)
     return [] if fits[best[0]].loss <= limit else list(combinations(best, 2))
 
 

@@ -7,32 +7,35 @@ import numpy as np
 
 from t2l.diagnose.candidate import Pair
 from t2l.diagnose.evidence import Evidence, some
-from t2l.diagnose.idle_joints import without_idle_joints
+from t2l.diagnose.idle_joints import IDLE, without_idle_joints
 from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
 from t2l.diagnose.pairs import best_pair
 from t2l.diagnose.responses import dictionary_of
-from t2l.diagnose.settings import AT_THE_FLOOR
+from t2l.diagnose.settings import SCREENED
 from t2l.diagnose.starting_points import Start, starting_points_of
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
-from t2l.identify.fitting import drop_hopeless, least_loss, run, start_from_the_best
+from t2l.identify.fitting import (
+    ITERATIONS,
+    LEADERS,
+    REFINEMENTS,
+    drop_hopeless,
+    least_loss,
+    run,
+    start_from_the_best,
+)
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import AT_THE_FLOOR, PROMISING, TIED
 from t2l.identify.prediction import Predictor, Request
-from t2l.identify.rough import search
+from t2l.identify.rough import SPREAD, search
 
-DIAGONAL_FROM_JOINTS = 4  # joints from which the search moves them all at once
-ITERATIONS = 8  # bounds the time of a fit that does not settle
-REFINEMENTS = 3  # of a fit that begins near its end
-RESTARTS = 4  # at most: derivatives on all recordings are dear
-LEADERS = 4  # of those near the best: fits to all recordings are dear
-PARTIAL = 1.5  # times the noise floor: an effect that leaves more may have a companion
-NEAR = 4.0  # times the least loss: what may still turn out to be best
-SEARCHED_NEAR = 1.3  # likewise, for a search that takes many simulations
-SCREENING_TOLERANCE = 5e-3  # relative decrease of the loss that counts as none
-LEAST_SIZE = 1e-3  # of an adopted parameter, for finite differences
-SEARCHED = 2  # recordings on which rough effects are searched
-CLOSE_BY = 0.25  # of the spread of that search, where a fit to all recordings has ended
-SETTLED = 0.97  # of the loss before; a fit that ends above is at its minimum
+DIAGONAL_FROM_JOINTS = 4  # tuned: joints from which the search moves them all at once
+NEAR = PROMISING**4  # derived: times the least loss: what may still turn out to be best
+SEARCHED_NEAR = AT_THE_FLOOR**2  # derived: likewise, for a search that takes many simulations
+SCREENING_TOLERANCE = 5e-3  # numerics: relative decrease of the loss that counts as none
+LEAST_SIZE = 1e-3  # numerics: of an adopted parameter, for finite differences
+CLOSE_BY = SPREAD  # of the spread of that search, where a fit to all recordings has ended
+SETTLED = 1 - TIED  # derived: of the loss before; a fit that ends above is at its minimum
 
 Progress = Callable[[str, float], None]
 Origin = Mapping[tuple, float]  # elements of u by slot key
@@ -100,7 +103,8 @@ def fit_all(
     # of what every simulation ran away with there is no response
     chosen = {name: told.get(name) for name in fits}
     pair = None
-    if least_loss(fits) > (PARTIAL * floor) ** 2:
+    # an effect that leaves more may have a companion
+    if least_loss(fits) > (PROMISING * floor) ** 2:
         progress("trying pairs of effects", 0.5)
         pair = best_pair(fits, evidence, diagonal, so_far.loss)
     progress("refining the best", 0.7)
@@ -168,8 +172,8 @@ def fit_fully(
     smaller = {name: without_idle_joints(name, fit, predictor, mask) for name, fit in full.items()}
     smaller = {name: fit for name, fit in smaller.items() if fit is not None}
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
-    # what a joint contributes beyond 1 % of the error is kept
-    full |= {n: fit for n, fit in smaller.items() if fit.loss < 1.02 * full[n].loss}
+    # what a joint contributes beyond that is kept
+    full |= {n: fit for n, fit in smaller.items() if fit.loss < IDLE**2 * full[n].loss}
     return full | _out_of_dents(full, evidence)
 
 
@@ -196,7 +200,7 @@ def _from_the_better(
 def _settle(fits: list[LeastSquares], predictor: Predictor, mask: np.ndarray) -> None:
     """Fit with derivatives taken anew only where the last ones still gained much."""
     left = fits
-    for _ in range(RESTARTS):
+    for _ in range(REFINEMENTS):
         for fit in left:
             fit.given, fit.jacobian, fit.done = {}, None, False
         run(left, predictor, mask, 0)
@@ -235,7 +239,7 @@ def _searched(fits: dict[str, LeastSquares], evidence: Evidence) -> dict[str, Le
     }
     if not rough:
         return {}
-    found = search(list(rough.values()), *some(evidence.screen, evidence.screen_mask, SEARCHED))
+    found = search(list(rough.values()), *some(evidence.screen, evidence.screen_mask, SCREENED[0]))
     moved = {
         name: LeastSquares(
             fit.layout, u, fit.size, fit.diagonal, tolerance=SCREENING_TOLERANCE, given=fit.given

@@ -10,11 +10,11 @@ from t2l.diagnose.candidate import Candidate, alike, mark_ties, promote, rank
 from t2l.diagnose.evidence import Evidence, pooled
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import Progress, fit_all, fit_fully
-from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify import block_bootstrap as judge
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
@@ -24,9 +24,11 @@ logger = logging.getLogger(__name__)
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
 
-NEAR_THE_FLOOR = 1.25  # times the noise floor: likewise, if no effect improves on it
-HARMFUL = 1.05  # times the training error before: a fit that ran away, whatever validation says
-SEED = 0  # of the bootstrap
+# derived: times the noise floor: likewise, if no effect improves on it
+NEAR_THE_FLOOR = AT_THE_FLOOR**2
+# derived: times the training error before: a fit that ran away, whatever validation says
+HARMFUL = 1 + MATERIAL
+SEED = 0  # statistics: of the bootstrap
 
 
 @dataclass

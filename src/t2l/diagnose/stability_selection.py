@@ -15,10 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.diagnose.settings import LEAST_BLOCKS, MATERIAL, MOST_TOGETHER, SELECTIONS
+from t2l.diagnose.settings import LEAST_BLOCKS, MOST_TOGETHER, SELECTIONS
+from t2l.identify.levels import MATERIAL
 
-RIDGE = 1e-9  # of a column's square: keeps what columns share at a finite coefficient
-SEED = 0  # of the resamples
+RIDGE = 1e-9  # numerics: of a column's square: keeps what columns share at a finite coefficient
+SEED = 0  # statistics: of the resamples
 
 
 @dataclass(frozen=True)

@@ -222,8 +222,8 @@ def _share(residual: np.ndarray, change: np.ndarray) -> float:
     """How much of a guess that overshoots to take, were the response linear in it."""
     size = float(change @ change)
     if not np.isfinite(size) or size == 0:
-        return 0.05
-    return float(np.clip(-(residual @ change) / size, 0.01, 1.0))
+        return 0.05  # guess: where the guess itself says nothing
+    return float(np.clip(-(residual @ change) / size, 0.01, 1.0))  # guess: at least
 
 
 def _sizes(layout: Layout, effect: Effect, starts, adopted_values) -> np.ndarray:
@@ -238,5 +238,6 @@ def _sizes(layout: Layout, effect: Effect, starts, adopted_values) -> np.ndarray
         else:
             adopted = np.abs(adopted_values[slot.term.effect.name][name]).mean()
             sizes.append(max(adopted, slot.parameter.size))
+    # numerics: of the range
     least = np.array([1e-4 * (s.parameter.upper - s.lower) for s in layout.slots])
-    return np.maximum(np.array(sizes), np.minimum(least, 1e-2))
+    return np.maximum(np.array(sizes), np.minimum(least, 1e-2))  # numerics: at most

@@ -81,6 +81,7 @@ def _labels(column: pa.ChunkedArray) -> tuple[tuple[str, ...], np.ndarray]:
     return tuple(array.dictionary.to_pylist()), _memory(array.indices, np.int32)
 
 
+# format: points of a figure
 def binned(x: np.ndarray, y: np.ndarray, bins: int = 20) -> tuple[np.ndarray, np.ndarray]:
     """Mean of x and of y (n,) in bins that are spread over the range and hold enough samples.
 
@@ -92,12 +93,12 @@ def binned(x: np.ndarray, y: np.ndarray, bins: int = 20) -> tuple[np.ndarray, np
         edges = levels
     else:
         part = np.linspace(0, 1, bins + 1)
-        spread = np.quantile(x, (0.002, 0.998))
+        spread = np.quantile(x, (0.002, 0.998))  # format: what a figure shows
         edges = (spread[0] + part * (spread[1] - spread[0]) + np.quantile(x, part)) / 2
         edges = np.unique(edges)[:-1]
     bin = np.maximum(np.searchsorted(edges, x, side="right") - 1, 0)
     count = np.bincount(bin, minlength=len(edges))
-    held = count >= max(3, 0.001 * len(x))
+    held = count >= max(3, 0.001 * len(x))  # format: of a point in a figure
     means = [np.bincount(bin, v, len(edges)) / np.maximum(count, 1) for v in (x, y)]
     return means[0][held], means[1][held]
 
@@ -112,7 +113,7 @@ def spectrum(traces: Traces, joint: int) -> tuple[np.ndarray, np.ndarray]:
     series = []
     for recording in range(len(traces.recordings)):
         at = traces.at(recording, joint)
-        if len(at) > 8:
+        if len(at) > 8:  # numerics: fewer have no spectrum
             series.append((traces.columns["time"][at], traces.error[at]))
     if not series:
         return np.zeros(0), np.zeros(0)

@@ -8,10 +8,11 @@ from typing import Any
 
 from t2l.artefacts import write_text
 from t2l.drift.verdict import DRIFTED, RULE, UNTOLD, EffectVerdict
+from t2l.identify.levels import PROMISING
 from t2l.identify.refit import Refit
 
 CHECK = "check.json"
-UNEXPLAINED = 2.0  # times the noise: what a refit leaves beyond is not these effects
+UNEXPLAINED = PROMISING  # times the noise: what a refit leaves beyond is not these effects
 
 
 def summary(found: Sequence[EffectVerdict], new: Refit, noise_rad: float) -> dict[str, Any]:

@@ -19,11 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
+from t2l.identify.levels import MATERIAL
 from t2l.identify.refit import Refit
 from t2l.identify.uncertainty import Uncertainty
 
-LEVEL = 0.05
-LEAST_CHANGE = 0.05  # of the error: what t2l diagnose asks of an effect before it is adopted
+LEVEL = 0.05  # statistics: the customary one
+# derived: of the error: what t2l diagnose asks of an effect before it is adopted
+LEAST_CHANGE = MATERIAL
 DRIFTED, UNCHANGED, UNTOLD = "drifted", "unchanged", "cannot be told"
 RULE = (
     "drifted: an interval on the new log (95 % for all parameters together) lies outside the "

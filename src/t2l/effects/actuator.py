@@ -8,7 +8,7 @@ import numpy as np
 from t2l.effects.effect import Effect, Parameter
 from t2l.sim.dry_friction import HOLDS
 
-# of any joint of an arm
+# guess: of any joint of an arm
 GUESS = {
     "armature": 0.1, "friction": 0.5, "viscous_friction": 0.5, "torque_offset": 0.0,
     "torque_scale": 1.0,

@@ -5,7 +5,8 @@ import numpy as np
 from t2l.effects import two_mass
 from t2l.effects.effect import Effect, Parameter
 
-# of the load that MuJoCo's limits bear without giving way; the rest they bear as a spring does
+# numerics: of the load that MuJoCo's limits bear without giving way; the rest they bear as a spring
+# does
 RIGID_SHARE = 1e-3
 
 
@@ -35,7 +36,7 @@ class Backlash(Effect):
         for name in joints:
             between = two_mass.add_joint(spec, name, "backlash")
             between.limited = 1
-            between.range = (-0.01, 0.01)
+            between.range = (-0.01, 0.01)  # guess: until the parameter is set
             between.solimp_limit[:2] = RIGID_SHARE
 
     def export(self, to, joints, values):

@@ -4,7 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 
-MOST_RAD = 1.2  # nearer to a right angle, another mounting should be in the MJCF
+MOST_RAD = 1.2  # bound: nearer to a right angle, another mounting should be in the MJCF
 
 
 class BaseTilt(Effect):

@@ -15,10 +15,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from t2l.effects.effect import AT_REST_RAD_S
 from t2l.sim.servo import ServoLoop
 
-LEAST = 1e-12  # N·m and rad, in place of zero
-AT_REST = 0.02  # rad/s; a joint that starts slower is held by what its bristles can
+LEAST = 1e-12  # numerics: N·m and rad, in place of zero
 
 
 def install_bristles(
@@ -82,7 +82,7 @@ def add_bristles(robot, joints, stiffness, level, damping):
 
 def bent_at_start(missing, dq, level, sigma):
     """Deflection, rad, that holds a joint which lacks a torque; in motion that of slip."""
-    bent = np.where(np.abs(dq) < AT_REST, missing, level * np.sign(dq))
+    bent = np.where(np.abs(dq) < AT_REST_RAD_S, missing, level * np.sign(dq))
     return np.clip(bent, -level, level) / np.maximum(sigma, LEAST)
 
 

@@ -4,9 +4,10 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 
-FEWEST, MOST = 3.0, 500.0  # periods in a turn
-PHASE_STEP = 0.5  # rad by which the ends of the motion shift between periods that are tried
-LEAST_RANGE_RAD = 0.05  # of a motion, for that
+FEWEST, MOST = 3.0, 500.0  # bound: periods in a turn
+# numerics: rad by which the ends of the motion shift between periods that are tried
+PHASE_STEP = 0.5
+LEAST_RANGE_RAD = 0.05  # numerics: of a motion, for that
 
 
 class Cogging(Effect):

@@ -12,6 +12,8 @@ from t2l.effects.exported import Exported
 from t2l.recordings.recording import Recording
 from t2l.sim.servo import ServoLoop
 
+AT_REST_RAD_S = 0.02  # tuned: a joint that starts slower has been held where it is
+
 Values = Mapping[str, np.ndarray]
 
 

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from t2l.effects.effect import Effect, Parameter
+from t2l.effects.effect import AT_REST_RAD_S, Effect, Parameter
 from t2l.effects.exported import CONTROLLER
-
-AT_REST = 0.02  # rad/s; a joint that starts slower has been held where it is
 
 
 class IntegralAction(Effect):
@@ -81,7 +79,7 @@ def first_sum(load, given, pulled, dq, gain, added):
         given: N·m that the controller gives without it, of which `pulled` are Kp (q_des − q).
         added: N·m that it adds at once.
     """
-    held = np.abs(dq) < AT_REST
+    held = np.abs(dq) < AT_REST_RAD_S
     given = np.where(held, given, given - pulled)
     return np.where(gain > 0, load - given, 0.0) - held * added
 

@@ -28,7 +28,8 @@ ALLOWED = {
     MOTOR: tuple(COLUMNS),
 }
 OTHERS = ("position", "velocity")  # that may be another joint's
-GRID = 513  # points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
+# numerics: points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
+GRID = 513
 
 
 @dataclass(frozen=True)

@@ -102,6 +102,7 @@ class SplineTorque(Effect):
         self.law, self.grid, self.basis = law, grid, basis
         self.shown = shown or (float(grid[0]), float(grid[-1]))
         self.name, self.needs, self.order = law.name, law.needs, order(law)
+        # bound: more than any motor gives
         least, unit = -1e6 if law.kind in SIGNED else 0.0, law.torque_unit or "1"
         self.parameters = tuple(
             Parameter(f"weight_{k}", unit, least, 1e6, "of a basis function", size=size)

@@ -5,7 +5,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 
-TRIED_M = 0.03  # shift of a first guess
+TRIED_M = 0.03  # guess: shift of a first guess
 
 
 class LinkInertia(Effect):

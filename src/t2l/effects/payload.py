@@ -7,8 +7,8 @@ from t2l.effects.effect import Effect, Parameter, Scales
 
 SITES = ("attachment_site", "flange", "tip", "end_effector", "ee", "tcp")
 BODY = "payload"
-ON_AXIS_M = 1e-3  # a flange so near the last joint's axis, where a mass moves nothing
-USUAL_ARM_M = 0.3  # of a load about its joint
+ON_AXIS_M = 1e-3  # numerics: a flange so near the last joint's axis, where a mass moves nothing
+USUAL_ARM_M = 0.3  # guess: of a load about its joint
 
 
 class Payload(Effect):
@@ -89,6 +89,7 @@ def _around_the_axis(scales: Scales) -> tuple[np.ndarray, float]:
     out = model.body_ipos[model.jnt_bodyid[model.joint(scales.joints[-1]).id]] - anchor
     out = out - (out @ axis) * axis
     if np.linalg.norm(out) < ON_AXIS_M:
+        # numerics: no axis is parallel to it
         out = USUAL_ARM_M * np.cross(axis, np.roll(axis, 1) + np.array([0.3, 0.2, 0.1]))
     across = np.cross(axis, out)
     places = [far * way for far in (1, 2) for way in (out, across, -out, -across)]

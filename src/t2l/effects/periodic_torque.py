@@ -4,9 +4,10 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 
+# bound: a period longer than most logs, and faster than a joint follows
 SLOWEST_HZ, FASTEST_HZ = 0.02, 50.0
-PER_PERIOD = 6  # frequencies tried while the phase at the end of a log turns once
-MOST_PLACES = 1 << 24  # of a session in samples; days apart, no phase is kept
+PER_PERIOD = 6  # numerics: frequencies tried while the phase at the end of a log turns once
+MOST_PLACES = 1 << 24  # numerics: of a session in samples; days apart, no phase is kept
 
 
 class PeriodicTorque(Effect):

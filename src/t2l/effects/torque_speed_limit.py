@@ -5,7 +5,7 @@ import numpy as np
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
 
-RATED_V = 12.0  # of the parameters, and of a log without `supply_voltage`
+RATED_V = 12.0  # format: of the parameters, and of a log without `supply_voltage`
 
 
 class TorqueSpeedLimit(Effect):

@@ -8,8 +8,10 @@ import numpy as np
 from t2l.effects.exported import Exported
 from t2l.sim.servo import ServoLoop
 
-LEAST_MOTOR_INERTIA = 0.05  # of the link's mass on the axis at 10 cm, where the MJCF has none
-GEAR_INERTIA = 0.1  # of the motor's, between two joints that give: without it neither has its own
+# tuned: of the link's mass on the axis at 10 cm, where the MJCF has none
+LEAST_MOTOR_INERTIA = 0.05
+# tuned: of the motor's, between two joints that give: without it neither has its own
+GEAR_INERTIA = 0.1
 
 
 def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
@@ -20,6 +22,7 @@ def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
     motor = spec.joint(name)
     gives_already = any(joint.name.startswith(f"{name}/") for joint in motor.parent.joints)
     if motor.armature <= 0:
+        # format: (10 cm)²
         motor.armature = LEAST_MOTOR_INERTIA * 0.01 * max(motor.parent.mass, 0.1)
     between = motor.parent.add_joint(
         name=f"{name}/{suffix}", type=motor.type, axis=motor.axis, pos=motor.pos

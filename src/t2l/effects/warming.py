@@ -11,8 +11,8 @@ from t2l.sim.servo import ServoLoop
 TIME_CONSTANT = Parameter(
     "time_constant", "s", 0.3, 1e4, "of the change, T", log=True, per_joint=False
 )
-TIMES_S = (3.0, 30.0)  # first guesses of it
-REFERENCE_C = 25.0
+TIMES_S = (3.0, 30.0)  # guess: first guesses of it
+REFERENCE_C = 25.0  # format: at which a parameter has its stated value
 
 
 def at(loop: ServoLoop, rows: slice, tick: int, values: Values) -> np.ndarray:

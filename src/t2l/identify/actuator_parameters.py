@@ -11,7 +11,7 @@ import numpy as np
 
 from t2l.effects.effect import Parameter
 
-BOX = 10.0  # of each coordinate, so that one step of CMA-ES suits all
+BOX = 10.0  # numerics: of each coordinate, so that one step of CMA-ES suits all
 
 PARAMETERS = (
     Parameter("stiffness", "N·m/rad", 1.0, 1024.0, "torque by position error", log=True),
@@ -48,6 +48,7 @@ def encode(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
     return BOX * np.concatenate(parts, axis=-1)
 
 
+# numerics: of the range
 def on_bound(parameters: Mapping[str, np.ndarray], margin: float = 0.01) -> list[tuple[str, int]]:
     """Names and joints of parameters (njoint,) within `margin` of the box's width of a bound."""
     x = encode({name: np.asarray(value)[None] for name, value in parameters.items()})[0] / BOX

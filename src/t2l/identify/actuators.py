@@ -195,7 +195,7 @@ def _target(recording: Recording, rate_hz: float) -> Target:
     measured = ~np.isnan(q).any(axis=1)
     if dq is not None:
         measured &= ~np.isnan(dq).any(axis=1)
-    if not measured[0] or measured.sum() < 10:
+    if not measured[0] or measured.sum() < 10:  # bound: fewer samples tell nothing
         raise IdentificationError(
             f"{recording.path or recording.name}: q: found {measured.sum()} rows in which all "
             "joints are measured; allowed: at least 10, the first row among them"

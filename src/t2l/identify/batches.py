@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MAX_SIMULATIONS = 1024  # in one batch; more gain nothing and cost memory
-MAX_NUMBERS = 3e7  # recorded by one batch
-LEAST_STEPS_PER_THREAD = 20  # of single joints a tick, for which another one pays
-LEAST_DOFS_PER_BATCH = 400  # of its simulations together, to be run beside another one
+MAX_SIMULATIONS = 1024  # numerics: in one batch; more gain nothing and cost memory
+MAX_NUMBERS = 3e7  # numerics: recorded by one batch
+LEAST_STEPS_PER_THREAD = 20  # numerics: of single joints a tick, for which another one pays
+LEAST_DOFS_PER_BATCH = 400  # numerics: of its simulations together, to be run beside another one
 
 Piece = tuple[int, int]  # a variant: which request, and which row of its u
 Found = Sequence[list[np.ndarray]]

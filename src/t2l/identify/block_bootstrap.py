@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BLOCK_S = 0.5  # longer than residuals of a controlled joint remember
-RESAMPLES = 2000  # ten of them lie beyond the decision level
-DECISION_LEVEL = 0.005  # one-sided; some twenty effects are tried
+BLOCK_S = 0.5  # tuned: longer than residuals of a controlled joint remember
+RESAMPLES = 2000  # statistics: ten of them lie beyond the decision level
+DECISION_LEVEL = 0.005  # statistics: one-sided; some twenty effects are tried
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def improvement(
     new = np.bincount(block, after**2, count)
     drawn = rng.integers(0, count, (RESAMPLES, count))
     fractions = 1 - _ratio(new[drawn].sum(axis=1), old[drawn].sum(axis=1))
-    low, high = np.quantile(fractions, (0.025, 0.975))
+    low, high = np.quantile(fractions, (0.025, 0.975))  # statistics: a 95 % interval
     return Improvement(
         float(1 - _ratio(new.sum(), old.sum())),
         (float(low), float(high)),

@@ -8,7 +8,7 @@ import numpy as np
 from t2l.effects.term import Layout
 from t2l.identify.optimiser import Optimiser
 
-LARGEST = 1e9  # an infinite loss would poison the ranks' sum, a huge one only ranks last
+LARGEST = 1e9  # numerics: an infinite loss would poison the ranks' sum, a huge one only ranks last
 
 
 def mean_square(residuals: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from t2l.effects.law import ALLOWED, HYSTERESIS, OTHERS, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.typed import AsTuple, Number, Typed, describe
 
-FEWEST, MOST = 2, 2000  # values of a curve
+FEWEST, MOST = 2, 2000  # bound: values of a curve
 SHARE = "of the motor torque"
 
 

@@ -5,11 +5,20 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 import numpy as np
 
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING
 from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.prediction import Predictor, Request
 
-# after so many iterations, so many times the best loss, with a gain below this
-HOPELESS = ((1, 30.0, 0.3), (2, 4.0, 0.3), (3, 1.2, 0.05))
+ITERATIONS = 8  # tuned: bounds the time of a fit that does not settle
+REFINEMENTS = 3  # tuned: likewise, of one that begins near its end
+LEADERS = 4  # tuned: of what looks best, on which more time is spent
+SLOW = 0.3  # tuned: relative gain of a round; what gains less does not catch up
+# derived: after so many iterations, so many times the best loss, with a gain below this
+HOPELESS = (
+    (1, PROMISING**8, SLOW),
+    (2, PROMISING**4, SLOW),
+    (3, AT_THE_FLOOR**2, MATERIAL),
+)
 
 
 class PositionError(Objective):

@@ -20,17 +20,17 @@ import numpy as np
 
 from t2l.sim.schedule import Schedule
 
-WINDOW_S = 0.3  # of a recording; the beginning fades, and what fades says nothing later
-# likewise if only velocities are unknown: an encoder of 0.1 mrad at 200 Hz tells them to 2 mrad/s
-# in it, to 3 in half of it; the longer, the more a lacking effect is taken for a velocity
+WINDOW_S = 0.3  # tuned: of a recording; the beginning fades, and what fades says nothing later
+# tuned: likewise if only velocities are unknown: an encoder of 0.1 mrad at 200 Hz tells them to 2
+# mrad/s in it, to 3 in half of it; the longer, the more a lacking effect is taken for a velocity
 VELOCITY_S = 0.1
 # of the far side's angle and velocity, and of the velocity that the encoder's own side is off by
-STEPS = (1e-4, 1e-3, 1e-3)  # rad, rad/s and rad/s, of finite differences
-EXPECTED = (0.05, 1.0, 1.0)  # likewise; more is taken for something else
+STEPS = (1e-4, 1e-3, 1e-3)  # numerics: rad, rad/s and rad/s, of finite differences
+EXPECTED = (0.05, 1.0, 1.0)  # bound: likewise; more is taken for something else
 UNKNOWN = len(STEPS)
-VELOCITY = 2  # of these, what every joint has
-SIDES = (-1.0, -0.5, 0.5, 1.0)  # of the play, from where the load leaves the teeth
-ITERATIONS = 2  # of Gauss and Newton: the response is nearly linear
+VELOCITY = 2  # format: of these, what every joint has
+SIDES = (-1.0, -0.5, 0.5, 1.0)  # guess: of the play, from where the load leaves the teeth
+ITERATIONS = 2  # numerics: of Gauss and Newton: the response is nearly linear
 
 Unknowns = list[tuple[int, int]]  # a joint, and which of STEPS
 

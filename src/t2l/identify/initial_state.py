@@ -5,19 +5,21 @@ follow it to the noise of an encoder takes more: `t2l.identify.hidden_state`, wh
 """
 
 from collections.abc import Sequence
+from statistics import NormalDist
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from t2l.effects.effect import AT_REST_RAD_S
+from t2l.identify.block_bootstrap import DECISION_LEVEL
 from t2l.identify.noise_floor import noise_floor
 from t2l.recordings.recording import Recording
 
-WINDOWS = (4, 6, 9, 13, 19, 28)  # samples through which a cubic is laid
-AGREE = 2.5  # standard errors within which the slopes of a longer and a shorter window agree
-CLEAR = 7.0  # likewise, by which a joint that moves differs from one at rest
-LEAST_RAD_S = 0.02  # a joint that starts slower starts at rest
-CERTAIN = 5.0  # times what it differs from a parabola's: a slope from the shortest window alone
+WINDOWS = (4, 6, 9, 13, 19, 28)  # numerics: samples through which a cubic is laid
+# derived: standard errors within which the slopes of a longer and a shorter window agree
+AGREE = NormalDist().inv_cdf(1 - DECISION_LEVEL)
+CLEAR = 7.0  # tuned: likewise, by which a joint that moves differs from one at rest
 
 
 class Slope(NamedTuple):
@@ -52,7 +54,7 @@ def start_state(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
 
 def begins_in_motion(recording: Recording) -> bool:
     """Whether any joint clearly does."""
-    return bool((np.abs(start_state(recording)[1]) > LEAST_RAD_S).any())
+    return bool((np.abs(start_state(recording)[1]) > AT_REST_RAD_S).any())
 
 
 def most_begin_in_motion(recordings: Sequence[Recording]) -> bool:
@@ -93,10 +95,10 @@ def first_slope(time: np.ndarray, q: np.ndarray, noise_rad: float) -> Slope:
         return Slope()
     # the longest window may just not show yet that a cubic fails
     slope, error = slopes[-1], errors[max(len(errors) - 2, 0)]
-    clear = abs(slope) > max(LEAST_RAD_S, CLEAR * error)
+    clear = abs(slope) > max(AT_REST_RAD_S, CLEAR * error)
     if len(slopes) == 1:
         parabola = np.polyfit(time[:3] - time[0], q[:3], 2)[1]
-        clear = clear and abs(slope) >= CERTAIN * abs(slope - parabola)
+        clear = clear and abs(slope) >= CLEAR * abs(slope - parabola)
     return Slope(slope, error, bool(clear))
 
 

@@ -26,9 +26,9 @@ from t2l.identify.prediction import Predictor
 from t2l.identify.uncertainty import uncertainty
 from t2l.recordings.recording import Recording
 
-ON_BOUND = 1e-3  # of a parameter's size
-# relative gain of a round, below which the cheap steps end, and then the others: less than
-# intervals by blocks of time can tell
+ON_BOUND = 1e-3  # numerics: of a parameter's size
+# numerics: relative gain of a round, below which the cheap steps end, and then the others: less
+# than intervals by blocks of time can tell
 NEAR, SETTLED = 0.1, 0.005
 NAMES = tuple(parameter.name for parameter in Actuator.parameters)
 

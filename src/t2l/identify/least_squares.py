@@ -13,14 +13,17 @@ import numpy as np
 from t2l.effects.term import Layout, Slot
 from t2l.identify.optimiser import Optimiser
 
-RELATIVE_STEP = 1e-3  # of a logarithm, or of a parameter's own size
-ACROSS_KINKS = 0.05  # likewise, where a joint that sticks a little longer makes a kink
-DAMPINGS = (0.2, 5.0)  # tried each round, relative to the current; derivatives at the first
-TOLERANCE = 1e-3  # of the loss, which is 0.05 % of the error
-LARGEST_LOG_STEP = 1.5  # a factor of 4.5: beyond, derivatives tell nothing
-SMALL_DAMPING = 1.0  # below, a step is nearly that of Gauss and Newton
-LEAST_DAMPING = 1e-9  # keeps the normal equations solvable
-WEAK = 1e-6  # of the strongest one's sum of squares: damped as if an element moved as much
+RELATIVE_STEP = 1e-3  # numerics: of a logarithm, or of a parameter's own size
+ACROSS_KINKS = 0.05  # tuned: likewise, where a joint that sticks a little longer makes a kink
+# numerics: tried each round, relative to the current; derivatives at the first
+DAMPINGS = (0.2, 5.0)
+TOLERANCE = 1e-3  # numerics: of the loss, which is 0.05 % of the error
+LARGEST_LOG_STEP = 1.5  # numerics: a factor of 4.5: beyond, derivatives tell nothing
+SMALL_DAMPING = 1.0  # numerics: below, a step is nearly that of Gauss and Newton
+NEAR_ITS_END = 1e-3  # numerics: damping of a fit that begins there
+LEAST_DAMPING = 1e-9  # numerics: keeps the normal equations solvable
+# numerics: of the strongest one's sum of squares: damped as if an element moved as much
+WEAK = 1e-6
 
 
 @dataclass
@@ -45,7 +48,7 @@ class LeastSquares(Optimiser):
     size: np.ndarray
     diagonal: bool = False
     free: np.ndarray | None = None
-    damping: float = 1e-2
+    damping: float = 1e-2  # numerics: at first
     tolerance: float = TOLERANCE
     given: dict[tuple, np.ndarray] = field(default_factory=dict)
     last: int | None = None
@@ -96,8 +99,9 @@ class LeastSquares(Optimiser):
         self.iterations += 1
         best, centre = int(np.argmin(losses)), 0
         if losses[best] >= self.loss:
+            # numerics: far beyond what was tried
             self.damping, self.gain = 30.0 * self.damping, 0.0
-            self.done = self.damping > 1e6
+            self.done = self.damping > 1e6  # numerics: no step is left
             return
         self.gain = 1 - losses[best] / self.loss
         self.u, self.loss, self.residual = self._trial[best], losses[best], residuals[best]
@@ -118,9 +122,9 @@ class LeastSquares(Optimiser):
     ) -> "LeastSquares":
         """A fit from where this one ended, to other samples, or with some elements kept only."""
         index = slice(None) if keep is None else keep
-        return LeastSquares(
-            layout or self.layout, self.u[index], self.size[index], self.diagonal, damping=1e-3
-        )
+        begun = LeastSquares(layout or self.layout, self.u[index], self.size[index], self.diagonal)
+        begun.damping = NEAR_ITS_END
+        return begun
 
     def columns(self) -> dict[tuple, np.ndarray]:
         """Columns of the Jacobian by slot key."""
@@ -193,7 +197,7 @@ class LeastSquares(Optimiser):
         scale = np.maximum(moved, max(WEAK * moved.max(), np.finfo(float).tiny)) / unit**2
         damped = normal + max(damping, LEAST_DAMPING) * np.diag(scale)
         change = -np.linalg.solve(damped, gradient[moving])
-        limit = np.where(log, LARGEST_LOG_STEP, 20 * own)
+        limit = np.where(log, LARGEST_LOG_STEP, 20 * own)  # numerics: likewise
         change = np.clip(change, -limit, limit)
         new = self.u.copy()
         new[moving] += change

@@ -7,9 +7,10 @@ import numpy as np
 
 from t2l.recordings.recording import Recording
 
-ORDERS = (2, 3, 4, 5)  # of differences: motion fades with the order, noise does not
-SPREAD = 0.8  # two standard errors, times sqrt(blocks), of one order's variance over another's
-BLOCK = 24  # samples whose differences are pooled before the median is taken
+ORDERS = (2, 3, 4, 5)  # numerics: of differences: motion fades with the order, noise does not
+# statistics: two standard errors, times sqrt(blocks), of one order's variance over another's
+SPREAD = 0.8
+BLOCK = 24  # numerics: samples whose differences are pooled before the median is taken
 
 
 def noise_floor(
@@ -40,7 +41,7 @@ def noise_floor(
         n = sum(len(x) for x in measured)
         taken = [r.time[~np.isnan(r.q[:, j])] for r in recordings] if divided else None
         white = _least([_white(series, taken), _white(measured, taken)], n // BLOCK)
-        total += n * max(white, _step(measured) ** 2 / 12)
+        total += n * max(white, _step(measured) ** 2 / 12)  # statistics: variance of rounding
         count += n
     return float(np.sqrt(total / count))
 
@@ -97,6 +98,7 @@ def _divided_differences(signal: np.ndarray, time: np.ndarray, order: int) -> np
 @cache
 def _median_of_unit_noise(order: int) -> float:
     """What the median over blocks gives for white noise of variance one; below one, as skewed."""
+    # numerics: blocks, of which the median is taken
     noise = np.random.default_rng(0).standard_normal(200 * BLOCK)
     return float(np.median(_blocks(noise, order)))
 
@@ -111,5 +113,5 @@ def _step(series: list[np.ndarray]) -> float:
     if not np.isfinite(step):
         return 0.0
     multiples = gaps / step
-    on_grid = np.abs(multiples - np.round(multiples)) < 0.1
-    return float(step) if on_grid.mean() > 0.95 else 0.0
+    on_grid = np.abs(multiples - np.round(multiples)) < 0.1  # numerics: rounding of a log
+    return float(step) if on_grid.mean() > 0.95 else 0.0  # statistics: some rows are off

@@ -20,7 +20,8 @@ from t2l.recordings.recording import Recording
 from t2l.robots import plant
 from t2l.sim.dry_friction import make_room
 
-# periods a tick, with as many steps: with more, play that meets between two ticks is fitted wrong
+# numerics: periods a tick, with as many steps: with more, play that meets between two ticks is
+# fitted wrong
 EXTENDED = 2
 
 

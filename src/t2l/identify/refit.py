@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.effects.term import Layout
-from t2l.identify.fitting import run
+from t2l.identify.fitting import ITERATIONS, run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.uncertainty import Uncertainty, uncertainty
 from t2l.recordings.recording import Recording
 
-ITERATIONS = 15  # all effects together settle more slowly than one
-LEAST_SIZE = 0.01  # of a parameter's range: what makes a difference where its value is zero
+# numerics: of a parameter's range: what makes a difference where its value is zero
+LEAST_SIZE = 0.01
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def refit(
     fits = {"": _fit(layout, u, np.ones(len(u), bool))}
     if hold_each and len(set(names)) > 1:
         fits |= {held: _fit(layout, u, np.array(names) != held) for held in dict.fromkeys(names)}
-    run(list(fits.values()), predictor, mask, ITERATIONS)
+    run(list(fits.values()), predictor, mask, 2 * ITERATIONS)
     before = float(np.sqrt(np.mean((q - predictor.samples.q) ** 2)))
     held = {name: float(np.sqrt(fit.loss)) for name, fit in fits.items() if name}
     if hold_each and not held:
@@ -69,7 +69,7 @@ def refitted(model: Model, predictor: Predictor, mask: np.ndarray) -> Model:
     """The model with the parameters of its effects fitted anew to the samples of `mask`."""
     layout, u = model.vector(predictor.joints)
     fit = _fit(layout, u, np.ones(len(u), bool))
-    run([fit], predictor, mask, ITERATIONS)
+    run([fit], predictor, mask, 2 * ITERATIONS)
     return from_vector(model, fit.layout, fit.u, predictor.joints)
 
 

@@ -9,11 +9,10 @@ from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 
-GENERATIONS = 12  # with the population, 144 simulations: bounds the time
-POPULATION = 12  # CMA-ES's own default for ten numbers is 10
-SEED = 0  # of the search
-SPREAD_LOG = 0.4  # standard deviation of the first population in a logarithm
-SPREAD = 0.3  # likewise, of another parameter's own size
+POPULATION = 12  # tuned: CMA-ES's own default for ten numbers is 10
+SEED = 0  # statistics: of the search
+# tuned: standard deviation of the first population in a logarithm, or of a parameter's own size
+SPREAD = 0.3
 
 
 def search(
@@ -30,7 +29,7 @@ def search(
     """
     joints = predictor.samples.joint[mask]
     searches = [_search(fit, joints, spread) for fit in fits]
-    run(searches, predictor, mask, GENERATIONS)
+    run(searches, predictor, mask, POPULATION)
     return [found.u for found in searches]
 
 
@@ -43,7 +42,7 @@ def _search(fit: LeastSquares, joints: np.ndarray, spread: float) -> CMAES:
         population=POPULATION,
         seed=SEED,
         origin=fit.u,
-        scale=spread * np.where(layout.log, SPREAD_LOG, SPREAD * fit.size),
+        scale=spread * SPREAD * np.where(layout.log, 1.0, fit.size),
         parts=_parts(fit, joints),
         layout=layout,
     )

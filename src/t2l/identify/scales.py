@@ -8,7 +8,7 @@ from t2l.effects.term import Layout
 from t2l.identify.initial_state import start_state
 from t2l.identify.prediction import Predictor, Request
 
-GRAVITY_POSES = 20_000  # beyond, gravity is interpolated between poses
+GRAVITY_POSES = 20_000  # numerics: beyond, gravity is interpolated between poses
 
 
 def scales(predictor: Predictor) -> Scales:

@@ -4,20 +4,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from t2l.identify.levels import NEGLIGIBLE, SHORTLISTED
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request
 from t2l.recordings.recording import Recording
 
-SUBSTEPS = (1, 2, 4, 8)  # tried in turn: each halves the step
-NEGLIGIBLE = 0.25  # of the noise: adds 3 % to an error that is noise alone
-PROBED = 6  # recordings, spread over all: the fastest motion of few is among them
+SUBSTEPS = (1, 2, 4, 8)  # numerics: tried in turn: each halves the step
 
 
 def substeps_for(model: Model, recordings: Sequence[Recording]) -> int:
     """The fewest physics steps a control tick that leave a negligible error of integration."""
     noise = noise_floor(list(recordings))
-    count = min(PROBED, len(recordings))
+    count = min(SHORTLISTED, len(recordings))
     places = np.linspace(0, len(recordings) - 1, count).round().astype(int)
     chosen = [recordings[place] for place in places]
     layout, u = model.vector(recordings[0].joints)

@@ -15,7 +15,7 @@ from t2l.robots import Robot
 from t2l.sim.arrays import Array, like, namespace
 from t2l.sim.batch import MUJOCO, apply_position_gains, make_batch
 
-AT_REST_RAD_S = 1e-3  # slower joints feel static friction
+AT_REST_RAD_S = 1e-3  # numerics: slower joints feel static friction
 
 
 class Simulator:

@@ -9,10 +9,10 @@ from t2l.identify.block_bootstrap import blocks
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 
-Z95 = 1.96  # of the normal distribution
-RIDGE = 1e-12  # keeps what the data cannot tell apart at a huge, finite error
-INSEPARABLE = 0.98  # correlation of two estimates
-UNEXCITED = 0.5  # of the parameter's range, or of a unit of its logarithm
+Z95 = 1.96  # statistics: of the normal distribution
+RIDGE = 1e-12  # numerics: keeps what the data cannot tell apart at a huge, finite error
+INSEPARABLE = 0.98  # tuned: correlation of two estimates
+UNEXCITED = 0.5  # tuned: of the parameter's range, or of a unit of its logarithm
 
 
 @dataclass(frozen=True)

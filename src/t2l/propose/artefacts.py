@@ -30,7 +30,7 @@ from t2l.propose.wording import headline, named, told
 
 Chosen = tuple[Predictor, np.ndarray]
 
-CEILINGS = 12  # told of
+CEILINGS = 12  # format: told of
 MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
 
 

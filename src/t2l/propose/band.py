@@ -11,9 +11,9 @@ from t2l.propose.bases import points
 from t2l.propose.dictionary import weights_in
 from t2l.propose.ridge import LEAST
 
-RESAMPLES = 500  # the ends of a 95 % interval each have a dozen beyond them
-SEED = 0  # of the bootstrap
-LEVEL = 0.95  # the customary one
+RESAMPLES = 500  # statistics: the ends of a 95 % interval each have a dozen beyond them
+SEED = 0  # statistics: of the bootstrap
+LEVEL = 0.95  # statistics: the customary one
 
 
 def band(

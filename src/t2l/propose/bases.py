@@ -15,12 +15,12 @@ import numpy as np
 from t2l.effects.law import FRICTION, GRID, HYSTERESIS, MOTOR, TORQUE, Curve, Law
 from t2l.effects.learned import SplineTorque
 
-INTERVALS = 18  # of a spline: four and a half periods of a ripple at four knots each
-INTERVALS_OF_FRICTION = 8  # friction over speed has a dip and a slope
-POINTS = 3  # of a table, in each interval
-RADII = 10  # of a hysteresis, each half of the one before, from the range down
-SIZE = 0.3  # of a joint's motor torque: what makes a difference
-MARGIN = 0.05  # of the range, to each side: the motion of a better model may go further
+INTERVALS = 18  # tuned: of a spline: four and a half periods of a ripple at four knots each
+INTERVALS_OF_FRICTION = INTERVALS // 2  # derived: friction over speed has a dip and a slope
+POINTS = 3  # numerics: of a table, in each interval
+RADII = 10  # numerics: of a hysteresis, each half of the one before, from the range down
+SIZE = 0.3  # numerics: of a joint's motor torque: what makes a difference
+MARGIN = 0.05  # bound: of the range, to each side: the motion of a better model may go further
 
 
 def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int = 1) -> SplineTorque:

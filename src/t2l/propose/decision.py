@@ -14,7 +14,9 @@ noise, and the flaws of the log. The geometric mean is equally far from either e
 from dataclasses import dataclass
 from math import sqrt
 
-NEAR = 1.10  # as near as an error must be to the noise to count as noise
+from t2l.identify.levels import AT_THE_FLOOR
+
+NEAR = AT_THE_FLOOR  # as near as an error must be to the noise to count as noise
 
 
 @dataclass(frozen=True)

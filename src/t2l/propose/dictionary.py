@@ -7,10 +7,11 @@ import numpy as np
 from t2l.effects.law import FRICTION
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout, Term
+from t2l.identify.least_squares import ACROSS_KINKS
 from t2l.identify.prediction import Predictor, Request
 
-STEP = 1e-3  # of a torque that makes a difference
-STEP_OF_FRICTION = 0.03  # likewise: the solver of contacts sees no smaller one
+STEP = 1e-3  # numerics: of a torque that makes a difference
+STEP_OF_FRICTION = ACROSS_KINKS  # likewise: the solver of contacts sees no smaller one
 
 
 def term_of(effect: SplineTorque, joints: tuple[str, ...]) -> Term:

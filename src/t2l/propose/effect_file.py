@@ -9,7 +9,7 @@ from t2l.effects.learned import order
 from t2l.propose.expression import Formula
 from t2l.propose.wording import named
 
-BOUND = 10.0  # times a constant: as far as later fits may move it
+BOUND = 10.0  # bound: times a constant: as far as later fits may move it
 
 TEXT = '''"""{title}, learned from recordings by t2l propose.
 

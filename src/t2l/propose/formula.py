@@ -6,17 +6,19 @@ from importlib.util import find_spec
 import numpy as np
 
 from t2l.effects.law import HYSTERESIS
+from t2l.identify.levels import TIED
+from t2l.propose.band import LEVEL
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
 from t2l.propose.proposal import Learned
 
 EXTRA = "propose"  # of pyoperon
 SYMBOLS = "add,mul,sin,exp,square,constant,variable"
-MOST_NODES = 16  # longer is no short formula
-MOST_CONSTANTS = 6  # more is no short formula
-EVALUATIONS = 120_000  # of formulas
-SEED = 0  # of the search
-INSIDE = 0.9  # of the points of a curve that must lie in its band
-SLACK = 0.02  # of the largest torque: a smooth curve rounds a kink off by as much
+MOST_NODES = 16  # tuned: longer is no short formula
+MOST_CONSTANTS = 6  # tuned: more is no short formula
+EVALUATIONS = 120_000  # numerics: of formulas
+SEED = 0  # statistics: of the search
+INSIDE = LEVEL  # of the points of a curve that must lie in its band
+SLACK = TIED  # of the largest torque: a smooth curve rounds a kink off by as much
 
 
 def installed() -> bool:
@@ -40,6 +42,7 @@ def formula(
         return None
     x, y = np.array(curve.at), np.array(curve.torque)
     line = Node("sum", 1.0, (Node("x"),))
+    # numerics: no band is narrower
     half = np.maximum((learned.high - learned.low) / 2, 1e-3 * np.ptp(y) + 1e-9)
 
     def as_formula(tree: Node) -> Formula:
@@ -67,6 +70,7 @@ def _searched(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Iterator[Node
 
     search = SymbolicRegressor(
         allowed_symbols=SYMBOLS, max_length=MOST_NODES, objectives=["mse", "length"],
+        # numerics: the evaluations end it first
         population_size=400, generations=60, max_evaluations=EVALUATIONS,
         optimizer_iterations=10, n_threads=1, random_state=SEED,
     )  # fmt: skip
@@ -109,9 +113,10 @@ def _fitted(formula: Formula, x: np.ndarray, y: np.ndarray, half: np.ndarray) ->
     def off(values: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
             left = (formula(x, dict(zip(names, values, strict=True))) - y) / half
-        return np.nan_to_num(left, nan=1e6, posinf=1e6, neginf=-1e6)
+        return np.nan_to_num(left, nan=1e6, posinf=1e6, neginf=-1e6)  # numerics: worse than any
 
     start = np.array(list(formula.values.values()))
+    # numerics: it settles before
     best = least_squares(off, start, x_scale=np.abs(start) + 1e-9, max_nfev=200)
     found = dict(zip(names, best.x.tolist(), strict=True))
     return Formula(formula.text, found, formula.units)

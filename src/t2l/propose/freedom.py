@@ -10,7 +10,7 @@ from t2l.propose.dictionary import responses, weights_in
 from t2l.propose.ridge import LEAST, solve
 from t2l.propose.search import Search
 
-PENALTIES = 10.0 ** np.arange(8, -9, -1)  # of a straight line, to one that is not felt
+PENALTIES = 10.0 ** np.arange(8, -9, -1)  # numerics: of a straight line, to one that is not felt
 
 
 def freedom(found: Search, predictor: Predictor, fitted: np.ndarray, chosen: np.ndarray) -> float:

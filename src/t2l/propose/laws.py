@@ -8,14 +8,18 @@ from t2l.diagnose.conditions import Series, features
 from t2l.diagnose.explained_variance import by_bins
 from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
 from t2l.effects.law import ALLOWED, COLUMNS, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
+from t2l.identify.levels import TIED
 from t2l.identify.prediction import Predictor
+from t2l.propose.bases import INTERVALS_OF_FRICTION
 from t2l.recordings.recording import Recording
 
 SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of what a law follows
-INTERVALS = 8  # at most, of a curve over what is logged: temperature and voltage act smoothly
-MOVES = 1e-9  # in the variable's unit; less is no motion
-OTHER_JOINTS = 2  # laws of other joints' motion that are tried on a joint of a robot with many
-LEAST_SHARE = 0.03  # of the squared error; a joint with less has no law of its own
+# derived: at most, of a curve over what is logged: temperature and voltage act smoothly
+INTERVALS = INTERVALS_OF_FRICTION
+MOVES = 1e-9  # numerics: in the variable's unit; less is no motion
+# tuned: laws of other joints' motion that are tried on a joint of a robot with many
+OTHER_JOINTS = 2
+LEAST_SHARE = TIED  # of the squared error; a joint with less has no law of its own
 
 
 def laws(predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple]) -> list[Law]:

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from t2l.diagnose.settings import AT_THE_FLOOR
 from t2l.effects.law import Curve, Law
 from t2l.effects.term import Layout
+from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.band import band

@@ -25,6 +25,8 @@ from functools import cache
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence
+from t2l.identify.fitting import REFINEMENTS
+from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.confirmation import confirmed
@@ -35,9 +37,6 @@ from t2l.propose.refit import State, coarser, finish, off, refit, without
 from t2l.propose.search import MOST_LAWS, Progress, Search, search
 from t2l.propose.split import few, split
 from t2l.recordings.recording import Recording
-
-RECORDINGS = 12  # at most that curves are learned from: more cost time and add little
-ITERATIONS = 3  # of a fit without one effect, which begins near its end
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ def reconsider(
     Raises:
         DivergenceError: a simulation of the model runs away.
     """
-    predictor, at = few(evidence.train, RECORDINGS)
+    predictor, at = few(evidence.train, SHORTLISTED)
     sets = evidence.train, evidence.validation, evidence.test
     samples = _Samples(
         predictor,
@@ -261,7 +260,7 @@ def _eliminate(
     dropped: list[str] = []
     while left := [name for name in adopted if name not in dropped]:
         trials = [without(found.state, [name]) for name in left]
-        fits = refit(trials, draft, samples.fitted, ITERATIONS, shift)
+        fits = refit(trials, draft, samples.fitted, REFINEMENTS, shift)
         finish(trials, fits, samples.predictor, samples.fitted)
         errors = [_error(state, samples) for state in trials]
         best = int(np.argmin(errors))

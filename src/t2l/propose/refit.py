@@ -8,19 +8,18 @@ import numpy as np
 
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout
-from t2l.identify.fitting import PositionError
+from t2l.identify.fitting import ITERATIONS, REFINEMENTS, PositionError
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.optimiser import minimise
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.bases import penalty
 from t2l.propose.dictionary import moved, weights_in
 
-COARSE = 4  # periods of the loop in a tick for all but the last steps of a fit
-LAST_ITERATIONS = 2  # of a fit that begins near its end
-ITERATIONS = 8  # bounds the time of a fit that does not settle
-TOLERANCE = 0.01  # of the squared error: what is left is fitted again
-LEAST_SIZE = 0.01  # of a parameter's range: what makes a difference where its value is zero
-SCALES = (1.0, 0.5, 0.2)  # of a linear guess, of which a fit begins at the best
+COARSE = 4  # tuned: periods of the loop in a tick for all but the last steps of a fit
+TOLERANCE = 0.01  # numerics: of the squared error: what is left is fitted again
+# numerics: of a parameter's range: what makes a difference where its value is zero
+LEAST_SIZE = 0.01
+SCALES = (1.0, 0.5, 0.2)  # guess: of a linear guess, of which a fit begins at the best
 
 
 @dataclass
@@ -125,7 +124,7 @@ def finish(
     """
     count = mask.sum()
     given = [{key: column[:count] for key, column in fit.columns().items()} for fit in begun]
-    _fitted(states, predictor, mask, LAST_ITERATIONS, 0.0, given, derivatives=False)
+    _fitted(states, predictor, mask, REFINEMENTS, 0.0, given, derivatives=False)
 
 
 def coarser(predictor: Predictor, state: State) -> Predictor:

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# of the penalty, relative to the size of the responses; the least hardly bends a curve, the most
-# leaves a straight line
+# numerics: of the penalty, relative to the size of the responses; the least hardly bends a curve,
+# the most leaves a straight line
 PENALTIES = 10.0 ** np.arange(-7, 3)
-ALIKE = 1.005  # times the least squared residual where a penalty is chosen
-LEAST = 1e-10  # of the responses: keeps weights that no data touch at zero
+ALIKE = 1.005  # tuned: times the least squared residual where a penalty is chosen
+LEAST = 1e-10  # numerics: of the responses: keeps weights that no data touch at zero
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.diagnose.settings import AT_THE_FLOOR
+from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
 from t2l.identify.block_bootstrap import blocks, improvement
+from t2l.identify.fitting import LEADERS
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
@@ -37,15 +39,13 @@ from t2l.propose.ridge import Fit, fit
 from t2l.propose.split import few
 from t2l.recordings.recording import Recording
 
-LEAST_IMPROVEMENT = 0.05  # of the error; less is no finding
-ALIKE = 0.03  # of the error between laws that explain alike
-PROMISING = 1.5  # times the least error that a linear fit leaves: laws that are simulated
-SHORTLIST = 4  # of them at most
-HALF = 0.5  # of what the best takes from the squared error: laws that take less are not simulated
-SCREENED = 4  # recordings on which every law is tried
-NEAR = 1.15  # times the least error after them: laws that are fitted to the end
-MOST_LAWS = 4  # more is a model that fits anything
-SEED = 0  # of the bootstrap
+LEAST_IMPROVEMENT = MATERIAL  # of the error; less is no finding
+ALIKE = TIED  # of the error between laws that explain alike
+# tuned: of what the best takes from the squared error: laws that take less are not simulated
+HALF = 0.5
+NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
+MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
+SEED = 0  # statistics: of the bootstrap
 
 Progress = Callable[[str, float], None]
 
@@ -143,7 +143,7 @@ def _take_one(
         for law in laws(predictor, found.residual, ends)
         if law not in taken
     ]
-    screen, at = few(draft, SCREENED)
+    screen, at = few(draft, max(SCREENED))
     answers = responses(screen, state.layout, state.u, effects)
     left = found.residual[at]
     fits = [
@@ -235,7 +235,7 @@ def _take_finer(
     layout, u = joined(bare.layout, bare.u, [term_of(finer, predictor.joints)])
     weights = np.linalg.lstsq(finer.basis, curve, rcond=None)[0]
     u[weights_in(layout, finer)] = weights
-    screen, at = few(draft, SCREENED)
+    screen, at = few(draft, max(SCREENED))
     (answer,) = responses(screen, layout, u, [finer])
     target = found.residual[at] + answer @ weights
     guess = fit(answer, target, fitted[at], chosen[at], penalty(finer))
@@ -257,7 +257,7 @@ def _shortlist(
     # where all leave much the same, what counts is how much they take away
     enough = baseline**2 - HALF * (baseline**2 - least)
     ranked = [i for i in ranked if fits[i].chosen <= enough]
-    short = [i for i in ranked if fits[i].chosen <= PROMISING**2 * least][:SHORTLIST]
+    short = [i for i in ranked if fits[i].chosen <= PROMISING**2 * least][:LEADERS]
     simple = [i for i in ranked if order(effects[i].law) <= 1 and i not in short]
     return short + [i for i in simple if fits[i].chosen <= PROMISING**4 * least][:2]
 

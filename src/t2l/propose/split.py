@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from t2l.identify import block_bootstrap as judge
 from t2l.identify.prediction import Predictor
 
-BLOCK_S = 1.0  # longer than a controlled joint remembers
-CHOOSING = 3  # every third block
+BLOCK_S = 2 * judge.BLOCK_S  # derived: longer than a controlled joint remembers
+CHOOSING = 3  # tuned: every third block
 
 
 def split(predictor: Predictor) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,8 @@ from t2l.propose.decision import NEAR
 from t2l.propose.proposal import LAW, NOTHING, Proposal
 from t2l.propose.reconsider import Reconsidered
 
-MONOTONE = 0.8  # of the way that a curve goes up and down, its ends differ by at least
+MONOTONE = 0.8  # tuned: of the way that a curve goes up and down, its ends differ by at least
+# format: of an explained part, and what it is called
 FRACTIONS = ((0.29, 0.38, "a third"), (0.45, 0.55, "half"), (0.62, 0.71, "two thirds"))
 ACTS = {FRICTION: "dry friction", MOTOR: "a share of the motor torque"}
 VARIABLES = {

@@ -24,16 +24,15 @@ OPTIONAL = tuple(kind for kind in MEASURED if kind != "q")
 # a column without a joint stands for all of them
 SHARED = ("supply_voltage", "temperature", "torque_enabled")
 
-# fewer than these say nothing about a response
-LEAST_SAMPLES = 10
-LEAST_DURATION_S = 0.2
+LEAST_SAMPLES = 10  # bound: fewer say nothing about a response
+LEAST_DURATION_S = 0.2  # bound: likewise
 
-# of the control loop: a simulation of more takes minutes on one core
+# bound: of the control loop: a simulation of more takes minutes on one core
 MOST_TICKS = 10_000_000
-# between rows: a thousand and more is a time in ms, a few is a log slower than its commands
+# bound: between rows: a thousand and more is a time in ms, a few is a log slower than its commands
 MOST_COMMANDS_A_ROW = 100
 
-# beyond a joint's range: sensors and mechanical stops are this exact
+# bound: beyond a joint's range: sensors and mechanical stops are this exact
 RANGE_TOLERANCE_RAD = 0.05
 
 
@@ -145,7 +144,7 @@ def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Pa
     }
     if kind not in allowed:
         return
-    least = {"supply_voltage": 0.0, "temperature": -273.15}
+    least = {"supply_voltage": 0.0, "temperature": -273.15}  # format: absolute zero
     fine = values > least[kind] if kind in least else np.isin(values, (0, 1))
     bad = ~(fine | np.isnan(values))
     if bad.any():

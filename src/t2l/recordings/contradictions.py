@@ -8,11 +8,10 @@ import numpy as np
 
 from t2l.recordings.recording import Recording
 
-SAME_COMMAND_RAD = 1e-6
-# of a difference of two noisy samples; and that many in a row, so that chance explains none
-NOISE_FACTOR = 4.0 * np.sqrt(2.0)
-SAMPLES_IN_A_ROW = 3
-# shorter than this part of a command's hold is jitter of the clock
+SAME_COMMAND_RAD = 1e-6  # numerics: less is rounding
+NOISE_FACTOR = 4.0 * np.sqrt(2.0)  # statistics: of a difference of two noisy samples
+SAMPLES_IN_A_ROW = 3  # statistics: beyond that, so that chance explains none
+# bound: shorter than this part of a command's hold is jitter of the clock
 JITTER = 0.25
 
 

@@ -17,7 +17,7 @@ from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion
 JOINTS_ALLOWED = "a list of different joint names, in the order of the columns"
 COMPENSATION_ALLOWED = f"true or false, or {CONTINUOUS}"
 
-# the slowest loop that holds a joint, and faster than any that a computer runs
+# bound: the slowest loop that holds a joint, and faster than any that a computer runs
 LEAST_CONTROL_RATE_HZ, LARGEST_RATE_HZ = 1, 100_000
 
 

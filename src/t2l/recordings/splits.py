@@ -7,7 +7,7 @@ import numpy as np
 from t2l.errors import RecordingError
 from t2l.recordings.recording import Recording
 
-LEAST_TO_HOLD_OUT_WHOLE = 3
+LEAST_TO_HOLD_OUT_WHOLE = 3  # statistics: recordings: of fewer none can be left out
 
 
 def hold_out(

@@ -59,7 +59,7 @@ def read_lerobot(
     recordings = []
     for episode in chosen(folder, sorted(parts), episodes):
         frame, feature = parts[episode]
-        factor = np.pi / 180 if degrees else 1.0
+        factor = np.pi / 180 if degrees else 1.0  # format: rad
         signals = {
             kind: feature[key][:, indices] * (1.0 if kind == "tau" else factor)
             for kind, (key, indices) in where.items()

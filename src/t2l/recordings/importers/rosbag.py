@@ -37,7 +37,7 @@ STATE = "sensor_msgs/msg/JointState"
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 NUMBERS = "std_msgs/msg/Float64MultiArray"
 COMMANDS = (TRAJECTORY, NUMBERS, STATE)
-NANO = 1e-9
+NANO = 1e-9  # format: a nanosecond in s
 
 
 class Topics(Typed):
@@ -123,7 +123,7 @@ def read_bag(bag: Path | str, mapping: BagMapping) -> Recording:
         raise
     # what a damaged file makes of its many parsers
     except (AnyReaderError, OSError, ValueError, KeyError, IndexError, AssertionError) as error:
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        reason = " ".join(str(error).split())[:200] or type(error).__name__  # format: characters
         raise RecordingError(
             bag, "the bag", f"what cannot be read ({reason})", "a ROS 2 bag or an .mcap"
         ) from None
@@ -147,7 +147,7 @@ def _time(message: Any, received: int, by_header: bool) -> float:
     """ns; of the header's stamp where there is one."""
     header = getattr(message, "header", None)
     if by_header and header is not None and (header.stamp.sec or header.stamp.nanosec):
-        return header.stamp.sec * 10**9 + header.stamp.nanosec
+        return header.stamp.sec * 10**9 + header.stamp.nanosec  # format: ns
     return received
 
 

@@ -2,9 +2,9 @@
 
 import math
 
-_RAD = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180}
+_RAD = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180}  # format: in rad
 
-# by what a column of a recording holds
+# format: by what a column of a recording holds
 FACTORS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9},
     "q_des": _RAD,
