@@ -257,8 +257,8 @@ def judged(command: str, name: str) -> dict:
         "partial": partial,
         "verdict": content["verdict"],
         "curves": content["curves"],
-        "before": _before(content, out),
-        "names": content["report"]["baseline_rmse_q_rad"],
+        "before": _error(content, out, 0),
+        "names": _error(content, out, -1),
         "after": content["report"]["rmse_q_rad"],
         "noise_floor": content["noise_floor_rad"],
         "seconds": perf_counter() - began,
@@ -297,11 +297,11 @@ def _proposed(out: Path) -> dict:
     return {"curves": [], "noise_floor_rad": floor, "verdict": verdict, "report": report}
 
 
-def _before(content: dict, out: Path) -> float:
-    """Test error in rad of the model as it came."""
+def _error(content: dict, out: Path, step: int) -> float:
+    """Test error in rad after a step of the known effects: 0 as the model came, -1 with all."""
     if not (out / "explanation.json").exists():
         return content["report"]["baseline_rmse_q_rad"]
-    return json.loads((out / "explanation.json").read_text())["steps"][0]["test_rmse_q_rad"]
+    return json.loads((out / "explanation.json").read_text())["steps"][step]["test_rmse_q_rad"]
 
 
 def said(result: dict) -> str:
