@@ -1,16 +1,17 @@
 """Effects taken out of t2l's library one at a time: what is proposed in their place.
 
-`python -m benchmarks proposals [--propose] [--processes N] [CASE or KIND ...]`: each case hides one
-effect, made by a generator that shares no code with t2l. `t2l explain` has all known effects but
-those that would name it (`--without`): it shows whether another name is adopted in its place, and
-what is learned. With `--propose` it is learned without any known effect. Each case is kept in
-results/bench/proposals until the code changes that explains it, so that an interrupted table goes
-on where it stopped.
+`python -m benchmarks proposals [--propose] [--processes N] [--test-seed N] [CASE or KIND ...]`:
+each case hides one effect, made by a generator that shares no code with t2l. `t2l explain` has all
+known effects but those that would name it (`--without`): it shows whether another name is adopted
+in its place, and what is learned. With `--propose` it is learned without any known effect. Each
+case is kept in results/bench/proposals until the code changes that explains it, so that an
+interrupted table goes on where it stopped.
 """
 
 import argparse
 import contextlib
 import json
+import re
 import shutil
 import zlib
 from collections.abc import Sequence
@@ -26,7 +27,8 @@ from benchmarks import one_core
 from benchmarks.hidden import PROCESSES, code_key
 from benchmarks.hidden_effects import effects as fx
 from benchmarks.hidden_effects import real_effects as rx
-from benchmarks.hidden_effects.cases import ARM, PENDULUM, Case, is_complete, make
+from benchmarks.hidden_effects.cases import ARM, PENDULUM, ROBOTS, Case, is_complete, make
+from benchmarks.hidden_effects.drawn_cases import drawn
 from benchmarks.scene import ROOT
 
 FOLDER = ROOT / "results/bench/proposals"
@@ -183,12 +185,38 @@ KINDS = (
         "clock", rx.ClockOffset(0.003), rx.ClockOffset(0.02), BOTH, ("clock_offset",), (), False,
     ),
 )  # fmt: skip
+# of test sets that are drawn from a seed: their kinds, by the names above
+DRAWN = {
+    "viscous_friction": "viscous",
+    "quadratic_friction": "quadratic",
+    "cogging": "cogging",
+    "coulomb_friction": "coulomb",
+    "torque_offset": "offset",
+    "parallel_spring": "spring",
+    "periodic_torque": "periodic",
+    "base_tilt": "tilt",
+    "link_inertia": "mass",
+    "integral_action": "integral",
+    "velocity_filter": "velocity_filter",
+    "joint_coupling": "coupling",
+    "dahl_friction": "dahl",
+    "lugre_friction": "lugre",
+    "directional_friction": "directional",
+    "torque_speed_limit": "speed_limit",
+    "friction_drift": "friction_drift",
+    "friction_temperature": "friction_warmth",
+    "torque_constant_drift": "constant_drift",
+    "torque_constant_temperature": "constant_warmth",
+    "clock_offset": "clock",
+}
 # kinds whose effect shows more where the arm hangs by its motors
 HANGS = ("integral", "constant_drift", "constant_warmth", "tilt", "mass")
 
 
-def cases() -> dict[str, Removed]:
-    """By name: every kind on a pendulum and on an arm."""
+def cases(test_seed: int | None = None) -> dict[str, Removed]:
+    """By name: every kind on a pendulum and on an arm, or what a seed draws."""
+    if test_seed is not None:
+        return _drawn(test_seed)
     table = {}
     for kind, on_pendulum, on_arm, joints, names, follows, one_variable in KINDS:
         for robot, hidden in ((PENDULUM, on_pendulum), (ARM, on_arm)):
@@ -203,21 +231,54 @@ def cases() -> dict[str, Removed]:
     return table
 
 
+def _drawn(seed: int) -> dict[str, Removed]:
+    """Sizes, joints, motions and flaws of the log drawn; the effects of `KINDS` that can be."""
+    known, table = {kind: rest for kind, *rest in KINDS}, {}
+    for name, robot, hidden, number, changes in drawn(seed):
+        kind = DRAWN.get(next((k for k in DRAWN if name.startswith(f"test{seed}_{k}_")), ""))
+        if kind is None:
+            continue
+        _, _, _, names, follows, one_variable = known[kind]
+        one = robot == PENDULUM if one_variable is HINGE else one_variable
+        case = Case(name, robot, hidden, number, SHORT | changes)
+        table[name] = Removed(kind, case, names, _joints(robot, hidden), follows, one)
+    return table
+
+
+def _joints(robot: str, hidden: Sequence[fx.HiddenEffect]) -> tuple[str, ...]:
+    """Those that an effect gives numbers to one by one; otherwise all of the robot."""
+    values = [value for effect in hidden for value in vars(effect).values()]
+    given = {joint for value in values if isinstance(value, dict) for joint in value}
+    return tuple(given) or ROBOTS[robot].joints
+
+
+def case_of(name: str) -> Removed:
+    """A case of either set."""
+    seed = re.match(r"test(\d+)_", name)
+    return cases(int(seed[1]) if seed else None)[name]
+
+
 def main(arguments: Sequence[str]) -> pd.DataFrame:
     """What the command line asks for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks proposals", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="CASE", help="cases or kinds (default: all)")
     parser.add_argument("--propose", action="store_true", help="learn without any known effect")
     one_core.add_processes(parser, PROCESSES)
+    seed = "the test set that is drawn from this number, in place of the development cases"
+    parser.add_argument("--test-seed", type=int, metavar="N", help=seed)
     given = parser.parse_args(arguments)
-    return run(given.names, given.processes, "propose" if given.propose else "explain")
+    command = "propose" if given.propose else "explain"
+    return run(given.names, given.processes, command, given.test_seed)
 
 
 def run(
-    names: Sequence[str] = (), processes: int = PROCESSES, command: str = "explain"
+    names: Sequence[str] = (),
+    processes: int = PROCESSES,
+    command: str = "explain",
+    test_seed: int | None = None,
 ) -> pd.DataFrame:
     """One row a case; the table by kind and a summary are printed above."""
-    every = cases()
+    every = cases(test_seed)
     unknown = set(names) - set(every) - {removed.kind for removed in every.values()}
     if unknown:
         raise SystemExit(f"no case or kind {', '.join(sorted(unknown))}; there are {list(every)}")
@@ -227,7 +288,8 @@ def run(
         results.append(result)
         print(f"{len(results)} of {len(chosen)}: {result['case']}, {said(result)}", flush=True)
     table = pd.DataFrame([row(result) for result in results])
-    table.to_csv(FOLDER / command / "table.csv", index=False)
+    name = "table" if test_seed is None else f"table_test{test_seed}"
+    table.to_csv(FOLDER / command / f"{name}.csv", index=False)
     print("\n" + by_kind(results).to_markdown(index=False))
     print("\n" + "\n".join(summary(results)) + "\n")
     return table
@@ -235,7 +297,7 @@ def run(
 
 def judged(command: str, name: str) -> dict:
     """A case's result, from its file or made now."""
-    removed = cases()[name]
+    removed = case_of(name)
     path = FOLDER / command / "results" / f"{name}.json"
     made_by = {"key": code_key(), "truth": removed.case.truth(), "without": list(removed.without)}
     if path.exists():
@@ -257,8 +319,8 @@ def judged(command: str, name: str) -> dict:
         "partial": partial,
         "verdict": content["verdict"],
         "curves": content["curves"],
-        "before": _before(content, out),
-        "names": content["report"]["baseline_rmse_q_rad"],
+        "before": _error(content, out, 0),
+        "names": _error(content, out, -1),
         "after": content["report"]["rmse_q_rad"],
         "noise_floor": content["noise_floor_rad"],
         "seconds": perf_counter() - began,
@@ -297,11 +359,11 @@ def _proposed(out: Path) -> dict:
     return {"curves": [], "noise_floor_rad": floor, "verdict": verdict, "report": report}
 
 
-def _before(content: dict, out: Path) -> float:
-    """Test error in rad of the model as it came."""
+def _error(content: dict, out: Path, step: int) -> float:
+    """Test error in rad after a step of the known effects: 0 as the model came, -1 with all."""
     if not (out / "explanation.json").exists():
         return content["report"]["baseline_rmse_q_rad"]
-    return json.loads((out / "explanation.json").read_text())["steps"][0]["test_rmse_q_rad"]
+    return json.loads((out / "explanation.json").read_text())["steps"][step]["test_rmse_q_rad"]
 
 
 def said(result: dict) -> str:
@@ -311,7 +373,7 @@ def said(result: dict) -> str:
 
 def right(result: dict) -> bool | None:
     """Whether joint and variable are right; None where no torque of a variable is."""
-    removed = cases()[result["case"]]
+    removed = case_of(result["case"])
     if not removed.follows:
         return None
     return bool(result["curves"]) and all(
@@ -322,7 +384,7 @@ def right(result: dict) -> bool | None:
 
 def near(result: dict) -> bool | None:
     """Whether at most twice the noise is left; None where no function of one variable could."""
-    if not cases()[result["case"]].one_variable:
+    if not case_of(result["case"]).one_variable:
         return None
     return result["after"] <= TWICE * result["noise_floor"]
 
@@ -354,9 +416,9 @@ def row(result: dict) -> dict:
 
 def by_kind(results: Sequence[dict]) -> pd.DataFrame:
     """A row a kind: how many are right, what is left, which names are adopted."""
-    every, rows = cases(), {}
+    rows: dict[str, list[dict]] = {}
     for result in results:
-        rows.setdefault(every[result["case"]].kind, []).append(result)
+        rows.setdefault(case_of(result["case"]).kind, []).append(result)
 
     def share(answers: Sequence[bool | None]) -> str:
         asked = [answer for answer in answers if answer is not None]

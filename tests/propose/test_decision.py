@@ -2,7 +2,7 @@
 
 import pytest
 
-from t2l.propose.decision import decide
+from t2l.propose.decision import decide, goes_half_way
 
 
 def test_an_effect_that_reaches_the_ceiling_is_named():
@@ -31,3 +31,14 @@ def test_the_part_is_of_the_squared_error():
 def test_an_error_that_is_none_is_refused():
     with pytest.raises(ValueError, match="ceiling"):
         decide(known=1.0, ceiling=float("nan"), baseline=1.0, noise=0.1)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_names_are_adopted_from_half_of_the_way_to_the_noise_in_orders_of_magnitude(scale):
+    came, noise = 10.0 * scale, 0.1 * scale
+    assert goes_half_way(0.99 * scale, came, noise)
+    assert not goes_half_way(1.01 * scale, came, noise)
+
+
+def test_what_leaves_only_noise_is_adopted_however_small_it_was():
+    assert goes_half_way(left=1.09, came=1.15, noise=1.0)

@@ -1,5 +1,6 @@
 """Names that did a part of an unknown torque give way to its curve; right ones stand."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,8 @@ import pytest
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import Explanation
 from t2l.effects.law import TORQUE, Law
-from t2l.identify.model import Model
+from t2l.identify.model import Model, read_model
+from t2l.identify.refit import refitted
 from t2l.propose.beside import proposed_beside
 from t2l.propose.proposal import error_of
 from t2l.propose.reconsider import reconsider
@@ -50,6 +52,35 @@ def test_a_law_that_fails_beyond_what_it_was_learned_from_takes_no_names_place(t
     found = reconsider(Model(robot), names, evidence, quiet=1.1e-4)
     assert found.dropped == ()
     assert error_of(found.model, validation) <= error_of(names, validation)
+
+
+def test_a_name_that_explains_a_part_of_what_no_law_explains_is_not_adopted(tmp_path):
+    """Late commands, of which an inertia does a part."""
+    robot = pendulum(tmp_path)
+    truth = Model(robot, {"command_delay": {"delay": 0.04}})
+    made = machine(robot, [], 3, noise_rad=0.0)
+    recordings = [measured(r, None, 1e-4, seed, truth) for seed, r in enumerate(made)]
+    evidence = gather(robot, recordings[:2], [replace(recordings[2], name="held")], threads=1)
+    names = {"armature": {"inertia": {"hinge": 0.001}}}
+    names = refitted(Model(robot, names), evidence.train, evidence.train_mask)
+    given = Explanation([], "unexplained", 1e-4, "", names)
+    found = proposed_beside(Model(robot), given, evidence, tmp_path / "out")
+    assert found.model.effects == {}
+    assert found.verdict == "unexplained"
+    assert found.sentence.startswith("Unexplained. Armature explains only a part")
+    assert found.partial.effects == ("armature",)
+    assert 0 < found.partial.explained < 1
+    kept = read_model(tmp_path / "out/proposal/partial.yaml")
+    assert list(kept.effects) == ["armature"]
+    content = json.loads((tmp_path / "out/proposal/proposal.json").read_text())
+    assert content["known"] == [{"effect": "armature", "stands": False, "partial": True}]
+
+    told = []
+    again = proposed_beside(
+        Model(robot), given, evidence, tmp_path / "out", lambda *what: told.append(what)
+    )
+    assert not told
+    assert again == found
 
 
 @pytest.mark.slow

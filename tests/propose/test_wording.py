@@ -10,7 +10,7 @@ from t2l.identify.model import Model
 from t2l.propose.decision import Decision
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING, Learned, Proposal
 from t2l.propose.reconsider import Reconsidered
-from t2l.propose.wording import headline, retracted
+from t2l.propose.wording import headline, part_of_it, retracted
 from tests.diagnose.made import pendulum
 
 
@@ -52,9 +52,21 @@ def test_no_law_is_told_as_such(proposal, verdict, said):
 @pytest.mark.parametrize(("names_left_rad", "told"), [(1e-3, False), (1.9e-4, False), (5e-5, True)])
 def test_a_law_that_replaced_names_is_compared_with_them(proposal, names_left_rad, told):
     proposal = replace(proposal, report_baseline_rad=names_left_rad)
-    found = Reconsidered(proposal.model, proposal, ("cogging",), 3e-3, Decision(False, 0.3))
+    found = Reconsidered(proposal.model, proposal, ("cogging",), 3e-3, 1e-3, Decision(False, 0.3))
     said = retracted(found)
     assert "Cogging explains a third of the squared error" in said
     assert f"as it came leaves 3 mrad, with known effects {1e3 * names_left_rad:.3g}, and" in said
     assert "learned in place of cogging 0.2 (noise 0.1 mrad)" in said
     assert ("But known effects leave less there" in said) == told
+
+
+def test_names_that_explain_a_part_are_told_as_that_beside_what_a_law_explains(proposal):
+    proposal = replace(proposal, report_rmse_rad=1.5e-3)
+    names = ("cogging", "armature")
+    found = Reconsidered(proposal.model, proposal, (), 3e-3, 2e-3, None, names)
+    said = part_of_it(found)
+    assert "Cogging and armature explain only a part, 56 % of the squared error" in said
+    assert "2 of 3 mrad are left on unseen recordings (noise 0.1 mrad)" in said
+    assert "falls with its position explains 75 % and leaves 1.5 mrad" in said
+    said = part_of_it(replace(found, proposal=replace(proposal, verdict=NO_LAW)))
+    assert "No law of one variable" in said

@@ -159,3 +159,15 @@ def explained_with_proposal(folder: Path) -> Path:
     (explained(folder) / "proposal").mkdir()
     proposed(folder / "proposal")
     return folder
+
+
+def explained_in_part(folder: Path) -> Path:
+    """What `explain` leaves where the names explain only a part."""
+    path = explained_with_proposal(folder) / "explanation.json"
+    partial = {
+        "effects": ["coulomb_friction"], "explained_fraction": 0.9, "test_rmse_q_rad": 7e-5,
+    }  # fmt: skip
+    sentence = "Unexplained. Coulomb friction explains only a part, 90 % of the squared error."
+    content = json.loads(path.read_text()) | {"partial": partial, "sentence": sentence}
+    path.write_text(json.dumps(content))
+    return folder

@@ -14,6 +14,7 @@ from tests.report.findings import (
     compared,
     diagnosed,
     explained,
+    explained_in_part,
     explained_with_proposal,
     proposed,
 )
@@ -111,6 +112,18 @@ def test_curves_in_place_of_names_are_compared_with_them(tmp_path):
     learned = "test error with what was learned in place of Coulomb friction: the final model"
     assert f"<b>0.08 mrad</b><span>{learned}" in told
     assert "To adopt it" not in told
+
+
+def test_names_that_explain_a_part_are_told_as_that_everywhere(tmp_path):
+    told = " ".join(_told(write_report(explained_in_part(tmp_path))).split())
+    assert "Coulomb friction explains only a part, 90 % of the squared error." in told
+    assert "<span>test error with the known effects that explain only a part" in told
+    assert "test error with what was learned without them" in told
+    assert "the final model lacks it" in told
+    assert "proposal/partial.yaml" in told
+    assert "with effects that explain a part" in told
+    assert "gives way to the learned curve" not in told
+    assert "To adopt it" in told
 
 
 def test_what_is_chosen_rarely_is_said_to_be_uncertain(tmp_path):

@@ -6,7 +6,8 @@ when known effects end above the noise, laws are learned beside them. If these l
 if the others and the laws, fitted again without it, leave as little.
 
 Several wrong names together may even reach the noise. So two names or more stand against one law
-alone: they are dropped if it leaves as little with fewer effective parameters than they have.
+alone: they are dropped if it leaves clearly less, or as little with fewer effective parameters than
+they have.
 
 Laws are learned from training samples alone. All validation samples decide between the model that
 has them and the one with the names, by the paired block bootstrap that decides everything else
@@ -25,6 +26,7 @@ from functools import cache
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence
+from t2l.identify.block_bootstrap import blocks
 from t2l.identify.fitting import REFINEMENTS
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
@@ -34,7 +36,7 @@ from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
 from t2l.propose.freedom import freedom
 from t2l.propose.proposal import Proposal, error_of, finished
 from t2l.propose.refit import State, coarser, finish, off, refit, without
-from t2l.propose.search import MOST_LAWS, Progress, Search, search
+from t2l.propose.search import MOST_LAWS, Progress, Search, earns_its_place, rms, search
 from t2l.propose.split import few, split
 from t2l.recordings.recording import Recording
 
@@ -183,10 +185,10 @@ def _offers(
         alone: learns laws without the names.
     """
     adopted = _adopted(original, final)
-    names_left = error_of(final, samples.predictor, samples.chosen)
     if len(adopted) > 1:
-        one = _one_law(original, final, adopted, names_left, samples, progress)
+        one = _one_law(original, final, adopted, samples, progress)
         if one is not None:
+            names_left = error_of(final, samples.predictor, samples.chosen)
             yield _Offer(replace(one, baseline_rad=names_left), adopted)
     # a wrong name may do where little happens, so the samples that it was fitted to count too
     sets = (evidence.validation, evidence.validation_mask), (evidence.train, evidence.train_mask)
@@ -232,21 +234,22 @@ def _one_law(
     original: Model,
     final: Model,
     adopted: Sequence[str],
-    names_left: float,
     samples: _Samples,
     progress: Progress,
 ) -> Search | None:
-    """One law beside the model as it came, if it does what several names do with less.
-
-    Args:
-        names_left: rad, on the choosing samples.
-    """
+    """One law beside the model as it came, if it leaves less than names, or as little with less."""
     predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
-    layout, _ = final.vector(predictor.joints)
+    layout, u = final.vector(predictor.joints)
     numbers = sum(slot.term.effect.name in adopted for slot in layout.slots)
     found = samples.search(original, progress, most=1)
-    if not found.laws or found.rmse_rad > NEAR * max(names_left, found.noise_floor_rad):
+    if not found.laws:
         return None
+    names = _residual(State(layout, u), samples)
+    if found.rmse_rad > NEAR * max(rms(names), found.noise_floor_rad):
+        return None
+    block = blocks(predictor.samples.recording[chosen], predictor.samples.time[chosen])
+    if earns_its_place(names, found.residual[chosen], block):
+        return found
     return found if freedom(found, predictor, fitted, chosen) < numbers else None
 
 
@@ -273,7 +276,12 @@ def _eliminate(
 
 def _error(state: State, samples: _Samples) -> float:
     """RMS error in rad on the choosing samples; infinite where the simulation runs away."""
+    error = rms(_residual(state, samples))
+    return error if np.isfinite(error) else np.inf
+
+
+def _residual(state: State, samples: _Samples) -> np.ndarray:
+    """Measured minus predicted on the choosing samples, rad."""
     predictor = samples.predictor
     q = predictor.predict([Request(state.layout, state.u[None])])[0][0]
-    error = float(np.sqrt(np.mean((q - predictor.samples.q)[samples.chosen] ** 2)))
-    return error if np.isfinite(error) else np.inf
+    return (predictor.samples.q - q)[samples.chosen]

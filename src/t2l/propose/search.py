@@ -112,7 +112,7 @@ def search(
     (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
     check_finite(q[0], predictor)
     left = predictor.samples.q - q[0]
-    baseline = _rms(left[chosen])
+    baseline = rms(left[chosen])
     floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
     found = Search(state, baseline, baseline, floor, left)
     ends, torque = ranges(predictor, q[0], dq[0], others), scales(predictor).torque
@@ -155,9 +155,9 @@ def _take_one(
         found.ceilings = [
             Ceiling(effects[i].law, float(np.sqrt(fits[i].chosen)), False) for i in ranked
         ]
-    if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT) * _rms(left[chosen[at]]):
+    if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT) * rms(left[chosen[at]]):
         return False
-    short = _shortlist(effects, fits, ranked, _rms(left[chosen[at]]))
+    short = _shortlist(effects, fits, ranked, rms(left[chosen[at]]))
     states = [_with(state, effects[i], fits[i], predictor.joints) for i in short]
     # the coarser simulation serves for changes only: what it is off by at first is taken from it
     shift = off(draft, state, found.residual)[fitted]
@@ -183,7 +183,7 @@ def _take_one(
         )  # fmt: skip
     block = blocks(predictor.samples.recording[chosen], predictor.samples.time[chosen])
     best = _simplest([effects[i].law for i in short], residuals, errors, chosen, block)
-    if not _earns_its_place(found, residuals[best], chosen, block):
+    if not earns_its_place(found.residual[chosen], residuals[best][chosen], block):
         return False
     _put(found, predictor, states[best], residuals[best], errors[best])
     law, finer = effects[short[best]].law, 2
@@ -195,11 +195,14 @@ def _take_one(
     return True
 
 
-def _earns_its_place(
-    found: Search, residual: np.ndarray, chosen: np.ndarray, block: np.ndarray
-) -> bool:
-    rng = np.random.default_rng(SEED)
-    gain = improvement(found.residual[chosen], residual[chosen], block, rng)
+def earns_its_place(before: np.ndarray, after: np.ndarray, block: np.ndarray) -> bool:
+    """Whether residuals fall by more than chance, and by enough to matter, from `before`.
+
+    Args:
+        before, after: (n,) rad, on the same samples.
+        block: (n,) the block of time of each.
+    """
+    gain = improvement(before, after, block, np.random.default_rng(SEED))
     return gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT
 
 
@@ -243,7 +246,7 @@ def _take_finer(
     grown = State(layout, u, (*before, (finer, guess.penalty)))
     finish([grown], refit([grown], draft, fitted, 0, given=given), predictor, fitted)
     (residual,), (error,) = _left([grown], predictor, chosen)
-    if not _earns_its_place(found, residual, chosen, block):
+    if not earns_its_place(found.residual[chosen], residual[chosen], block):
         return False
     _put(found, predictor, grown, residual, error)
     return True
@@ -268,7 +271,7 @@ def _left(
     """Residuals (nsample,) of states, and their RMS on the choosing samples."""
     requests = [Request(s.layout, s.u[None]) for s in states]
     residuals = [predictor.samples.q - q[0] for q in predictor.predict(requests)]
-    return residuals, [_rms(np.nan_to_num(r[chosen], nan=np.inf)) for r in residuals]
+    return residuals, [rms(np.nan_to_num(r[chosen], nan=np.inf)) for r in residuals]
 
 
 def _with(state: State, effect: SplineTorque, guess, joints: tuple[str, ...]) -> State:
@@ -290,5 +293,6 @@ def _simplest(taken: Sequence[Law], residuals, errors, chosen, block) -> int:
     return best
 
 
-def _rms(values: np.ndarray) -> float:
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square."""
     return float(np.sqrt(np.mean(values**2)))

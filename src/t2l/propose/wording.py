@@ -90,7 +90,7 @@ def retracted(found: Reconsidered) -> str:
         f"place of {names} {learned} (noise {1e3 * proposal.noise_floor_rad:.3g} mrad)."
     )
     if found.decision is None:
-        said = f"{said} It takes {names} together to explain as much, with more numbers."
+        said = f"{said} It takes {names} together to explain nearly as much."
     else:
         verb = "explains" if len(found.dropped) == 1 else "explain"
         said = (
