@@ -3,7 +3,7 @@
 `python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE]` takes some cases, and
 puts an earlier table's errors and times beside the new ones. `python -m benchmarks proposals
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
-[--processes N]` some choices.
+[--processes N]` some choices. `python -m benchmarks earlier FOLDER` needs a checkout.
 """
 
 import sys
@@ -11,6 +11,7 @@ import sys
 from benchmarks import (
     cell,
     diagnosis,
+    earlier,
     hidden,
     holdouts,
     overhead,
@@ -42,7 +43,12 @@ BENCHMARKS = {
         rules,
     )
 }
-WITH_ARGUMENTS = {"hidden": hidden, "proposals": proposals, "holdouts": holdouts}
+WITH_ARGUMENTS = {
+    "hidden": hidden,
+    "proposals": proposals,
+    "holdouts": holdouts,
+    "earlier": earlier,
+}
 
 
 def main(names: list[str]) -> None:
