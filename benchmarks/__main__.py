@@ -3,7 +3,7 @@
 `python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE]` takes some cases, and
 puts an earlier table's errors and times beside the new ones. `python -m benchmarks proposals
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
-[--processes N]` some choices.
+[--processes N]` some choices. `python -m benchmarks earlier FOLDER` needs a checkout.
 """
 
 import sys
@@ -12,6 +12,7 @@ from benchmarks import (
     cell,
     constants,
     diagnosis,
+    earlier,
     hidden,
     holdouts,
     overhead,
@@ -45,8 +46,12 @@ BENCHMARKS = {
     )
 }
 WITH_ARGUMENTS = {
-    "hidden": hidden, "proposals": proposals, "holdouts": holdouts, "constants": constants
-}  # fmt: skip
+    "hidden": hidden,
+    "proposals": proposals,
+    "holdouts": holdouts,
+    "earlier": earlier,
+    "constants": constants,
+}
 
 
 def main(names: list[str]) -> None:
