@@ -12,13 +12,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.diagnose.multi_fidelity import COARSENESS
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks, improvement
 from t2l.identify.fitting import LEADERS, REFINEMENTS
-from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
+from t2l.identify.levels import AT_THE_FLOOR, HALF, MATERIAL, PROMISING, TIED
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
@@ -33,9 +34,7 @@ from t2l.recordings.recording import Recording
 
 LEAST_IMPROVEMENT = MATERIAL  # of the error; less is no finding
 ALIKE = TIED  # of the error between laws that explain alike
-# tuned: of what the best takes from the squared error: laws that take less are not simulated
-HALF = 0.5
-COARSE = 4  # tuned: periods of the loop in a tick for all but the last steps of a fit
+COARSE = max(COARSENESS)  # periods of the loop in a tick for all but the last steps of a fit
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
 SEED = 0  # statistics: of the bootstrap
