@@ -10,12 +10,12 @@ from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import Improvement
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.levels import MATERIAL, TIED
+from t2l.identify.levels import MATERIAL, NOTHING, TIED
 from t2l.identify.uncertainty import Uncertainty
 
 LEAST_IMPROVEMENT = MATERIAL  # of the validation error; less is no finding
-# tuned: an effect that acts in few blocks leaves a resample without them as it was
-HARMLESS = -0.005
+# an effect that acts in few blocks leaves a resample without them as it was
+HARMLESS = -NOTHING
 
 
 @dataclass

@@ -9,13 +9,13 @@ from t2l.diagnose.findings import percent
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.oscillation import swing
 from t2l.identify.block_bootstrap import blocks
-from t2l.identify.levels import MATERIAL
+from t2l.identify.levels import HALF, MATERIAL
 from t2l.identify.prediction import Predictor
 from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
 BINS = 12  # tuned: of equally many samples
 LEAST = MATERIAL  # of the missing torque; a condition that tells less is not listed
-LEAST_SWING = 0.4  # tuned: likewise: of many frequencies, one tells a little by chance
+LEAST_SWING = HALF  # likewise: of many frequencies, one tells a little by chance
 FREEDOM = MATERIAL  # that bins must explain more than proportion does: they take any form
 SWING_FREEDOM = 3 * FREEDOM  # derived: likewise, for an amplitude, a phase and a frequency
 NO_BINS = ("velocity squared", "constant")  # others have the same bins

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose.conditions import UNITS
-from t2l.identify.levels import MATERIAL
+from t2l.identify.levels import HALF, MATERIAL
 from t2l.identify.prediction import Predictor
 
 LEAST_SHARE = MATERIAL  # of the squared error; less is not worth a sentence
 LEAST_LIFT = 1.3  # tuned: share of the error over share of the samples, within the joint
 FEWEST = 0.01  # tuned: of a joint's samples that a condition must hold
-ALIKE = 0.6  # tuned: overlap of two findings' squared error from which the lesser is left out
+ALIKE = HALF  # overlap of two findings' squared error from which the lesser is left out
 QUANTILES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9)  # numerics: near which round thresholds are tried
 
 # conditions that are split by their size: how the sentence goes on

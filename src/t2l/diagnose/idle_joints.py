@@ -6,10 +6,12 @@ import numpy as np
 
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import NOTHING
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.uncertainty import Z95, uncertainty
 
-IDLE = 1.01  # tuned: of a joint's squared error that is left with an effect: without it no more
+# derived: of a joint's squared error that is left with an effect: without it no more
+IDLE = (1 + NOTHING) ** 2
 
 
 def without_idle_joints(

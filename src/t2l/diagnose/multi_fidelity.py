@@ -12,14 +12,14 @@ from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.settings import LEAST_BLOCKS
 from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import BLOCK_S
-from t2l.identify.levels import NEGLIGIBLE
+from t2l.identify.levels import HALF, NEGLIGIBLE
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request
 
 COARSENESS = (5, 4, 2)  # numerics: control periods a tick that are tried
 # derived: of a recording half as long again or longer: enough blocks for a resample
 SCREENED_S = LEAST_BLOCKS * 2 * BLOCK_S
-ALIKE = 0.5  # tuned: of a joint's mean squared error: what is cut off is no other
+ALIKE = HALF  # of a joint's mean squared error: what is cut off is no other
 
 
 def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evidence:

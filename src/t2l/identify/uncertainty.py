@@ -7,12 +7,14 @@ import numpy as np
 from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import TIED
 from t2l.identify.prediction import Predictor
 
 Z95 = 1.96  # statistics: of the normal distribution
 RIDGE = 1e-12  # numerics: keeps what the data cannot tell apart at a huge, finite error
-INSEPARABLE = 0.98  # tuned: correlation of two estimates
-UNEXCITED = 0.5  # tuned: of the parameter's range, or of a unit of its logarithm
+# derived: correlation of two estimates of which one alone explains as much as a tie
+INSEPARABLE = (1 - TIED) ** 0.5
+UNEXCITED = 1 / Z95  # derived: of the parameter's range, or of a unit of its logarithm
 
 
 @dataclass(frozen=True)

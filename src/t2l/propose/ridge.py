@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from t2l.identify.levels import NOTHING
+
 # numerics: of the penalty, relative to the size of the responses; the least hardly bends a curve,
 # the most leaves a straight line
 PENALTIES = 10.0 ** np.arange(-7, 3)
-ALIKE = 1.005  # tuned: times the least squared residual where a penalty is chosen
+ALIKE = 1 + NOTHING  # derived: times the least squared residual where a penalty is chosen
 LEAST = 1e-10  # numerics: of the responses: keeps weights that no data touch at zero
 
 

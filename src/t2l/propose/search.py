@@ -17,7 +17,7 @@ from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
 from t2l.identify.block_bootstrap import blocks, improvement
 from t2l.identify.fitting import LEADERS
-from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
+from t2l.identify.levels import AT_THE_FLOOR, HALF, MATERIAL, PROMISING, TIED
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
@@ -41,8 +41,6 @@ from t2l.recordings.recording import Recording
 
 LEAST_IMPROVEMENT = MATERIAL  # of the error; less is no finding
 ALIKE = TIED  # of the error between laws that explain alike
-# tuned: of what the best takes from the squared error: laws that take less are not simulated
-HALF = 0.5
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
 SEED = 0  # statistics: of the bootstrap

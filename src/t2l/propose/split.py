@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from t2l.diagnose.settings import FRACTION
 from t2l.identify import block_bootstrap as judge
 from t2l.identify.prediction import Predictor
 
 BLOCK_S = 2 * judge.BLOCK_S  # derived: longer than a controlled joint remembers
-CHOOSING = 3  # tuned: every third block
+CHOOSING = round(1 / FRACTION)  # derived: every so many blocks, one
 
 
 def split(predictor: Predictor) -> tuple[np.ndarray, np.ndarray]:
