@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.diagnose.multi_fidelity import COARSENESS
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
@@ -34,7 +33,7 @@ from t2l.recordings.recording import Recording
 
 LEAST_IMPROVEMENT = MATERIAL  # of the error; less is no finding
 ALIKE = TIED  # of the error between laws that explain alike
-COARSE = max(COARSENESS)  # periods of the loop in a tick for all but the last steps of a fit
+COARSE = 4  # tuned: periods of the loop in a tick for all but the last steps of a fit
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
 SEED = 0  # statistics: of the bootstrap

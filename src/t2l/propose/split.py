@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from t2l.diagnose.settings import FRACTION
 from t2l.identify import block_bootstrap as judge
 from t2l.identify.prediction import Predictor
 
 BLOCK_S = 2 * judge.BLOCK_S  # derived: longer than a controlled joint remembers
-CHOOSING = round(1 / FRACTION)  # derived: every so many blocks, one
+CHOOSING = 3  # tuned: every third block
 
 
 def split(predictor: Predictor) -> tuple[np.ndarray, np.ndarray]:
