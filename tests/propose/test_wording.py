@@ -10,6 +10,7 @@ from t2l.identify.model import Model
 from t2l.propose.decision import Decision
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING, Learned, Proposal
 from t2l.propose.reconsider import Reconsidered
+from t2l.propose.search import Ceiling
 from t2l.propose.wording import headline, part_of_it, retracted
 from tests.diagnose.made import pendulum
 
@@ -62,11 +63,14 @@ def test_a_law_that_replaced_names_is_compared_with_them(proposal, names_left_ra
 
 def test_names_that_explain_a_part_are_told_as_that_beside_what_a_law_explains(proposal):
     proposal = replace(proposal, report_rmse_rad=1.5e-3)
-    names = ("cogging", "armature")
+    names = ("cogging", "base_tilt", "armature")
     found = Reconsidered(proposal.model, proposal, (), 3e-3, 2e-3, None, names)
     said = part_of_it(found)
-    assert "Cogging and armature explain only a part, 56 % of the squared error" in said
+    assert "Cogging, base tilt and armature explain only a part, 56 % of the squared error" in said
     assert "2 of 3 mrad are left on unseen recordings (noise 0.1 mrad)" in said
     assert "falls with its position explains 75 % and leaves 1.5 mrad" in said
-    said = part_of_it(replace(found, proposal=replace(proposal, verdict=NO_LAW)))
-    assert "No law of one variable" in said
+    ceiling = Ceiling(proposal.learned[0].curve.law, 1e-3, True)
+    none = replace(proposal, verdict=NO_LAW, ceilings=(ceiling,))
+    said = part_of_it(replace(found, proposal=none))
+    assert "No law of one variable holds on other data either. The nearest is a torque on" in said
+    assert "hinge that follows its position: 75 % of what it was chosen by." in said

@@ -27,14 +27,14 @@ from t2l.identify.fitting import (
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import AT_THE_FLOOR, PROMISING, TIED
 from t2l.identify.prediction import Predictor, Request
-from t2l.identify.rough import SPREAD, search
+from t2l.identify.rough import search
 
 DIAGONAL_FROM_JOINTS = 4  # tuned: joints from which the search moves them all at once
 NEAR = PROMISING**4  # derived: times the least loss: what may still turn out to be best
 SEARCHED_NEAR = AT_THE_FLOOR**2  # derived: likewise, for a search that takes many simulations
 SCREENING_TOLERANCE = 5e-3  # numerics: relative decrease of the loss that counts as none
 LEAST_SIZE = 1e-3  # numerics: of an adopted parameter, for finite differences
-CLOSE_BY = SPREAD  # of the spread of that search, where a fit to all recordings has ended
+CLOSE_BY = 0.25  # tuned: of the spread of that search, where a fit to all recordings has ended
 SETTLED = 1 - TIED  # derived: of the loss before; a fit that ends above is at its minimum
 
 Progress = Callable[[str, float], None]

@@ -12,7 +12,7 @@ from t2l.identify.prediction import Predictor
 POPULATION = 12  # tuned: CMA-ES's own default for ten numbers is 10
 SEED = 0  # statistics: of the search
 # tuned: standard deviation of the first population in a logarithm, or of a parameter's own size
-SPREAD = 0.3
+SPREAD = 0.4
 
 
 def search(

@@ -159,9 +159,15 @@ def _adopted(original: Model, final: Model) -> tuple[str, ...]:
 
 def _enough(original: Model, proposal: Proposal, evidence: Evidence) -> bool:
     """Whether names and laws together explain enough for the names to be adopted."""
-    where = evidence.validation, evidence.validation_mask
-    left, came = (error_of(model, *where) for model in (proposal.with_curves, original))
+    left, came = (_fitted_and_chosen(m, evidence) for m in (proposal.with_curves, original))
     return goes_half_way(left, came, proposal.noise_floor_rad)
+
+
+def _fitted_and_chosen(model: Model, evidence: Evidence) -> float:
+    """RMS error in rad on training and validation samples: one recording alone tells little."""
+    sets = (evidence.train, evidence.train_mask), (evidence.validation, evidence.validation_mask)
+    errors = [error_of(model, *each) for each in sets]
+    return float(np.sqrt(np.average(np.square(errors), weights=[mask.sum() for _, mask in sets])))
 
 
 def _without_laws(model: Model, found: Search, joints: tuple[str, ...]) -> Search:

@@ -6,7 +6,6 @@ from types import MappingProxyType
 
 import numpy as np
 
-from t2l.diagnose.multi_fidelity import COARSENESS
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Layout
 from t2l.identify.fitting import ITERATIONS, REFINEMENTS, PositionError
@@ -16,7 +15,7 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.propose.bases import penalty
 from t2l.propose.dictionary import moved, weights_in
 
-COARSE = max(COARSENESS)  # periods of the loop in a tick for all but the last steps of a fit
+COARSE = 4  # tuned: periods of the loop in a tick for all but the last steps of a fit
 TOLERANCE = 0.01  # numerics: of the squared error: what is left is fitted again
 # numerics: of a parameter's range: what makes a difference where its value is zero
 LEAST_SIZE = 0.01

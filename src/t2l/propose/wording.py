@@ -106,7 +106,8 @@ def retracted(found: Reconsidered) -> str:
 def part_of_it(found: Reconsidered) -> str:
     """Names that explain too little to be adopted, and what laws would explain."""
     proposal = found.proposal
-    names = " and ".join(name.replace("_", " ") for name in found.partial)
+    words = [name.replace("_", " ") for name in found.partial]
+    names = " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
     verb = "explains" if len(found.partial) == 1 else "explain"
     came, left, floor = (
         f"{1e3 * error:.3g}"
@@ -118,7 +119,7 @@ def part_of_it(found: Reconsidered) -> str:
         "mrad), so something else may look alike. The model stays as it came."
     )
     if proposal.verdict != LAW:
-        return f"{said} No law of one variable explains it either."
+        return f"{said} No law of one variable holds on other data either.{_nearest(proposal)}"
     laws = " and ".join(told(one.curve) for one in proposal.learned)
     share = max(0.0, 1 - (proposal.report_rmse_rad / found.came_rmse_rad) ** 2)
     verb = "explains" if len(proposal.learned) == 1 else "explain"
@@ -126,6 +127,15 @@ def part_of_it(found: Reconsidered) -> str:
         f"{said} Without names, {laws} {verb} {part(share)} and leaves "
         f"{1e3 * proposal.report_rmse_rad:.3g} mrad."
     )
+
+
+def _nearest(proposal: Proposal) -> str:
+    """The law that would explain most of the samples that chose, although it does not hold."""
+    if not proposal.ceilings or proposal.ceilings[0].rmse_rad >= proposal.choice_baseline_rad:
+        return ""
+    nearest = proposal.ceilings[0]
+    share = 1 - (nearest.rmse_rad / proposal.choice_baseline_rad) ** 2
+    return f" The nearest is {named(nearest.law)}: {part(share)} of what it was chosen by."
 
 
 def _variable(law: Law) -> str:
