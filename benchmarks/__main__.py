@@ -3,7 +3,7 @@
 `python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE]` takes some cases, and
 puts an earlier table's errors and times beside the new ones. `python -m benchmarks proposals
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
-[--processes N]` some choices. `python -m benchmarks earlier FOLDER` needs a checkout.
+[--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout.
 """
 
 import sys

@@ -1,9 +1,9 @@
 """The time of a diagnosis beside that of an earlier revision, in one run.
 
-`python -m benchmarks earlier FOLDER` compares with the checkout in FOLDER (`git worktree add FOLDER
-REVISION`). Both diagnose the same recordings on one core: with the effects that both know, and with
-all that each knows. Runs of the two are interleaved; seconds are the processor's, of the diagnosis
-alone. Where today's repeats its selection, that is counted.
+`python -m benchmarks earlier --checkout FOLDER` compares with the checkout in FOLDER, made by
+`git worktree add FOLDER REVISION`. Both diagnose the same recordings on one core: with the effects
+that both know, and with all that each knows. Runs of the two are interleaved; seconds are the
+processor's, of the diagnosis alone. Where today's repeats its selection, that is counted.
 """
 
 import argparse
@@ -30,8 +30,10 @@ LOGS = {
 def main(arguments: Sequence[str]) -> pd.DataFrame:
     """What the command line asks for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks earlier", description=__doc__)
-    parser.add_argument("earlier", type=Path, metavar="FOLDER", help="a checkout of the revision")
-    folder = parser.parse_args(arguments).earlier.resolve()
+    parser.add_argument(
+        "--checkout", type=Path, metavar="FOLDER", required=True, help="of the earlier revision"
+    )
+    folder = parser.parse_args(arguments).checkout.resolve()
     os.sched_setaffinity(0, one_core.first())
     known = [set(names(root)) for root in (folder, ROOT)]
     both = sorted(known[0] & known[1])

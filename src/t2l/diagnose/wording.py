@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from t2l.diagnose.candidate import Candidate
+from t2l.diagnose.candidate import LEAST_IMPROVEMENT, Candidate
 from t2l.diagnose.ranking import MISSING, NEAR_THE_FLOOR, NOTHING_MISSING, Diagnosis
+from t2l.identify.block_bootstrap import Improvement
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -53,9 +54,7 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
         )
     if not candidate.justified:
         return (
-            f"{effect.title} does not earn its place: it changes the validation error by "
-            f"{-100 * gain.fraction:+.0f} % ({-100 * gain.ci95[1]:+.0f} to "
-            f"{-100 * gain.ci95[0]:+.0f} %)."
+            f"{effect.title} does not earn its place: with it the validation error {change(gain)}."
         )
     seen = ""
     if correlations and effect.follows:
@@ -172,3 +171,12 @@ def notes(candidate: Candidate, joints: tuple[str, ...]) -> list[str]:
 
 def _names(names: list[str]) -> str:
     return " and ".join(names)
+
+
+def change(gain: Improvement) -> str:
+    """How the error changes, with its interval, in words: falls by 26 % (2 to 50 %)."""
+    sign = 1 if gain.fraction >= 0 else -1
+    by, *ends = (f"{100 * sign * part:.0f}" for part in (gain.fraction, *gain.ci95[::sign]))
+    low, high = (end.replace("-", "−") for end in ends)
+    unsure = ", too unsure to be adopted" if gain.fraction >= LEAST_IMPROVEMENT else ""
+    return f"{'falls' if sign > 0 else 'grows'} by {by} % ({low} to {high} %){unsure}"

@@ -128,13 +128,15 @@ const PLOTS = {
     const low = Math.min(...values), high = Math.max(low + 0.05, ...values);
     const list = i => [...new Set(own(model).map(c => c[i]))].sort((a, b) => a - b);
     const kp = list(1), kd = list(2);
+    // as they are told above: gains that were computed have many digits
+    const gain = v => String(Number(v.toPrecision(6)));
     const z = kd.map(() => kp.map(() => null)), text = kd.map(() => kp.map(() => ""));
     for (const [, p, d, v] of own(model)) {
       z[kd.indexOf(d)][kp.indexOf(p)] = Math.log10(v);
       text[kd.indexOf(d)][kp.indexOf(p)] = digits(v, 2);
     }
     const ticks = decades(low, high);
-    return [[{ type: "heatmap", x: kp.map(String), y: kd.map(String), z, text, xgap: 1, ygap: 1,
+    return [[{ type: "heatmap", x: kp.map(gain), y: kd.map(gain), z, text, xgap: 1, ygap: 1,
       texttemplate: "%{text}", textfont: { size: 12 }, colorscale: MAGMA,
       zmin: low - 0.08 * (high - low), zmax: high + 0.2 * (high - low), hoverongaps: false,
       hovertemplate: "Kp %{x}, Kd %{y}<br>%{text} mrad<extra></extra>",
