@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from t2l.errors import OutputError
-from t2l.names import MOST_CHARACTERS, heading, is_plain, path_of
+from t2l.names import MOST_CHARACTERS, heading, is_plain, listed, path_of
 
 
 @pytest.mark.parametrize("name", ["a", "kp0.5_kd2", "multisine_kp64_kd4", "_x", "x-y", "x.."])
@@ -42,3 +42,8 @@ def test_a_path_never_leads_out_of_its_folder(name):
 )
 def test_a_heading_writes_a_name_as_a_person_does(name, written):
     assert heading(name) == written
+
+
+def test_words_are_listed():
+    assert listed(["a", "b", "c"]) == "a, b and c"
+    assert listed(["a"]) == "a"

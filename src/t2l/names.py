@@ -1,6 +1,7 @@
-"""Names that become paths: the one place that says which may, and where they lead."""
+"""Names as paths, the one place that says which may be one and where they lead, and in words."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from t2l.errors import OutputError
@@ -33,3 +34,10 @@ def path_of(folder: Path | str, name: str, suffix: str = "") -> Path:
 def heading(name: str) -> str:
     """A name from a configuration as a person writes it: `block_stack_ur5e` is Block Stack UR5e."""
     return " ".join(CAPITAL.sub(lambda found: found[0].upper(), part) for part in name.split("_"))
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words with commas and an "and"."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,7 +1,6 @@
 from t2l.report.words import (
     estimate,
     gains,
-    listed,
     mrad,
     number,
     sentence,
@@ -29,8 +28,6 @@ def test_several_values_are_one_phrase():
     assert span([3, 3]) == "3"
     assert gains([5.0, 5.0]) == "5"
     assert gains([5.0, 7.5]) == "5/7.5"
-    assert listed(["a", "b", "c"]) == "a, b and c"
-    assert listed(["a"]) == "a"
 
 
 def test_a_sentence_begins_and_ends():

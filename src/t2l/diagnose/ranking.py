@@ -84,8 +84,8 @@ def diagnose(
 
     train_q, held_q = _predict(evidence, adopted, u)
     before = _residual(evidence.validation, evidence.validation_mask, held_q)
-    train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
-    floor, chosen_by = _floor(evidence, held_q), _rms(before)
+    train = rms(_residual(evidence.train, evidence.train_mask, train_q))
+    floor, chosen_by = _floor(evidence, held_q), rms(before)
     ranking = []
     if effects and not (quick and chosen_by <= AT_THE_FLOOR * floor):
         cheaper = with_coarser_ticks(with_beginnings(evidence, adopted, u), adopted, u)
@@ -105,8 +105,8 @@ def telling(model: Model, evidence: Evidence) -> Evidence:
     layout, u = model.vector(evidence.train.joints)
     train_q, chosen_q = _predict(evidence, layout, u)
     floor = _floor(evidence, chosen_q)
-    error = _rms(_residual(evidence.validation, evidence.validation_mask, chosen_q))
-    train = _rms(_residual(evidence.train, evidence.train_mask, train_q))
+    error = rms(_residual(evidence.validation, evidence.validation_mask, chosen_q))
+    train = rms(_residual(evidence.train, evidence.train_mask, train_q))
     silent = error <= AT_THE_FLOOR * floor and train > NEAR_THE_FLOOR * floor
     return pooled(evidence) if silent else evidence
 
@@ -118,7 +118,7 @@ def _report(
     models = [(adopted, u), *((c.layout, c.u) for c in ranking)]
     predicted = evidence.test.predict([Request(layout, u[None]) for layout, u in models])
     check_finite(predicted[0][0], evidence.test)
-    errors = [_rms(_residual(evidence.test, evidence.test_mask, q[0])) for q in predicted]
+    errors = [rms(_residual(evidence.test, evidence.test_mask, q[0])) for q in predicted]
     for candidate, error in zip(ranking, errors[1:], strict=True):
         # null where the model with it runs away there
         candidate.test_rmse_rad = error if np.isfinite(error) else None
@@ -188,7 +188,8 @@ def adopt(diagnosis: Diagnosis, name: str) -> Model:
     return from_vector(diagnosis.model, candidate.layout, candidate.u, diagnosis.joints)
 
 
-def _rms(residual: np.ndarray) -> float:
+def rms(residual: np.ndarray) -> float:
+    """Root of the mean square."""
     return float(np.sqrt(np.mean(residual**2)))
 
 
@@ -240,7 +241,7 @@ def _judge(
             layout=fit.layout,
             u=fit.u,
             train_rmse_rad=float(np.sqrt(fit.loss)),
-            validation_rmse_rad=_rms(after),
+            validation_rmse_rad=rms(after),
             improvement=judge.improvement(before, after, block, np.random.default_rng(SEED)),
             residual=after,
         )

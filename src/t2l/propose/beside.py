@@ -73,11 +73,10 @@ def _said(
     sentence = part_of_it(found) if found.partial else sentence
     write_proposal(found.proposal, where, chosen, evidence.test, known, sentence)
     if found.partial:
-        partial = Partial(
-            found.partial, found.explained, found.names_rmse_rad, explanation.model
-        )  # fmt: skip
-        changed = replace(explanation, model=found.model, verdict=UNEXPLAINED, partial=partial)
-        return replace(changed, sentence=sentence)
+        names = explanation.model
+        partial = Partial(found.partial, found.explained, found.names_rmse_rad, names)
+        changed = {"model": found.model, "verdict": UNEXPLAINED, "sentence": sentence}
+        return replace(explanation, **changed, partial=partial)
     if found.proposal.verdict != LAW:
         return explanation
     if not found.dropped:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.diagnose.ranking import rms
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
@@ -289,8 +290,3 @@ def _simplest(taken: Sequence[Law], residuals, errors, chosen, block) -> int:
         if gain.lower <= 0 or gain.fraction <= ALIKE:
             return i
     return best
-
-
-def rms(values: np.ndarray) -> float:
-    """Root of the mean square."""
-    return float(np.sqrt(np.mean(values**2)))

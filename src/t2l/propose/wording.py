@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, Curve, Law
+from t2l.names import listed
 from t2l.propose.decision import NEAR
 from t2l.propose.proposal import LAW, NOTHING, Proposal
 from t2l.propose.reconsider import Reconsidered
@@ -80,14 +81,16 @@ def retracted(found: Reconsidered) -> str:
     proposal = found.proposal
     names = " and ".join(name.replace("_", " ") for name in found.dropped)
     laws = " and ".join(told(one.curve) for one in proposal.learned)
-    came, known, learned = (
-        f"{1e3 * error:.3g}"
-        for error in (found.came_rmse_rad, proposal.report_baseline_rad, proposal.report_rmse_rad)
+    came, known, learned, floor = _in_mrad(
+        found.came_rmse_rad,
+        proposal.report_baseline_rad,
+        proposal.report_rmse_rad,
+        proposal.noise_floor_rad,
     )
     said = (
         f"Unexplained by known effects. The model lacks {laws}. On unseen recordings the model as "
         f"it came leaves {came} mrad, with known effects {known}, and with what was learned in "
-        f"place of {names} {learned} (noise {1e3 * proposal.noise_floor_rad:.3g} mrad)."
+        f"place of {names} {learned} (noise {floor} mrad)."
     )
     if found.decision is None:
         said = f"{said} It takes {names} together to explain nearly as much."
@@ -106,12 +109,13 @@ def retracted(found: Reconsidered) -> str:
 def part_of_it(found: Reconsidered) -> str:
     """Names that explain too little to be adopted, and what laws would explain."""
     proposal = found.proposal
-    words = [name.replace("_", " ") for name in found.partial]
-    names = " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+    names = listed([name.replace("_", " ") for name in found.partial])
     verb = "explains" if len(found.partial) == 1 else "explain"
-    came, left, floor = (
-        f"{1e3 * error:.3g}"
-        for error in (found.came_rmse_rad, found.names_rmse_rad, proposal.noise_floor_rad)
+    came, left, laws_left, floor = _in_mrad(
+        found.came_rmse_rad,
+        found.names_rmse_rad,
+        proposal.report_rmse_rad,
+        proposal.noise_floor_rad,
     )
     said = (
         f"Unexplained. {names[0].upper()}{names[1:]} {verb} only a part, {part(found.explained)} "
@@ -122,11 +126,12 @@ def part_of_it(found: Reconsidered) -> str:
         return f"{said} No law of one variable holds on other data either.{_nearest(proposal)}"
     laws = " and ".join(told(one.curve) for one in proposal.learned)
     share = max(0.0, 1 - (proposal.report_rmse_rad / found.came_rmse_rad) ** 2)
-    verb = "explains" if len(proposal.learned) == 1 else "explain"
-    return (
-        f"{said} Without names, {laws} {verb} {part(share)} and leaves "
-        f"{1e3 * proposal.report_rmse_rad:.3g} mrad."
-    )
+    verb, leave = ("explains", "leaves") if len(proposal.learned) == 1 else ("explain", "leave")
+    return f"{said} Without names, {laws} {verb} {part(share)} and {leave} {laws_left} mrad."
+
+
+def _in_mrad(*errors_rad: float) -> list[str]:
+    return [f"{1e3 * error:.3g}" for error in errors_rad]
 
 
 def _nearest(proposal: Proposal) -> str:

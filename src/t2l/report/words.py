@@ -44,13 +44,6 @@ def span(values: Iterable[float], unit: str = "") -> str:
     return f"{text} {unit}".strip()
 
 
-def listed(words: Sequence[str]) -> str:
-    """Words with commas and an "and"."""
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} and {words[-1]}"
-
-
 def readable(name: str) -> str:
     """An effect's name where its title is not known."""
     return name.replace("_", " ")
