@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+import torch
 
 from t2l.policies import POLICIES, Episode, Pictures, TrainingSet, checkpoint
+from t2l.policies.chunk_cvae import ChunkCVAE
+from t2l.policies.chunk_cvae_network import ChunkCVAENetwork
+from t2l.policies.picture_encoder import shifted
 from t2l.policies.validation import split
 from tests.policies.made import CHUNK_POLICIES, fitted, settings
 
@@ -44,7 +48,7 @@ def test_what_only_a_picture_tells_is_learned_from_it(kind):
 
 @kinds
 def test_a_policy_that_sees_survives_the_disk_and_side_by_side(kind, tmp_path):
-    episodes, few = pictured(6, 8), settings(kind, epochs=2)
+    episodes, few = pictured(6, 8), settings(kind, epochs=2, picture_shift_px=1)
     sets = [TrainingSet(*split(episodes, 0.2, seed), seed) for seed in (1, 2)]
     (policy, _), _ = POLICIES.find(kind).fit_side_by_side(sets, few)
     checkpoint.save(policy, tmp_path / "policy.safetensors")
@@ -58,6 +62,40 @@ def test_a_policy_that_sees_survives_the_disk_and_side_by_side(kind, tmp_path):
         alone.act(history, pictures),
         atol=1e-3,
     )
+
+
+def test_a_shift_moves_each_camera_down_and_right_and_repeats_the_edge():
+    picture = torch.arange(12).reshape(1, 1, 3, 4, 1).expand(2, 2, 3, 4, 3)
+    offsets = torch.tensor([[[0, 0], [1, 0]], [[0, -2], [5, 5]]])
+    first, second = shifted(picture, offsets)[..., 0].tolist()
+    assert first[0] == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]]
+    assert first[1] == [[0, 1, 2, 3], [0, 1, 2, 3], [4, 5, 6, 7]]
+    assert second[0] == [[2, 3, 3, 3], [6, 7, 7, 7], [10, 11, 11, 11]]
+    assert second[1] == [[0, 0, 0, 0]] * 3
+
+
+def network(cameras=2, **changes):
+    torch.manual_seed(0)
+    own = settings("chunk_cvae", **changes)
+    known = {"observation_size": 3, "action_size": 2, "cameras": cameras}
+    shared = set(ChunkCVAE.sizes.model_fields) & set(type(own).model_fields)
+    return ChunkCVAENetwork(ChunkCVAE.sizes(**known, **own.model_dump(include=shared)), own)
+
+
+def test_pictures_are_shifted_in_training_alone():
+    moved, still = network(picture_shift_px=2), network()
+    noise, shift, latent = moved.draws(8, torch.Generator().manual_seed(0))
+    assert len(still.draws(8, torch.Generator())) == 2
+    assert len(network(0, picture_shift_px=2).draws(8, torch.Generator())) == 2
+    assert shift.unique().tolist() == [-2, -1, 0, 1, 2]
+    pictures = torch.as_tensor(pictured(1, 8)[0].pictures.store)
+    window = torch.zeros(8, 2, 3), torch.ones(8, 3, 2)
+    found, _ = moved.loss(*window, noise, shift, latent, pictures=pictures)
+    expected, _ = still.loss(*window, noise, latent, pictures=shifted(pictures, shift))
+    assert found == expected
+    assert found != still.loss(*window, noise, latent, pictures=pictures)[0]
+    error = [each.prediction_error(*window, pictures=pictures) for each in (moved, still)]
+    assert error[0] == error[1]
 
 
 def test_pictures_that_do_not_fit_are_told():

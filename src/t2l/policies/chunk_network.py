@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from t2l.policies.chunk_policy import FEATURES, ChunkSettings, ChunkSizes
-from t2l.policies.picture_encoder import PictureEncoder
+from t2l.policies.picture_encoder import PictureEncoder, shifted
 
 
 class ChunkNetwork(nn.Module, ABC):
@@ -31,6 +31,7 @@ class ChunkNetwork(nn.Module, ABC):
         super().__init__()
         self.sizes = sizes
         self.observation_noise = settings.observation_noise if settings else 0.0
+        self.picture_shift_px = settings.picture_shift_px if settings and sizes.cameras else 0
         self.make(sizes, settings)
         if sizes.cameras:
             self.pictures = PictureEncoder(sizes.cameras)
@@ -65,8 +66,13 @@ class ChunkNetwork(nn.Module, ABC):
             getattr(self, f"{name}_scale").copy_(torch.where(scale > 1e-4, scale, 1.0))
 
     def draws(self, n: int, generator: torch.Generator) -> tuple[Tensor, ...]:
-        """Standard normal numbers of n windows: on the history, and what else `error` takes."""
-        return (standard_normal(n, self.history_size, generator),)
+        """Of n windows: noise on the history, shifts of pictures, and what else `error` takes."""
+        noise, most = standard_normal(n, self.history_size, generator), self.picture_shift_px
+        if not most:
+            return (noise,)
+        # every camera its own, or their views would still agree on where a block is
+        shape, device = (n, self.sizes.cameras, 2), generator.device
+        return noise, torch.randint(-most, most + 1, shape, generator=generator, device=device)
 
     def loss(
         self,
@@ -81,6 +87,9 @@ class ChunkNetwork(nn.Module, ABC):
         Args:
             history_noise, draws: of `draws`.
         """
+        if self.picture_shift_px:
+            shift, *draws = draws
+            pictures = shifted(pictures, shift)
         condition = self.condition(history, pictures, self.observation_noise * history_noise)
         return self.error(condition, self.normalised(chunk), *draws)
 

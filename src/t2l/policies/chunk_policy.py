@@ -52,6 +52,13 @@ class ChunkSettings(TrainingSettings):
         description="standard deviation of noise on normalised observations while training; "
         "without it a policy copies the recent past",
     )
+    picture_shift_px: Integer = Field(
+        0,
+        ge=0,
+        le=1_000,
+        description="pictures are shifted while training, each by up to so many pixels either way; "
+        "without it a policy learns by heart where objects were",
+    )
 
 
 class ChunkPolicy(ClonedPolicy):

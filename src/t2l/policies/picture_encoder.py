@@ -54,3 +54,18 @@ def _points(maps: Tensor) -> Tensor:
     y = torch.linspace(-1, 1, rows, device=maps.device).repeat_interleave(columns)
     x = torch.linspace(-1, 1, columns, device=maps.device).repeat(rows)
     return torch.cat([(share * of).sum(dim=2) for of in (x, y, maps.flatten(2))], dim=1)
+
+
+def shifted(pictures: Tensor, offsets: Tensor) -> Tensor:
+    """Pictures (n, ncamera, height, width, 3) moved by offsets (n, ncamera, 2), down and right.
+
+    What comes in at an edge repeats it.
+    """
+    n, cameras, rows, columns = pictures.shape[:4]
+    device = pictures.device
+    down, right = (offset[:, :, None] for offset in offsets.unbind(dim=2))
+    row = (torch.arange(rows, device=device) - down).clamp(0, rows - 1)
+    column = (torch.arange(columns, device=device) - right).clamp(0, columns - 1)
+    which = torch.arange(n, device=device)[:, None, None, None]
+    camera = torch.arange(cameras, device=device)[:, None, None]
+    return pictures[which, camera, row[..., None], column[:, :, None]]
