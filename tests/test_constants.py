@@ -11,7 +11,7 @@ from benchmarks.constants import SOURCE, census
 
 from tests.conftest import ROOT
 
-MOST_TUNED = 44
+MOST_TUNED = 29
 
 
 @pytest.fixture(scope="module")

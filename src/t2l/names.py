@@ -36,6 +36,11 @@ def heading(name: str) -> str:
     return " ".join(CAPITAL.sub(lambda found: found[0].upper(), part) for part in name.split("_"))
 
 
+def with_minus(text: str) -> str:
+    """Prose with a true minus sign before its negative numbers."""
+    return re.sub(r"(?<![\w.)-])-(?=\.?\d)", "−", text)
+
+
 def listed(words: Sequence[str]) -> str:
     """Words with commas and an "and"."""
     if len(words) < 2:

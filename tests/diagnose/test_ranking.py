@@ -214,9 +214,9 @@ def test_what_only_leaves_the_noise_is_tied_and_the_simplest_first():
 def test_a_doubtful_effect_is_told_as_not_adopted_unless_a_pair_needs_it():
     doubtful = candidate("velocity_filter", 1.0)
     doubtful.chosen_share = 0.02
-    assert "2 % of the resamples choose it: it is not adopted" in why(doubtful, {})
+    assert "2 % of the resamples choose it: it is not adopted" in why(doubtful, {}, {})
     doubtful.partner, doubtful.together = "armature", doubtful.improvement
-    assert "not adopted" not in why(doubtful, {})
+    assert "not adopted" not in why(doubtful, {}, {})
 
 
 def test_explanations_as_good_as_the_first_are_tied_unless_one_contains_the_other():

@@ -63,10 +63,10 @@ def test_a_law_that_replaced_names_is_compared_with_them(proposal, names_left_ra
 
 def test_names_that_explain_a_part_are_told_as_that_beside_what_a_law_explains(proposal):
     proposal = replace(proposal, report_rmse_rad=1.5e-3)
-    names = ("cogging", "base_tilt", "armature")
+    names = ("cogging", "base_tilt", "link_inertia")
     found = Reconsidered(proposal.model, proposal, (), 3e-3, 2e-3, None, names)
     said = part_of_it(found)
-    assert "Cogging, base tilt and armature explain only a part, 56 % of the squared error" in said
+    assert "Cogging, base tilt and mass and inertia of a link explain only a part, 56 %" in said
     assert "2 of 3 mrad are left on unseen recordings (noise 0.1 mrad)" in said
     assert "falls with its position explains 75 % and leaves 1.5 mrad" in said
     ceiling = Ceiling(proposal.learned[0].curve.law, 1e-3, True)

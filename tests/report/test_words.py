@@ -16,6 +16,7 @@ def test_numbers_read_well():
     assert number(1234.5) == "1230"
     assert number(0) == "0"
     assert number(-3e-7) == "−3.00 · 10⁻⁷"
+    assert number(-0.45) == "−0.45"
 
 
 def test_an_estimate_has_two_digits_of_its_interval():
@@ -34,6 +35,7 @@ def test_a_sentence_begins_and_ends():
     assert sentence("a < b") == "A < b."
     assert sentence(" why? ") == "Why?"
     assert sentence("") == ""
+    assert sentence("from -0.45 to -.2 rad in log-3") == "From −0.45 to −.2 rad in log-3."
 
 
 def test_an_effect_without_a_title_has_a_name():

@@ -49,9 +49,10 @@ def run(arguments: argparse.Namespace) -> None:
         draw_explanation(out)
         write_report(out)
         progress("done", 1.0)
+    titles = {name: effect.title for name, effect in model.known_effects().items()}
     for step in explanation.steps:
         print(
-            f"{step.effect or 'model as it came':28s} training "
+            f"{titles.get(step.effect, 'model as it came'):41s} training "
             f"{1e3 * step.train_rmse_rad:8.4g} mrad, test {1e3 * step.test_rmse_rad:8.4g}"
             f"{_sure(step.chosen_share)}"
         )

@@ -93,7 +93,7 @@ def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
             feature = under[candidate.effect.follows]
             values = conditions.correlation(missing, feature, predictor.samples.joint)
             found = {joints[j]: float(values[j]) for j in candidate.term.joints}
-        candidate.why = wording.why(candidate, found)
+        candidate.why = wording.why(candidate, found, wording.titles_of(diagnosis))
     if diagnosis.verdict == NOTHING_MISSING:
         return []
     where = findings(predictor, residual, under, top=4)  # format: on the page

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from t2l.effects.effect import AT_REST_RAD_S
 from t2l.identify.prediction import Predictor
 from t2l.identify.samples import Samples
 from t2l.identify.scales import gravity_torque
@@ -23,8 +24,6 @@ UNITS = {
     "constant": "",
 }
 CONDITIONS = tuple(UNITS)
-
-AT_REST = 0.02  # tuned: of a joint's RMS velocity; slower has no direction
 
 
 def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, np.ndarray]:
@@ -50,8 +49,7 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
     torque = kp[recording, joint] * (command - q) - kd[recording, joint] * dq
     torque += np.where(compensated[recording], gravity, 0.0)
     torque *= samples.of([r.powered for r in predictor.recordings])
-    rest = AT_REST * _rms_per_joint(dq, joint, len(predictor.joints))
-    direction = np.where(np.abs(dq) > rest[joint], np.sign(dq), 0.0)
+    direction = np.where(np.abs(dq) > AT_REST_RAD_S, np.sign(dq), 0.0)
     return {
         "direction": direction,
         "velocity": dq,
@@ -105,11 +103,6 @@ def _command_velocity(time: np.ndarray, q_des: np.ndarray, period: float) -> np.
     # numerics: stamps are rounded
     before = np.searchsorted(time, time - period + 1e-3 * period, side="right") - 1
     return np.where(before[:, None] >= 0, (q_des - q_des[np.maximum(before, 0)]) / period, 0.0)
-
-
-def _rms_per_joint(values: np.ndarray, joint: np.ndarray, njoint: int) -> np.ndarray:
-    squares, count = np.bincount(joint, values**2, njoint), np.bincount(joint, minlength=njoint)
-    return np.sqrt(squares / np.maximum(count, 1))
 
 
 def correlation(residual: np.ndarray, feature: np.ndarray, joint: np.ndarray) -> np.ndarray:

@@ -13,7 +13,6 @@ from t2l.identify.levels import HALF, MATERIAL
 from t2l.identify.prediction import Predictor
 from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
-BINS = 12  # tuned: of equally many samples
 LEAST = MATERIAL  # of the missing torque; a condition that tells less is not listed
 LEAST_SWING = HALF  # likewise: of many frequencies, one tells a little by chance
 FREEDOM = MATERIAL  # that bins must explain more than proportion does: they take any form
@@ -155,11 +154,12 @@ def proportion(values: np.ndarray, condition: np.ndarray, block: np.ndarray) -> 
 def by_bins(values: np.ndarray, condition: np.ndarray, block: np.ndarray) -> float:
     """Fraction of the variance that means per bin of the condition tell in blocks left out.
 
-    A condition that only repeats the mean of the values (n,) tells nothing.
+    A condition that only repeats the mean of the values (n,) tells nothing. Bins hold equally many
+    samples, and there are as many as n asks for (Sturges, The choice of a class interval, 1926).
     """
-    levels = np.unique(condition)
-    if len(levels) > BINS:
-        levels = np.unique(np.quantile(condition, np.linspace(0, 1, BINS + 1)[:-1]))
+    levels, bins = np.unique(condition), 1 + int(np.ceil(np.log2(len(condition))))
+    if len(levels) > bins:
+        levels = np.unique(np.quantile(condition, np.linspace(0, 1, bins + 1)[:-1]))
     bin = np.maximum(np.searchsorted(levels, condition, side="right") - 1, 0)
     shape = (block.max() + 1, len(levels))
     cell = block * len(levels) + bin

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose.conditions import UNITS
-from t2l.identify.levels import HALF, MATERIAL
+from t2l.identify.levels import AT_THE_FLOOR, HALF, MATERIAL
 from t2l.identify.prediction import Predictor
+from t2l.names import with_minus
 
 LEAST_SHARE = MATERIAL  # of the squared error; less is not worth a sentence
-LEAST_LIFT = 1.3  # tuned: share of the error over share of the samples, within the joint
-FEWEST = 0.01  # tuned: of a joint's samples that a condition must hold
+# derived: share of the squared error over share of the samples, within the joint
+LEAST_LIFT = AT_THE_FLOOR**2
 ALIKE = HALF  # overlap of two findings' squared error from which the lesser is left out
 QUANTILES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9)  # numerics: near which round thresholds are tried
 
@@ -100,7 +101,7 @@ def findings(
         candidates += _by_stiffness(predictor, held, joint)
         for condition, where, inside in candidates:
             share, part = float(square[held[inside]].sum() / total), inside.mean()
-            if share < LEAST_SHARE or part < FEWEST or inside.sum() < 2:
+            if share < LEAST_SHARE or inside.sum() < 2:
                 continue
             if condition and share / own < LEAST_LIFT * part:
                 continue
@@ -163,7 +164,7 @@ def _thirds(condition: str, values: np.ndarray, texts: Sequence[str]) -> Iterato
     if not high > low:
         return
     first, second = (_rounded(low + part * (high - low), high - low) for part in (1 / 3, 2 / 3))
-    names = [f"{bound:g} {UNITS[condition]}" for bound in (first, second)]
+    names = [with_minus(f"{bound:g} {UNITS[condition]}") for bound in (first, second)]
     parts = (values < first, (values >= first) & (values < second), values >= second)
     bounds = ((None, names[0]), names, (names[1], None))
     for inside, text, ends in zip(parts, texts, bounds, strict=True):

@@ -13,10 +13,12 @@ error itself only shows them through the loop.
 import numpy as np
 
 from t2l.diagnose.conditions import Series
+from t2l.diagnose.settings import FASTEST_HZ
 from t2l.identify.prediction import Predictor
 from t2l.identify.scales import gravity_torque, joint_inertia
 
-WINDOW_S = 0.03  # tuned: to each side of a sample, of the parabola that gives derivatives
+# derived: to each side of a sample, of the parabola that gives derivatives: half a period in all
+WINDOW_S = 1 / (4 * FASTEST_HZ)
 LEAST_NEIGHBOURS = 2  # numerics: to each side: a parabola through five samples averages noise
 
 

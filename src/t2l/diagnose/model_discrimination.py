@@ -4,17 +4,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from t2l.diagnose.settings import FASTEST_HZ
 from t2l.effects.term import Layout
 from t2l.hardware.excitation import chirp, envelope, sine
+from t2l.identify.block_bootstrap import BEYOND_CHANCE
 from t2l.identify.prediction import Predictor, Request
 from t2l.recordings.recording import Recording
 from t2l.robots.plant import position_ranges
 
 DURATION_S = 4.0  # bound: a period of the slowest motion
 RAMP_S = 0.25  # bound: to begin and to end
-CHIRP_HZ = (0.5, 8.0)  # bound: from slower than a controlled joint to faster
+CHIRP_HZ = (0.5, FASTEST_HZ)  # bound: from slower than a controlled joint to faster
 GAIN_FACTORS = (0.25, 1.0, 4.0)  # bound: of the stiffness: softer and stiffer than the recordings'
-DISTINCT = 3.0  # tuned: times the noise: a difference that a recording would show
+DISTINCT = BEYOND_CHANCE  # times the noise: a difference that a recording would show
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class Experiment:
             return (
                 f"No motion tried tells them apart: even {self.motion} at {gains}, the best, "
                 f"makes only {1e3 * self.difference_rad:.2g} mrad of difference, below "
-                f"{DISTINCT:.0f} times the noise"
+                f"{DISTINCT:.1f} times the noise"
             )
         return f"Command {self.motion} at {gains}: {size}, the noise is {1e3 * self.noise_rad:.2g}"
 

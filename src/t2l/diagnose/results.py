@@ -21,6 +21,7 @@ from t2l.diagnose.files import (
 )
 from t2l.diagnose.result_types import read_content
 from t2l.diagnose.traces import Traces, read_traces
+from t2l.effects.registry import builtin
 from t2l.errors import ArtefactError
 
 
@@ -179,8 +180,8 @@ def _compared(folder: Path, label: str) -> Compared:
 
 
 def titles_of(found: Found) -> dict[str, str]:
-    """Titles of effects by name, from the rankings."""
-    return {
+    """Titles of effects by name: of this package's, and of those in the rankings."""
+    return {name: effect.title for name, effect in builtin().items()} | {
         entry["effect"]: entry["title"]
         for step in found.steps
         for entry in step.diagnosis["ranking"]

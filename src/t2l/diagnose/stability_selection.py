@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.diagnose.settings import LEAST_BLOCKS, MOST_TOGETHER, SELECTIONS
+from t2l.diagnose.settings import LEAST_BLOCKS, MOST_EFFECTS, SELECTIONS
 from t2l.identify.levels import MATERIAL
 
 RIDGE = 1e-9  # numerics: of a column's square: keeps what columns share at a finite coefficient
@@ -102,7 +102,7 @@ class Dictionary:
         fitted, judging = self._sides(drawn)
         chosen: list[str] = []
         error = self._error(chosen, fitted, judging)
-        while len(chosen) < MOST_TOGETHER:
+        while len(chosen) < MOST_EFFECTS:
             errors = {
                 name: self._error([*chosen, name], fitted, judging)
                 for name, group in self.groups.items()

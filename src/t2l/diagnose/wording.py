@@ -7,6 +7,7 @@ import numpy as np
 from t2l.diagnose.candidate import LEAST_IMPROVEMENT, Candidate
 from t2l.diagnose.ranking import MISSING, NEAR_THE_FLOOR, NOTHING_MISSING, Diagnosis
 from t2l.identify.block_bootstrap import Improvement
+from t2l.names import listed, with_minus
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -25,7 +26,9 @@ def headline(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.verdict == MISSING:
         best = diagnosis.ranking[0]
-        tied = f", tied with {_names(best.tied_with)}" if best.tied_with else ""
+        titles = titles_of(diagnosis)
+        others = listed([titles[name] for name in best.tied_with])
+        tied = f", tied with {others}" if others else ""
         uncertain = " (uncertain)" if best.certain is False else ""
         after = "grows without bound"
         if best.test_rmse_rad is not None:
@@ -40,11 +43,17 @@ def headline(diagnosis: Diagnosis) -> str:
     )
 
 
-def why(candidate: Candidate, correlations: dict[str, float]) -> str:
+def titles_of(diagnosis: Diagnosis) -> dict[str, str]:
+    """What reports call the effects of a ranking, by name."""
+    return {candidate.effect.name: candidate.effect.title for candidate in diagnosis.ranking}
+
+
+def why(candidate: Candidate, correlations: dict[str, float], titles: dict[str, str]) -> str:
     """Why an effect is, or is not, believed.
 
     Args:
         correlations: by joint, of the error before and the condition that the effect follows.
+        titles: of the effects that it was tried with, by name.
     """
     effect, gain = candidate.effect, candidate.improvement
     if candidate.earns and not candidate.justified:
@@ -61,12 +70,13 @@ def why(candidate: Candidate, correlations: dict[str, float]) -> str:
         joint = max(correlations, key=lambda name: abs(correlations[name]))
         seen = (
             f" On {joint} the missing torque correlates with {effect.follows} by "
-            f"{correlations[joint]:+.2f}."
+            f"{with_minus(f'{correlations[joint]:+.2f}')}."
         )
     together = ""
     if candidate.partner and candidate.together:
+        partner = titles.get(candidate.partner, candidate.partner)
         together = (
-            f" Together with {candidate.partner.replace('_', ' ')} it explains more than alone: "
+            f" Together with {partner} it explains more than alone: "
             f"{100 * candidate.together.fraction:.0f} %."
         )
     return (
@@ -169,14 +179,10 @@ def notes(candidate: Candidate, joints: tuple[str, ...]) -> list[str]:
     return sentences
 
 
-def _names(names: list[str]) -> str:
-    return " and ".join(names)
-
-
 def change(gain: Improvement) -> str:
     """How the error changes, with its interval, in words: falls by 26 % (2 to 50 %)."""
     sign = 1 if gain.fraction >= 0 else -1
     by, *ends = (f"{100 * sign * part:.0f}" for part in (gain.fraction, *gain.ci95[::sign]))
-    low, high = (end.replace("-", "−") for end in ends)
+    low, high = map(with_minus, ends)
     unsure = ", too unsure to be adopted" if gain.fraction >= LEAST_IMPROVEMENT else ""
     return f"{'falls' if sign > 0 else 'grows'} by {by} % ({low} to {high} %){unsure}"

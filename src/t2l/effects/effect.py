@@ -12,7 +12,7 @@ from t2l.effects.exported import Exported
 from t2l.recordings.recording import Recording
 from t2l.sim.servo import ServoLoop
 
-AT_REST_RAD_S = 0.02  # tuned: a joint that starts slower has been held where it is
+AT_REST_RAD_S = 0.02  # tuned: a slower joint is held where it is, and moves in no direction
 
 Values = Mapping[str, np.ndarray]
 

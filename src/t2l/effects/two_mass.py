@@ -8,10 +8,9 @@ import numpy as np
 from t2l.effects.exported import Exported
 from t2l.sim.servo import ServoLoop
 
-# tuned: of the link's mass on the axis at 10 cm, where the MJCF has none
-LEAST_MOTOR_INERTIA = 0.05
-# tuned: of the motor's, between two joints that give: without it neither has its own
-GEAR_INERTIA = 0.1
+# tuned: of what it moves: of a motor, where the MJCF has none, of its link's mass at 10 cm; of what
+# lies between two joints that give, of the motor's
+LEAST_INERTIA = 0.1
 
 
 def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
@@ -23,12 +22,12 @@ def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
     gives_already = any(joint.name.startswith(f"{name}/") for joint in motor.parent.joints)
     if motor.armature <= 0:
         # format: (10 cm)²
-        motor.armature = LEAST_MOTOR_INERTIA * 0.01 * max(motor.parent.mass, 0.1)
+        motor.armature = LEAST_INERTIA * 0.01 * max(motor.parent.mass, 0.1)
     between = motor.parent.add_joint(
         name=f"{name}/{suffix}", type=motor.type, axis=motor.axis, pos=motor.pos
     )
     between.damping[:] = 0.0
-    between.armature = GEAR_INERTIA * motor.armature if gives_already else 0.0
+    between.armature = LEAST_INERTIA * motor.armature if gives_already else 0.0
     between.frictionloss = 0.0
     between.stiffness[:] = 0.0
     between.limited = 0

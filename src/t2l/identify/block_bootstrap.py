@@ -1,12 +1,15 @@
 """Whether an effect earns its place on data it has not seen."""
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
 BLOCK_S = 0.5  # tuned: longer than residuals of a controlled joint remember
 RESAMPLES = 2000  # statistics: ten of them lie beyond the decision level
 DECISION_LEVEL = 0.005  # statistics: one-sided; some twenty effects are tried
+# derived: standard errors of a difference that chance does not explain at that level
+BEYOND_CHANCE = NormalDist().inv_cdf(1 - DECISION_LEVEL)
 
 
 @dataclass(frozen=True)

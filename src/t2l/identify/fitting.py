@@ -12,7 +12,8 @@ from t2l.identify.prediction import Predictor, Request
 ITERATIONS = 8  # tuned: bounds the time of a fit that does not settle
 REFINEMENTS = 3  # tuned: likewise, of one that begins near its end
 LEADERS = 4  # tuned: of what looks best, on which more time is spent
-SLOW = 0.3  # tuned: relative gain of a round; what gains less does not catch up
+# derived: relative gain of a round: with less, what is only promising is not the best after it
+SLOW = 1 - 1 / PROMISING
 # derived: after so many iterations, so many times the best loss, with a gain below this
 HOPELESS = (
     (1, PROMISING**8, SLOW),

@@ -18,9 +18,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from t2l.identify.block_bootstrap import BLOCK_S
 from t2l.sim.schedule import Schedule
 
-WINDOW_S = 0.3  # tuned: of a recording; the beginning fades, and what fades says nothing later
+WINDOW_S = BLOCK_S  # of a recording; what a joint no longer remembers says nothing
 # tuned: likewise if only velocities are unknown: an encoder of 0.1 mrad at 200 Hz tells them to 2
 # mrad/s in it, to 3 in half of it; the longer, the more a lacking effect is taken for a velocity
 VELOCITY_S = 0.1

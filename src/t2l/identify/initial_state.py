@@ -5,20 +5,18 @@ follow it to the noise of an encoder takes more: `t2l.identify.hidden_state`, wh
 """
 
 from collections.abc import Sequence
-from statistics import NormalDist
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from t2l.effects.effect import AT_REST_RAD_S
-from t2l.identify.block_bootstrap import DECISION_LEVEL
+from t2l.identify.block_bootstrap import BEYOND_CHANCE
 from t2l.identify.noise_floor import noise_floor
 from t2l.recordings.recording import Recording
 
 WINDOWS = (4, 6, 9, 13, 19, 28)  # numerics: samples through which a cubic is laid
-# derived: standard errors within which the slopes of a longer and a shorter window agree
-AGREE = NormalDist().inv_cdf(1 - DECISION_LEVEL)
+AGREE = BEYOND_CHANCE  # standard errors within which slopes of a longer and a shorter window agree
 CLEAR = 7.0  # tuned: likewise, by which a joint that moves differs from one at rest
 
 

@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from t2l.effects.term import Layout, Slot
+from t2l.identify.levels import MATERIAL
 from t2l.identify.optimiser import Optimiser
 
 RELATIVE_STEP = 1e-3  # numerics: of a logarithm, or of a parameter's own size
-ACROSS_KINKS = 0.05  # tuned: likewise, where a joint that sticks a little longer makes a kink
+# likewise, where a joint that sticks a little longer makes a kink: the least change that matters
+ACROSS_KINKS = MATERIAL
 # numerics: tried each round, relative to the current; derivatives at the first
 DAMPINGS = (0.2, 5.0)
 TOLERANCE = 1e-3  # numerics: of the loss, which is 0.05 % of the error

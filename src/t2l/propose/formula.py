@@ -14,7 +14,6 @@ from t2l.propose.proposal import Learned
 EXTRA = "propose"  # of pyoperon
 SYMBOLS = "add,mul,sin,exp,square,constant,variable"
 MOST_NODES = 16  # tuned: longer is no short formula
-MOST_CONSTANTS = 6  # tuned: more is no short formula
 EVALUATIONS = 120_000  # numerics: of formulas
 SEED = 0  # statistics: of the search
 INSIDE = LEVEL  # of the points of a curve that must lie in its band
@@ -57,10 +56,9 @@ def formula(
     scale, height = float(np.abs(x).max()), float(np.abs(y).max())
     for tree in _searched(x / scale, y / height, height / half):
         found = as_formula(_stretched(tree, scale, height))
-        if len(found.values) <= MOST_CONSTANTS:
-            found = _fitted(found, x, y, half)
-            if _inside(found, learned, x) and accepted(found):
-                return found
+        found = _fitted(found, x, y, half)
+        if _inside(found, learned, x) and accepted(found):
+            return found
     return None
 
 

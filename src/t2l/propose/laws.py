@@ -17,13 +17,13 @@ SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of wha
 # derived: at most, of a curve over what is logged: temperature and voltage act smoothly
 INTERVALS = INTERVALS_OF_FRICTION
 MOVES = 1e-9  # numerics: in the variable's unit; less is no motion
-# tuned: laws of other joints' motion that are tried on a joint of a robot with many
-OTHER_JOINTS = 2
 LEAST_SHARE = TIED  # of the squared error; a joint with less has no law of its own
 
 
 def laws(predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple]) -> list[Law]:
     """Laws on joints that hold some of the error, simplest first.
+
+    Of what other joints do, only the position and the velocity that tell most are tried.
 
     Args:
         residual: (nsample,) rad.
@@ -34,14 +34,12 @@ def laws(predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple]
     joints = {name for name, share in zip(predictor.joints, shown, strict=True) if share}
     own = [law for law in ranges if law.joint in joints and law.of == law.joint]
     cross = [law for law in ranges if law.joint in joints and law.of != law.joint]
-    if len(predictor.joints) <= OTHER_JOINTS:
-        return own + cross
     missing = missing_torque(predictor, residual)
     told = {law: _told(predictor, law, missing) for law in cross}
-    for joint in joints:
-        best = sorted((w for w in cross if w.joint == joint), key=lambda w: -told[w])
-        own += best[:OTHER_JOINTS]
-    return own
+    best: dict[tuple[str, str], Law] = {}
+    for law in sorted(cross, key=lambda law: -told[law]):
+        best.setdefault((law.joint, law.follows), law)
+    return own + [law for law in cross if law in best.values()]
 
 
 def _told(predictor: Predictor, law: Law, missing: np.ndarray) -> float:

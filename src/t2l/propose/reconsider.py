@@ -129,6 +129,10 @@ def reconsider(
     )
 
     @cache
+    def at_first() -> float:
+        return _fitted_and_chosen(original, evidence)
+
+    @cache
     def alone() -> Search:
         return samples.search(original, progress)
 
@@ -142,7 +146,10 @@ def reconsider(
         if offer.found.laws and not confirmed(proposal, final, bool(offer.dropped), evidence):
             continue
         stand = len(offer.dropped) < len(adopted)
-        too_little = stand and not _enough(original, proposal, evidence)
+        # with the laws beside them
+        too_little = stand and not goes_half_way(
+            _fitted_and_chosen(proposal.with_curves, evidence), at_first(), proposal.noise_floor_rad
+        )
         if not too_little:
             model = proposal.with_curves if offer.dropped else final
             return Reconsidered(model, proposal, offer.dropped, came, named, offer.decision)
@@ -156,12 +163,6 @@ def reconsider(
 
 def _adopted(original: Model, final: Model) -> tuple[str, ...]:
     return tuple(name for name in final.effects if name not in original.effects)
-
-
-def _enough(original: Model, proposal: Proposal, evidence: Evidence) -> bool:
-    """Whether names and laws together explain enough for the names to be adopted."""
-    left, came = (_fitted_and_chosen(m, evidence) for m in (proposal.with_curves, original))
-    return goes_half_way(left, came, proposal.noise_floor_rad)
 
 
 def _fitted_and_chosen(model: Model, evidence: Evidence) -> float:

@@ -1,14 +1,18 @@
 """A proposal in sentences."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, Curve, Law
+from t2l.identify.levels import MATERIAL
 from t2l.names import listed
 from t2l.propose.decision import NEAR
 from t2l.propose.proposal import LAW, NOTHING, Proposal
 from t2l.propose.reconsider import Reconsidered
 
-MONOTONE = 0.8  # tuned: of the way that a curve goes up and down, its ends differ by at least
+# derived: of the way that a curve goes up and down, its ends differ by: what it goes back is little
+MONOTONE = 1 - 2 * MATERIAL
 # format: of an explained part, and what it is called
 FRACTIONS = ((0.29, 0.38, "a third"), (0.45, 0.55, "half"), (0.62, 0.71, "two thirds"))
 ACTS = {FRICTION: "dry friction", MOTOR: "a share of the motor torque"}
@@ -79,7 +83,7 @@ def headline(proposal: Proposal) -> str:
 def retracted(found: Reconsidered) -> str:
     """What takes the place of names, beside what the names themselves leave on unseen data."""
     proposal = found.proposal
-    names = " and ".join(name.replace("_", " ") for name in found.dropped)
+    names = " and ".join(_titles(found.dropped, proposal))
     laws = " and ".join(told(one.curve) for one in proposal.learned)
     came, known, learned, floor = _in_mrad(
         found.came_rmse_rad,
@@ -109,7 +113,7 @@ def retracted(found: Reconsidered) -> str:
 def part_of_it(found: Reconsidered) -> str:
     """Names that explain too little to be adopted, and what laws would explain."""
     proposal = found.proposal
-    names = listed([name.replace("_", " ") for name in found.partial])
+    names = listed(_titles(found.partial, proposal))
     verb = "explains" if len(found.partial) == 1 else "explain"
     came, left, laws_left, floor = _in_mrad(
         found.came_rmse_rad,
@@ -128,6 +132,12 @@ def part_of_it(found: Reconsidered) -> str:
     share = max(0.0, 1 - (proposal.report_rmse_rad / found.came_rmse_rad) ** 2)
     verb, leave = ("explains", "leaves") if len(proposal.learned) == 1 else ("explain", "leave")
     return f"{said} Without names, {laws} {verb} {part(share)} and {leave} {laws_left} mrad."
+
+
+def _titles(names: Sequence[str], proposal: Proposal) -> list[str]:
+    """What reports call some effects."""
+    known = proposal.model.known_effects()
+    return [known[name].title if name in known else name for name in names]
 
 
 def _in_mrad(*errors_rad: float) -> list[str]:

@@ -14,7 +14,7 @@ from t2l.diagnose.findings import percent
 from t2l.diagnose.results import Found, read_found, titles_of
 from t2l.diagnose.settings import CERTAIN
 from t2l.figures.style import COLOURS
-from t2l.names import listed
+from t2l.names import listed, with_minus
 from t2l.report import words
 from t2l.report.menus import menus
 from t2l.report.payload import COARSEST, payload
@@ -87,7 +87,7 @@ def _environment() -> Environment:
         filter.__name__: filter
         for filter in (
             words.estimate, words.gains, listed, words.mrad, words.number, percent,
-            words.readable, words.sentence, words.span, words.title_in,
+            words.sentence, words.span, words.title_in, with_minus,
         )
     }  # fmt: skip
     return environment

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import ceil, log10
 
 from t2l.figures.style import raised
+from t2l.names import with_minus
 
 
 def mrad(value: float | None) -> str:
@@ -19,9 +20,9 @@ def number(value: float, digits: int = 3) -> str:
         return "0"
     if 1e-4 <= abs(value) < 1e6:
         text = f"{value:.{digits}g}"
-        return text if "e" not in text else f"{float(text):.0f}"
+        return with_minus(text if "e" not in text else f"{float(text):.0f}")
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa.replace('-', '−')} · 10{raised(str(int(exponent)))}"
+    return f"{with_minus(mantissa)} · 10{raised(str(int(exponent)))}"
 
 
 def estimate(value: float, ci95: Sequence[float] | None) -> tuple[str, str]:
@@ -60,8 +61,8 @@ def gains(values: Sequence[float]) -> str:
 
 
 def sentence(text: str) -> str:
-    """With a capital and a full stop."""
-    text = text.strip()
+    """With a capital and a full stop, and true minus signs."""
+    text = with_minus(text.strip())
     if not text:
         return ""
     return text[0].upper() + text[1:] + ("" if text[-1] in ".!?:" else ".")

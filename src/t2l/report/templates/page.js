@@ -15,7 +15,7 @@ const MAGMA = [[0, "#fcfdbf"], [0.1, "#fecf92"], [0.2, "#fe9f6d"], [0.3, "#f7705
 const MODEL = data.models && data.models.length > 1 ? [ORANGE, BLUE] : [BLUE];
 
 const floats = packed => new Float32Array(Uint8Array.from(atob(packed), c => c.charCodeAt(0)).buffer);
-const digits = (x, n = 3) => x === 0 ? "0" : Number(x.toPrecision(n)).toString();
+const digits = (x, n = 3) => x === 0 ? "0" : Number(x.toPrecision(n)).toString().replaceAll("-", "−");
 // 1, 2, 5 times powers of ten between two logarithms, or the powers alone where those are many
 function decades(low, high) {
   const ticks = [], steps = high - low > 2.2 ? [1] : high - low > 1.2 ? [1, 3] : [1, 2, 5];
