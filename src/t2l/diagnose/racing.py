@@ -122,30 +122,37 @@ def _on_every_tick(
     evidence: Evidence,
     floor: float,
 ) -> dict[str, LeastSquares]:
-    """Leaders that feel how coarse the ticks are, fitted on every tick.
+    """Leaders that feel how coarse the ticks are, fitted on every tick from where they ended.
 
-    From where they ended, and from the first guess: coarse ticks may have minima of their own.
+    And from the first guess, where more than noise is left: coarse ticks may have minima of their
+    own.
     """
     coarse, mask = evidence.shortlist, evidence.shortlist_mask
     exact = coarse.of(coarse.recordings, 1)
     requests = [Request(fit.layout, fit.u[None]) for fit in leaders.values()]
-    fits = []
+    fits = {}
     for (name, fit), (q,), (true,) in zip(
         leaders.items(), coarse.predict(requests), exact.predict(requests), strict=True
     ):
         felt = np.sqrt(np.mean((q - true)[mask] ** 2))
-        if np.hypot(floor, felt) <= AT_THE_FLOOR * floor:
-            continue
-        layout, guess, _ = first[name]
-        values = dict(zip((slot.key for slot in layout.slots), guess, strict=True))
-        start = np.array([values[slot.key] for slot in fit.layout.slots])
-        fits += [
-            (name, fit.again()),
-            (name, LeastSquares(fit.layout, start, fit.size, fit.diagonal)),
-        ]
-    run([fit for _, fit in fits], exact, mask, ITERATIONS)
-    # the better of two is the last that stays
-    return dict(sorted(fits, key=lambda pair: -pair[1].loss))
+        if not np.hypot(floor, felt) <= AT_THE_FLOOR * floor:
+            fits[name] = fit.again()
+    run(list(fits.values()), exact, mask, ITERATIONS)
+    anew = {
+        name: _from_guess(fit, first[name])
+        for name, fit in fits.items()
+        if not fit.loss <= (AT_THE_FLOOR * floor) ** 2
+    }
+    run(list(anew.values()), exact, mask, ITERATIONS)
+    return fits | {name: fit for name, fit in anew.items() if fit.loss < fits[name].loss}
+
+
+def _from_guess(fit: LeastSquares, first: Start) -> LeastSquares:
+    """The same fit from a first guess of its effect on all joints."""
+    layout, guess, _ = first
+    values = dict(zip((slot.key for slot in layout.slots), guess, strict=True))
+    start = np.array([values[slot.key] for slot in fit.layout.slots])
+    return LeastSquares(fit.layout, start, fit.size, fit.diagonal)
 
 
 def fit_fully(

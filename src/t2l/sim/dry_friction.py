@@ -43,15 +43,18 @@ class AddedFriction:
         model = batch.model
         self.dofs = columns(np.array([model.joint(name).dofadr[0] for name in joints]))
         tendons = np.array([_tendon(model, name) for name in joints])
-        self.apart, self.tendons = tendons >= 0, tendons[tendons >= 0]
+        apart = tendons >= 0
+        self.apart, self.tendons = columns(np.flatnonzero(apart)), columns(tendons[apart])
+        self.most = np.where(apart, 0.0, np.inf)  # that is added to the joint's own
         self.joint = batch.expand("dof_frictionloss")
         self.own = self.joint[:, self.dofs].copy()
-        self.more = batch.expand("tendon_frictionloss") if self.apart.any() else None
+        self.more = batch.expand("tendon_frictionloss") if apart.any() else None
 
     def write(self, level: np.ndarray) -> None:
         """Set it to (nsim, njoint) N·m; below zero it takes away from what there is."""
-        here = level if self.more is None else np.where(self.apart, np.minimum(level, 0.0), level)
-        self.joint[:, self.dofs] = np.maximum(self.own + here, 0.0)
+        own = np.minimum(level, self.most)
+        own += self.own
+        self.joint[:, self.dofs] = np.maximum(own, 0.0, out=own)
         if self.more is not None:
             self.more[:, self.tendons] = np.maximum(level[:, self.apart], 0.0)
 
