@@ -45,17 +45,23 @@ def with_coarser_ticks(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evi
     return evidence
 
 
-def with_beginnings(evidence: Evidence, layout: Layout, u: np.ndarray) -> Evidence:
+def with_beginnings(
+    evidence: Evidence, layout: Layout, u: np.ndarray, q: np.ndarray | None = None
+) -> Evidence:
     """`evidence` with `SCREENED_S` of long recordings screened.
 
     If model `layout`, `u` misses as much there as later, in each joint; else as it is. What
     is shortlisted is cut likewise where it is what is screened.
+
+    Args:
+        q: (nsample,) what it predicts of what is screened, rad, where that is known.
     """
     screen, mask, samples = evidence.screen, evidence.screen_mask, evidence.screen.samples
     # numerics: less saves little
     if max(recording.duration_s for recording in screen.recordings) < 1.5 * SCREENED_S:
         return evidence
-    square = (screen.predict([Request(layout, u[None])])[0][0] - samples.q) ** 2
+    q = screen.predict([Request(layout, u[None])])[0][0] if q is None else q
+    square = (q - samples.q) ** 2
     early = samples.time < SCREENED_S
     for joint in range(len(screen.joints)):
         of_joint = mask & (samples.joint == joint)

@@ -83,7 +83,9 @@ def diagnose(
     floor, chosen_by = _floor(evidence, held_q), rms(before)
     ranking = []
     if effects and not (quick and chosen_by <= AT_THE_FLOOR * floor):
-        cheaper = with_coarser_ticks(with_beginnings(evidence, adopted, u), adopted, u)
+        known = train_q if evidence.screen is evidence.train else None
+        shorter = with_beginnings(evidence, adopted, u, known)
+        cheaper = with_coarser_ticks(shorter, adopted, u)
         ranking = _ranking(cheaper, adopted, u, effects, floor, train, before, progress)
     verdict = _verdict(chosen_by, floor, ranking)
     test = rms(residual(evidence.test, evidence.test_mask, test_q))
