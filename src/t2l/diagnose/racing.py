@@ -160,13 +160,11 @@ def fit_fully(
     names: Iterable[str],
     evidence: Evidence,
     origin: Origin | None = None,
-    floor: float = 0.0,
 ) -> dict[str, LeastSquares]:
     """The named fits on all training samples, less the joints that show no sign of the effect.
 
     Args:
         origin: the model so far, fitted to all; few recordings may have led away from it.
-        floor: RMSE in rad below which nothing is missing.
     """
     predictor, mask = evidence.train, evidence.train_mask
     full = _from_the_better({name: fits[name] for name in names}, origin or {}, predictor, mask)
@@ -176,13 +174,7 @@ def fit_fully(
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
     # what a joint contributes beyond that is kept
     full |= {n: fit for n, fit in smaller.items() if fit.loss < IDLE**2 * full[n].loss}
-    # one that explains as well as a perfect model would is in no dent
-    rough = {
-        name: fit
-        for name, fit in full.items()
-        if _is_rough(name, fit) and not fit.loss <= ((1 + TIED) * floor) ** 2
-    }
-    return full | _out_of_dents(rough, evidence)
+    return full | _out_of_dents(full, evidence)
 
 
 def moves_together(joints: Sequence[str]) -> bool:
@@ -220,8 +212,9 @@ def _settle(fits: list[LeastSquares], predictor: Predictor, mask: np.ndarray) ->
         left = [fit for fit, loss in zip(left, before, strict=True) if fit.loss < SETTLED * loss]
 
 
-def _out_of_dents(rough: dict[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
+def _out_of_dents(fits: dict[str, LeastSquares], evidence: Evidence) -> dict[str, LeastSquares]:
     """Rough effects where a search around them finds better: derivatives end in the first dent."""
+    rough = {name: fit for name, fit in fits.items() if _is_rough(name, fit)}
     if not rough:
         return {}
     # a dent has its place on every tick
