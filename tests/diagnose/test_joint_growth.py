@@ -1,26 +1,19 @@
 import numpy as np
 
-from t2l.diagnose.joint_growth import key_of, terms_to_try, united
+from t2l.diagnose.joint_growth import single_joints, united
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.prediction import Predictor
-from tests.diagnose.made import recording, swing, two_pendulums
 
 BACKLASH, FRICTION = builtin()["backlash"], builtin()["coulomb_friction"]
 
 
-def test_what_splits_a_joint_is_tried_on_single_joints_the_worst_first(tmp_path):
-    both = recording(two_pendulums(tmp_path), lambda t: np.stack([swing()(t)] * 2, axis=1))
-    predictor = Predictor(both.robot, [both], threads=1)
-    residual = np.where(predictor.samples.joint == 1, 2e-3, 1e-3)
-    terms = terms_to_try([BACKLASH, FRICTION], Layout(()), predictor, residual)
-    assert [key_of(t) for t in terms] == [
-        ("backlash", (0, 1)), ("coulomb_friction", (0, 1)), ("backlash", (1,)), ("backlash", (0,)),
-    ]  # fmt: skip
+def test_what_splits_a_joint_is_tried_on_single_joints_the_worst_first():
+    terms = single_joints([BACKLASH, FRICTION], Layout(()), [1e-6, 4e-6])
+    assert [term.joints for term in terms] == [(1,), (0,)]
+    assert {term.effect.name for term in terms} == {"backlash"}
     # what one joint has already, both have with the other
-    adopted = Layout([Term(BACKLASH, (0,))])
-    assert len(terms_to_try([BACKLASH], adopted, predictor, residual)) == 1
+    assert single_joints([BACKLASH], Layout([Term(BACKLASH, (0,))]), [1e-6, 4e-6]) == []
 
 
 def test_two_joints_together_start_from_where_each_ended():

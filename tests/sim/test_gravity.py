@@ -24,7 +24,7 @@ def test_it_is_the_gravity_torque_of_the_bodies_that_are_compensated(joints):
     batch.qpos[:] = np.random.default_rng(0).uniform(-1, 1, (5, 3))
     batch.forward()
     dofs = [model.joint(name).dofadr[0] for name in joints]
-    np.testing.assert_allclose(compensation(1.0, 0.0), expected[:, dofs], atol=1e-12)
+    np.testing.assert_allclose(compensation(0.0), expected[:, dofs], atol=1e-12)
 
 
 def test_between_places_of_masses_it_goes_on_as_it_changed():
@@ -35,5 +35,5 @@ def test_between_places_of_masses_it_goes_on_as_it_changed():
     for angle in (0.30, 0.31, 0.315):
         batch.qpos[:, 1] = angle
         batch.forward()
-        found.append(compensation(0.01, 0.005)[0, 0])
+        found.append(compensation(0.5)[0, 0])
     assert found[1] == pytest.approx(compensation.last[0, 0], rel=1e-4)

@@ -123,14 +123,24 @@ def rank(candidates: Sequence[Candidate], quiet: float = 0.0) -> list[Candidate]
 
 
 def alike(ranking: Sequence[Candidate], quiet: float = 0.0) -> list[str]:
-    """Names of the first and, if it earns its place, of those that explain as well as it."""
+    """Names of the first and, if it earns its place, of those that explain as well as it.
+
+    Less what merely contains it: parameters more that take nothing off.
+    """
     if not ranking or not ranking[0].justified:
         return [c.effect.name for c in ranking[:1]]
-    limit = _as_good_as(ranking[0].validation_rmse_rad, quiet)
+    first = ranking[0]
+    limit = _as_good_as(first.validation_rmse_rad, quiet)
+    less = (1 - NOTHING) * first.validation_rmse_rad
     return [
         c.effect.name
-        for i, c in enumerate(ranking)
-        if i == 0 or (c.validation_rmse_rad <= limit and not c.doubtful)
+        for c in ranking
+        if c is first
+        or (
+            c.validation_rmse_rad <= limit
+            and not c.doubtful
+            and not (first.effect.name in c.effect.contains and c.validation_rmse_rad >= less)
+        )
     ]
 
 

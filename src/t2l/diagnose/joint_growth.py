@@ -5,76 +5,80 @@ play of one would be paid for by the others, so a candidate is such an effect an
 """
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.starting_points import begun, starting_points_of
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
-from t2l.identify.fitting import ITERATIONS, LEADERS, run
+from t2l.identify.fitting import ITERATIONS, LEADERS, drop_hopeless, least_loss, run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import TIED
-from t2l.identify.prediction import Predictor
 
 # derived: joints alone, those with the largest part of the error; each takes a fit of its own
 TRIED = LEADERS
 PAYS = 1 - TIED  # derived: of the squared error that fewer joints leave
 
-Key = tuple[str, tuple[int, ...]]  # an effect's name and its joints
 
-
-def terms_to_try(
-    effects: Sequence[Effect], adopted: Layout, predictor: Predictor, residual: np.ndarray
-) -> list[Term]:
-    """Every effect on all joints, and what splits joints on single ones beside those that have it.
+def on_the_joints_that_show_it(
+    fits: Mapping[str, LeastSquares], so_far: LeastSquares, evidence: Evidence
+) -> dict[str, LeastSquares]:
+    """Fits of effects on as few joints as explain what more do, where they grow.
 
     Args:
-        residual: (nsample,) rad, of the model so far; NaN where it does not count.
+        fits: of every effect, on all joints.
+        so_far: the model without them, on the same samples.
     """
-    njoint = len(predictor.joints)
-    terms = [Term(effect, tuple(range(njoint))) for effect in effects]
-    square = [np.nansum(residual[predictor.samples.joint == j] ** 2) for j in range(njoint)]
-    worst = np.argsort(square)[::-1]
+    screen, mask = evidence.screen, evidence.screen_mask
+    effects = {name: next(t.effect for t in fit.layout.terms if t.effect.name == name)
+               for name, fit in fits.items()}  # fmt: skip
+    square = np.full(len(screen.samples), 0.0)
+    square[mask] = so_far.residual**2
+    of_joints = [square[screen.samples.joint == j].sum() for j in range(len(screen.joints))]
+    terms = single_joints(list(effects.values()), so_far.layout, of_joints)
+    if not terms:
+        return {}
+    starts = starting_points_of(terms, screen, mask, so_far.layout, so_far.u)
+    hopeless = partial(drop_hopeless, best=least_loss(fits))
+    alone: dict[str, list[LeastSquares]] = {}
+    for term, (start, _) in zip(terms, starts, strict=True):
+        alone.setdefault(term.effect.name, []).append(begun(term, start, so_far))
+    run([fit for few in alone.values() for fit in few], screen, mask, ITERATIONS, hopeless)
+    alone = {name: sorted(few, key=lambda fit: fit.loss) for name, few in alone.items()}
+    grown = {name: few[0] for name, few in alone.items() if np.isfinite(few[0].loss)}
+    for place in range(1, TRIED):
+        wider = {
+            name: united(name, fit, alone[name][place])
+            for name, fit in grown.items()
+            if len(alone[name]) > place and np.isfinite(alone[name][place].loss)
+        }
+        run(list(wider.values()), screen, mask, ITERATIONS, hopeless)
+        grown |= {n: fit for n, fit in wider.items() if fit.loss < PAYS * grown[n].loss}
+    return {n: fit for n, fit in grown.items() if not fits[n].loss < PAYS * fit.loss}
+
+
+def single_joints(
+    effects: Sequence[Effect], adopted: Layout, squares: Sequence[float]
+) -> list[Term]:
+    """What splits joints, on single ones beside those that have it.
+
+    Args:
+        squares: (njoint,) what the model so far leaves of each joint, rad².
+    """
+    terms = []
     for effect in filter(grows, effects):
         has = {j for t in adopted.terms if t.effect.name == effect.name for j in t.joints}
-        for joint in [int(j) for j in worst if j not in has][:TRIED]:
-            if len(has) + 1 < njoint:
-                terms.append(Term(effect, tuple(sorted({*has, joint}))))
+        worst = [int(j) for j in np.argsort(squares)[::-1] if j not in has]
+        if len(has) + 1 < len(squares):
+            terms += [Term(effect, tuple(sorted({*has, joint}))) for joint in worst[:TRIED]]
     return terms
 
 
 def grows(effect: Effect) -> bool:
     """Whether it is tried on single joints."""
     return effect.extends and any(parameter.per_joint for parameter in effect.parameters)
-
-
-def key_of(term: Term) -> Key:
-    """What tells candidates apart."""
-    return term.effect.name, term.joints
-
-
-def on_the_joints_that_show_it(
-    fits: Mapping[Key, LeastSquares], evidence: Evidence
-) -> dict[str, LeastSquares]:
-    """One fit of each effect, on as few joints as explain what more do, grown where that pays."""
-    by_name: dict[str, list[LeastSquares]] = {}
-    for (name, _), fit in fits.items():
-        by_name.setdefault(name, []).append(fit)
-    return {name: _best(name, candidates, evidence) for name, candidates in by_name.items()}
-
-
-def _best(name: str, candidates: list[LeastSquares], evidence: Evidence) -> LeastSquares:
-    everywhere, *few = candidates
-    finite = sorted((fit for fit in few if np.isfinite(fit.loss)), key=lambda fit: fit.loss)
-    if not finite:
-        return everywhere
-    grown, *others = finite
-    for other in others:
-        wider = united(name, grown, other)
-        run([wider], evidence.screen, evidence.screen_mask, ITERATIONS)
-        if wider.loss < PAYS * grown.loss:
-            grown = wider
-    return everywhere if everywhere.loss < PAYS * grown.loss else grown
 
 
 def united(name: str, first: LeastSquares, second: LeastSquares) -> LeastSquares:

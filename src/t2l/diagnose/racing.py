@@ -8,13 +8,18 @@ import numpy as np
 from t2l.diagnose.candidate import Pair
 from t2l.diagnose.evidence import Evidence, some
 from t2l.diagnose.idle_joints import IDLE, without_idle_joints
-from t2l.diagnose.joint_growth import key_of, on_the_joints_that_show_it, terms_to_try
+from t2l.diagnose.joint_growth import on_the_joints_that_show_it
 from t2l.diagnose.pairs import best_pair
 from t2l.diagnose.responses import dictionary_of
 from t2l.diagnose.settings import SCREENED
-from t2l.diagnose.starting_points import Start, starting_points_of
+from t2l.diagnose.starting_points import (
+    SCREENING_TOLERANCE,
+    Start,
+    begun,
+    starting_points_of,
+)
 from t2l.effects.effect import Effect
-from t2l.effects.term import Layout
+from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import (
     ITERATIONS,
     LEADERS,
@@ -32,7 +37,6 @@ from t2l.identify.rough import search
 DIAGONAL_FROM_JOINTS = 4  # tuned: joints from which the search moves them all at once
 NEAR = PROMISING**4  # derived: times the least loss: what may still turn out to be best
 SEARCHED_NEAR = AT_THE_FLOOR**2  # derived: likewise, for a search that takes many simulations
-SCREENING_TOLERANCE = 5e-3  # numerics: relative decrease of the loss that counts as none
 LEAST_SIZE = 1e-3  # numerics: of an adopted parameter, for finite differences
 CLOSE_BY = 0.25  # tuned: of the spread of that search, where a fit to all recordings has ended
 SETTLED = 1 - TIED  # derived: of the loss before; a fit that ends above is at its minimum
@@ -81,24 +85,18 @@ def fit_all(
     least = [max(slot.parameter.size, LEAST_SIZE) for slot in adopted.slots]
     so_far = LeastSquares(adopted, u, np.maximum(np.abs(u), least), diagonal)
     run([so_far], screen, mask, 0)
-    residual = np.full(len(screen.samples), np.nan)
-    residual[mask] = so_far.residual
-    terms = terms_to_try(effects, adopted, screen, residual)
+    every = tuple(range(len(screen.joints)))
+    terms = [Term(effect, every) for effect in effects]
     guesses = starting_points_of(terms, screen, mask, adopted, u)
     progress("fitting every effect", 0.2)
-    tried = {
-        key_of(term): LeastSquares(
-            layout, start, size, diagonal, tolerance=SCREENING_TOLERANCE,
-            given={key: c for key, c in so_far.columns().items() if key[0] != term.effect.name},
-        )
-        for term, ((layout, start, size), _) in zip(terms, guesses, strict=True)
-    }  # fmt: skip
-    run(list(tried.values()), screen, mask, ITERATIONS, drop_hopeless)
-    fits = on_the_joints_that_show_it(tried, evidence)
+    first = {term.effect.name: start for term, (start, _) in zip(terms, guesses, strict=True)}
+    fits = {t.effect.name: begun(t, first[t.effect.name], so_far) for t in terms}
+    run(list(fits.values()), screen, mask, ITERATIONS, drop_hopeless)
+    # where one on all joints leaves little but noise, none on fewer explains more
+    if least_loss(fits) > (AT_THE_FLOOR**2 * floor) ** 2:
+        fits |= on_the_joints_that_show_it(fits, so_far, evidence)
     fits |= _searched(fits, evidence)
-    mild = {key_of(term): response for term, (_, response) in zip(terms, guesses, strict=True)}
-    every = tuple(range(len(screen.joints)))
-    mild = {name: mild[name, every] for name in fits}
+    mild = {term.effect.name: response for term, (_, response) in zip(terms, guesses, strict=True)}
     told = dictionary_of(fits, mild, so_far, evidence).shares()
     # of what every simulation ran away with there is no response
     chosen = {name: told.get(name) for name in fits}
@@ -113,11 +111,6 @@ def fit_all(
     # else they have seen all of it, with derivatives of their own
     if adopted.slots or evidence.shortlist is not screen:
         fits |= _refined({name: fits[name] for name in leaders}, evidence, origin)
-    first = {
-        term.effect.name: start
-        for term, (start, _) in zip(terms, guesses, strict=True)
-        if term.joints == every
-    }
     if evidence.shortlist.coarseness > 1:
         fits |= _on_every_tick({name: fits[name] for name in leaders}, first, evidence, floor)
     return Fitted(fits, leaders, pair, chosen)
@@ -129,30 +122,37 @@ def _on_every_tick(
     evidence: Evidence,
     floor: float,
 ) -> dict[str, LeastSquares]:
-    """Leaders that feel how coarse the ticks are, fitted on every tick.
+    """Leaders that feel how coarse the ticks are, fitted on every tick from where they ended.
 
-    From where they ended, and from the first guess: coarse ticks may have minima of their own.
+    And from the first guess, where more than noise is left: coarse ticks may have minima of their
+    own.
     """
     coarse, mask = evidence.shortlist, evidence.shortlist_mask
     exact = coarse.of(coarse.recordings, 1)
     requests = [Request(fit.layout, fit.u[None]) for fit in leaders.values()]
-    fits = []
+    fits = {}
     for (name, fit), (q,), (true,) in zip(
         leaders.items(), coarse.predict(requests), exact.predict(requests), strict=True
     ):
         felt = np.sqrt(np.mean((q - true)[mask] ** 2))
-        if np.hypot(floor, felt) <= AT_THE_FLOOR * floor:
-            continue
-        layout, guess, _ = first[name]
-        values = dict(zip((slot.key for slot in layout.slots), guess, strict=True))
-        begun = np.array([values[slot.key] for slot in fit.layout.slots])
-        fits += [
-            (name, fit.again()),
-            (name, LeastSquares(fit.layout, begun, fit.size, fit.diagonal)),
-        ]
-    run([fit for _, fit in fits], exact, mask, ITERATIONS)
-    # the better of two is the last that stays
-    return dict(sorted(fits, key=lambda pair: -pair[1].loss))
+        if not np.hypot(floor, felt) <= AT_THE_FLOOR * floor:
+            fits[name] = fit.again()
+    run(list(fits.values()), exact, mask, ITERATIONS)
+    anew = {
+        name: _from_guess(fit, first[name])
+        for name, fit in fits.items()
+        if not fit.loss <= (AT_THE_FLOOR * floor) ** 2
+    }
+    run(list(anew.values()), exact, mask, ITERATIONS)
+    return fits | {name: fit for name, fit in anew.items() if fit.loss < fits[name].loss}
+
+
+def _from_guess(fit: LeastSquares, first: Start) -> LeastSquares:
+    """The same fit from a first guess of its effect on all joints."""
+    layout, guess, _ = first
+    values = dict(zip((slot.key for slot in layout.slots), guess, strict=True))
+    start = np.array([values[slot.key] for slot in fit.layout.slots])
+    return LeastSquares(fit.layout, start, fit.size, fit.diagonal)
 
 
 def fit_fully(
@@ -192,9 +192,10 @@ def _from_the_better(
         )
         for name, fit in fits.items()
     }
-    begun = {name: fit.again() for name, fit in fits.items()}
-    start_from_the_best(begun, starts, predictor, mask)
-    return begun
+    anew = {name: fit.again() for name, fit in fits.items()}
+    if origin:
+        start_from_the_best(anew, starts, predictor, mask)
+    return anew
 
 
 def _settle(fits: list[LeastSquares], predictor: Predictor, mask: np.ndarray) -> None:

@@ -1,6 +1,5 @@
 """Which physical effect a model lacks: every known one is fitted, and judged on validation data."""
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -8,19 +7,16 @@ import numpy as np
 
 from t2l.diagnose.candidate import Candidate, alike, mark_ties, promote, rank
 from t2l.diagnose.evidence import Evidence, pooled
+from t2l.diagnose.judging import judge, judge_in_turn, residual, rms
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
 from t2l.diagnose.racing import Progress, fit_all, fit_fully
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
-from t2l.identify import block_bootstrap as judge
-from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import AT_THE_FLOOR, MATERIAL
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.uncertainty import uncertainty
-
-logger = logging.getLogger(__name__)
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
 
@@ -28,7 +24,6 @@ MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "
 NEAR_THE_FLOOR = AT_THE_FLOOR**2
 # derived: times the training error before: a fit that ran away, whatever validation says
 HARMFUL = 1 + MATERIAL
-SEED = 0  # statistics: of the bootstrap
 
 
 @dataclass
@@ -74,24 +69,26 @@ def diagnose(
     """
     joints = evidence.train.joints
     adopted, u = model.vector(joints)
+    sets = evidence.train, evidence.validation, evidence.test
     if effects is None:
-        sets = evidence.train, evidence.validation, evidence.test
         recordings = [recording for each in sets for recording in each.recordings]
         effects = model.missing_effects(joints, recordings)
     else:
         everywhere = model.everywhere(joints)
         effects = [effect for effect in effects if effect.name not in everywhere]
 
-    train_q, held_q = _predict(evidence, adopted, u)
-    before = _residual(evidence.validation, evidence.validation_mask, held_q)
-    train = rms(_residual(evidence.train, evidence.train_mask, train_q))
+    train_q, held_q, test_q = _predict(sets, adopted, u)
+    before = residual(evidence.validation, evidence.validation_mask, held_q)
+    train = rms(residual(evidence.train, evidence.train_mask, train_q))
     floor, chosen_by = _floor(evidence, held_q), rms(before)
     ranking = []
     if effects and not (quick and chosen_by <= AT_THE_FLOOR * floor):
-        cheaper = with_coarser_ticks(with_beginnings(evidence, adopted, u), adopted, u)
+        known = train_q if evidence.screen is evidence.train else None
+        shorter = with_beginnings(evidence, adopted, u, known)
+        cheaper = with_coarser_ticks(shorter, adopted, u)
         ranking = _ranking(cheaper, adopted, u, effects, floor, train, before, progress)
     verdict = _verdict(chosen_by, floor, ranking)
-    test = _report(evidence, adopted, u, ranking)
+    test = rms(residual(evidence.test, evidence.test_mask, test_q))
     return Diagnosis(model, joints, verdict, floor, train, chosen_by, test, ranking)
 
 
@@ -103,26 +100,12 @@ def telling(model: Model, evidence: Evidence) -> Evidence:
     if evidence.validation is evidence.train:
         return evidence
     layout, u = model.vector(evidence.train.joints)
-    train_q, chosen_q = _predict(evidence, layout, u)
+    train_q, chosen_q = _predict((evidence.train, evidence.validation), layout, u)
     floor = _floor(evidence, chosen_q)
-    error = rms(_residual(evidence.validation, evidence.validation_mask, chosen_q))
-    train = rms(_residual(evidence.train, evidence.train_mask, train_q))
+    error = rms(residual(evidence.validation, evidence.validation_mask, chosen_q))
+    train = rms(residual(evidence.train, evidence.train_mask, train_q))
     silent = error <= AT_THE_FLOOR * floor and train > NEAR_THE_FLOOR * floor
     return pooled(evidence) if silent else evidence
-
-
-def _report(
-    evidence: Evidence, adopted: Layout, u: np.ndarray, ranking: Sequence[Candidate]
-) -> float:
-    """Give each candidate its test error; return that of the model so far."""
-    models = [(adopted, u), *((c.layout, c.u) for c in ranking)]
-    predicted = evidence.test.predict([Request(layout, u[None]) for layout, u in models])
-    check_finite(predicted[0][0], evidence.test)
-    errors = [rms(_residual(evidence.test, evidence.test_mask, q[0])) for q in predicted]
-    for candidate, error in zip(ranking, errors[1:], strict=True):
-        # null where the model with it runs away there
-        candidate.test_rmse_rad = error if np.isfinite(error) else None
-    return errors[0]
 
 
 def _verdict(error: float, floor: float, ranking: Sequence[Candidate]) -> str:
@@ -146,8 +129,7 @@ def _ranking(
     """The effects fitted and judged, best first; what is first is fitted on all samples."""
     found = fit_all(evidence, adopted, u, effects, floor, progress)
     progress("judging on validation data", 0.85)
-    held = evidence.validation_mask
-    candidates = _judge(evidence.validation, held, found.fits, before)
+    candidates = judge_in_turn(evidence, found.fits, found.leaders, before)
     for name, candidate in candidates.items():
         candidate.chosen_share = found.shares[name]
         where = (evidence.screen, evidence.screen_mask)
@@ -159,7 +141,7 @@ def _ranking(
     together = None
     if found.pair:
         both = {found.pair.second: found.pair.fit}
-        pair = _judge(evidence.validation, held, both, before)
+        pair = judge(evidence, both, before)
         together = next((judged.improvement for judged in pair.values()), None)
     while True:
         ranking = promote(rank(candidates.values(), quiet), found.pair, together)
@@ -170,7 +152,7 @@ def _ranking(
         progress(f"fitting {', '.join(first)} to all recordings", 0.9)
         origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
         fits = fit_fully(found.fits, first, evidence, origin)
-        judged = _judge(evidence.validation, held, fits, before)
+        judged = judge(evidence, fits, before)
         for name in first:
             del candidates[name]
             if name in judged and judged[name].train_rmse_rad < HARMFUL * train:
@@ -188,23 +170,14 @@ def adopt(diagnosis: Diagnosis, name: str) -> Model:
     return from_vector(diagnosis.model, candidate.layout, candidate.u, diagnosis.joints)
 
 
-def rms(residual: np.ndarray) -> float:
-    """Root of the mean square."""
-    return float(np.sqrt(np.mean(residual**2)))
-
-
-def _residual(predictor: Predictor, mask: np.ndarray, q: np.ndarray) -> np.ndarray:
-    return (q - predictor.samples.q)[mask]
-
-
-def _predict(evidence: Evidence, layout: Layout, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    train = evidence.train.predict([Request(layout, u[None])])[0][0]
-    check_finite(train, evidence.train)
-    if evidence.validation is evidence.train:
-        return train, train
-    held = evidence.validation.predict([Request(layout, u[None])])[0][0]
-    check_finite(held, evidence.validation)
-    return train, held
+def _predict(predictors: Sequence[Predictor], layout: Layout, u: np.ndarray) -> list[np.ndarray]:
+    """Position at every sample of each; of those that are one and the same once."""
+    found: dict[Predictor, np.ndarray] = {}
+    for predictor in predictors:
+        if predictor not in found:
+            found[predictor] = predictor.predict([Request(layout, u[None])])[0][0]
+            check_finite(found[predictor], predictor)
+    return [found[predictor] for predictor in predictors]
 
 
 def _floor(evidence: Evidence, q: np.ndarray) -> float:
@@ -212,37 +185,3 @@ def _floor(evidence: Evidence, q: np.ndarray) -> float:
     predictor = evidence.validation
     residuals = predictor.samples.by_row(predictor.samples.q - q)
     return noise_floor(list(predictor.recordings), residuals)
-
-
-def _judge(
-    predictor: Predictor, mask: np.ndarray, fits: dict[str, LeastSquares], before: np.ndarray
-) -> dict[str, Candidate]:
-    """By effect; those of which a simulation ran away are left out.
-
-    Args:
-        mask: samples of `predictor` that judge.
-        before: their residual without the effects.
-    """
-    usable = {name: fit for name, fit in fits.items() if np.isfinite(fit.loss)}
-    for name in fits.keys() - usable.keys():
-        logger.warning("%s: left out, every simulation with it ran away", name)
-    requests = [Request(fit.layout, fit.u[None]) for fit in usable.values()]
-    held = predictor.predict(requests)
-    samples = predictor.samples
-    block = judge.blocks(samples.recording[mask], samples.time[mask])
-    candidates = {}
-    for (name, fit), q in zip(usable.items(), held, strict=True):
-        after = _residual(predictor, mask, q[0])
-        if not np.isfinite(after).all():
-            logger.warning("%s: left out, a simulation of validation recordings ran away", name)
-            continue
-        candidates[name] = Candidate(
-            effect=next(t.effect for t in fit.layout.terms if t.effect.name == name),
-            layout=fit.layout,
-            u=fit.u,
-            train_rmse_rad=float(np.sqrt(fit.loss)),
-            validation_rmse_rad=rms(after),
-            improvement=judge.improvement(before, after, block, np.random.default_rng(SEED)),
-            residual=after,
-        )
-    return candidates

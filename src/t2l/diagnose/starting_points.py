@@ -11,11 +11,14 @@ from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.errors import EffectError
 from t2l.identify.first_guesses import check_guess, first_guesses
+from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.scales import scales
 
 logger = logging.getLogger(__name__)
 
+
+SCREENING_TOLERANCE = 5e-3  # numerics: relative decrease of the loss that counts as none
 
 Start = tuple[Layout, np.ndarray, np.ndarray]
 
@@ -24,6 +27,15 @@ def candidate_layout(adopted: Layout, term: Term) -> Layout:
     """The adopted terms and `term`, in place of any of the same effect."""
     others = [other for other in adopted.terms if other.effect.name != term.effect.name]
     return Layout([*others, term])
+
+
+def begun(term: Term, start: Start, so_far: LeastSquares) -> LeastSquares:
+    """A fit from a first guess, with the derivatives by the model so far that it has without."""
+    layout, u, size = start
+    given = {key: c for key, c in so_far.columns().items() if key[0] != term.effect.name}
+    return LeastSquares(
+        layout, u, size, so_far.diagonal, tolerance=SCREENING_TOLERANCE, given=given
+    )
 
 
 def starting_points(
@@ -107,8 +119,8 @@ def _predicted(
 
 
 def _is_final(effect: Effect) -> bool:
-    """Whether nothing refines an element of a first guess: neither derivatives nor a search."""
-    return not effect.rough_error and any(p.rough for p in effect.parameters)
+    """Whether nothing refines a first guess: neither derivatives nor a search."""
+    return not effect.rough_error and all(p.rough for p in effect.parameters)
 
 
 def _mildest(responses: np.ndarray) -> np.ndarray:

@@ -10,6 +10,8 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
+from t2l.sim.arrays import columns
+
 HOLDS = 0.9999  # constraint impedance; MuJoCo's default of 0.9 lets a joint at rest creep
 
 
@@ -39,17 +41,20 @@ class AddedFriction:
 
     def __init__(self, batch: Batch, joints: tuple[str, ...]):
         model = batch.model
-        self.dofs = np.array([model.joint(name).dofadr[0] for name in joints])
+        self.dofs = columns(np.array([model.joint(name).dofadr[0] for name in joints]))
         tendons = np.array([_tendon(model, name) for name in joints])
-        self.apart, self.tendons = tendons >= 0, tendons[tendons >= 0]
+        apart = tendons >= 0
+        self.apart, self.tendons = columns(np.flatnonzero(apart)), columns(tendons[apart])
+        self.most = np.where(apart, 0.0, np.inf)  # that is added to the joint's own
         self.joint = batch.expand("dof_frictionloss")
-        self.own = self.joint[:, self.dofs]  # a copy
-        self.more = batch.expand("tendon_frictionloss") if self.apart.any() else None
+        self.own = self.joint[:, self.dofs].copy()
+        self.more = batch.expand("tendon_frictionloss") if apart.any() else None
 
     def write(self, level: np.ndarray) -> None:
         """Set it to (nsim, njoint) N·m; below zero it takes away from what there is."""
-        here = np.where(self.apart, np.minimum(level, 0.0), level)
-        self.joint[:, self.dofs] = np.maximum(self.own + here, 0.0)
+        own = np.minimum(level, self.most)
+        own += self.own
+        self.joint[:, self.dofs] = np.maximum(own, 0.0, out=own)
         if self.more is not None:
             self.more[:, self.tendons] = np.maximum(level[:, self.apart], 0.0)
 

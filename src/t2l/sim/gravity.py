@@ -27,41 +27,40 @@ class GravityCompensation:
         carried = carried * weights
         slides = model.jnt_type[ids] == mujoco.mjtJoint.mjJNT_SLIDE
         hinges = ~slides[:, None]
-        # of the flat places (3 nbody) and axes (3 njoint): one product each, as it is every tick
+        # of the flat places (3 nbody), anchors and axes (3 njnt): one product each, every tick
+        chosen, mass = np.eye(model.njnt)[:, ids], carried.sum(axis=1)
         self.places = np.kron((carried * hinges).T, np.eye(3))
-        self.mass = np.repeat(carried.sum(axis=1), 3) * np.repeat(~slides, 3)
-        self.turn = np.kron(np.diag(~slides), _cross(model.opt.gravity).T)
-        self.along = np.kron(np.diag(carried.sum(axis=1) * slides), model.opt.gravity[:, None])
+        self.mass = np.kron(chosen * (mass * ~slides), np.eye(3))
+        self.turn = np.kron(chosen * ~slides, _cross(model.opt.gravity).T)
+        self.along = np.kron(chosen * (mass * slides), model.opt.gravity[:, None])
+        self.total = np.kron(np.eye(len(ids)), -np.ones((3, 1)))
         self.slides = slides.any()
-        in_a_row = ids == list(range(ids[0], ids[0] + len(ids)))
-        self.joints = slice(ids[0], ids[-1] + 1) if in_a_row else ids
         self.masses, self.anchors, self.axes = (
-            batch.bind(name) for name in ("xipos", "xanchor", "xaxis")
+            batch.bind(name).reshape(batch.nsim, -1) for name in ("xipos", "xanchor", "xaxis")
         )
         self.shift = self._shift(carried.any(axis=0))
         self.turned = None if self.shift is None else batch.bind("xmat")
         self.last: np.ndarray | None = None
 
-    def __call__(self, since_s: float, ahead_s: np.ndarray | float) -> np.ndarray:
-        """(nsim, njoint) as of `ahead_s` after the places of masses, N·m.
+    def __call__(self, ahead: np.ndarray | float) -> np.ndarray:
+        """(nsim, njoint) as of some time after the places of masses, N·m.
 
         Args:
-            since_s: from where the masses were at the last call to where they are now.
-            ahead_s: (nsim, 1) or one for all.
+            ahead: that time over the time since the last call; (nsim, 1), or one for all.
         """
-        n = len(self.masses)
-        axes = self.axes[:, self.joints].reshape(n, -1)
         masses = self.masses
         if self.shift is not None:
-            turned = self.turned.reshape(*self.masses.shape, 3)
-            masses = masses + (turned @ self.shift[..., None])[..., 0]
-        arms = masses.reshape(n, -1) @ self.places
-        arms -= self.mass * self.anchors[:, self.joints].reshape(n, -1)
-        torque = -((axes @ self.turn) * arms).reshape(n, -1, 3).sum(axis=-1)
+            turned = self.turned.reshape(*self.shift.shape, 3)
+            masses = masses + (turned @ self.shift[..., None]).reshape(masses.shape)
+        # of few simulations `dot` takes less than half of the time of @
+        arms = masses.dot(self.places)
+        arms -= self.anchors.dot(self.mass)
+        arms *= self.axes.dot(self.turn)
+        torque = arms.dot(self.total)
         if self.slides:
-            torque -= axes @ self.along
+            torque -= self.axes.dot(self.along)
         last, self.last = self.last, torque
-        return torque if last is None else torque + (torque - last) * (ahead_s / since_s)
+        return torque if last is None else torque + (torque - last) * ahead
 
     def _shift(self, weighty: np.ndarray) -> np.ndarray | None:
         """From real to modelled centres of mass, (nsim, nbody, 3) m; None if they are the same."""

@@ -26,6 +26,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
+from t2l.sim.arrays import columns
 from t2l.sim.batch import diverged, make_batch
 from t2l.sim.dry_friction import AddedFriction, stiffen
 from t2l.sim.gravity import GravityCompensation
@@ -148,7 +149,7 @@ class ServoLoop:
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
         balance = self._balance()
-        compensated = np.tile(schedule.compensated, self.nvariant)[:, None]
+        compensated = np.tile(schedule.compensated, self.nvariant)[:, None].astype(float)
         gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
         off_balance = self._off_balance()
         kd = self._look_ahead()
@@ -156,18 +157,23 @@ class ServoLoop:
             batch.set_const()
         self._start()
         qpos, qvel, applied = batch.qpos, batch.qvel, batch.qfrc_applied
+        at_qpos, dofs = columns(self.qpos), columns(self.dofs)
         running, all_run = np.ones(batch.nsim, bool), True
         shape = (len(schedule.sample_ticks), batch.nsim, len(self.joints))
         out_q, out_dq = np.empty(shape), np.empty(shape)
-        wanted, taken = schedule.sample_ticks, 0
+        wanted, taken = schedule.sample_ticks.tolist(), 0
         limited = np.isfinite(self.motor_limits).any()
         least, most = self.motor_limits.T
         command, recording = self._commands(), np.tile(np.arange(self.nrec), self.nvariant)
         if self.friction or self.added_friction.any():
             friction = AddedFriction(batch, self.joints)
             friction.write(self.added_friction)
-        for tick in range(int(wanted[-1]) + 1):
-            q, dq = qpos[:, self.qpos], qvel[:, self.dofs]
+        half_step, carried = 0.5 * dt * qvel, 0.0
+        # masses are where the last step was halfway, and at the first tick where they start
+        ahead = (0.5 * dt + self.ahead) / self.period_s
+        later = (0.5 * dt + self.ahead) / (self.period_s - 0.5 * dt)
+        for tick in range(wanted[-1] + 1):
+            q, dq = qpos[:, at_qpos].copy(), qvel[:, dofs].copy()
             measured, measured_dq = q + self.encoder_offset, dq
             if self.sensor_filters:
                 measured_dq = dq.copy()
@@ -181,15 +187,15 @@ class ServoLoop:
             target = command(tick)
             for change in self.command_filters:
                 change(tick, target)
-            torque = self.kp * (target - measured) - kd * measured_dq
+            torque = self.kp * (target - measured)
+            torque -= kd * measured_dq
             if gravity:
-                # masses are where the last step was halfway, and at the first tick where they start
-                since = self.period_s - (0.5 * dt if tick == 1 else 0.0)
-                torque += np.where(compensated, gravity(since, 0.5 * dt + self.ahead), 0.0)
+                torque += compensated * gravity(later if tick == 1 else ahead)
             for change in self.controller_filters:
                 change(tick, torque)
-            carried = balance[:, self.dofs]
-            torque += carried
+            if balance is not None:
+                carried = balance[:, dofs].copy()
+                torque += carried
             for change in self.motor_filters:
                 change(tick, torque)
             if limited:
@@ -202,18 +208,20 @@ class ServoLoop:
                 for add in self.friction:
                     add(tick, dq, torque, level)
                 friction.write(level)
-            torque -= carried
+            if balance is not None:
+                torque -= carried
             if off_balance:
                 torque += off_balance()
             for add in self.joint_torques:
                 add(tick, q, dq, torque)
-            applied[:, self.dofs] = torque
-            qpos += 0.5 * dt * qvel
+            applied[:, dofs] = torque
+            qpos += half_step
             try:
                 batch.step(ids=None if all_run else running, nstep=self.nstep)
             except mujoco.batch.SimulationError as error:
                 running[error.ids] = all_run = False
-            qpos -= 0.5 * dt * qvel
+            np.multiply(qvel, 0.5 * dt, out=half_step)
+            qpos -= half_step
             if tick % _CHECK_EVERY == 0:
                 running &= ~diverged(batch)
                 all_run = running.all()
@@ -232,7 +240,7 @@ class ServoLoop:
         commands = self.schedule.commands
         recording = np.tile(np.arange(self.nrec), self.nvariant)
         if not self.command_lead_s.any():
-            return lambda tick: commands[tick][recording]
+            return lambda tick: commands[tick].take(recording, axis=0)
         lead = self.command_lead_s / self.period_s
         whole = np.floor(lead + 1e-9).astype(int)
         part, last, joint = lead - whole, len(commands) - 1, np.arange(len(self.joints))
@@ -246,13 +254,13 @@ class ServoLoop:
 
         return at
 
-    def _balance(self) -> np.ndarray:
-        """What carries the weight continuously, (nsim, nv) N·m, kept up to date."""
+    def _balance(self) -> np.ndarray | None:
+        """What carries the weight continuously, (nsim, nv) N·m, kept up to date, or None."""
         balanced = np.tile(self.schedule.balanced, self.nvariant)
         if not balanced.all():
             self.batch.expand("body_gravcomp")[~balanced] = 0.0
             if not balanced.any():
-                return np.zeros((self.batch.nsim, self.batch.model.nv))
+                return None
         return self.batch.bind("qfrc_gravcomp")
 
     def _off_balance(self) -> Callable[[], np.ndarray] | None:
@@ -263,7 +271,7 @@ class ServoLoop:
         real = self.batch.bind("qfrc_gravcomp")
         nominal = GravityCompensation(self.batch, self.joints)
         # both where the last step evaluated its forces
-        return lambda: wrong[:, None] * (nominal(self.period_s, 0.0) - real[:, self.dofs])
+        return lambda: wrong[:, None] * (nominal(0.0) - real[:, self.dofs])
 
     def _look_ahead(self) -> np.ndarray:
         """Damping (nsim, njoint) with which the loop is no later than the real one."""
