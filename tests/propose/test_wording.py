@@ -8,9 +8,9 @@ import pytest
 from t2l.effects.law import TORQUE, Curve, Law
 from t2l.identify.model import Model
 from t2l.propose.decision import Decision
+from t2l.propose.found import Ceiling
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING, Learned, Proposal
 from t2l.propose.reconsider import Reconsidered
-from t2l.propose.search import Ceiling
 from t2l.propose.wording import headline, part_of_it, retracted
 from tests.diagnose.made import pendulum
 

@@ -18,8 +18,8 @@ from t2l.identify.block_bootstrap import improvement
 from t2l.identify.model import Model
 from t2l.identify.prediction import Request
 from t2l.propose.decision import NEAR
+from t2l.propose.found import LEAST_IMPROVEMENT, SEED
 from t2l.propose.proposal import Proposal
-from t2l.propose.search import LEAST_IMPROVEMENT, SEED
 
 
 def confirmed(proposal: Proposal, names: Model, replaced: bool, evidence: Evidence) -> bool:

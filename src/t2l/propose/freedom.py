@@ -7,8 +7,8 @@ from t2l.identify.prediction import Predictor
 from t2l.propose.bases import penalty
 from t2l.propose.decision import NEAR
 from t2l.propose.dictionary import responses, weights_in
+from t2l.propose.found import Search
 from t2l.propose.ridge import LEAST, solve
-from t2l.propose.search import Search
 
 PENALTIES = 10.0 ** np.arange(8, -9, -1)  # numerics: of a straight line, to one that is not felt
 

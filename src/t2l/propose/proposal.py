@@ -13,8 +13,9 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.propose.band import band
 from t2l.propose.bases import tabulated
 from t2l.propose.dictionary import moved, weights_in
+from t2l.propose.found import Ceiling, Search
 from t2l.propose.refit import State, refit
-from t2l.propose.search import Ceiling, Progress, Search, search
+from t2l.propose.search import Progress, search
 from t2l.propose.split import split
 
 LAW, NOTHING, NO_LAW = "law", "nothing_to_explain", "no_law"

@@ -26,7 +26,7 @@ from functools import cache
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence
-from t2l.diagnose.ranking import rms
+from t2l.diagnose.judging import rms
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.fitting import REFINEMENTS
 from t2l.identify.levels import SHORTLISTED
@@ -34,10 +34,11 @@ from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
+from t2l.propose.found import Search, earns_its_place
 from t2l.propose.freedom import freedom
 from t2l.propose.proposal import Proposal, error_of, finished
 from t2l.propose.refit import State, coarser, finish, off, refit, without
-from t2l.propose.search import MOST_LAWS, Progress, Search, earns_its_place, search
+from t2l.propose.search import MOST_LAWS, Progress, search
 from t2l.propose.split import few, split
 from t2l.recordings.recording import Recording
 

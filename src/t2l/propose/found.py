@@ -1,0 +1,89 @@
+"""What a search for laws has found so far, and when a law earns its place."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from t2l.diagnose.judging import rms
+from t2l.effects.law import Law
+from t2l.effects.learned import SplineTorque
+from t2l.identify.block_bootstrap import improvement
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL
+from t2l.identify.noise_floor import noise_floor
+from t2l.identify.prediction import Predictor, Request
+from t2l.propose.refit import State
+
+LEAST_IMPROVEMENT = MATERIAL  # of the error; less is no finding
+SEED = 0  # statistics: of the bootstrap
+
+
+@dataclass(frozen=True)
+class Ceiling:
+    """What one law alone can explain.
+
+    Attributes:
+        rmse_rad: on the choosing samples.
+        simulated: whether the curve was simulated, or its response taken as linear.
+    """
+
+    law: Law
+    rmse_rad: float
+    simulated: bool
+
+
+@dataclass
+class Search:
+    """What was found.
+
+    Attributes:
+        state: the model's effects with the laws that were taken.
+        baseline_rad, rmse_rad: on the choosing samples, of the model and with the laws.
+        noise_floor_rad: on all samples.
+        ceilings: of every law beside the model, in the first round.
+        residual: (nsample,) measured minus predicted, with the laws.
+    """
+
+    state: State
+    baseline_rad: float
+    rmse_rad: float
+    noise_floor_rad: float
+    residual: np.ndarray
+    ceilings: list[Ceiling] = field(default_factory=list)
+
+    @property
+    def laws(self) -> list[SplineTorque]:
+        """That were taken, in their order."""
+        return [effect for effect, _ in self.state.laws]
+
+    @property
+    def left_more_than_noise(self) -> bool:
+        """Whether there may be another law."""
+        return self.rmse_rad > AT_THE_FLOOR * self.noise_floor_rad
+
+    def put(self, predictor: Predictor, state: State, residual: np.ndarray, error: float) -> None:
+        """Go on from a state that leaves `residual` (nsample,) and `error`, both rad."""
+        self.state, self.residual, self.rmse_rad = state, residual, error
+        rows = predictor.samples.by_row(residual)
+        floor = noise_floor(list(predictor.recordings), rows)
+        self.noise_floor_rad = min(self.noise_floor_rad, floor)
+
+
+def earns_its_place(before: np.ndarray, after: np.ndarray, block: np.ndarray) -> bool:
+    """Whether residuals fall by more than chance, and by enough to matter, from `before`.
+
+    Args:
+        before, after: (n,) rad, on the same samples.
+        block: (n,) the block of time of each.
+    """
+    gain = improvement(before, after, block, np.random.default_rng(SEED))
+    return gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT
+
+
+def left_by(
+    states: Sequence[State], predictor: Predictor, chosen: np.ndarray
+) -> tuple[list[np.ndarray], list[float]]:
+    """Residuals (nsample,) of states, and their RMS on the choosing samples."""
+    requests = [Request(s.layout, s.u[None]) for s in states]
+    residuals = [predictor.samples.q - q[0] for q in predictor.predict(requests)]
+    return residuals, [rms(np.nan_to_num(r[chosen], nan=np.inf)) for r in residuals]
