@@ -28,19 +28,18 @@ import numpy as np
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.judging import rms
 from t2l.identify.block_bootstrap import blocks
-from t2l.identify.fitting import REFINEMENTS
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
-from t2l.identify.prediction import Predictor, Request
 from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
+from t2l.propose.elimination import eliminate
 from t2l.propose.found import Search, earns_its_place
 from t2l.propose.freedom import freedom
+from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.proposal import Proposal, error_of, finished
-from t2l.propose.refit import State, coarser, finish, off, refit, without
-from t2l.propose.search import MOST_LAWS, Progress, search
+from t2l.propose.refit import State
+from t2l.propose.search import Progress
 from t2l.propose.split import few, split
-from t2l.recordings.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -81,25 +80,6 @@ class _Offer:
     decision: Decision | None = None
 
 
-@dataclass(frozen=True)
-class _Samples:
-    """What laws are learned from.
-
-    Attributes:
-        fitted, chosen: (nsample,) bool of the samples to fit, and to choose by.
-        others: recordings that the laws must also predict.
-    """
-
-    predictor: Predictor
-    fitted: np.ndarray
-    chosen: np.ndarray
-    others: tuple[Recording, ...]
-
-    def search(self, model: Model, progress: Progress, most: int = MOST_LAWS) -> Search:
-        """Laws beside a model."""
-        return search(model, self.predictor, self.fitted, self.chosen, progress, most, self.others)
-
-
 def reconsider(
     original: Model,
     final: Model,
@@ -120,7 +100,7 @@ def reconsider(
     """
     predictor, at = few(evidence.train, SHORTLISTED)
     sets = evidence.train, evidence.validation, evidence.test
-    samples = _Samples(
+    samples = LearningSamples(
         predictor,
         *(half & evidence.train_mask[at] for half in split(predictor)),
         tuple(recording for each in sets for recording in each.recordings),
@@ -181,7 +161,7 @@ def _offers(
     original: Model,
     final: Model,
     evidence: Evidence,
-    samples: _Samples,
+    samples: LearningSamples,
     quiet: float,
     alone: Callable[[], Search],
     progress: Progress,
@@ -218,7 +198,7 @@ def _in_place(
     adopted: Sequence[str],
     beside: Search,
     decision: Decision,
-    samples: _Samples,
+    samples: LearningSamples,
     alone: Callable[[], Search],
     progress: Progress,
 ) -> Iterator[_Offer]:
@@ -234,7 +214,7 @@ def _in_place(
         return
     if not decision.named:
         progress("testing the names beside the curves", 0.8)
-        found, dropped = _eliminate(beside, adopted, samples)
+        found, dropped = eliminate(beside, adopted, samples)
         if dropped:
             yield _Offer(found, tuple(dropped), decision)
 
@@ -243,7 +223,7 @@ def _one_law(
     original: Model,
     final: Model,
     adopted: Sequence[str],
-    samples: _Samples,
+    samples: LearningSamples,
     progress: Progress,
 ) -> Search | None:
     """One law beside the model as it came, if it leaves less than names, or as little with less."""
@@ -253,44 +233,10 @@ def _one_law(
     found = samples.search(original, progress, most=1)
     if not found.laws:
         return None
-    names = _residual(State(layout, u), samples)
+    names = samples.residual(State(layout, u))
     if found.rmse_rad > NEAR * max(rms(names), found.noise_floor_rad):
         return None
     block = blocks(predictor.samples.recording[chosen], predictor.samples.time[chosen])
     if earns_its_place(names, found.residual[chosen], block):
         return found
     return found if freedom(found, predictor, fitted, chosen) < numbers else None
-
-
-def _eliminate(
-    found: Search, adopted: Sequence[str], samples: _Samples
-) -> tuple[Search, list[str]]:
-    """`found` without the names whose loss costs nothing, and their list."""
-    limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
-    draft = coarser(samples.predictor, found.state)
-    shift = off(draft, found.state, found.residual)[samples.fitted]
-    dropped: list[str] = []
-    while left := [name for name in adopted if name not in dropped]:
-        trials = [without(found.state, [name]) for name in left]
-        fits = refit(trials, draft, samples.fitted, REFINEMENTS, shift)
-        finish(trials, fits, samples.predictor, samples.fitted)
-        errors = [_error(state, samples) for state in trials]
-        best = int(np.argmin(errors))
-        if not errors[best] <= limit:
-            break
-        found = replace(found, state=trials[best], rmse_rad=errors[best])
-        dropped.append(left[best])
-    return found, dropped
-
-
-def _error(state: State, samples: _Samples) -> float:
-    """RMS error in rad on the choosing samples; infinite where the simulation runs away."""
-    error = rms(_residual(state, samples))
-    return error if np.isfinite(error) else np.inf
-
-
-def _residual(state: State, samples: _Samples) -> np.ndarray:
-    """Measured minus predicted on the choosing samples, rad."""
-    predictor = samples.predictor
-    q = predictor.predict([Request(state.layout, state.u[None])])[0][0]
-    return (predictor.samples.q - q)[samples.chosen]
