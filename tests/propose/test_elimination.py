@@ -1,0 +1,43 @@
+"""Without a wrong name, a curve that undid it is the constant that it stands for."""
+
+import numpy as np
+
+from t2l.effects.law import TORQUE, Law
+from t2l.identify.model import Model
+from t2l.identify.prediction import Predictor
+from t2l.propose.elimination import eliminate
+from t2l.propose.learning_samples import LearningSamples
+from t2l.propose.proposal import finished
+from t2l.propose.split import split
+from tests.diagnose.made import pendulum
+from tests.propose.test_search import POSITIONS, machine, planted
+
+SPRING = {"parallel_spring": {"stiffness": {"hinge": 0.05}, "rest": {"hinge": 0.3}}}
+
+
+def found_beside_a_spring(robot, curve):
+    predictor = Predictor(robot, machine(robot, [curve], 3), threads=1)
+    samples = LearningSamples(predictor, *split(predictor), ())
+    wrong = Model(robot, SPRING)
+    found = samples.search(wrong, lambda what, fraction: None)
+    assert [effect.law.follows for effect in found.laws] == ["position"]
+    found, dropped = eliminate(found, ["parallel_spring"], samples)
+    assert dropped == ["parallel_spring"]
+    return finished(wrong, found, predictor, None, samples.fitted | samples.chosen)
+
+
+def test_a_constant_takes_the_place_of_a_curve_that_only_undid_a_spring(tmp_path):
+    constant = planted(
+        Law(TORQUE, "hinge", "constant", "hinge"), np.array([0.0, 1.0]), np.full(2, 0.04)
+    )
+    found = found_beside_a_spring(pendulum(tmp_path), constant)
+    (one,) = found.learned
+    assert one.curve.law == constant.law
+    np.testing.assert_allclose(one.curve.torque, 0.04, rtol=0.02)
+
+
+def test_a_curve_that_bends_without_the_spring_stays(tmp_path):
+    law = Law(TORQUE, "hinge", "position", "hinge")
+    ripple = planted(law, POSITIONS, 0.04 * np.sin(5 * POSITIONS))
+    (one,) = found_beside_a_spring(pendulum(tmp_path), ripple).learned
+    assert one.curve.law == law
