@@ -61,7 +61,7 @@ def headline(proposal: Proposal) -> str:
     after = proposal.report_rmse_rad or proposal.choice_rmse_rad
     where = "unseen recordings" if proposal.report_rmse_rad else "the samples that chose"
     if proposal.verdict == LAW:
-        laws = " and ".join(told(one.curve) for one in proposal.learned)
+        laws = listed([told(one.curve) for one in proposal.learned])
         if not after < before:
             return (
                 f"{laws[0].upper()}{laws[1:]} would explain what is left in the samples that chose "
@@ -83,8 +83,8 @@ def headline(proposal: Proposal) -> str:
 def retracted(found: Reconsidered) -> str:
     """What takes the place of names, beside what the names themselves leave on unseen data."""
     proposal = found.proposal
-    names = " and ".join(_titles(found.dropped, proposal))
-    laws = " and ".join(told(one.curve) for one in proposal.learned)
+    names = listed(_titles(found.dropped, proposal))
+    laws = listed([told(one.curve) for one in proposal.learned])
     came, known, learned, floor = _in_mrad(
         found.came_rmse_rad,
         proposal.report_baseline_rad,
@@ -128,7 +128,7 @@ def part_of_it(found: Reconsidered) -> str:
     )
     if proposal.verdict != LAW:
         return f"{said} No law of one variable holds on other data either.{_nearest(proposal)}"
-    laws = " and ".join(told(one.curve) for one in proposal.learned)
+    laws = listed([told(one.curve) for one in proposal.learned])
     share = max(0.0, 1 - (proposal.report_rmse_rad / found.came_rmse_rad) ** 2)
     verb, leave = ("explains", "leaves") if len(proposal.learned) == 1 else ("explain", "leave")
     return f"{said} Without names, {laws} {verb} {part(share)} and {leave} {laws_left} mrad."
