@@ -30,7 +30,7 @@ from t2l.identify.fitting import (
     start_from_the_best,
 )
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.levels import AT_THE_FLOOR, PROMISING, TIED
+from t2l.identify.levels import AT_THE_FLOOR, NEGLIGIBLE, PROMISING, TIED
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.rough import search
 
@@ -122,7 +122,7 @@ def _on_every_tick(
     evidence: Evidence,
     floor: float,
 ) -> dict[str, LeastSquares]:
-    """Leaders that feel how coarse the ticks are, fitted on every tick from where they ended.
+    """Leaders that feel coarse ticks more than a tie allows, fitted on every tick from their ends.
 
     And from the first guess, where more than noise is left: coarse ticks may have minima of their
     own.
@@ -135,7 +135,7 @@ def _on_every_tick(
         leaders.items(), coarse.predict(requests), exact.predict(requests), strict=True
     ):
         felt = np.sqrt(np.mean((q - true)[mask] ** 2))
-        if not np.hypot(floor, felt) <= AT_THE_FLOOR * floor:
+        if not felt <= NEGLIGIBLE * floor:
             fits[name] = fit.again()
     run(list(fits.values()), exact, mask, ITERATIONS)
     anew = {
