@@ -37,7 +37,7 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
         radii = (high - low) * 0.5 ** np.arange(RADII - 1, -1, -1)
         return SplineTorque(law, radii, np.eye(RADII), size)
     if law.follows == "constant":
-        return SplineTorque(law, np.array([0.0, 1.0]), np.ones((2, 1)), size)
+        return constant(law, size)
     if law.column:
         grid = np.linspace(low, high, GRID)
         hats = [np.interp(grid, ends, one) for one in np.eye(len(ends))]
@@ -50,6 +50,11 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
     spread = np.linspace(0, 1, count + 1) ** (2 if law.follows == "speed" else 1)
     basis = _splines(grid, grid[0] + spread * (grid[-1] - grid[0]))
     return SplineTorque(law, grid, basis, size, shown=ends)
+
+
+def constant(law: Law, size: float) -> SplineTorque:
+    """A law whose torque is one weight; `size` as of `SplineTorque`."""
+    return SplineTorque(law, np.array([0.0, 1.0]), np.ones((2, 1)), size)
 
 
 def may_be_finer(law: Law) -> bool:

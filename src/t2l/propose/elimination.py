@@ -10,7 +10,7 @@ from t2l.identify.prediction import Predictor
 from t2l.propose.decision import NEAR
 from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
-from t2l.propose.level import levelled, levels
+from t2l.propose.level import level_of, levelled
 from t2l.propose.refit import State, coarser, finish, off, refit, without
 
 
@@ -35,7 +35,7 @@ def eliminate(
         found = replace(found, state=trials[best], rmse_rad=errors[best])
         dropped.append(left[best])
     for curve in found.laws if dropped else ():
-        law = levels(found.state).get(curve)
+        law = level_of(found.state, curve)
         if law is None:
             continue
         trial = levelled(found.state, curve, law, samples.predictor.joints)

@@ -8,9 +8,9 @@ from t2l.diagnose.settings import SCREENED
 from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import may_be_finer, penalty
-from t2l.propose.dictionary import joined, responses, term_of, weights_in
+from t2l.propose.dictionary import responses, weights_in
 from t2l.propose.found import Search, earns_its_place, left_by
-from t2l.propose.refit import State, finish, refit, without
+from t2l.propose.refit import finish, refit, with_law, without
 from t2l.propose.ridge import fit
 from t2l.propose.split import few
 
@@ -37,38 +37,19 @@ def refine(
     """
     times = 2
     while found.left_more_than_noise and may_be_finer(found.laws[-1].law):
-        if not _take_finer(found, finer(times), predictor, draft, fitted, chosen, block, given):
+        coarse, effect = found.laws[-1], finer(times)
+        curve = coarse.basis @ found.state.u[weights_in(found.state.layout, coarse)]
+        bare = without(found.state, [coarse.name])
+        weights = np.linalg.lstsq(effect.basis, curve, rcond=None)[0]
+        begun = with_law(bare, effect, weights, 1.0, predictor.joints)
+        screen, at = few(draft, max(SCREENED))
+        (answer,) = responses(screen, begun.layout, begun.u, [effect])
+        target = found.residual[at] + answer @ weights
+        guess = fit(answer, target, fitted[at], chosen[at], penalty(effect))
+        grown = with_law(bare, effect, guess.weights, guess.penalty, predictor.joints)
+        finish([grown], refit([grown], draft, fitted, 0, given=given), predictor, fitted)
+        (residual,), (error,) = left_by([grown], predictor, chosen)
+        if not earns_its_place(found.residual[chosen], residual[chosen], block):
             break
+        found.put(predictor, grown, residual, error)
         times *= 2
-
-
-def _take_finer(
-    found: Search,
-    finer: SplineTorque,
-    predictor: Predictor,
-    draft: Predictor,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
-    block: np.ndarray,
-    given: Mapping[tuple, np.ndarray],
-) -> bool:
-    """Give the law that was taken last more knots, if they earn their place."""
-    state = found.state
-    *before, (coarse, _) = state.laws
-    curve = coarse.basis @ state.u[weights_in(state.layout, coarse)]
-    bare = without(state, [coarse.name])
-    layout, u = joined(bare.layout, bare.u, [term_of(finer, predictor.joints)])
-    weights = np.linalg.lstsq(finer.basis, curve, rcond=None)[0]
-    u[weights_in(layout, finer)] = weights
-    screen, at = few(draft, max(SCREENED))
-    (answer,) = responses(screen, layout, u, [finer])
-    target = found.residual[at] + answer @ weights
-    guess = fit(answer, target, fitted[at], chosen[at], penalty(finer))
-    u[weights_in(layout, finer)] = guess.weights
-    grown = State(layout, u, (*before, (finer, guess.penalty)))
-    finish([grown], refit([grown], draft, fitted, 0, given=given), predictor, fitted)
-    (residual,), (error,) = left_by([grown], predictor, chosen)
-    if not earns_its_place(found.residual[chosen], residual[chosen], block):
-        return False
-    found.put(predictor, grown, residual, error)
-    return True

@@ -13,7 +13,7 @@ from t2l.identify.least_squares import LeastSquares
 from t2l.identify.optimiser import minimise
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.bases import penalty
-from t2l.propose.dictionary import moved, weights_in
+from t2l.propose.dictionary import joined, moved, term_of, weights_in
 
 COARSE = 4  # tuned: periods of the loop in a tick for all but the last steps of a fit
 TOLERANCE = 0.01  # numerics: of the squared error: what is left is fitted again
@@ -46,10 +46,24 @@ class State:
 
 
 def without(state: State, names: Sequence[str]) -> State:
-    """The state without some of the known effects."""
+    """The state without some of its effects or laws."""
     kept = [term for term in state.layout.terms if term.effect.name not in names]
     layout = type(state.layout)(kept)
-    return State(layout, moved(state.layout, state.u, layout), state.laws)
+    laws = tuple(law for law in state.laws if law[0].name not in names)
+    return State(layout, moved(state.layout, state.u, layout), laws)
+
+
+def with_law(
+    state: State,
+    effect: SplineTorque,
+    weights: np.ndarray,
+    penalty_factor: float,
+    joints: tuple[str, ...],
+) -> State:
+    """The state with one more law, the last, of given weights (k,)."""
+    layout, u = joined(state.layout, state.u, [term_of(effect, joints)])
+    u[weights_in(layout, effect)] = weights
+    return State(layout, u, (*state.laws, (effect, penalty_factor)))
 
 
 class PenalisedError(PositionError):

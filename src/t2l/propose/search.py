@@ -25,7 +25,7 @@ from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.scales import scales
 from t2l.propose.bases import effect_of, penalty
-from t2l.propose.dictionary import joined, responses, term_of, weights_in
+from t2l.propose.dictionary import responses
 from t2l.propose.found import LEAST_IMPROVEMENT, SEED, Ceiling, Search, earns_its_place, left_by
 from t2l.propose.knots import Finer, refine
 from t2l.propose.laws import laws, order, ranges
@@ -37,6 +37,7 @@ from t2l.propose.refit import (
     finish,
     off,
     refit,
+    with_law,
 )
 from t2l.propose.ridge import Fit, fit
 from t2l.propose.split import few
@@ -141,7 +142,10 @@ def _take_one(
     if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT) * rms(left[chosen[at]]):
         return None
     short = _shortlist(effects, fits, ranked, rms(left[chosen[at]]))
-    states = [_with(state, effects[i], fits[i], predictor.joints) for i in short]
+    states = [
+        with_law(state, effects[i], fits[i].weights, fits[i].penalty, predictor.joints)
+        for i in short
+    ]
     # the coarser simulation serves for changes only: what it is off by at first is taken from it
     shift = off(draft, state, found.residual)[fitted]
     begin_at_the_best(states, draft, fitted, [effects[i] for i in short], shift)
@@ -184,12 +188,6 @@ def _shortlist(
     simple = [i for i in ranked if order(effects[i].law) <= 1 and i not in short]
     simple.sort(key=lambda i: order(effects[i].law))
     return short + [i for i in simple if fits[i].chosen <= PROMISING**4 * least][:2]
-
-
-def _with(state: State, effect: SplineTorque, guess, joints: tuple[str, ...]) -> State:
-    layout, u = joined(state.layout, state.u, [term_of(effect, joints)])
-    u[weights_in(layout, effect)] = guess.weights
-    return State(layout, u, (*state.laws, (effect, guess.penalty)))
 
 
 def _simplest(taken: Sequence[Law], residuals, errors, chosen, block) -> int:
