@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from t2l.effects.law import ALLOWED, COLUMNS, FRICTION, MOTOR, TORQUE, UNITS, Curve, Law
+from t2l.effects.law import ALLOWED, COLUMNS, FRICTION, GIVEN, MOTOR, TORQUE, UNITS, Curve, Law
 from t2l.effects.registry import load
 from t2l.export.folder import write_export
 from t2l.export.mjcf import Controller
@@ -19,7 +19,7 @@ FOLLOWED = [
     (kind, follows)
     for kind in (TORQUE, FRICTION)
     for follows in ALLOWED[kind]
-    if follows not in COLUMNS
+    if follows not in GIVEN
 ]
 LOGGED = [(kind, follows) for kind in (TORQUE, FRICTION, MOTOR) for follows in COLUMNS]
 

@@ -8,6 +8,8 @@ TORQUE, FRICTION, HYSTERESIS, MOTOR = "torque", "friction", "hysteresis", "motor
 SIGNED = (TORQUE, MOTOR)  # whose values may be below zero
 # optional columns of recordings, by what a law of them follows
 COLUMNS = {"temperature": "temperature", "supply voltage": "supply_voltage"}
+SESSION = "session time"  # what the log's clock shows, which recordings of a session share
+GIVEN = (*COLUMNS, SESSION)  # what recordings tell, whatever the motion
 UNITS = {
     "constant": "",
     "position": "rad",
@@ -17,15 +19,16 @@ UNITS = {
     "commanded torque size": "N·m",
     "load": "N·m",
     "time": "s",
+    "session time": "s",
     "distance": "rad",
     "temperature": "°C",
     "supply voltage": "V",
 }
 ALLOWED = {
-    TORQUE: ("constant", "position", "velocity", "commanded torque", "load", "time", *COLUMNS),
-    FRICTION: ("constant", "speed", "commanded torque size", "position", "time", *COLUMNS),
+    TORQUE: ("constant", "position", "velocity", "commanded torque", "load", "time", *GIVEN),
+    FRICTION: ("constant", "speed", "commanded torque size", "position", "time", *GIVEN),
     HYSTERESIS: ("distance",),
-    MOTOR: tuple(COLUMNS),
+    MOTOR: GIVEN,
 }
 OTHERS = ("position", "velocity")  # that may be another joint's
 # numerics: points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
@@ -56,6 +59,11 @@ class Law:
     def torque_unit(self) -> str:
         """Of the curve's values: N·m, or none of a share."""
         return "" if self.kind == MOTOR else "N·m"
+
+    @property
+    def given(self) -> bool:
+        """Whether the recordings tell its variable, whatever the motion."""
+        return self.follows in GIVEN
 
     @property
     def column(self) -> str | None:

@@ -20,7 +20,7 @@ from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import JOINT
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, OTHERS, SIGNED, TORQUE, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, OTHERS, SESSION, SIGNED, TORQUE, Curve, Law
 from t2l.effects.torque_constant import TorqueConstant
 from t2l.sim.servo import ServoLoop
 
@@ -53,7 +53,7 @@ class LearnedTorque(Effect):
 
     def export(self, to, joints, values):
         law, curve = self.law, self.curve
-        if law.column:
+        if law.given:
             to.cannot_carry(self.name, f"a simulator has no {law.follows}")
             return
         if law.kind == HYSTERESIS:
@@ -200,6 +200,8 @@ def variable(loop: ServoLoop, rows: slice, law: Law, effect: str = "") -> Callab
     if law.column:
         name = effect or law.name
         return lambda tick, q, dq, motor: loop.logged(law.column, tick, name)[rows, of]
+    if law.follows == SESSION:
+        return lambda tick, q, dq, motor: loop.clock_s(tick)[rows, 0]
     if law.follows == "load":
         bias, dof = loop.batch.bind("qfrc_bias"), loop.dofs[of]
         return lambda tick, q, dq, motor: bias[rows, dof]

@@ -38,7 +38,7 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
         return SplineTorque(law, radii, np.eye(RADII), size)
     if law.follows == "constant":
         return constant(law, size)
-    if law.column:
+    if law.given:
         grid = np.linspace(low, high, GRID)
         hats = [np.interp(grid, ends, one) for one in np.eye(len(ends))]
         return SplineTorque(law, grid, np.stack(hats, axis=1), size)
@@ -59,7 +59,7 @@ def constant(law: Law, size: float) -> SplineTorque:
 
 def may_be_finer(law: Law) -> bool:
     """Whether more knots can draw it better."""
-    return law.kind == TORQUE and law.follows != "constant" and not law.column
+    return law.kind == TORQUE and law.follows != "constant" and not law.given
 
 
 def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
@@ -79,7 +79,7 @@ def penalty(effect: SplineTorque) -> np.ndarray:
         return np.eye(count)
     if count == 1:
         return np.zeros((0, 1))
-    if effect.law.column:
+    if effect.law.given:
         step = np.diff(_knots(effect))
         slopes = np.diff(np.eye(count), axis=0) * (step.mean() / step)[:, None]
         return np.diff(slopes, axis=0)
@@ -100,7 +100,7 @@ def tabulated(effect: SplineTorque, weights: np.ndarray) -> Curve:
 
 def points(effect: SplineTorque) -> np.ndarray:
     """Indices of the grid that a table shows: where the recordings were."""
-    if effect.law.column:
+    if effect.law.given:
         knots = _knots(effect)
         parts = np.arange(POINTS * (len(knots) - 1) + 1) / POINTS
         return np.round(np.interp(parts, np.arange(len(knots)), knots)).astype(int)

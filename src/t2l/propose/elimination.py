@@ -8,9 +8,9 @@ import numpy as np
 from t2l.identify.fitting import REFINEMENTS
 from t2l.identify.prediction import Predictor
 from t2l.propose.decision import NEAR
-from t2l.propose.found import Search
+from t2l.propose.found import Search, left_by
 from t2l.propose.learning_samples import LearningSamples
-from t2l.propose.level import level_of, levelled
+from t2l.propose.level import simplify
 from t2l.propose.refit import State, coarser, finish, off, refit, without
 
 
@@ -34,14 +34,11 @@ def eliminate(
             break
         found = replace(found, state=trials[best], rmse_rad=errors[best])
         dropped.append(left[best])
-    for curve in found.laws if dropped else ():
-        law = level_of(found.state, curve)
-        if law is None:
-            continue
-        trial = levelled(found.state, curve, law, samples.predictor.joints)
-        (error,) = _refitted([trial], draft, samples, shift)
-        if error <= limit:
-            found = replace(found, state=trial, rmse_rad=error)
+    if dropped:
+        sets = samples.fitted, samples.chosen
+        (residual,), _ = left_by([found.state], samples.predictor, samples.chosen)
+        found = replace(found, residual=residual)
+        simplify(found, found.laws, limit, samples.predictor, draft, *sets)
     return found, dropped
 
 

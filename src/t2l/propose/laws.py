@@ -1,13 +1,23 @@
 """Which laws a missing torque may follow, and over what range the recordings show each."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from t2l.diagnose.conditions import Series, features
 from t2l.diagnose.explained_variance import by_bins
 from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
-from t2l.effects.law import ALLOWED, COLUMNS, FRICTION, HYSTERESIS, OTHERS, TORQUE, Law
+from t2l.effects.law import (
+    ALLOWED,
+    COLUMNS,
+    GIVEN,
+    HYSTERESIS,
+    OTHERS,
+    SESSION,
+    TORQUE,
+    Law,
+)
 from t2l.identify.levels import TIED
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import INTERVALS_OF_FRICTION
@@ -66,7 +76,8 @@ def ranges(
 ) -> dict[Law, tuple[float, ...]]:
     """Every law whose variable the recordings vary, with its range, measured and predicted.
 
-    Between the ends of the range of a logged column are values at which it was seen.
+    Between the ends of the range of what recordings tell are values at which it was seen. The time
+    of the session is followed where the recordings follow one another by their clocks.
 
     Args:
         q, dq: (nsample,) predicted position and velocity.
@@ -80,6 +91,9 @@ def ranges(
         for variable, column in COLUMNS.items()
         if all(r.has(column) for r in (*predictor.recordings, *others))
     }
+    if _follow_one_another(predictor.recordings):
+        clocks = [np.tile(r.time[:, None], len(predictor.joints)) for r in predictor.recordings]
+        logged[SESSION] = samples.of(clocks)
     both = [features(predictor, q, dq), features(predictor, samples.q, measured_dq)]
     # of time, and of what is logged, there is only one
     found: dict[Law, tuple[float, ...]] = {}
@@ -90,7 +104,7 @@ def ranges(
         return float(values.min()), float(values.max())
 
     def span(variable: str, joint: int) -> tuple[float, ...]:
-        if variable in COLUMNS:
+        if variable in GIVEN:
             return _spread(logged[variable][samples.joint == joint])
         if variable == "constant":
             return 0.0, 1.0
@@ -103,7 +117,7 @@ def ranges(
 
     for kind, variables in ALLOWED.items():
         for variable in variables:
-            if variable in COLUMNS and variable not in logged:
+            if variable in GIVEN and variable not in logged:
                 continue
             for joint, name in enumerate(predictor.joints):
                 found[Law(kind, name, variable, name)] = span(variable, joint)
@@ -113,6 +127,12 @@ def ranges(
                 if other != joint:
                     found[Law(TORQUE, name, variable, its)] = span(variable, other)
     return {law: ends for law, ends in found.items() if ends[-1] - ends[0] > MOVES}
+
+
+def _follow_one_another(recordings: Sequence[Recording]) -> bool:
+    """Whether there are several, and no two clocks show the same time."""
+    spans = sorted((r.time[0], r.time[-1]) for r in recordings)
+    return len(spans) > 1 and all(end < begin for (_, end), (begin, _) in pairwise(spans))
 
 
 def _spread(values: np.ndarray) -> tuple[float, ...]:
@@ -128,9 +148,9 @@ def order(law: Law) -> int:
         return 0
     if law.of != law.joint or law.column:
         return 4
+    if law.follows in ("time", SESSION):
+        return 5
     return {
-        (TORQUE, "time"): 5,
-        (FRICTION, "time"): 5,
         (HYSTERESIS, "distance"): 3,
         (TORQUE, "position"): 1,
         (TORQUE, "velocity"): 1,

@@ -29,6 +29,8 @@ from t2l.propose.dictionary import responses
 from t2l.propose.found import LEAST_IMPROVEMENT, SEED, Ceiling, Search, earns_its_place, left_by
 from t2l.propose.knots import Finer, refine
 from t2l.propose.laws import laws, order, ranges
+from t2l.propose.level import simplify
+from t2l.propose.partial_regression import PartialRegression
 from t2l.propose.refit import (
     State,
     begin_at_the_best,
@@ -89,6 +91,11 @@ def search(
             break
         if earns_its_place(earned.residual[chosen], found.residual[chosen], block):
             refine(found, taken.finer, predictor, draft, fitted, chosen, block, taken.given)
+            limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
+            state, (*others, last) = found.state, found.laws
+            simplify(found, others, limit, predictor, draft, fitted, chosen)
+            if found.state is not state:
+                simplify(found, [last], limit, predictor, draft, fitted, chosen)
             earned = replace(found)
         # what has a constant part and another shows only once both are there
         elif len(found.laws) > len(earned.laws) + 1:
@@ -130,10 +137,13 @@ def _take_one(
     screen, at = few(draft, max(SCREENED))
     answers = responses(screen, state.layout, state.u, effects)
     left = found.residual[at]
-    fits = [
-        fit(a, left, fitted[at], chosen[at], penalty(e), e.law.kind not in SIGNED)
-        for e, a in zip(effects, answers, strict=True)
-    ]
+    # what the model has moves along, by derivatives that all its new companions share
+    given = columns(state, draft, np.ones(len(fitted), bool))
+    others = PartialRegression.at(state, {key: c[at] for key, c in given.items()}, fitted[at])
+    target, masks = others.left_of(left), others.masks(chosen[at])
+    rows, positive = [penalty(e) for e in effects], [e.law.kind not in SIGNED for e in effects]
+    beside = [others.left_of_responses(a) for a in answers]
+    fits = [fit(beside[i], target, *masks, rows[i], positive[i]) for i in range(len(effects))]
     ranked = sorted(range(len(effects)), key=lambda i: fits[i].chosen)
     if not found.ceilings:
         found.ceilings = [
@@ -142,15 +152,16 @@ def _take_one(
     if np.sqrt(fits[ranked[0]].chosen) > (1 - LEAST_IMPROVEMENT) * rms(left[chosen[at]]):
         return None
     short = _shortlist(effects, fits, ranked, rms(left[chosen[at]]))
+    # what the model has stands still at first, so that no part that two curves share runs away
+    alone = (fit(answers[i], left, fitted[at], chosen[at], rows[i], positive[i]) for i in short)
     states = [
-        with_law(state, effects[i], fits[i].weights, fits[i].penalty, predictor.joints)
-        for i in short
+        with_law(state, effects[i], first.weights, fits[i].penalty, predictor.joints)
+        for i, first in zip(short, alone, strict=True)
     ]
     # the coarser simulation serves for changes only: what it is off by at first is taken from it
     shift = off(draft, state, found.residual)[fitted]
     begin_at_the_best(states, draft, fitted, [effects[i] for i in short], shift)
-    # what the model has moves along, by derivatives that all its new companions share
-    given = columns(state, draft, fitted)
+    given = {key: column[fitted] for key, column in given.items()}
     fits = refit(states, draft, fitted, shift=shift, given=given)
     residuals, errors = left_by(states, predictor, chosen)
     near = [i for i, e in enumerate(errors) if e <= NEAR * min(errors)]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, SESSION, Curve, Law
 from t2l.identify.levels import MATERIAL
 from t2l.names import listed
 from t2l.propose.decision import NEAR
@@ -21,6 +21,7 @@ VARIABLES = {
     "commanded torque size": "commanded torque's size",
     "load": "load by gravity",
     "time": "time since the start",
+    SESSION: "time of the session",
 }
 
 
@@ -156,6 +157,6 @@ def _nearest(proposal: Proposal) -> str:
 def _variable(law: Law) -> str:
     if law.of != law.joint:
         return f"the {law.follows} of {law.of}"
-    if law.follows == "time":
-        return "the time since the start"
+    if law.follows in ("time", SESSION):
+        return f"the {VARIABLES[law.follows]}"
     return f"its {VARIABLES.get(law.follows, law.follows)}"
