@@ -99,6 +99,15 @@ def test_the_joint_is_found(tmp_path):
     assert [one.curve.law for one in found.learned] == [law]
 
 
+def test_friction_that_has_a_direction_is_dry_friction_and_a_torque(tmp_path):
+    """A curve over the velocity alone explains more than either."""
+    robot, ends = pendulum(tmp_path), np.array([0.0, 1.0])
+    torque, friction = (Law(kind, "hinge", "constant", "hinge") for kind in (TORQUE, FRICTION))
+    truth = [planted(torque, ends, np.full(2, -0.05)), planted(friction, ends, np.full(2, 0.08))]
+    found = learn(robot, machine(robot, truth, 3))
+    assert {one.curve.law for one in found.learned} == {torque, friction}
+
+
 def test_noise_gives_no_proposal(tmp_path):
     robot = pendulum(tmp_path)
     found = learn(robot, machine(robot, []))

@@ -38,7 +38,7 @@ def eliminate(
         sets = samples.fitted, samples.chosen
         (residual,), _ = left_by([found.state], samples.predictor, samples.chosen)
         found = replace(found, residual=residual)
-        simplify(found, found.laws, limit, samples.predictor, draft, *sets)
+        simplify(found, limit, samples.predictor, draft, *sets)
     return found, dropped
 
 

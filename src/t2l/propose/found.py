@@ -9,12 +9,12 @@ from t2l.diagnose.judging import rms
 from t2l.effects.law import Law
 from t2l.effects.learned import SplineTorque
 from t2l.identify.block_bootstrap import improvement
-from t2l.identify.levels import AT_THE_FLOOR, MATERIAL
+from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.refit import State
 
-LEAST_IMPROVEMENT = MATERIAL  # of the error; less is no finding
+LEAST_IMPROVEMENT = 1 - 1 / AT_THE_FLOOR  # derived: with less the model without it is as near
 SEED = 0  # statistics: of the bootstrap
 
 

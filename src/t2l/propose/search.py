@@ -86,16 +86,19 @@ def search(
         if not found.left_more_than_noise:
             break
         progress(f"learning curve {number + 1}", number / most)
+        there = {effect.law for effect in found.laws}
         taken = _take_one(found, predictor, draft, fitted, chosen, block, ends, torque)
         if taken is None:
             break
-        if earns_its_place(earned.residual[chosen], found.residual[chosen], block):
-            refine(found, taken.finer, predictor, draft, fitted, chosen, block, taken.given)
-            limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
-            state, (*others, last) = found.state, found.laws
-            simplify(found, others, limit, predictor, draft, fitted, chosen)
-            if found.state is not state:
-                simplify(found, [last], limit, predictor, draft, fitted, chosen)
+        before, limit = found.state, NEAR * max(found.rmse_rad, found.noise_floor_rad)
+        simplify(found, limit, predictor, draft, fitted, chosen)
+        if {effect.law for effect in found.laws} == there:
+            break
+        # no worse with less needs no proof that chance could not have done it
+        less = found.rmse_rad <= earned.rmse_rad and len(found.state.u) < len(earned.state.u)
+        if less or earns_its_place(earned.residual[chosen], found.residual[chosen], block):
+            if found.state is before:
+                refine(found, taken.finer, predictor, draft, fitted, chosen, block, taken.given)
             earned = replace(found)
         # what has a constant part and another shows only once both are there
         elif len(found.laws) > len(earned.laws) + 1:
