@@ -164,7 +164,7 @@ KINDS = (
     ),
     (
         "friction_drift", rx.FrictionDrift(0.08, 0.02, 10.0),
-        rx.FrictionDrift({"elbow": 0.02}, {"elbow": 0.1}, 15.0), ELBOW, DRY, ("time",), True,
+        rx.FrictionDrift({"elbow": 0.02}, {"elbow": 0.1}, 15.0), ELBOW, DRY, ("session time", "time"), True,
     ),
     (
         "friction_warmth", rx.FrictionTemperature(level=0.06, per_kelvin=-1e-3),
@@ -174,7 +174,7 @@ KINDS = (
     (
         "constant_drift", rx.TorqueConstantDrift(1.0, 0.85, 15.0),
         rx.TorqueConstantDrift(1.05, 0.7, 20.0), BOTH,
-        CONSTANT, ("commanded torque", "load", "time"), False,
+        CONSTANT, ("commanded torque", "load", "session time", "time"), False,
     ),
     (
         "constant_warmth", rx.TorqueConstantTemperature(per_kelvin=-4e-3),
