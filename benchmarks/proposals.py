@@ -164,7 +164,8 @@ KINDS = (
     ),
     (
         "friction_drift", rx.FrictionDrift(0.08, 0.02, 10.0),
-        rx.FrictionDrift({"elbow": 0.02}, {"elbow": 0.1}, 15.0), ELBOW, DRY, ("session time", "time"), True,
+        rx.FrictionDrift({"elbow": 0.02}, {"elbow": 0.1}, 15.0), ELBOW,
+        DRY, ("session time", "time"), True,
     ),
     (
         "friction_warmth", rx.FrictionTemperature(level=0.06, per_kelvin=-1e-3),

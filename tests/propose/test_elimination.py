@@ -7,7 +7,7 @@ from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import effect_of
 from t2l.propose.elimination import eliminate
-from t2l.propose.found import Search, left_by
+from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.proposal import finished
 from t2l.propose.refit import State, refit, with_law
@@ -25,13 +25,13 @@ def undone(wrong, samples):
     weights = np.zeros(len(effect.parameters))
     state = with_law(State(*wrong.vector(("hinge",))), effect, weights, 1.0, ("hinge",))
     refit([state], predictor, samples.fitted)
-    (residual,), (error,) = left_by([state], predictor, samples.chosen)
+    (residual,), (error,) = samples.left_by([state])
     return Search(state, error, error, 1e-4, residual)
 
 
 def found_beside_a_spring(robot, curve):
     predictor = Predictor(robot, machine(robot, [curve], 3), threads=1)
-    samples = LearningSamples(predictor, *split(predictor), ())
+    samples = LearningSamples(predictor, *split(predictor))
     wrong = Model(robot, SPRING)
     found, dropped = eliminate(undone(wrong, samples), ["parallel_spring"], samples)
     assert dropped == ["parallel_spring"]

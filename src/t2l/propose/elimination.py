@@ -8,10 +8,10 @@ import numpy as np
 from t2l.identify.fitting import REFINEMENTS
 from t2l.identify.prediction import Predictor
 from t2l.propose.decision import NEAR
-from t2l.propose.found import Search, left_by
+from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
-from t2l.propose.level import simplify
 from t2l.propose.refit import State, coarser, finish, off, refit, without
+from t2l.propose.simplify import simplify
 
 
 def eliminate(
@@ -35,10 +35,9 @@ def eliminate(
         found = replace(found, state=trials[best], rmse_rad=errors[best])
         dropped.append(left[best])
     if dropped:
-        sets = samples.fitted, samples.chosen
-        (residual,), _ = left_by([found.state], samples.predictor, samples.chosen)
+        (residual,), _ = samples.left_by([found.state])
         found = replace(found, residual=residual)
-        simplify(found, limit, samples.predictor, draft, *sets)
+        simplify(found, limit, samples, draft)
     return found, dropped
 
 
@@ -48,4 +47,4 @@ def _refitted(
     """RMS errors in rad of states that are fitted anew."""
     fits = refit(trials, draft, samples.fitted, REFINEMENTS, shift)
     finish(trials, fits, samples.predictor, samples.fitted)
-    return [samples.error(state) for state in trials]
+    return samples.left_by(trials)[1]

@@ -1,17 +1,16 @@
 """What a search for laws has found so far, and when a law earns its place."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.diagnose.judging import rms
 from t2l.effects.law import Law
 from t2l.effects.learned import SplineTorque
 from t2l.identify.block_bootstrap import improvement
 from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.noise_floor import noise_floor
-from t2l.identify.prediction import Predictor, Request
+from t2l.identify.prediction import Predictor
+from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State
 
 LEAST_IMPROVEMENT = 1 - 1 / AT_THE_FLOOR  # derived: with less the model without it is as near
@@ -69,21 +68,8 @@ class Search:
         self.noise_floor_rad = min(self.noise_floor_rad, floor)
 
 
-def earns_its_place(before: np.ndarray, after: np.ndarray, block: np.ndarray) -> bool:
-    """Whether residuals fall by more than chance, and by enough to matter, from `before`.
-
-    Args:
-        before, after: (n,) rad, on the same samples.
-        block: (n,) the block of time of each.
-    """
-    gain = improvement(before, after, block, np.random.default_rng(SEED))
+def earns_its_place(before: np.ndarray, after: np.ndarray, samples: LearningSamples) -> bool:
+    """Whether residuals (nsample,) fall from `before` to `after`, by enough and by no chance."""
+    left = (residual[samples.chosen] for residual in (before, after))
+    gain = improvement(*left, samples.block, np.random.default_rng(SEED))
     return gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT
-
-
-def left_by(
-    states: Sequence[State], predictor: Predictor, chosen: np.ndarray
-) -> tuple[list[np.ndarray], list[float]]:
-    """Residuals (nsample,) of states, and their RMS on the choosing samples."""
-    requests = [Request(s.layout, s.u[None]) for s in states]
-    residuals = [predictor.samples.q - q[0] for q in predictor.predict(requests)]
-    return residuals, [rms(np.nan_to_num(r[chosen], nan=np.inf)) for r in residuals]

@@ -9,7 +9,8 @@ from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import may_be_finer, penalty
 from t2l.propose.dictionary import responses, weights_in
-from t2l.propose.found import Search, earns_its_place, left_by
+from t2l.propose.found import Search, earns_its_place
+from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import finish, refit, with_law, without
 from t2l.propose.ridge import fit
 from t2l.propose.split import few
@@ -20,21 +21,17 @@ Finer = Callable[[int], SplineTorque]  # a law with so many times its knots
 def refine(
     found: Search,
     finer: Finer,
-    predictor: Predictor,
+    samples: LearningSamples,
     draft: Predictor,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
-    block: np.ndarray,
     given: Mapping[tuple, np.ndarray],
 ) -> None:
     """Give the law that was taken last knots until more do not earn their place.
 
     Args:
         draft: with coarser ticks, for all but the last steps of a fit.
-        fitted, chosen: (nsample,) bool, samples to fit and samples to choose by.
-        block: of time, of each sample that chooses.
         given: derivatives by what stands beside the law, see `t2l.propose.refit.columns`.
     """
+    predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
     times = 2
     while found.left_more_than_noise and may_be_finer(found.laws[-1].law):
         coarse, effect = found.laws[-1], finer(times)
@@ -48,8 +45,8 @@ def refine(
         guess = fit(answer, target, fitted[at], chosen[at], penalty(effect))
         grown = with_law(bare, effect, guess.weights, guess.penalty, predictor.joints)
         finish([grown], refit([grown], draft, fitted, 0, given=given), predictor, fitted)
-        (residual,), (error,) = left_by([grown], predictor, chosen)
-        if not earns_its_place(found.residual[chosen], residual[chosen], block):
+        (residual,), (error,) = samples.left_by([grown])
+        if not earns_its_place(found.residual, residual, samples):
             break
         found.put(predictor, grown, residual, error)
         times *= 2

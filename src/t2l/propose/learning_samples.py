@@ -1,15 +1,14 @@
 """Recordings that laws are learned from: samples that fit, and samples that choose."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from t2l.diagnose.judging import rms
-from t2l.identify.model import Model
+from t2l.identify.block_bootstrap import blocks
 from t2l.identify.prediction import Predictor, Request
-from t2l.propose.found import Search
 from t2l.propose.refit import State
-from t2l.propose.search import MOST_LAWS, Progress, search
 from t2l.recordings.recording import Recording
 
 
@@ -25,18 +24,19 @@ class LearningSamples:
     predictor: Predictor
     fitted: np.ndarray
     chosen: np.ndarray
-    others: tuple[Recording, ...]
+    others: tuple[Recording, ...] = ()
 
-    def search(self, model: Model, progress: Progress, most: int = MOST_LAWS) -> Search:
-        """Laws beside a model."""
-        return search(model, self.predictor, self.fitted, self.chosen, progress, most, self.others)
+    @cached_property
+    def block(self) -> np.ndarray:
+        """The block of time of each choosing sample."""
+        samples = self.predictor.samples
+        return blocks(samples.recording[self.chosen], samples.time[self.chosen])
 
-    def residual(self, state: State) -> np.ndarray:
-        """Measured minus predicted on the choosing samples, rad."""
-        q = self.predictor.predict([Request(state.layout, state.u[None])])[0][0]
-        return (self.predictor.samples.q - q)[self.chosen]
+    def left_by(self, states: list[State]) -> tuple[list[np.ndarray], list[float]]:
+        """Residuals (nsample,) of states, and their RMS on the choosing samples, rad.
 
-    def error(self, state: State) -> float:
-        """RMS error in rad on the choosing samples; infinite where the simulation runs away."""
-        error = rms(self.residual(state))
-        return error if np.isfinite(error) else np.inf
+        The RMS is infinite where a simulation runs away.
+        """
+        requests = [Request(s.layout, s.u[None]) for s in states]
+        residuals = [self.predictor.samples.q - q[0] for q in self.predictor.predict(requests)]
+        return residuals, [rms(np.nan_to_num(r[self.chosen], nan=np.inf)) for r in residuals]

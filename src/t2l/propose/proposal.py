@@ -14,6 +14,7 @@ from t2l.propose.band import band
 from t2l.propose.bases import tabulated
 from t2l.propose.dictionary import moved, weights_in
 from t2l.propose.found import Ceiling, Search
+from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, refit
 from t2l.propose.search import Progress, search
 from t2l.propose.split import split
@@ -94,7 +95,7 @@ def propose(
     """
     fitted, chosen = masks or split(predictor)
     others = report.recordings if report else ()
-    found = search(model, predictor, fitted, chosen, progress, others=others)
+    found = search(model, LearningSamples(predictor, fitted, chosen, others), progress)
     return finished(model, found, predictor, report, fitted | chosen)
 
 

@@ -26,8 +26,6 @@ from functools import cache
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence
-from t2l.diagnose.judging import rms
-from t2l.identify.block_bootstrap import blocks
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.propose.confirmation import confirmed
@@ -38,7 +36,7 @@ from t2l.propose.freedom import freedom
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.proposal import Proposal, error_of, finished
 from t2l.propose.refit import State
-from t2l.propose.search import Progress
+from t2l.propose.search import Progress, search
 from t2l.propose.split import few, split
 
 
@@ -115,7 +113,7 @@ def reconsider(
 
     @cache
     def alone() -> Search:
-        return samples.search(original, progress)
+        return search(original, samples, progress)
 
     def told(model: Model, found: Search) -> Proposal:
         masks = evidence.train_mask[at], evidence.test_mask
@@ -183,7 +181,7 @@ def _offers(
     sets = (evidence.validation, evidence.validation_mask), (evidence.train, evidence.train_mask)
     if all(error_of(final, *each) <= quiet for each in sets):
         return
-    beside = samples.search(final, progress)
+    beside = search(final, samples, progress)
     decision = None
     if adopted:
         came = error_of(original, samples.predictor, samples.chosen)
@@ -227,16 +225,15 @@ def _one_law(
     progress: Progress,
 ) -> Search | None:
     """One law beside the model as it came, if it leaves less than names, or as little with less."""
-    predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
-    layout, u = final.vector(predictor.joints)
+    layout, u = final.vector(samples.predictor.joints)
     numbers = sum(slot.term.effect.name in adopted for slot in layout.slots)
-    found = samples.search(original, progress, most=1)
+    found = search(original, samples, progress, most=1)
     if not found.laws:
         return None
-    names = samples.residual(State(layout, u))
-    if found.rmse_rad > NEAR * max(rms(names), found.noise_floor_rad):
+    (names,), (left,) = samples.left_by([State(layout, u)])
+    if found.rmse_rad > NEAR * max(left, found.noise_floor_rad):
         return None
-    block = blocks(predictor.samples.recording[chosen], predictor.samples.time[chosen])
-    if earns_its_place(names, found.residual[chosen], block):
+    if earns_its_place(names, found.residual, samples):
         return found
-    return found if freedom(found, predictor, fitted, chosen) < numbers else None
+    free = freedom(found, samples.predictor, samples.fitted, samples.chosen)
+    return found if free < numbers else None

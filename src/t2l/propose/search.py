@@ -7,7 +7,7 @@ samples is taken; of laws that a paired block bootstrap there cannot tell from i
 stays if the bootstrap finds that it earns its place, alone or with the next.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -17,7 +17,7 @@ from t2l.diagnose.judging import rms
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
-from t2l.identify.block_bootstrap import blocks, improvement
+from t2l.identify.block_bootstrap import improvement
 from t2l.identify.fitting import LEADERS
 from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING, TIED
 from t2l.identify.model import Model
@@ -26,10 +26,10 @@ from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.scales import scales
 from t2l.propose.bases import effect_of, penalty
 from t2l.propose.dictionary import responses
-from t2l.propose.found import LEAST_IMPROVEMENT, SEED, Ceiling, Search, earns_its_place, left_by
+from t2l.propose.found import LEAST_IMPROVEMENT, SEED, Ceiling, Search, earns_its_place
 from t2l.propose.knots import Finer, refine
 from t2l.propose.laws import laws, order, ranges
-from t2l.propose.level import simplify
+from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.partial_regression import PartialRegression
 from t2l.propose.refit import (
     State,
@@ -42,8 +42,8 @@ from t2l.propose.refit import (
     with_law,
 )
 from t2l.propose.ridge import Fit, fit
+from t2l.propose.simplify import simplify
 from t2l.propose.split import few
-from t2l.recordings.recording import Recording
 
 ALIKE = TIED  # of the error between laws that explain alike
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
@@ -54,51 +54,45 @@ Progress = Callable[[str, float], None]
 
 def search(
     model: Model,
-    predictor: Predictor,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
+    samples: LearningSamples,
     progress: Progress = lambda what, fraction: None,
     most: int = MOST_LAWS,
-    others: Sequence[Recording] = (),
 ) -> Search:
     """Laws that explain what `model` leaves of the recordings.
-
-    Args:
-        fitted, chosen: (nsample,) bool, samples to fit and samples to choose by.
-        others: recordings that the laws must also predict, see `t2l.propose.laws.ranges`.
 
     Raises:
         DivergenceError: a simulation of the model runs away.
     """
+    predictor = samples.predictor
     layout, u = model.vector(predictor.joints)
     state = State(layout, u)
     (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
     check_finite(q[0], predictor)
     left = predictor.samples.q - q[0]
-    baseline = rms(left[chosen])
+    baseline = rms(left[samples.chosen])
     floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
     found = Search(state, baseline, baseline, floor, left)
-    ends, torque = ranges(predictor, q[0], dq[0], others), scales(predictor).torque
+    ends = ranges(predictor, q[0], dq[0], samples.others)
+    motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
     draft = coarser(predictor, state)
-    block = blocks(predictor.samples.recording[chosen], predictor.samples.time[chosen])
     earned = replace(found)
     for number in range(most):
         if not found.left_more_than_noise:
             break
         progress(f"learning curve {number + 1}", number / most)
         there = {effect.law for effect in found.laws}
-        taken = _take_one(found, predictor, draft, fitted, chosen, block, ends, torque)
+        taken = _take_one(found, samples, draft, ends, motor)
         if taken is None:
             break
         before, limit = found.state, NEAR * max(found.rmse_rad, found.noise_floor_rad)
-        simplify(found, limit, predictor, draft, fitted, chosen)
+        simplify(found, limit, samples, draft)
         if {effect.law for effect in found.laws} == there:
             break
         # no worse with less needs no proof that chance could not have done it
         less = found.rmse_rad <= earned.rmse_rad and len(found.state.u) < len(earned.state.u)
-        if less or earns_its_place(earned.residual[chosen], found.residual[chosen], block):
+        if less or earns_its_place(earned.residual, found.residual, samples):
             if found.state is before:
-                refine(found, taken.finer, predictor, draft, fitted, chosen, block, taken.given)
+                refine(found, taken.finer, samples, draft, taken.given)
             earned = replace(found)
         # what has a constant part and another shows only once both are there
         elif len(found.laws) > len(earned.laws) + 1:
@@ -121,17 +115,20 @@ class Taken:
 
 def _take_one(
     found: Search,
-    predictor: Predictor,
+    samples: LearningSamples,
     draft: Predictor,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
-    block: np.ndarray,
-    ends: dict[Law, tuple[float, ...]],
-    torque: np.ndarray,
+    ends: Mapping[Law, tuple[float, ...]],
+    motor: Mapping[str, float],
 ) -> Taken | None:
-    """Add the law that leaves least; None if none leaves less than before by enough to matter."""
+    """Add the law that leaves least; None if none leaves less than before by enough to matter.
+
+    Args:
+        draft: with coarser ticks, for all but the last steps of a fit.
+        ends: of the variable of each law.
+        motor: N·m that the motor of each joint spends.
+    """
+    predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
     state, taken = found.state, {effect.law for effect in found.laws}
-    motor = dict(zip(predictor.joints, torque, strict=True))
     effects = [
         effect_of(law, ends[law], motor[law.joint])
         for law in laws(predictor, found.residual, ends)
@@ -166,13 +163,13 @@ def _take_one(
     begin_at_the_best(states, draft, fitted, [effects[i] for i in short], shift)
     given = {key: column[fitted] for key, column in given.items()}
     fits = refit(states, draft, fitted, shift=shift, given=given)
-    residuals, errors = left_by(states, predictor, chosen)
+    residuals, errors = samples.left_by(states)
     near = [i for i, e in enumerate(errors) if e <= NEAR * min(errors)]
     if not near:
         return None
     short, states = [short[i] for i in near], [states[i] for i in near]
     finish(states, [fits[i] for i in near], predictor, fitted)
-    residuals, errors = left_by(states, predictor, chosen)
+    residuals, errors = samples.left_by(states)
     if not found.laws:
         known = {effects[i].law: error for i, error in zip(short, errors, strict=True)}
         found.ceilings = sorted(
@@ -182,7 +179,7 @@ def _take_one(
             ),
             key=lambda c: c.rmse_rad,
         )  # fmt: skip
-    best = _simplest([effects[i].law for i in short], residuals, errors, chosen, block)
+    best = _simplest([effects[i].law for i in short], residuals, errors, samples)
     if errors[best] > (1 - LEAST_IMPROVEMENT) * found.rmse_rad:
         return None
     found.put(predictor, states[best], residuals[best], errors[best])
@@ -204,14 +201,19 @@ def _shortlist(
     return short + [i for i in simple if fits[i].chosen <= PROMISING**4 * least][:2]
 
 
-def _simplest(taken: Sequence[Law], residuals, errors, chosen, block) -> int:
+def _simplest(
+    taken: Sequence[Law],
+    residuals: Sequence[np.ndarray],
+    errors: Sequence[float],
+    samples: LearningSamples,
+) -> int:
     """The best; or a simpler law that it does not beat."""
     best = int(np.argmin(errors))
     for i in sorted(range(len(taken)), key=lambda i: (order(taken[i]), errors[i])):
         if order(taken[i]) >= order(taken[best]) or not np.isfinite(errors[i]):
             continue
-        rng = np.random.default_rng(SEED)
-        gain = improvement(residuals[i][chosen], residuals[best][chosen], block, rng)
+        left = (residuals[at][samples.chosen] for at in (i, best))
+        gain = improvement(*left, samples.block, np.random.default_rng(SEED))
         if gain.lower <= 0 or gain.fraction <= ALIKE:
             return i
     return best

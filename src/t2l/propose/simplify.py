@@ -9,37 +9,34 @@ from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import constant
 from t2l.propose.dictionary import weights_in
-from t2l.propose.found import Search, left_by
+from t2l.propose.found import Search
+from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, finish, off, refit, with_law, without
 
 
-def simplify(
-    found: Search,
-    limit_rad: float,
-    predictor: Predictor,
-    draft: Predictor,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
-) -> None:
+def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: Predictor) -> None:
     """Take laws away in turn, or put constants in their place, where that costs nothing.
 
     That is where the choosing samples are left with `limit_rad` at most.
 
     Args:
         draft: with coarser ticks, for all but the last steps of a fit.
-        fitted, chosen: (nsample,) bool, samples to fit and samples to choose by.
     """
+    predictor, fitted = samples.predictor, samples.fitted
     for curve in found.laws:
-        trials = [without(found.state, [curve.name]), *levelled(found.state, curve, predictor)]
+        trials = [
+            without(found.state, [curve.name]),
+            *levelled(found.state, curve, predictor.joints),
+        ]
         shift = off(draft, found.state, found.residual)[fitted]
         finish(trials, refit(trials, draft, fitted, shift=shift), predictor, fitted)
-        for trial, *left in zip(trials, *left_by(trials, predictor, chosen), strict=True):
+        for trial, *left in zip(trials, *samples.left_by(trials), strict=True):
             if left[-1] <= limit_rad:
                 found.put(predictor, trial, *left)
                 break
 
 
-def levelled(state: State, curve: SplineTorque, predictor: Predictor) -> list[State]:
+def levelled(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
     """States with constants in place of a curve: a torque or dry friction, as it was, and both.
 
     The constant of its own kind begins at the mean of the curve. None for a constant.
@@ -57,5 +54,5 @@ def levelled(state: State, curve: SplineTorque, predictor: Predictor) -> list[St
         effect = constant(level, curve.parameters[0].size)
         first = np.array([mean if kind == law.kind else 0.0])
         # one weight has no penalty
-        made.append(with_law(made[-1], effect, first, 1.0, predictor.joints))
+        made.append(with_law(made[-1], effect, first, 1.0, joints))
     return made[1:]
