@@ -131,6 +131,12 @@ def test_cameras_are_of_the_task_and_of_a_policy_that_sees(config, refused):
     assert message in refused(config)
 
 
+def test_pictures_are_shifted_only_where_there_are_some(config, refused):
+    config["training"] = {"picture_shift_px": 4}
+    message = "training.picture_shift_px: found 4; allowed: 0, as observation.cameras are none"
+    assert message in refused(config)
+
+
 PICKY = """
 from t2l.policies.chunk_regression import ChunkRegression
 

@@ -53,6 +53,10 @@ def _cameras(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterato
     if wanted and configuration.operator is not None:
         allowed = "none with an operator, whose demonstrations differ from cell to cell"
         yield Problem("observation.cameras", describe(wanted), allowed)
+    for key in () if wanted else POLICIES.find(policy).picture_settings:
+        if value := getattr(configuration.training, key):
+            allowed = "0, as observation.cameras are none"
+            yield Problem(f"training.{key}", describe(value), allowed)
     # a scene is read again for its cameras, so only where they matter
     for name in configuration.tasks if wanted else ():
         known = tasks[name].cameras if name in tasks else wanted

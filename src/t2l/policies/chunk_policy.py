@@ -74,6 +74,7 @@ class ChunkPolicy(ClonedPolicy):
     settings: type[ChunkSettings]
     sizes: type[ChunkSizes]
     chunk_setting = "chunk"
+    picture_settings = ("picture_shift_px",)
     network_class: "str | type[ChunkNetwork]"
     sees_pictures = True
 

@@ -118,6 +118,7 @@ class ClonedPolicy(Policy):
         name: what configurations write as `training.policy` too.
         settings: what else they may write under `training`: the only place of its defaults.
         chunk_setting: which of them says `chunk`, if one does.
+        picture_settings: those of them that say something of pictures alone, zero by default.
         packages: to import, without which it is not to be had.
         needs: parts of an observation that it cannot do without: `robot`, `environment`,
             `pictures`.
@@ -125,6 +126,7 @@ class ClonedPolicy(Policy):
 
     settings: type[Typed]
     chunk_setting: str | None = None
+    picture_settings: tuple[str, ...] = ()
     packages: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
 
