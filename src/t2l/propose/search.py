@@ -77,7 +77,7 @@ def search(
     draft = coarser(predictor, state)
     earned = replace(found)
     for number in range(most):
-        if not found.left_more_than_noise:
+        if not found.left_more_than_noise or not found.is_material(found.noise_floor_rad):
             break
         progress(f"learning curve {number + 1}", number / most)
         there = {effect.law for effect in found.laws}
@@ -90,7 +90,8 @@ def search(
             break
         # no worse with less needs no proof that chance could not have done it
         less = found.rmse_rad <= earned.rmse_rad and len(found.state.u) < len(earned.state.u)
-        if less or earns_its_place(earned.residual, found.residual, samples):
+        more = earned.is_material(found.rmse_rad)
+        if less or (more and earns_its_place(earned.residual, found.residual, samples)):
             if found.state is before:
                 refine(found, taken.finer, samples, draft, taken.given)
             earned = replace(found)
