@@ -1,8 +1,12 @@
 """Reflected inertia of motor and gearbox."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.effects.exported import Exported
+from t2l.sim.servo import ServoLoop
 
 
 class Armature(Effect):
@@ -26,16 +30,26 @@ class Armature(Effect):
     follows = "acceleration"
 
     def export(self, to, joints, values):
-        for joint, inertia in zip(to.each(joints), values["inertia"], strict=True):
-            joint.armature = max(joint.armature + inertia, 0.0)
+        export_armature(to, joints, values["inertia"])
 
     def install(self, loop, rows, joints, values):
-        loop.inertia_changed = True
-        field, dofs = loop.batch.expand("dof_armature"), loop.dofs[joints]
-        field[rows, dofs] = np.maximum(field[rows, dofs] + values["inertia"], 0.0)
+        add_armature(loop, rows, joints, values["inertia"])
 
     def starts(self, scales):
         return [
             *({"inertia": factor * scales.inertia} for factor in (0.02, 0.1, 0.5)),
             {"inertia": -0.3 * scales.armature},
         ]
+
+
+def add_armature(loop: ServoLoop, rows: slice, joints: np.ndarray, inertia: np.ndarray) -> None:
+    """Let joints be heavier to turn by `inertia` (nrow, njoint) kg·m²; below none there is none."""
+    loop.inertia_changed = True
+    field, dofs = loop.batch.expand("dof_armature"), loop.dofs[joints]
+    field[rows, dofs] = np.maximum(field[rows, dofs] + inertia, 0.0)
+
+
+def export_armature(to: Exported, joints: np.ndarray, inertia: Sequence[float]) -> None:
+    """The same in a model for other simulators."""
+    for joint, more in zip(to.each(joints), inertia, strict=True):
+        joint.armature = max(joint.armature + more, 0.0)

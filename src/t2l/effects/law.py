@@ -5,13 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 TORQUE, FRICTION, HYSTERESIS, MOTOR = "torque", "friction", "hysteresis", "motor"
-SIGNED = (TORQUE, MOTOR)  # whose values may be below zero
+INERTIA = "inertia"
+SIGNED = (TORQUE, MOTOR, INERTIA)  # whose values may be below zero
 # optional columns of recordings, by what a law of them follows
 COLUMNS = {"temperature": "temperature", "supply voltage": "supply_voltage"}
 SESSION = "session time"  # what the log's clock shows, which recordings of a session share
 GIVEN = (*COLUMNS, SESSION)  # what recordings tell, whatever the motion
 UNITS = {
     "constant": "",
+    "acceleration": "rad/s²",
     "position": "rad",
     "velocity": "rad/s",
     "speed": "rad/s",
@@ -29,6 +31,7 @@ ALLOWED = {
     FRICTION: ("constant", "speed", "commanded torque size", "position", "time", *GIVEN),
     HYSTERESIS: ("distance",),
     MOTOR: GIVEN,
+    INERTIA: ("acceleration",),
 }
 OTHERS = ("position", "velocity")  # that may be another joint's
 # numerics: points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
@@ -97,6 +100,8 @@ class Curve:
             return np.full(np.shape(x), self.torque[0])
         if self.law.kind == HYSTERESIS:
             return np.interp(x, self.at, self.torque)
+        if self.law.kind == INERTIA:
+            return -self.inertia * x
         # only here: importing it takes a third of a second
         from scipy.interpolate import PchipInterpolator
 
@@ -117,6 +122,11 @@ class Curve:
         """(g,) equally spaced values over its reach, and the torque there, to look up linearly."""
         grid = np.linspace(*self.reach, 3 * (GRID - 1) + 1)
         return grid, self(grid)
+
+    @property
+    def inertia(self) -> float:
+        """kg·m² that a curve over the acceleration stands for: minus its slope."""
+        return -(self.torque[-1] - self.torque[0]) / (self.at[-1] - self.at[0])
 
     @property
     def weights(self) -> tuple[np.ndarray, np.ndarray]:

@@ -1,10 +1,11 @@
 """A torque that was learned from recordings: a curve over one variable, tabulated or a spline.
 
-Four kinds of law, each of one variable x:
+Five kinds of law, each of one variable x:
 
     torque       τ = f(x)
     friction     |τ| ≤ f(x), against the motion; it holds the joint at rest
     motor        τ = max(1 + f(x), 0) τ_motor, of a variable that does not depend on the motion
+    inertia      τ = −I q̈, a straight line over the acceleration
     hysteresis   τ = −Σ_k w_k z_k / r_k,  ż_k = q̇ within |z_k| ≤ r_k
 
 The last is Prandtl and Ishlinskii's sum of elastic-plastic elements (Visintin, Differential models
@@ -16,11 +17,23 @@ from collections.abc import Callable
 
 import numpy as np
 
+from t2l.effects.armature import add_armature, export_armature
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import JOINT
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, OTHERS, SESSION, SIGNED, TORQUE, Curve, Law
+from t2l.effects.law import (
+    FRICTION,
+    HYSTERESIS,
+    INERTIA,
+    MOTOR,
+    OTHERS,
+    SESSION,
+    SIGNED,
+    TORQUE,
+    Curve,
+    Law,
+)
 from t2l.effects.torque_constant import TorqueConstant
 from t2l.sim.servo import ServoLoop
 
@@ -44,6 +57,9 @@ class LearnedTorque(Effect):
     def install(self, loop, rows, joints, values):
         count = rows.stop - rows.start
         law, curve = self.law, self.curve
+        if law.kind == INERTIA:
+            add_armature(loop, rows, joints, np.full((count, 1), curve.inertia))
+            return
         if law.kind == HYSTERESIS:
             radii, weights = curve.weights
             yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
@@ -53,6 +69,9 @@ class LearnedTorque(Effect):
 
     def export(self, to, joints, values):
         law, curve = self.law, self.curve
+        if law.kind == INERTIA:
+            export_armature(to, joints, [curve.inertia])
+            return
         if law.given:
             to.cannot_carry(self.name, f"a simulator has no {law.follows}")
             return
@@ -116,6 +135,9 @@ class SplineTorque(Effect):
         weights = np.concatenate([values[p.name] for p in self.parameters], axis=1)
         if self.law.kind == HYSTERESIS:
             yielding(loop, rows, self.law, self.grid, weights)
+        elif self.law.kind == INERTIA:
+            per_weight = np.ptp(self.basis[:, 0]) / np.ptp(self.grid)
+            add_armature(loop, rows, joints, per_weight * weights)
         else:
             looked_up(loop, rows, self.law, self.grid, weights @ self.basis.T)
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from t2l.effects.law import ALLOWED, HYSTERESIS, OTHERS, TORQUE, Curve, Law
+from t2l.effects.law import ALLOWED, HYSTERESIS, INERTIA, OTHERS, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.typed import AsTuple, Number, Typed, describe
 
@@ -17,7 +17,7 @@ SHARE = "of the motor torque"
 class CurveEntry(Typed):
     """One entry of `learned` in a model file."""
 
-    kind: Literal["torque", "friction", "hysteresis", "motor"]
+    kind: Literal["torque", "friction", "hysteresis", "motor", "inertia"]
     joint: str
     follows: str
     of: str | None = None
@@ -60,6 +60,11 @@ def _check_values(where: str, law: Law, at: Sequence[float], torque: Sequence[fl
         )
     if not (np.diff(at) > 0).all():
         raise ConfigurationError(f"{where}.at: found values that do not increase; allowed: rising")
+    if law.kind == INERTIA and len(at) != FEWEST:
+        raise ConfigurationError(
+            f"{where}: found {len(at)} values of an inertia; allowed: the {FEWEST} ends of a "
+            "straight line"
+        )
     if law.kind == HYSTERESIS and (at[0] != 0 or torque[0] != 0):
         raise ConfigurationError(
             f"{where}: found a hysteresis that begins at {at[0]:g} {law.unit} with "

@@ -127,17 +127,24 @@ def _written(
     }
     if not formulas.installed():
         return content | {"note": MISSING}
-    limit = NEAR * error_of(proposal.with_curves, *chosen)
+    noise = NEAR * proposal.noise_floor_rad
+    limit = max(noise, NEAR * error_of(proposal.with_curves, *chosen))
 
-    def accepted(formula: Formula) -> bool:
-        at = np.linspace(one.curve.at[0], one.curve.at[-1], GRID)
-        drawn = Curve(law, tuple(at.tolist()), tuple(formula(at).tolist()))
+    def error(formula: Formula) -> float:
+        # beyond the curve too
+        at = np.linspace(*one.curve.reach, 3 * GRID)
+        with np.errstate(over="ignore", invalid="ignore"):
+            values = formula(at)
+        if not np.isfinite(values).all():
+            return np.inf
+        drawn = Curve(law, tuple(at.tolist()), tuple(values.tolist()))
         others = [other.curve.law for other in proposal.learned if other is not one]
         base = proposal.with_some(others)
-        return error_of(replace(base, learned=(*base.learned, drawn)), *chosen) <= limit
+        left = error_of(replace(base, learned=(*base.learned, drawn)), *chosen)
+        return left if np.isfinite(left) else np.inf
 
-    found = formulas.formula(one, accepted)
-    if found is None:
+    found = formulas.formula(one, error, noise)
+    if found is None or error(found) > limit:
         return content | {"note": "no short formula fits within the band"}
     return content | {"formula": _formula(proposal, one, found, folder, report)}
 

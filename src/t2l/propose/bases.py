@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, GRID, HYSTERESIS, MOTOR, TORQUE, Curve, Law
+from t2l.effects.law import FRICTION, GRID, HYSTERESIS, INERTIA, MOTOR, TORQUE, Curve, Law
 from t2l.effects.learned import SplineTorque
 
 INTERVALS = 18  # tuned: of a spline: four and a half periods of a ripple at four knots each
@@ -38,6 +38,9 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
         return SplineTorque(law, radii, np.eye(RADII), size)
     if law.follows == "constant":
         return constant(law, size)
+    if law.kind == INERTIA:
+        grid = np.array([low, high])
+        return SplineTorque(law, grid, -grid[:, None] / high, size)
     if law.given:
         grid = np.linspace(low, high, GRID)
         hats = [np.interp(grid, ends, one) for one in np.eye(len(ends))]

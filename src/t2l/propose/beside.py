@@ -14,13 +14,12 @@ from t2l.diagnose.files import MODEL, PARTIAL, PROPOSAL, PROPOSED
 from t2l.diagnose.forward_selection import Explanation, Partial, as_json, fingerprint
 from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.errors import T2LError, writing
-from t2l.identify.levels import AT_THE_FLOOR, SHORTLISTED
+from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.model import Model, read_model, write_model
 from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
 from t2l.propose.reconsider import Reconsidered, reconsider
 from t2l.propose.search import Progress
-from t2l.propose.split import few, split
 from t2l.propose.wording import headline, part_of_it, retracted
 
 RECORD = "beside.json"
@@ -67,8 +66,7 @@ def _said(
         for name in explanation.model.effects
         if name not in model.effects
     ]
-    predictor, at = few(evidence.train, SHORTLISTED)
-    chosen = predictor, split(predictor)[1] & evidence.train_mask[at]
+    chosen = evidence.validation, evidence.validation_mask
     sentence = retracted(found) if found.dropped else headline(found.proposal)
     sentence = part_of_it(found) if found.partial else sentence
     write_proposal(found.proposal, where, chosen, evidence.test, known, sentence)

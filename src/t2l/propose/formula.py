@@ -5,9 +5,10 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from t2l.effects.law import HYSTERESIS
+from t2l.effects.law import HYSTERESIS, INERTIA
 from t2l.identify.levels import TIED
 from t2l.propose.band import LEVEL
+from t2l.propose.decision import NEAR
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
 from t2l.propose.proposal import Learned
 
@@ -26,40 +27,53 @@ def installed() -> bool:
 
 
 def formula(
-    learned: Learned, accepted: Callable[[Formula], bool] = lambda formula: True
+    learned: Learned, error: Callable[[Formula], float] = lambda formula: 0.0, noise: float = 0.0
 ) -> Formula | None:
-    """The shortest formula within the band; None if there is none, or of a hysteresis.
+    """The shortest formula within the band; None if there is none, or of a hysteresis or inertia.
+
+    Of those that leave more than noise, the shortest that leaves as little as any.
 
     Args:
-        accepted: whether a formula within the band also explains the recordings.
+        error: what a formula leaves of recordings that the curve was not fitted to; beyond what
+            the curve saw, formulas within its band may differ much.
+        noise: an error that counts as noise.
 
     Raises:
         ModuleNotFoundError: the extra `propose` is not installed.
     """
+    inside: list[tuple[Formula, float]] = []
+    for found in _inside_the_band(learned):
+        inside.append((found, error(found)))
+        if inside[-1][1] <= noise:
+            break
+    least = max(noise, NEAR * min((left for _, left in inside), default=0.0))
+    return next((found for found, left in inside if left <= least), None)
+
+
+def _inside_the_band(learned: Learned) -> Iterator[Formula]:
+    """Formulas from short to long, with constants fitted to the curve."""
     curve = learned.curve
-    if curve.law.kind == HYSTERESIS:
-        return None
+    if curve.law.kind in (HYSTERESIS, INERTIA):
+        return
     x, y = np.array(curve.at), np.array(curve.torque)
     line = Node("sum", 1.0, (Node("x"),))
     # numerics: no band is narrower
     half = np.maximum((learned.high - learned.low) / 2, 1e-3 * np.ptp(y) + 1e-9)
 
-    def as_formula(tree: Node) -> Formula:
-        return written(tree, curve.law.unit, share=not curve.law.torque_unit)
+    def fitted(tree: Node) -> Formula:
+        found = written(tree, curve.law.unit, share=not curve.law.torque_unit)
+        return _fitted(found, x, y, half)
 
     if curve.law.follows == "constant":
-        return as_formula(Node("sum", float(y.mean())))
-    for simple in (Node("sum", 1.0), Node("product", 2.0, (Node("x"),)), line):
-        found = _fitted(as_formula(simple), x, y, half)
-        if _inside(found, learned, x) and accepted(found):
-            return found
+        yield fitted(Node("sum", float(y.mean())))
+        return
     scale, height = float(np.abs(x).max()), float(np.abs(y).max())
+    simple = (Node("sum", 1.0), Node("product", 2.0, (Node("x"),)), line)
+    yield from (found for found in map(fitted, simple) if _inside(found, learned, x))
     for tree in _searched(x / scale, y / height, height / half):
-        found = as_formula(_stretched(tree, scale, height))
-        found = _fitted(found, x, y, half)
-        if _inside(found, learned, x) and accepted(found):
-            return found
-    return None
+        found = fitted(_stretched(tree, scale, height))
+        if _inside(found, learned, x):
+            yield found
 
 
 def _searched(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Iterator[Node]:

@@ -1,8 +1,9 @@
-"""How many numbers a curve needs to explain what it explains."""
+"""How many numbers curves need to explain what they explain."""
 
 import numpy as np
 
 from t2l.effects.law import SIGNED
+from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import penalty
 from t2l.propose.decision import NEAR
@@ -14,13 +15,23 @@ PENALTIES = 10.0 ** np.arange(8, -9, -1)  # numerics: of a straight line, to one
 
 
 def freedom(found: Search, predictor: Predictor, fitted: np.ndarray, chosen: np.ndarray) -> float:
-    """Effective parameters of the smoothest curve of the last law that leaves as little as its own.
+    """Effective parameters of the smoothest curves that leave as little as those that were found.
 
     The effective number is the trace of the smoother (Eilers and Marx, 1996); as little is `NEAR`
-    times. The simulation is taken as linear around the curve that was found.
+    times, of each curve beside the others. The simulation is taken as linear around them.
     """
-    effect = found.laws[-1]
-    jacobian = _around(found, predictor)
+    answers = responses(predictor, found.state.layout, found.state.u, found.laws)
+    each = zip(found.laws, answers, strict=True)
+    return sum(_freedom(found, effect, answer, fitted, chosen) for effect, answer in each)
+
+
+def _freedom(
+    found: Search,
+    effect: SplineTorque,
+    jacobian: np.ndarray,
+    fitted: np.ndarray,
+    chosen: np.ndarray,
+) -> float:
     weights = found.state.u[weights_in(found.state.layout, effect)]
     target = found.residual + jacobian @ weights
     j, rows = jacobian[fitted], penalty(effect)
@@ -37,10 +48,3 @@ def freedom(found: Search, predictor: Predictor, fitted: np.ndarray, chosen: np.
         if np.sqrt(np.mean(left[chosen] ** 2)) <= limit:
             return float(np.trace(np.linalg.solve(normal + bend + small, normal)))
     return float(len(weights))
-
-
-def _around(found: Search, predictor: Predictor) -> np.ndarray:
-    """Responses (nsample, k) to the weights of the last law, at what was found."""
-    effect, state = found.laws[-1], found.state
-    (answer,) = responses(predictor, state.layout, state.u, [effect])
-    return answer

@@ -13,6 +13,7 @@ from t2l.effects.law import (
     COLUMNS,
     GIVEN,
     HYSTERESIS,
+    INERTIA,
     OTHERS,
     SESSION,
     TORQUE,
@@ -110,6 +111,10 @@ def ranges(
             return 0.0, 1.0
         if variable == "distance":
             return 0.0, float(np.ptp(seen("position", joint)))
+        if variable == "acceleration":
+            # of what is measured it would be noise
+            most = float(np.abs(both[0][variable][samples.joint == joint]).max())
+            return -most, most
         if variable in ("speed", "commanded torque size"):
             low, high = seen("velocity" if variable == "speed" else "commanded torque", joint)
             return 0.0, max(abs(low), abs(high))
@@ -154,4 +159,5 @@ def order(law: Law) -> int:
         (HYSTERESIS, "distance"): 3,
         (TORQUE, "position"): 1,
         (TORQUE, "velocity"): 1,
+        (INERTIA, "acceleration"): 1,
     }.get((law.kind, law.follows), 2)

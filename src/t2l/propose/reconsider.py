@@ -5,9 +5,8 @@ when known effects end above the noise, laws are learned beside them. If these l
 (the rule is in `t2l.propose.decision`), each name must show that it is still needed: it is dropped
 if the others and the laws, fitted again without it, leave as little.
 
-Several wrong names together may even reach the noise. So two names or more stand against one law
-alone: they are dropped if it leaves clearly less, or as little with fewer effective parameters than
-they have.
+Wrong names may even reach the noise, if they have numbers enough. So names stand against laws
+alone: they are dropped if these leave as little with fewer effective parameters than they have.
 
 Laws are learned from training samples alone. All validation samples decide between the model that
 has them and the one with the names, by the paired block bootstrap that decides everything else
@@ -31,7 +30,7 @@ from t2l.identify.model import Model
 from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
 from t2l.propose.elimination import eliminate
-from t2l.propose.found import Search, earns_its_place
+from t2l.propose.found import Search
 from t2l.propose.freedom import freedom
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.proposal import Proposal, error_of, finished
@@ -172,11 +171,12 @@ def _offers(
         alone: learns laws without the names.
     """
     adopted = _adopted(original, final)
-    if len(adopted) > 1:
-        one = _one_law(original, final, adopted, samples, progress)
-        if one is not None:
-            names_left = error_of(final, samples.predictor, samples.chosen)
-            yield _Offer(replace(one, baseline_rad=names_left), adopted)
+    layout, _ = final.vector(samples.predictor.joints)
+    numbers = sum(slot.term.effect.name in adopted for slot in layout.slots)
+    # a law has one number at least
+    if numbers > 1 and _do_as_much_with_less(alone(), final, numbers, samples):
+        names_left = error_of(final, samples.predictor, samples.chosen)
+        yield _Offer(replace(alone(), baseline_rad=names_left), adopted)
     # a wrong name may do where little happens, so the samples that it was fitted to count too
     sets = (evidence.validation, evidence.validation_mask), (evidence.train, evidence.train_mask)
     if all(error_of(final, *each) <= quiet for each in sets):
@@ -201,39 +201,32 @@ def _in_place(
     progress: Progress,
 ) -> Iterator[_Offer]:
     """Laws in place of some names: those found beside them, or without them."""
-    if not beside.laws:
-        # what known effects leave may hide what a law would show
-        bare = alone()
-        if bare.laws and beside.rmse_rad > NEAR * max(bare.rmse_rad, bare.noise_floor_rad):
-            decision = decide(
-                beside.rmse_rad, bare.rmse_rad, bare.baseline_rad, bare.noise_floor_rad
-            )
-            yield _Offer(replace(bare, baseline_rad=beside.baseline_rad), tuple(adopted), decision)
-        return
-    if not decision.named:
+    found, dropped, enough = beside, [], beside.rmse_rad / NEAR
+    if beside.laws:
+        if decision.named:
+            return
         progress("testing the names beside the curves", 0.8)
         found, dropped = eliminate(beside, adopted, samples)
-        if dropped:
-            yield _Offer(found, tuple(dropped), decision)
+        # names that need laws beside them stand for nothing that laws alone do as well
+        enough = NEAR * found.rmse_rad
+    if len(dropped) < len(adopted):
+        # what known effects leave may hide what a law would show
+        bare = alone()
+        if bare.laws and max(bare.rmse_rad, bare.noise_floor_rad) <= enough:
+            errors = bare.rmse_rad, bare.baseline_rad, bare.noise_floor_rad
+            decision = decide(beside.baseline_rad, *errors)
+            found, dropped = replace(bare, baseline_rad=beside.baseline_rad), [*adopted]
+    if dropped:
+        yield _Offer(found, tuple(dropped), decision)
 
 
-def _one_law(
-    original: Model,
-    final: Model,
-    adopted: Sequence[str],
-    samples: LearningSamples,
-    progress: Progress,
-) -> Search | None:
-    """One law beside the model as it came, if it leaves less than names, or as little with less."""
-    layout, u = final.vector(samples.predictor.joints)
-    numbers = sum(slot.term.effect.name in adopted for slot in layout.slots)
-    found = search(original, samples, progress, most=1)
+def _do_as_much_with_less(
+    found: Search, final: Model, numbers: int, samples: LearningSamples
+) -> bool:
+    """Whether laws leave as little as names, and need fewer numbers than these have."""
     if not found.laws:
-        return None
-    (names,), (left,) = samples.left_by([State(layout, u)])
+        return False
+    _, (left,) = samples.left_by([State(*final.vector(samples.predictor.joints))])
     if found.rmse_rad > NEAR * max(left, found.noise_floor_rad):
-        return None
-    if earns_its_place(names, found.residual, samples):
-        return found
-    free = freedom(found, samples.predictor, samples.fitted, samples.chosen)
-    return found if free < numbers else None
+        return False
+    return freedom(found, samples.predictor, samples.fitted, samples.chosen) < numbers

@@ -39,10 +39,10 @@ def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: P
 def levelled(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
     """States with constants in place of a curve: a torque or dry friction, as it was, and both.
 
-    The constant of its own kind begins at the mean of the curve. None for a constant.
+    The constant of its own kind begins at the mean of the curve. None for a single number.
     """
     law = curve.law
-    if law.follows == "constant":
+    if len(curve.parameters) == 1:
         return []
     mean = float(np.mean(curve.basis @ state.u[weights_in(state.layout, curve)]))
     there, bare = {other.law for other, _ in state.laws}, without(state, [curve.name])
