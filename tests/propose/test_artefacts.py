@@ -34,7 +34,7 @@ def made(folder):
         LAW, model, ("hinge",), (learned,), 1e-4, 2e-3, 1e-4, None, None, (), ("a", "b"), ()
     )
     chosen = predictor, np.ones(len(predictor.samples), bool)
-    write_proposal(proposal, folder / "out", chosen, predictor)
+    write_proposal(proposal, folder / "out", [chosen], predictor)
     return folder / "out", predictor
 
 
@@ -75,7 +75,7 @@ def test_an_earlier_proposal_is_removed(tmp_path):
     empty = Proposal(
         "no_law", Model(predictor.robot), ("hinge",), (), 1e-4, 1e-3, 1e-3, None, None, (), (), ()
     )
-    write_proposal(empty, out, chosen)
+    write_proposal(empty, out, [chosen])
     assert proposed(out) == []
     assert not [path for path in out.rglob("*") if path.suffix in (".yaml", ".py")]
 

@@ -61,6 +61,22 @@ def test_what_no_short_formula_fits_has_none():
     assert found(rough, part=0.01) is None
 
 
+def test_of_formulas_within_the_band_the_one_that_holds_beyond_it_is_taken():
+    """A straight line is shorter, and as near as the band is wide, but not where others look."""
+    from t2l.propose.formula import formula
+
+    one = learned(np.exp(-X), "session time", part=0.2)
+    beyond = np.linspace(1.1, 4.0, 40)
+
+    def error(candidate):
+        return float(np.sqrt(np.mean((candidate(beyond) - np.exp(-beyond)) ** 2)))
+
+    assert formula(one).text == "a * x + b"
+    taken = formula(one, error)
+    assert "exp" in taken.text
+    assert error(taken) < 0.3 * error(formula(one))
+
+
 def test_a_hysteresis_has_none():
     one = learned(-np.abs(X), "distance", HYSTERESIS)
     from t2l.propose.formula import formula

@@ -95,7 +95,7 @@ def test_a_torque_constant_that_follows_temperature_is_a_share_of_the_motor_torq
 def test_it_is_adopted_and_the_page_shows_it(weaker, tmp_path, monkeypatch):
     found, predictor, _ = weaker
     out = tmp_path / "out"
-    write_proposal(found, out, (predictor, split(predictor)[1]))
+    write_proposal(found, out, [(predictor, split(predictor)[1])])
     monkeypatch.chdir(tmp_path)
     for name in proposed(out):
         main(["adopt", name, "--diagnosis", str(out), "--out", f"{name}.yaml"])

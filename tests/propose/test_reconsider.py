@@ -83,6 +83,25 @@ def test_a_name_that_explains_a_part_of_what_no_law_explains_is_not_adopted(tmp_
     assert again == found
 
 
+@pytest.mark.parametrize("stands", [False, True])
+def test_a_name_gives_way_to_a_law_that_does_as_much_with_fewer_numbers(tmp_path, stands):
+    """A soft spring far from its rest does what a constant torque does; a stiff one does not."""
+    robot = pendulum(tmp_path)
+    spring = {"parallel_spring": {"stiffness": {"hinge": 0.1}, "rest": {"hinge": 0.5}}}
+    truth = Model(robot, spring if stands else {"torque_offset": {"torque": {"hinge": 0.04}}})
+    made = machine(robot, [], 3, noise_rad=0.0)
+    recordings = [measured(r, None, 1e-4, seed, truth) for seed, r in enumerate(made)]
+    evidence = gather(robot, recordings[:2], [replace(recordings[2], name="held")], threads=1)
+    soft = {"parallel_spring": {"stiffness": {"hinge": 0.002}, "rest": {"hinge": 20.0}}}
+    names = Model(robot, spring if stands else soft)
+    found = reconsider(Model(robot), names, evidence, quiet=2e-4)
+    if stands:
+        assert found is None
+    else:
+        assert found.dropped == ("parallel_spring",)
+        assert [one.curve.law.follows for one in found.proposal.learned] == ["constant"]
+
+
 @pytest.mark.slow
 def test_a_wrong_name_gives_way_and_a_right_one_stands(tmp_path):
     robot = pendulum(tmp_path)

@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> None:
         progress = progress_line()
         proposal = propose(model, predictor, report, progress=progress)
         progress("looking for formulas", 0.9)
-        content = write_proposal(proposal, out, (predictor, split(predictor)[1]), report)
+        content = write_proposal(proposal, out, [(predictor, split(predictor)[1])], report)
         write_report(out)
         progress("done", 1.0)
     print(content["sentence"])

@@ -7,6 +7,7 @@ effects/NAME.py          a formula as an effect that a person may edit
 
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import numpy as np
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
-from t2l.effects.law import GRID, Curve, Law
+from t2l.effects.law import GRID, INERTIA, Curve, Law
 from t2l.effects.registry import load as load_effects
 from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
@@ -25,10 +26,10 @@ from t2l.propose import formula as formulas
 from t2l.propose.decision import NEAR
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
-from t2l.propose.proposal import Learned, Proposal, error_of
+from t2l.propose.proposal import Learned, Proposal, error_of, pooled_error
 from t2l.propose.wording import headline, named, told
 
-Chosen = tuple[Predictor, np.ndarray]
+Sets = Sequence[tuple[Predictor, np.ndarray]]
 
 CEILINGS = 12  # format: told of
 MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
@@ -37,7 +38,7 @@ MISSING = "no formula was searched: pyoperon is not installed; allowed: pip inst
 def write_proposal(
     proposal: Proposal,
     folder: Path,
-    chosen: Chosen,
+    judged: Sets,
     report: Predictor | None = None,
     known: list[dict[str, Any]] | None = None,
     sentence: str = "",
@@ -45,14 +46,14 @@ def write_proposal(
     """Write all of it, proposal.json last; what it holds is returned.
 
     Args:
-        chosen: a predictor, and the samples of it that choose: a formula must explain them nearly
-            as well as its curve.
+        judged: predictors, and the samples of each that judge formulas: one must explain them
+            nearly as well as its curve.
         report: of recordings that neither fitted nor chose, on which formulas are reported.
         known: known effects beside the curves, see `t2l.propose.reconsider`.
         sentence: what was found; by default as if nothing but the model came before.
     """
     _remove_before(folder)
-    curves = [_written(proposal, one, folder, chosen, report) for one in proposal.learned]
+    curves = [_written(proposal, one, folder, judged, report) for one in proposal.learned]
     content = {
         "verdict": proposal.verdict,
         "sentence": sentence or headline(proposal),
@@ -104,7 +105,7 @@ def _remove_before(folder: Path) -> None:
 
 
 def _written(
-    proposal: Proposal, one: Learned, folder: Path, chosen: Chosen, report: Predictor | None
+    proposal: Proposal, one: Learned, folder: Path, judged: Sets, report: Predictor | None
 ) -> dict[str, Any]:
     law = one.curve.law
     name = plain_name(law)
@@ -125,10 +126,12 @@ def _written(
         "formula": None,
         "note": "",
     }
+    if law.kind == INERTIA:
+        return content | {"note": f"an inertia of {one.curve.inertia:.3g} kg·m²"}
     if not formulas.installed():
         return content | {"note": MISSING}
     noise = NEAR * proposal.noise_floor_rad
-    limit = max(noise, NEAR * error_of(proposal.with_curves, *chosen))
+    limit = max(noise, NEAR * pooled_error(proposal.with_curves, judged))
 
     def error(formula: Formula) -> float:
         # beyond the curve too
@@ -140,7 +143,7 @@ def _written(
         drawn = Curve(law, tuple(at.tolist()), tuple(values.tolist()))
         others = [other.curve.law for other in proposal.learned if other is not one]
         base = proposal.with_some(others)
-        left = error_of(replace(base, learned=(*base.learned, drawn)), *chosen)
+        left = pooled_error(replace(base, learned=(*base.learned, drawn)), judged)
         return left if np.isfinite(left) else np.inf
 
     found = formulas.formula(one, error, noise)

@@ -66,10 +66,11 @@ def _said(
         for name in explanation.model.effects
         if name not in model.effects
     ]
-    chosen = evidence.validation, evidence.validation_mask
+    train, validation = evidence.train, evidence.validation
+    judged = (train, evidence.train_mask), (validation, evidence.validation_mask)
     sentence = retracted(found) if found.dropped else headline(found.proposal)
     sentence = part_of_it(found) if found.partial else sentence
-    write_proposal(found.proposal, where, chosen, evidence.test, known, sentence)
+    write_proposal(found.proposal, where, judged, evidence.test, known, sentence)
     if found.partial:
         names = explanation.model
         partial = Partial(found.partial, found.explained, found.names_rmse_rad, names)

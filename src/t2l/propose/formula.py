@@ -5,7 +5,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from t2l.effects.law import HYSTERESIS, INERTIA
+from t2l.effects.law import HYSTERESIS
 from t2l.identify.levels import TIED
 from t2l.propose.band import LEVEL
 from t2l.propose.decision import NEAR
@@ -29,7 +29,7 @@ def installed() -> bool:
 def formula(
     learned: Learned, error: Callable[[Formula], float] = lambda formula: 0.0, noise: float = 0.0
 ) -> Formula | None:
-    """The shortest formula within the band; None if there is none, or of a hysteresis or inertia.
+    """The shortest formula within the band; None if there is none, or of a hysteresis.
 
     Of those that leave more than noise, the shortest that leaves as little as any.
 
@@ -53,7 +53,7 @@ def formula(
 def _inside_the_band(learned: Learned) -> Iterator[Formula]:
     """Formulas from short to long, with constants fitted to the curve."""
     curve = learned.curve
-    if curve.law.kind in (HYSTERESIS, INERTIA):
+    if curve.law.kind == HYSTERESIS:
         return
     x, y = np.array(curve.at), np.array(curve.torque)
     line = Node("sum", 1.0, (Node("x"),))

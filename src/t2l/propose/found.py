@@ -7,7 +7,7 @@ import numpy as np
 from t2l.effects.law import Law
 from t2l.effects.learned import SplineTorque
 from t2l.identify.block_bootstrap import improvement
-from t2l.identify.levels import AT_THE_FLOOR, MATERIAL
+from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor
 from t2l.propose.learning_samples import LearningSamples
@@ -61,9 +61,8 @@ class Search:
         return self.rmse_rad > AT_THE_FLOOR * self.noise_floor_rad
 
     def is_material(self, left_rad: float) -> bool:
-        """Whether less of the choosing samples than now, `left_rad`, is worth another law."""
-        gain = self.rmse_rad**2 - left_rad**2
-        return gain >= (MATERIAL * self.baseline_rad) ** 2
+        """Whether a law is worth taking that leaves `left_rad`: it takes away more than noise."""
+        return self.rmse_rad**2 - left_rad**2 >= self.noise_floor_rad**2
 
     def put(self, predictor: Predictor, state: State, residual: np.ndarray, error: float) -> None:
         """Go on from a state that leaves `residual` (nsample,) and `error`, both rad."""

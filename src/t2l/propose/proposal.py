@@ -148,3 +148,9 @@ def error_of(model: Model, predictor: Predictor, mask: np.ndarray | None = None)
     q = predictor.predict([Request(layout, u[None])])[0][0]
     left = (q - predictor.samples.q)[slice(None) if mask is None else mask]
     return float(np.sqrt(np.mean(left**2)))
+
+
+def pooled_error(model: Model, sets: Sequence[tuple[Predictor, np.ndarray]]) -> float:
+    """RMS error in rad of a model on samples of several predictors, given by their masks."""
+    errors = [error_of(model, *each) for each in sets]
+    return float(np.sqrt(np.average(np.square(errors), weights=[mask.sum() for _, mask in sets])))

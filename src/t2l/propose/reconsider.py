@@ -6,7 +6,8 @@ when known effects end above the noise, laws are learned beside them. If these l
 if the others and the laws, fitted again without it, leave as little.
 
 Wrong names may even reach the noise, if they have numbers enough. So names stand against laws
-alone: they are dropped if these leave as little with fewer effective parameters than they have.
+alone: they are dropped if one law leaves clearly less, or laws leave as little with fewer effective
+parameters than the names have for the same joints.
 
 Laws are learned from training samples alone. All validation samples decide between the model that
 has them and the one with the names, by the paired block bootstrap that decides everything else
@@ -18,11 +19,10 @@ to the noise (`t2l.propose.decision.goes_half_way`). Otherwise they explain a pa
 neither they nor the laws are. Then the model stays as it came, and laws are proposed beside that.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-
-import numpy as np
 
 from t2l.diagnose.evidence import Evidence
 from t2l.identify.levels import SHORTLISTED
@@ -30,10 +30,10 @@ from t2l.identify.model import Model
 from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
 from t2l.propose.elimination import eliminate
-from t2l.propose.found import Search
+from t2l.propose.found import Search, earns_its_place
 from t2l.propose.freedom import freedom
 from t2l.propose.learning_samples import LearningSamples
-from t2l.propose.proposal import Proposal, error_of, finished
+from t2l.propose.proposal import Proposal, error_of, finished, pooled_error
 from t2l.propose.refit import State
 from t2l.propose.search import Progress, search
 from t2l.propose.split import few, split
@@ -146,8 +146,7 @@ def _adopted(original: Model, final: Model) -> tuple[str, ...]:
 def _fitted_and_chosen(model: Model, evidence: Evidence) -> float:
     """RMS error in rad on training and validation samples: one recording alone tells little."""
     sets = (evidence.train, evidence.train_mask), (evidence.validation, evidence.validation_mask)
-    errors = [error_of(model, *each) for each in sets]
-    return float(np.sqrt(np.average(np.square(errors), weights=[mask.sum() for _, mask in sets])))
+    return pooled_error(model, sets)
 
 
 def _without_laws(model: Model, found: Search, joints: tuple[str, ...]) -> Search:
@@ -171,10 +170,10 @@ def _offers(
         alone: learns laws without the names.
     """
     adopted = _adopted(original, final)
-    layout, _ = final.vector(samples.predictor.joints)
-    numbers = sum(slot.term.effect.name in adopted for slot in layout.slots)
+    named = State(*final.vector(samples.predictor.joints))
     # a law has one number at least
-    if numbers > 1 and _do_as_much_with_less(alone(), final, numbers, samples):
+    spends = Counter(slot.joint for slot in named.layout.slots if slot.term.effect.name in adopted)
+    if max(spends.values(), default=0) > 1 and _say_more_simply(alone(), named, spends, samples):
         names_left = error_of(final, samples.predictor, samples.chosen)
         yield _Offer(replace(alone(), baseline_rad=names_left), adopted)
     # a wrong name may do where little happens, so the samples that it was fitted to count too
@@ -220,13 +219,23 @@ def _in_place(
         yield _Offer(found, tuple(dropped), decision)
 
 
-def _do_as_much_with_less(
-    found: Search, final: Model, numbers: int, samples: LearningSamples
+def _say_more_simply(
+    found: Search, named: State, spends: Mapping[int | None, int], samples: LearningSamples
 ) -> bool:
-    """Whether laws leave as little as names, and need fewer numbers than these have."""
+    """Whether one law leaves less than names, or laws leave as little with fewer numbers.
+
+    Args:
+        named: the model with the names.
+        spends: numbers of names, by their joint; None of the robot. Only those of the joints on
+            which laws act count, as names have some for joints that need none.
+    """
     if not found.laws:
         return False
-    _, (left,) = samples.left_by([State(*final.vector(samples.predictor.joints))])
+    (residual,), (left,) = samples.left_by([named])
     if found.rmse_rad > NEAR * max(left, found.noise_floor_rad):
         return False
+    if len(found.laws) == 1 and earns_its_place(residual, found.residual, samples):
+        return True
+    joints = {samples.predictor.joints.index(effect.law.joint) for effect in found.laws}
+    numbers = sum(spends[joint] for joint in (None, *joints))
     return freedom(found, samples.predictor, samples.fitted, samples.chosen) < numbers
