@@ -127,21 +127,19 @@ def _on_every_tick(
     And from the first guess, where more than noise is left: coarse ticks may have minima of their
     own.
     """
-    coarse, mask = evidence.shortlist, evidence.shortlist_mask
-    exact = coarse.of(coarse.recordings, 1)
+    mask = evidence.shortlist_mask
+    exact = evidence.shortlist.of(evidence.shortlist.recordings, 1)
     requests = [Request(fit.layout, fit.u[None]) for fit in leaders.values()]
     fits = {}
-    for (name, fit), (q,), (true,) in zip(
-        leaders.items(), coarse.predict(requests), exact.predict(requests), strict=True
-    ):
-        felt = np.sqrt(np.mean((q - true)[mask] ** 2))
+    for (name, fit), (q,) in zip(leaders.items(), exact.predict(requests), strict=True):
+        felt = np.sqrt(np.mean(((q - exact.samples.q)[mask] - fit.residual) ** 2))
         if not felt <= NEGLIGIBLE * floor:
             fits[name] = fit.again()
     run(list(fits.values()), exact, mask, ITERATIONS)
     anew = {
         name: _from_guess(fit, first[name])
         for name, fit in fits.items()
-        if not fit.loss <= (AT_THE_FLOOR * floor) ** 2
+        if not fit.loss <= (AT_THE_FLOOR**2 * floor) ** 2
     }
     run(list(anew.values()), exact, mask, ITERATIONS)
     return fits | {name: fit for name, fit in anew.items() if fit.loss < fits[name].loss}

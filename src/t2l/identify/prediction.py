@@ -92,9 +92,9 @@ class Predictor:
                     term.effect.extend(spec, tuple(self.joints[j] for j in term.joints))
             with_effects = f"{self.robot}{f' with {", ".join(names)}' if names else ''}"
             model = self._models[key] = plant.compiled(spec, with_effects)
-            if self._extended(model):
-                # motor and link on one axis: conjugate gradients take many iterations
-                model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+            # friction that holds at rest, or motor and link on one axis: conjugate gradients take
+            # many iterations
+            model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
         return self._models[key]
 
     def predict(

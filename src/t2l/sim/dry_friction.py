@@ -45,9 +45,10 @@ class AddedFriction:
         tendons = np.array([_tendon(model, name) for name in joints])
         apart = tendons >= 0
         self.apart, self.tendons = columns(np.flatnonzero(apart)), columns(tendons[apart])
-        self.most = np.where(apart, 0.0, np.inf)  # that is added to the joint's own
         self.joint = batch.expand("dof_frictionloss")
         self.own = self.joint[:, self.dofs].copy()
+        # that is added to the joint's own
+        self.most = np.full_like(self.own, np.where(apart, 0.0, np.inf))
         self.more = batch.expand("tendon_frictionloss") if apart.any() else None
 
     def write(self, level: np.ndarray) -> None:

@@ -50,7 +50,7 @@ class ServoLoop:
         kp, kd: (nsim, njoint) gains the loop really uses.
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
-        ahead: (nsim, 1) s, how far the loop looks ahead to be no later than the real one.
+        ahead: (nsim, njoint) s, how far the loop looks ahead to be no later than the real one.
         hidden_start: (nsim, njoint, 3) angle and velocity with which what no encoder sees starts,
             beyond its rest under load, rad and rad/s, and what to add to `Schedule.start_dq`.
         play: (nsim, njoint) rad, within which it is free.
@@ -96,7 +96,7 @@ class ServoLoop:
         self.start_q = self._per_simulation(schedule.start_q)
         self.encoder_offset = np.zeros_like(self.kp)
         late = (schedule.period_s - self.real_period_s) / 2
-        self.ahead = np.full((len(self.kp), 1), late)
+        self.ahead = np.full_like(self.kp, late)
         self.hidden_start = np.zeros((*self.kp.shape, 3))
         self.play = np.zeros_like(self.kp)
         self.command_lead_s = np.zeros_like(self.kp)
@@ -149,7 +149,8 @@ class ServoLoop:
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
         balance = self._balance()
-        compensated = np.tile(schedule.compensated, self.nvariant)[:, None].astype(float)
+        # in full, as the limits: what NumPy spreads at every tick takes it twice as long
+        compensated = np.full_like(self.kp, np.tile(schedule.compensated, self.nvariant)[:, None])
         gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
         off_balance = self._off_balance()
         kd = self._look_ahead()
@@ -159,11 +160,10 @@ class ServoLoop:
         qpos, qvel, applied = batch.qpos, batch.qvel, batch.qfrc_applied
         at_qpos, dofs = columns(self.qpos), columns(self.dofs)
         running, all_run = np.ones(batch.nsim, bool), True
-        shape = (len(schedule.sample_ticks), batch.nsim, len(self.joints))
-        out_q, out_dq = np.empty(shape), np.empty(shape)
+        out_q, out_dq = np.empty((2, len(schedule.sample_ticks), *self.kp.shape))
         wanted, taken = schedule.sample_ticks.tolist(), 0
         limited = np.isfinite(self.motor_limits).any()
-        least, most = self.motor_limits.T
+        least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
         command, recording = self._commands(), np.tile(np.arange(self.nrec), self.nvariant)
         if self.friction or self.added_friction.any():
             friction = AddedFriction(batch, self.joints)
