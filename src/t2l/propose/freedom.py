@@ -11,7 +11,8 @@ from t2l.propose.dictionary import responses, weights_in
 from t2l.propose.found import Search
 from t2l.propose.ridge import LEAST, solve
 
-PENALTIES = 10.0 ** np.arange(8, -9, -1)  # numerics: of a straight line, to one that is not felt
+# numerics: of a straight line, to one that is not felt, four in each power of ten
+PENALTIES = 10.0 ** np.linspace(8, -8, 65)
 
 
 def freedom(found: Search, predictor: Predictor, fitted: np.ndarray, chosen: np.ndarray) -> float:
