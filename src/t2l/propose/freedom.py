@@ -1,42 +1,53 @@
 """How many numbers curves need to explain what they explain."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from t2l.effects.law import SIGNED
 from t2l.effects.learned import SplineTorque
-from t2l.identify.prediction import Predictor
+from t2l.effects.term import Slot
 from t2l.propose.bases import penalty
 from t2l.propose.decision import NEAR
 from t2l.propose.dictionary import responses, weights_in
 from t2l.propose.found import Search
+from t2l.propose.learning_samples import LearningSamples
+from t2l.propose.refit import State, columns
 from t2l.propose.ridge import LEAST, solve
 
 # numerics: of a straight line, to one that is not felt, four in each power of ten
 PENALTIES = 10.0 ** np.linspace(8, -8, 65)
+ALIKE = 1e-3  # numerics: of the largest singular value; derivatives by differences are no better
+DIGITS = 2  # numerics: of an effective number
 
 
-def freedom(found: Search, predictor: Predictor, fitted: np.ndarray, chosen: np.ndarray) -> float:
+def independent(state: State, slots: Sequence[Slot], samples: LearningSamples) -> int:
+    """How many of some numbers of a model the recordings can tell from each other."""
+    moved = columns(state, samples.predictor, samples.fitted)
+    told = np.stack([moved[slot.key] for slot in slots if slot.key in moved] or [[0.0]], axis=1)
+    size = np.linalg.norm(told, axis=0)
+    return int(np.linalg.matrix_rank(told / np.where(size > 0, size, 1.0), ALIKE))
+
+
+def freedom(found: Search, samples: LearningSamples) -> float:
     """Effective parameters of the smoothest curves that leave as little as those that were found.
 
     The effective number is the trace of the smoother (Eilers and Marx, 1996); as little is `NEAR`
     times, of each curve beside the others. The simulation is taken as linear around them.
     """
-    answers = responses(predictor, found.state.layout, found.state.u, found.laws)
+    answers = responses(samples.predictor, found.state.layout, found.state.u, found.laws)
     each = zip(found.laws, answers, strict=True)
-    return sum(_freedom(found, effect, answer, fitted, chosen) for effect, answer in each)
+    # the trace of a straight line is a little less than two
+    return round(sum(_freedom(found, *one, samples) for one in each), DIGITS)
 
 
 def _freedom(
-    found: Search,
-    effect: SplineTorque,
-    jacobian: np.ndarray,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
+    found: Search, effect: SplineTorque, jacobian: np.ndarray, samples: LearningSamples
 ) -> float:
     weights = found.state.u[weights_in(found.state.layout, effect)]
     target = found.residual + jacobian @ weights
-    j, rows = jacobian[fitted], penalty(effect)
-    normal, right = j.T @ j, j.T @ target[fitted]
+    j, rows = jacobian[samples.fitted], penalty(effect)
+    normal, right = j.T @ j, j.T @ target[samples.fitted]
     if not len(rows):
         return float(len(weights))
     limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
@@ -46,6 +57,6 @@ def _freedom(
         bend = factor * rows.T @ rows
         smooth = solve(normal, right, bend, effect.law.kind not in SIGNED)
         left = target - jacobian @ smooth
-        if np.sqrt(np.mean(left[chosen] ** 2)) <= limit:
+        if np.sqrt(np.mean(left[samples.chosen] ** 2)) <= limit:
             return float(np.trace(np.linalg.solve(normal + bend + small, normal)))
     return float(len(weights))

@@ -20,18 +20,19 @@ neither they nor the laws are. Then the model stays as it came, and laws are pro
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
 from t2l.diagnose.evidence import Evidence
+from t2l.effects.term import Slot
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
 from t2l.propose.elimination import eliminate
 from t2l.propose.found import Search, earns_its_place
-from t2l.propose.freedom import freedom
+from t2l.propose.freedom import freedom, independent
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.proposal import Proposal, error_of, finished, pooled_error
 from t2l.propose.refit import State
@@ -171,9 +172,10 @@ def _offers(
     """
     adopted = _adopted(original, final)
     named = State(*final.vector(samples.predictor.joints))
+    own = [slot for slot in named.layout.slots if slot.term.effect.name in adopted]
     # a law has one number at least
-    spends = Counter(slot.joint for slot in named.layout.slots if slot.term.effect.name in adopted)
-    if max(spends.values(), default=0) > 1 and _say_more_simply(alone(), named, spends, samples):
+    most = max(Counter(slot.joint for slot in own).values(), default=0)
+    if most > 1 and _say_more_simply(alone(), named, own, samples):
         names_left = error_of(final, samples.predictor, samples.chosen)
         yield _Offer(replace(alone(), baseline_rad=names_left), adopted)
     # a wrong name may do where little happens, so the samples that it was fitted to count too
@@ -220,14 +222,14 @@ def _in_place(
 
 
 def _say_more_simply(
-    found: Search, named: State, spends: Mapping[int | None, int], samples: LearningSamples
+    found: Search, named: State, own: Sequence[Slot], samples: LearningSamples
 ) -> bool:
     """Whether one law leaves less than names, or laws leave as little with fewer numbers.
 
     Args:
         named: the model with the names.
-        spends: numbers of names, by their joint; None of the robot. Only those of the joints on
-            which laws act count, as names have some for joints that need none.
+        own: numbers of the names. Only those of the robot, and of the joints on which laws act,
+            count: names have some for joints that need none.
     """
     if not found.laws:
         return False
@@ -237,5 +239,5 @@ def _say_more_simply(
     if len(found.laws) == 1 and earns_its_place(residual, found.residual, samples):
         return True
     joints = {samples.predictor.joints.index(effect.law.joint) for effect in found.laws}
-    numbers = sum(spends[joint] for joint in (None, *joints))
-    return freedom(found, samples.predictor, samples.fitted, samples.chosen) < numbers
+    counted = [slot for slot in own if slot.joint in (None, *joints)]
+    return freedom(found, samples) < independent(named, counted, samples)

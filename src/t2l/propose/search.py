@@ -71,8 +71,8 @@ def search(
     left = predictor.samples.q - q[0]
     baseline = rms(left[samples.chosen])
     floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
-    found = Search(state, baseline, baseline, floor, left)
     ends = ranges(predictor, q[0], dq[0], samples.others)
+    found = Search(state, baseline, baseline, floor, left, ends)
     motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
     draft = coarser(predictor, state)
     earned = replace(found)
@@ -81,7 +81,7 @@ def search(
             break
         progress(f"learning curve {number + 1}", number / most)
         there = {effect.law for effect in found.laws}
-        taken = _take_one(found, samples, draft, ends, motor)
+        taken = _take_one(found, samples, draft, motor)
         if taken is None:
             break
         before, limit = found.state, NEAR * max(found.rmse_rad, found.noise_floor_rad)
@@ -118,18 +118,16 @@ def _take_one(
     found: Search,
     samples: LearningSamples,
     draft: Predictor,
-    ends: Mapping[Law, tuple[float, ...]],
     motor: Mapping[str, float],
 ) -> Taken | None:
     """Add the law that leaves least; None if none leaves less than before by enough to matter.
 
     Args:
         draft: with coarser ticks, for all but the last steps of a fit.
-        ends: of the variable of each law.
         motor: N·m that the motor of each joint spends.
     """
     predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
-    state, taken = found.state, {effect.law for effect in found.laws}
+    state, ends, taken = found.state, found.ends, {effect.law for effect in found.laws}
     effects = [
         effect_of(law, ends[law], motor[law.joint])
         for law in laws(predictor, found.residual, ends)
