@@ -61,6 +61,17 @@ def test_a_law_that_replaced_names_is_compared_with_them(proposal, names_left_ra
     assert ("But known effects leave less there" in said) == told
 
 
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (("cogging",), "Cogging explains nearly as much, and no more simply."),
+        (("cogging", "base_tilt"), "Cogging and base tilt explain nearly as much, and no more"),
+    ],
+)
+def test_names_that_a_simpler_law_replaced_are_told_as_such(proposal, names, said):
+    assert said in retracted(Reconsidered(proposal.model, proposal, names, 3e-3, 1e-3, None))
+
+
 def test_names_that_explain_a_part_are_told_as_that_beside_what_a_law_explains(proposal):
     proposal = replace(proposal, report_rmse_rad=1.5e-3)
     names = ("cogging", "base_tilt", "link_inertia")

@@ -39,7 +39,9 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
     if law.follows == "constant":
         return constant(law, size)
     if law.kind == INERTIA:
-        return inertia(law, ends, size)
+        # one weight, in N·m at the largest acceleration
+        grid = np.array([low, high])
+        return SplineTorque(law, grid, -grid[:, None] / high, size)
     if law.given:
         grid = np.linspace(low, high, GRID)
         hats = [np.interp(grid, ends, one) for one in np.eye(len(ends))]
@@ -57,12 +59,6 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
 def constant(law: Law, size: float) -> SplineTorque:
     """A law whose torque is one weight; `size` as of `SplineTorque`."""
     return SplineTorque(law, np.array([0.0, 1.0]), np.ones((2, 1)), size)
-
-
-def inertia(law: Law, ends: Sequence[float], size: float) -> SplineTorque:
-    """A law whose inertia is one weight, in N·m at the largest acceleration; `ends` of that."""
-    grid = np.array([ends[0], ends[-1]])
-    return SplineTorque(law, grid, -grid[:, None] / grid[1], size)
 
 
 def may_be_finer(law: Law) -> bool:

@@ -1,6 +1,5 @@
 """What a search for laws has found so far, and when a law earns its place."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -42,7 +41,6 @@ class Search:
         noise_floor_rad: on all samples.
         ceilings: of every law beside the model, in the first round.
         residual: (nsample,) measured minus predicted, with the laws.
-        ends: of the variable of each law, see `t2l.propose.laws.ranges`.
     """
 
     state: State
@@ -50,7 +48,6 @@ class Search:
     rmse_rad: float
     noise_floor_rad: float
     residual: np.ndarray
-    ends: Mapping[Law, tuple[float, ...]]
     ceilings: list[Ceiling] = field(default_factory=list)
 
     @property

@@ -56,7 +56,6 @@ def search(
     model: Model,
     samples: LearningSamples,
     progress: Progress = lambda what, fraction: None,
-    most: int = MOST_LAWS,
 ) -> Search:
     """Laws that explain what `model` leaves of the recordings.
 
@@ -72,16 +71,17 @@ def search(
     baseline = rms(left[samples.chosen])
     floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
     ends = ranges(predictor, q[0], dq[0], samples.others)
-    found = Search(state, baseline, baseline, floor, left, ends)
+    found = Search(state, baseline, baseline, floor, left)
     motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
     draft = coarser(predictor, state)
     earned = replace(found)
-    for number in range(most):
-        if not found.left_more_than_noise or not found.is_material(found.noise_floor_rad):
+    for number in range(MOST_LAWS):
+        # one that leaves only noise would not be worth taking
+        if not found.is_material(found.noise_floor_rad):
             break
-        progress(f"learning curve {number + 1}", number / most)
+        progress(f"learning curve {number + 1}", number / MOST_LAWS)
         there = {effect.law for effect in found.laws}
-        taken = _take_one(found, samples, draft, motor)
+        taken = _take_one(found, samples, draft, ends, motor)
         if taken is None:
             break
         before, limit = found.state, NEAR * max(found.rmse_rad, found.noise_floor_rad)
@@ -118,16 +118,18 @@ def _take_one(
     found: Search,
     samples: LearningSamples,
     draft: Predictor,
+    ends: Mapping[Law, tuple[float, ...]],
     motor: Mapping[str, float],
 ) -> Taken | None:
     """Add the law that leaves least; None if none leaves less than before by enough to matter.
 
     Args:
         draft: with coarser ticks, for all but the last steps of a fit.
+        ends: of the variable of each law.
         motor: N·m that the motor of each joint spends.
     """
     predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
-    state, ends, taken = found.state, found.ends, {effect.law for effect in found.laws}
+    state, taken = found.state, {effect.law for effect in found.laws}
     effects = [
         effect_of(law, ends[law], motor[law.joint])
         for law in laws(predictor, found.residual, ends)

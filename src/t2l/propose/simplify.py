@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, INERTIA, TORQUE, Law
+from t2l.effects.law import FRICTION, TORQUE
 from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
-from t2l.propose.bases import constant, inertia
+from t2l.propose.bases import constant
 from t2l.propose.dictionary import weights_in
 from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
@@ -15,7 +15,7 @@ from t2l.propose.refit import State, finish, off, refit, with_law, without
 
 
 def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: Predictor) -> None:
-    """Take laws away in turn, or put single numbers in their place, where that costs nothing.
+    """Take laws away in turn, or put constants in their place, where that costs nothing.
 
     That is where the choosing samples are left with `limit_rad` at most.
 
@@ -27,7 +27,6 @@ def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: P
         trials = [
             without(found.state, [curve.name]),
             *levelled(found.state, curve, predictor.joints),
-            *turned_to_inertia(found, curve, predictor.joints),
         ]
         shift = off(draft, found.state, found.residual)[fitted]
         finish(trials, refit(trials, draft, fitted, shift=shift), predictor, fitted)
@@ -57,12 +56,3 @@ def levelled(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list
         # one weight has no penalty
         made.append(with_law(made[-1], effect, first, 1.0, joints))
     return made[1:]
-
-
-def turned_to_inertia(found: Search, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
-    """The state with an inertia in place of a curve, if it has none: most of a torque turns it."""
-    law = Law(INERTIA, curve.law.joint, "acceleration", curve.law.joint)
-    if len(curve.parameters) == 1 or law not in found.ends or law in [e.law for e in found.laws]:
-        return []
-    effect = inertia(law, found.ends[law], curve.parameters[0].size)
-    return [with_law(without(found.state, [curve.name]), effect, np.zeros(1), 1.0, joints)]

@@ -98,7 +98,8 @@ def retracted(found: Reconsidered) -> str:
         f"place of {names} {learned} (noise {floor} mrad)."
     )
     if found.decision is None:
-        said = f"{said} It takes {names} together to explain nearly as much."
+        verb = "explains" if len(found.dropped) == 1 else "explain"
+        said = f"{said} {names[0].upper()}{names[1:]} {verb} nearly as much, and no more simply."
     else:
         verb = "explains" if len(found.dropped) == 1 else "explain"
         said = (
