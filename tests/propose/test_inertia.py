@@ -9,6 +9,7 @@ from t2l.identify.curves import CurveEntry, read_curves
 from t2l.identify.model import Model
 from t2l.propose.proposal import LAW
 from tests.diagnose.made import pendulum, predict, recording, swing
+from tests.export.test_export import exported
 from tests.propose.test_search import learn, machine
 
 LIGHT = 0.004  # kg·m²
@@ -36,6 +37,12 @@ def test_a_missing_inertia_is_recovered(tmp_path):
     assert one.curve.law == OVER_ACCELERATION
     assert one.curve.inertia == pytest.approx(LIGHT, rel=0.05)
     assert found.choice_rmse_rad < 1.2 * found.noise_floor_rad
+
+
+def test_an_exported_robot_has_it_as_armature(tmp_path):
+    content, error, _ = exported(tmp_path / "out", pendulum(tmp_path), {}, learned=(line(LIGHT),))
+    assert content["in_mjcf"] == [OVER_ACCELERATION.name]
+    assert error < 1e-5
 
 
 def test_an_inertia_that_is_no_straight_line_is_refused():
