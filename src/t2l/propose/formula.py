@@ -34,8 +34,8 @@ def formula(
     Of those that leave more than noise, the shortest that leaves as little as any.
 
     Args:
-        error: what a formula leaves of recordings that the curve was not fitted to; beyond what
-            the curve saw, formulas within its band may differ much.
+        error: what a formula leaves of recordings, also of such that go beyond the curve: there
+            formulas within its band may differ much.
         noise: an error that counts as noise.
 
     Raises:

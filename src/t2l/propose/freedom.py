@@ -25,6 +25,7 @@ def independent(state: State, slots: Sequence[Slot], samples: LearningSamples) -
     """How many of some numbers of a model the recordings can tell from each other."""
     moved = columns(state, samples.predictor, samples.fitted)
     told = np.stack([moved[slot.key] for slot in slots if slot.key in moved] or [[0.0]], axis=1)
+    told = np.nan_to_num(told)  # a simulation that ran away tells nothing
     size = np.linalg.norm(told, axis=0)
     return int(np.linalg.matrix_rank(told / np.where(size > 0, size, 1.0), ALIKE))
 
