@@ -7,26 +7,32 @@ import numpy as np
 from t2l.effects.law import SIGNED
 from t2l.effects.learned import SplineTorque
 from t2l.effects.term import Slot
+from t2l.identify.prediction import Request
 from t2l.propose.bases import penalty
 from t2l.propose.decision import NEAR
 from t2l.propose.dictionary import responses, weights_in
 from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
-from t2l.propose.refit import State, columns
+from t2l.propose.refit import State, sizes
 from t2l.propose.ridge import LEAST, solve
 
 # numerics: of a straight line, to one that is not felt, four in each power of ten
 PENALTIES = 10.0 ** np.linspace(8, -8, 65)
-ALIKE = 5e-3  # numerics: of the largest singular value; differences are off by thousandths
+STEP = 1e-2  # numerics: of what makes a difference
+ALIKE = 1e-3  # numerics: of the largest singular value; differences are off by 1e-4
 DIGITS = 2  # numerics: of an effective number
 
 
 def independent(state: State, slots: Sequence[Slot], samples: LearningSamples) -> int:
     """How many of some numbers of a model the recordings can tell from each other."""
-    moved = columns(state, samples.predictor, samples.fitted)
-    told = np.stack([moved[slot.key] for slot in slots if slot.key in moved] or [[0.0]], axis=1)
-    told = np.nan_to_num(told)  # a simulation that ran away tells nothing
-    size = np.linalg.norm(told, axis=0)
+    at = [i for i, slot in enumerate(state.layout.slots) if slot in slots]
+    step = STEP * sizes(state)[at, None] * np.eye(len(state.u))[at]
+    # central differences: the curvature of one would look like another number
+    points = np.clip([state.u + step, state.u - step], state.layout.lower, state.layout.upper)
+    requests = [Request(state.layout, each) for each in points]
+    more, less = (q[:, samples.fitted] for q in samples.predictor.predict(requests))
+    told = np.nan_to_num(more - less)  # a simulation that ran away tells nothing
+    size = np.linalg.norm(told, axis=1, keepdims=True)
     return int(np.linalg.matrix_rank(told / np.where(size > 0, size, 1.0), ALIKE))
 
 

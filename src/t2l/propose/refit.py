@@ -198,9 +198,13 @@ def begin_at_the_best(
         state.u = request.u[int(np.argmin(np.nan_to_num(loss, nan=np.inf)))]
 
 
-def _fit(state: State) -> LeastSquares:
+def sizes(state: State) -> np.ndarray:
+    """(n,) what makes a difference in each element of u."""
     layout, u = state.layout, state.u
     stated = np.array([slot.parameter.size for slot in layout.slots], float)
     span = LEAST_SIZE * np.where(layout.log, 1.0, layout.upper - layout.lower)
-    size = np.where(stated > 0, stated, np.where(u == 0, span, np.abs(u)))
-    return LeastSquares(layout, u.copy(), size, tolerance=TOLERANCE)
+    return np.where(stated > 0, stated, np.where(u == 0, span, np.abs(u)))
+
+
+def _fit(state: State) -> LeastSquares:
+    return LeastSquares(state.layout, state.u.copy(), sizes(state), tolerance=TOLERANCE)
