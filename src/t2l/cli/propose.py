@@ -13,10 +13,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.description = (
         "Learn the torque that the model so far lacks as a curve over one variable: a joint's own "
-        "position, velocity, commanded torque, load, time of the recording or the session, logged "
-        "temperature or supply voltage, another joint's motion, dry friction or hysteresis. Blocks "
-        "of time of LOG fit and choose; recordings held out report. OUT receives proposal.json, "
-        "models/ and effects/ for t2l adopt, and report.html."
+        "position, velocity, acceleration, commanded torque, load, time of the recording or the "
+        "session, logged temperature or supply voltage, another joint's motion, dry friction or "
+        "hysteresis. Blocks of time of LOG fit and choose; recordings held out report. OUT "
+        "receives proposal.json, models/ and effects/ for t2l adopt, and report.html."
     )
     add_log_arguments(parser, holdout=True)
 

@@ -31,7 +31,7 @@ def formula(
 ) -> Formula | None:
     """The shortest formula within the band; None if there is none, or of a hysteresis.
 
-    Of those that leave more than noise, the shortest that leaves as little as any.
+    It leaves only noise; or, if none does, at most `NEAR` times the least that any leaves.
 
     Args:
         error: what a formula leaves of recordings, also of such that go beyond the curve: there

@@ -97,15 +97,13 @@ def retracted(found: Reconsidered) -> str:
         f"it came leaves {came} mrad, with known effects {known}, and with what was learned in "
         f"place of {names} {learned} (noise {floor} mrad)."
     )
+    verb = "explains" if len(found.dropped) == 1 else "explain"
+    said = f"{said} {names[0].upper()}{names[1:]} {verb}"
     if found.decision is None:
-        verb = "explains" if len(found.dropped) == 1 else "explain"
-        said = f"{said} {names[0].upper()}{names[1:]} {verb} nearly as much, and no more simply."
+        said = f"{said} nearly as much, and no more simply."
     else:
-        verb = "explains" if len(found.dropped) == 1 else "explain"
-        said = (
-            f"{said} {names[0].upper()}{names[1:]} {verb} {part(found.decision.fraction)} of the "
-            "squared error, and would be a wrong name for it."
-        )
+        explained = part(found.decision.fraction)
+        said = f"{said} {explained} of the squared error, and would be a wrong name for it."
     enough = NEAR * max(proposal.report_baseline_rad, proposal.noise_floor_rad)
     if proposal.report_rmse_rad <= enough:
         return said
