@@ -62,8 +62,10 @@ CONSTANT = (
 )
 SLIDES = ("speed", "velocity", "constant")
 GRAVITY = ("position", "load", "constant")
-# M(1 + a) q̈ + G(1 + a) = τ: a heavier link is a motor that lacks a share of its torque
+# M(1 + a) q̈ + D q̇ + G(1 + a) = τ: a heavier link is a motor that lacks a share of its torque, and
+# a heavier pendulum one that lacks the same share of its friction
 HEAVIER = (*GRAVITY, "acceleration", "commanded torque")
+HEAVIER_OF = {PENDULUM: (*HEAVIER, "velocity"), ARM: HEAVIER}
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ KINDS = (
     (
         "mass", rx.LinkInertia("bar", 1.3, (0.0, 0.0, -0.01), 1.2),
         rx.LinkInertia("forearm", 1.3, (0.0, 0.0, -0.03)), BOTH,
-        (*WEIGHT, "armature"), HEAVIER, False,
+        (*WEIGHT, "armature"), HEAVIER_OF, False,
     ),
     (
         "integral", rx.IntegralAction(15.0, 0.4), rx.IntegralAction(8.0, 1.5), BOTH,
@@ -230,7 +232,7 @@ def cases(test_seed: int | None = None) -> dict[str, Removed]:
             changes = HANGING if kind in HANGS and robot == ARM else SHORT
             case = Case(name, robot, (hidden,), zlib.crc32(name.encode()), changes)
             one = where == HINGE if one_variable is HINGE else one_variable
-            table[name] = Removed(kind, case, names, where, follows, one)
+            table[name] = Removed(kind, case, names, where, _of(follows, robot), one)
     return table
 
 
@@ -244,8 +246,14 @@ def _drawn(seed: int) -> dict[str, Removed]:
         _, _, _, names, follows, one_variable = known[kind]
         one = robot == PENDULUM if one_variable is HINGE else one_variable
         case = Case(name, robot, hidden, number, SHORT | changes)
-        table[name] = Removed(kind, case, names, _joints(robot, hidden), follows, one)
+        joints = _joints(robot, hidden)
+        table[name] = Removed(kind, case, names, joints, _of(follows, robot), one)
     return table
+
+
+def _of(follows: tuple | dict, robot: str) -> tuple[str, ...]:
+    """The variables of a kind, which may depend on the robot."""
+    return follows[robot] if isinstance(follows, dict) else follows
 
 
 def _joints(robot: str, hidden: Sequence[fx.HiddenEffect]) -> tuple[str, ...]:

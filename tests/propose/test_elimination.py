@@ -1,6 +1,7 @@
 """Without a wrong name, a curve that undid it is the constant that it stands for."""
 
 import numpy as np
+import pytest
 
 from t2l.effects.law import TORQUE, Law
 from t2l.identify.model import Model
@@ -53,3 +54,13 @@ def test_a_curve_that_bends_without_the_spring_stays(tmp_path):
     ripple = planted(law, POSITIONS, 0.04 * np.sin(5 * POSITIONS))
     (one,) = found_beside_a_spring(pendulum(tmp_path), ripple).learned
     assert one.curve.law == law
+
+
+def test_a_straight_line_takes_the_place_of_a_curve_that_need_not_bend(tmp_path):
+    law = Law(TORQUE, "hinge", "position", "hinge")
+    line = planted(law, POSITIONS, 0.03 - 0.02 * POSITIONS)
+    (one,) = found_beside_a_spring(pendulum(tmp_path), line).learned
+    assert one.curve.law == law
+    slopes = np.diff(one.curve.torque) / np.diff(one.curve.at)
+    np.testing.assert_allclose(slopes, slopes.mean(), rtol=1e-9)
+    assert slopes.mean() == pytest.approx(-0.02, rel=0.05)

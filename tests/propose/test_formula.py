@@ -1,7 +1,10 @@
 """Formulas for planted curves, their units, and the effect files they become."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, TORQUE, Curve, Law
 from t2l.effects.registry import load
@@ -61,20 +64,55 @@ def test_what_no_short_formula_fits_has_none():
     assert found(rough, part=0.01) is None
 
 
+class Elsewhere:
+    """Judges formulas, and fits them, where another curve goes on."""
+
+    def __init__(self, truth, noise=0.0, limit=np.inf):
+        self.x, self.noise, self.limit = np.linspace(-0.5, 4.0, 60), noise, limit
+        self.y = truth(self.x)
+
+    def errors(self, formulas):
+        return [float(np.sqrt(np.mean((one(self.x) - self.y) ** 2))) for one in formulas]
+
+    def fitted(self, formula):
+        names, start = list(formula.values), list(formula.values.values())
+
+        def left(values):
+            return formula(self.x, dict(zip(names, values, strict=True))) - self.y
+
+        best = least_squares(left, start, x_scale=np.abs(start) + 1e-9).x
+        return replace(formula, values=dict(zip(names, best.tolist(), strict=True)))
+
+
 def test_of_formulas_within_the_band_the_one_that_holds_beyond_it_is_taken():
     """A straight line is shorter, and as near as the band is wide, but not where others look."""
     from t2l.propose.formula import formula
 
-    one = learned(np.exp(-X), "session time", part=0.2)
-    beyond = np.linspace(1.1, 4.0, 40)
-
-    def error(candidate):
-        return float(np.sqrt(np.mean((candidate(beyond) - np.exp(-beyond)) ** 2)))
-
+    one, judge = learned(np.exp(-X), "session time", part=0.2), Elsewhere(lambda x: np.exp(-x))
     assert formula(one).text == "a * x + b"
-    taken = formula(one, error)
+    taken = formula(one, judge)
     assert "exp" in taken.text
-    assert error(taken) < 0.3 * error(formula(one))
+    assert judge.errors([taken])[0] < 0.1 * judge.errors([formula(one)])[0]
+
+
+def test_what_leaves_only_noise_is_taken_before_what_is_shorter_and_nearly_as_good():
+    from t2l.propose.formula import formula
+
+    def slow(x):
+        return 0.3 + 0.7 * np.exp(-0.5 * x)
+
+    one, noises = learned(slow(X), "session time", part=0.1), (1e-3, 0.1)
+    exact, rough = (formula(one, Elsewhere(slow, noise)) for noise in noises)
+    assert Elsewhere(slow).errors([exact])[0] <= 1e-3
+    assert 1e-3 < Elsewhere(slow).errors([rough])[0] <= 0.1
+    assert len(rough.values) < len(exact.values)
+
+
+def test_what_leaves_more_than_may_be_left_is_none():
+    from t2l.propose.formula import formula
+
+    one = learned(np.exp(-X), "session time", part=0.2)
+    assert formula(one, Elsewhere(lambda x: np.sin(20 * x), limit=0.1)) is None
 
 
 def test_a_hysteresis_has_none():

@@ -64,7 +64,7 @@ def test_a_law_that_replaced_names_is_compared_with_them(proposal, names_left_ra
 @pytest.mark.parametrize(
     ("names", "said"),
     [
-        (("cogging",), "Cogging explains nearly as much, and no more simply."),
+        (("cogging",), "Cogging explains about as much or less, and no more simply."),
         (("cogging", "base_tilt"), "Cogging and base tilt explain nearly as much, and no more"),
     ],
 )

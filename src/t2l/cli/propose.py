@@ -23,12 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Propose, write, and say what was learned."""
+    import numpy as np
+
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.identify.prediction import Predictor
     from t2l.identify.step_size import substeps_for
     from t2l.propose.artefacts import write_proposal
     from t2l.propose.proposal import propose
-    from t2l.propose.split import split
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
@@ -39,7 +40,8 @@ def run(arguments: argparse.Namespace) -> None:
         progress = progress_line()
         proposal = propose(model, predictor, report, progress=progress)
         progress("looking for formulas", 0.9)
-        content = write_proposal(proposal, out, [(predictor, split(predictor)[1])], report)
+        every = np.ones(len(predictor.samples), bool)
+        content = write_proposal(proposal, out, [(predictor, every)], report)
         write_report(out)
         progress("done", 1.0)
     print(content["sentence"])

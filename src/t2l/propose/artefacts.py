@@ -7,29 +7,23 @@ effects/NAME.py          a formula as an effect that a person may edit
 
 import json
 import os
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
-from t2l.effects.law import GRID, INERTIA, Curve, Law
+from t2l.effects.law import INERTIA, Law
 from t2l.effects.registry import load as load_effects
 from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
 from t2l.identify.prediction import Predictor
 from t2l.names import is_plain, path_of
 from t2l.propose import formula as formulas
-from t2l.propose.decision import NEAR
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
-from t2l.propose.proposal import Learned, Proposal, error_of, pooled_error
+from t2l.propose.formula_fit import Sets, Simulation
+from t2l.propose.proposal import Learned, Proposal, error_of
 from t2l.propose.wording import headline, named, told
-
-Sets = Sequence[tuple[Predictor, np.ndarray]]
 
 CEILINGS = 12  # format: told of
 MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
@@ -46,8 +40,8 @@ def write_proposal(
     """Write all of it, proposal.json last; what it holds is returned.
 
     Args:
-        judged: predictors, and the samples of each that judge formulas: one must explain them
-            nearly as well as its curve.
+        judged: predictors, and the samples of each that formulas are fitted to and judged by: one
+            must explain them nearly as well as its curve.
         report: of recordings that neither fitted nor chose, on which formulas are reported.
         known: known effects beside the curves, see `t2l.propose.reconsider`.
         sentence: what was found; by default as if nothing but the model came before.
@@ -130,24 +124,8 @@ def _written(
         return content | {"note": f"an inertia of {one.curve.inertia:.3g} kg·m²"}
     if not formulas.installed():
         return content | {"note": MISSING}
-    noise = NEAR * proposal.noise_floor_rad
-    limit = max(noise, NEAR * pooled_error(proposal.with_curves, judged))
-
-    def error(formula: Formula) -> float:
-        # beyond the curve too
-        at = np.linspace(*one.curve.reach, 3 * GRID)
-        with np.errstate(over="ignore", invalid="ignore"):
-            values = formula(at)
-        if not np.isfinite(values).all():
-            return np.inf
-        drawn = Curve(law, tuple(at.tolist()), tuple(values.tolist()))
-        others = [other.curve.law for other in proposal.learned if other is not one]
-        base = proposal.with_some(others)
-        left = pooled_error(replace(base, learned=(*base.learned, drawn)), judged)
-        return left if np.isfinite(left) else np.inf
-
-    found = formulas.formula(one, error, noise)
-    if found is None or error(found) > limit:
+    found = formulas.formula(one, Simulation.of(proposal, one, judged))
+    if found is None:
         return content | {"note": "no short formula fits within the band"}
     return content | {"formula": _formula(proposal, one, found, folder, report)}
 

@@ -61,6 +61,18 @@ def constant(law: Law, size: float) -> SplineTorque:
     return SplineTorque(law, np.array([0.0, 1.0]), np.ones((2, 1)), size)
 
 
+def straight(effect: SplineTorque) -> SplineTorque:
+    """A law as a straight line over the same grid; its weights are the torques at the ends."""
+    to_the_end = np.linspace(0.0, 1.0, len(effect.grid))
+    basis = np.stack([1 - to_the_end, to_the_end], axis=1)
+    return SplineTorque(effect.law, effect.grid, basis, effect.parameters[0].size, effect.shown)
+
+
+def may_be_straight(effect: SplineTorque) -> bool:
+    """Whether it is a curve that a straight line may stand for."""
+    return effect.law.kind != HYSTERESIS and len(effect.parameters) > 2
+
+
 def may_be_finer(law: Law) -> bool:
     """Whether more knots can draw it better."""
     return law.kind == TORQUE and law.follows != "constant" and not law.given
@@ -109,7 +121,7 @@ def points(effect: SplineTorque) -> np.ndarray:
         parts = np.arange(POINTS * (len(knots) - 1) + 1) / POINTS
         return np.round(np.interp(parts, np.arange(len(knots)), knots)).astype(int)
     first, last = np.searchsorted(effect.grid, effect.shown)
-    count = POINTS * (effect.basis.shape[1] - 3) + 1
+    count = max(POINTS * (effect.basis.shape[1] - 3), POINTS) + 1
     return np.round(np.linspace(first, min(last, len(effect.grid) - 1), count)).astype(int)
 
 

@@ -1,12 +1,13 @@
 """A short formula for a learned curve, by symbolic regression (pyoperon), if one fits its band."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
+from typing import Protocol
 
 import numpy as np
 
 from t2l.effects.law import HYSTERESIS
-from t2l.identify.levels import TIED
+from t2l.identify.levels import PROMISING, TIED
 from t2l.propose.band import LEVEL
 from t2l.propose.decision import NEAR
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
@@ -18,6 +19,7 @@ MOST_NODES = 16  # tuned: longer is no short formula
 EVALUATIONS = 120_000  # numerics: of formulas
 SEED = 0  # statistics: of the search
 INSIDE = LEVEL  # of the points of a curve that must lie in its band
+STRAIGHT = 1e-6  # numerics: change of slope, in parts of the largest values
 SLACK = TIED  # of the largest torque: a smooth curve rounds a kink off by as much
 
 
@@ -26,28 +28,52 @@ def installed() -> bool:
     return find_spec("pyoperon") is not None and find_spec("sklearn") is not None
 
 
-def formula(
-    learned: Learned, error: Callable[[Formula], float] = lambda formula: 0.0, noise: float = 0.0
-) -> Formula | None:
-    """The shortest formula within the band; None if there is none, or of a hysteresis.
+class Judge(Protocol):
+    """What formulas leave of recordings, also of such that go beyond the curve.
 
-    It leaves only noise; or, if none does, at most `NEAR` times the least that any leaves.
+    There formulas within its band may differ much. See `t2l.propose.formula_fit.Simulation`.
+    """
+
+    noise: float
+    limit: float
+
+    def errors(self, formulas: Sequence[Formula]) -> list[float]: ...
+
+    def fitted(self, formula: Formula) -> Formula: ...
+
+
+def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
+    """A short formula within the band; None if there is none, or of a hysteresis.
+
+    Those that leave nearly as little as the best are fitted. The shortest that leaves only noise
+    is taken; or, if none does, the shortest that leaves at most `NEAR` times the least.
 
     Args:
-        error: what a formula leaves of recordings, also of such that go beyond the curve: there
-            formulas within its band may differ much.
-        noise: an error that counts as noise.
+        judge: by default the shortest within the band is taken.
 
     Raises:
         ModuleNotFoundError: the extra `propose` is not installed.
     """
-    inside: list[tuple[Formula, float]] = []
-    for found in _inside_the_band(learned):
-        inside.append((found, error(found)))
-        if inside[-1][1] <= noise:
+    begun: list[tuple[Formula, float]] = []
+    for candidate in _inside_the_band(learned):
+        if judge is None:
+            return candidate
+        begun += zip([candidate], judge.errors([candidate]), strict=True)
+        if begun[-1][1] <= judge.noise:
             break
-    least = max(noise, NEAR * min((left for _, left in inside), default=0.0))
-    return next((found for found, left in inside if left <= least), None)
+    if not begun:
+        return None
+    enough = PROMISING * max(judge.noise, min(left for _, left in begun))
+    fitted: list[tuple[Formula, float]] = []
+    for candidate, left in begun:
+        if left <= enough:
+            candidate = judge.fitted(candidate)
+            (left,) = judge.errors([candidate])
+        if left <= judge.noise:
+            return candidate
+        fitted.append((candidate, left))
+    most = min(judge.limit, NEAR * min(left for _, left in fitted))
+    return next((one for one, left in fitted if left <= most), None)
 
 
 def _inside_the_band(learned: Learned) -> Iterator[Formula]:
@@ -70,6 +96,8 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
     scale, height = float(np.abs(x).max()), float(np.abs(y).max())
     simple = (Node("sum", 1.0), Node("product", 2.0, (Node("x"),)), line)
     yield from (found for found in map(fitted, simple) if _inside(found, learned, x))
+    if np.ptp(np.diff(y) / np.diff(x)) <= STRAIGHT * height / scale:
+        return
     for tree in _searched(x / scale, y / height, height / half):
         found = fitted(_stretched(tree, scale, height))
         if _inside(found, learned, x):

@@ -149,7 +149,7 @@ def _spread(values: np.ndarray) -> tuple[float, ...]:
 
 def order(law: Law) -> int:
     """How many forms a law may take: of laws that explain alike, the lower comes first."""
-    if law.follows == "constant":
+    if law.follows == "constant" or law.kind == INERTIA:
         return 0
     if law.of != law.joint or law.column:
         return 4
@@ -159,5 +159,4 @@ def order(law: Law) -> int:
         (HYSTERESIS, "distance"): 3,
         (TORQUE, "position"): 1,
         (TORQUE, "velocity"): 1,
-        (INERTIA, "acceleration"): 1,
     }.get((law.kind, law.follows), 2)

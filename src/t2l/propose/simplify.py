@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, TORQUE
+from t2l.effects.law import FRICTION, SIGNED, TORQUE
 from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
-from t2l.propose.bases import constant
+from t2l.propose.bases import constant, may_be_straight, straight
 from t2l.propose.dictionary import weights_in
 from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
@@ -15,7 +15,7 @@ from t2l.propose.refit import State, finish, off, refit, with_law, without
 
 
 def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: Predictor) -> None:
-    """Take laws away in turn, or put constants in their place, where that costs nothing.
+    """Take laws away in turn, or put constants or a straight line in their place, at no cost.
 
     That is where the choosing samples are left with `limit_rad` at most.
 
@@ -27,6 +27,7 @@ def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: P
         trials = [
             without(found.state, [curve.name]),
             *levelled(found.state, curve, predictor.joints),
+            *straightened(found.state, curve, predictor.joints),
         ]
         shift = off(draft, found.state, found.residual)[fitted]
         finish(trials, refit(trials, draft, fitted, shift=shift), predictor, fitted)
@@ -34,6 +35,18 @@ def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: P
             if left[-1] <= limit_rad:
                 found.put(predictor, trial, *left)
                 break
+
+
+def straightened(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
+    """The state with the straight line nearest to a curve in its place, if it may have one."""
+    if not may_be_straight(curve):
+        return []
+    line, bare = straight(curve), without(state, [curve.name])
+    torque = curve.basis @ state.u[weights_in(state.layout, curve)]
+    first = np.linalg.lstsq(line.basis, torque, rcond=None)[0]
+    first = first if curve.law.kind in SIGNED else np.maximum(first, 0.0)
+    # two weights have no penalty
+    return [with_law(bare, line, first, 1.0, joints)]
 
 
 def levelled(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:

@@ -100,7 +100,7 @@ def retracted(found: Reconsidered) -> str:
     verb = "explains" if len(found.dropped) == 1 else "explain"
     said = f"{said} {names[0].upper()}{names[1:]} {verb}"
     if found.decision is None:
-        said = f"{said} nearly as much, and no more simply."
+        said = f"{said} about as much or less, and no more simply."
     else:
         explained = part(found.decision.fraction)
         said = f"{said} {explained} of the squared error, and would be a wrong name for it."

@@ -173,7 +173,7 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
     # a robot is one tree: to look for islands of constraints costs a tenth of a step
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # for joint friction alone as exact as Newton (1e-8 rad) and a third faster
+    # with joint friction within 2e-6 rad of Newton, and a third faster
     spec.option.solver = mujoco.mjtSolver.mjSOL_CG
     for body in spec.bodies:
         if body.name != "world":

@@ -1,0 +1,100 @@
+"""Formulas judged, and their constants fitted, through the simulation.
+
+Constants that fit a learned curve best carry what smoothed it, and say little beyond its ends.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from t2l.diagnose.judging import rms
+from t2l.effects.law import GRID, Curve
+from t2l.identify.fitting import ITERATIONS
+from t2l.identify.model import Model
+from t2l.identify.prediction import Predictor, Request
+from t2l.propose.decision import NEAR
+from t2l.propose.expression import Formula
+from t2l.propose.proposal import Learned, Proposal, pooled_error
+
+Sets = Sequence[tuple[Predictor, np.ndarray]]
+
+STEP = 1e-2  # numerics: of a constant: a difference that the kinks of friction do not hide
+LEAST = 1e-9  # numerics: no constant is smaller
+TOLERANCE = 0.01  # numerics: of the squared error: what gains less has settled
+FAR = 1e3  # numerics: rad, of a simulation that ran away
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What formulas leave of recordings in the place of a curve, all else in the model as it is.
+
+    Attributes:
+        curve: that they stand for. They are simulated as far as it reaches.
+        beside: the model without it.
+        sets: predictors, and the samples of each, (nsample,) bool.
+        noise: rad, an error that counts as noise.
+        limit: rad, more than a formula may leave.
+    """
+
+    curve: Curve
+    beside: Model
+    sets: Sets
+    noise: float
+    limit: float
+
+    @classmethod
+    def of(cls, proposal: Proposal, one: Learned, sets: Sets) -> "Simulation":
+        """In the place of `one` of the curves of a proposal, beside the others."""
+        others = [other.curve.law for other in proposal.learned if other is not one]
+        noise = NEAR * proposal.noise_floor_rad
+        limit = max(noise, NEAR * pooled_error(proposal.with_curves, sets))
+        return cls(one.curve, proposal.with_some(others), sets, noise, limit)
+
+    def errors(self, formulas: Sequence[Formula]) -> list[float]:
+        """RMS error in rad of each."""
+        return [rms(left) for left in self._left(formulas)]
+
+    def fitted(self, formula: Formula) -> Formula:
+        """The formula with the constants that leave least, near those that it has."""
+        from scipy.optimize import least_squares
+
+        names = list(formula.values)
+        start = np.array([formula.values[name] for name in names])
+        size = np.abs(start) + LEAST
+
+        def at(values: np.ndarray) -> Formula:
+            return replace(formula, values=dict(zip(names, values.tolist(), strict=True)))
+
+        def left(values: np.ndarray) -> np.ndarray:
+            return self._left([at(values)])[0]
+
+        def slopes(values: np.ndarray) -> np.ndarray:
+            moved = [at(values + step) for step in STEP * np.diag(size)]
+            here, *there = self._left([at(values), *moved])
+            return (np.array(there) - here).T / (STEP * size)
+
+        best = least_squares(left, start, slopes, x_scale=size, ftol=TOLERANCE, max_nfev=ITERATIONS)
+        return at(best.x)
+
+    def _left(self, formulas: Sequence[Formula]) -> np.ndarray:
+        """(n, nsample) rad, measured minus predicted; `FAR` where a simulation runs away."""
+        x = np.linspace(*self.curve.reach, 3 * GRID)
+        with np.errstate(over="ignore", invalid="ignore"):
+            tables = [formula(x) for formula in formulas]
+        finite = np.array([np.isfinite(table).all() for table in tables])
+        left = np.full((len(formulas), sum(mask.sum() for _, mask in self.sets)), FAR)
+        if finite.any():
+            drawn = [tables[i].tolist() for i in np.flatnonzero(finite)]
+            curves = [Curve(self.curve.law, tuple(x.tolist()), tuple(table)) for table in drawn]
+            learned = self.beside.learned
+            models = [replace(self.beside, learned=(*learned, curve)) for curve in curves]
+            parts = [_residuals(models, *each) for each in self.sets]
+            left[finite] = np.nan_to_num(np.concatenate(parts, axis=1), nan=FAR)
+        return left
+
+
+def _residuals(models: Sequence[Model], predictor: Predictor, mask: np.ndarray) -> np.ndarray:
+    vectors = (model.vector(predictor.joints) for model in models)
+    predicted = predictor.predict([Request(layout, u[None]) for layout, u in vectors])
+    return np.array([(predictor.samples.q - q[0])[mask] for q in predicted])
