@@ -65,7 +65,10 @@ def test_a_law_that_replaced_names_is_compared_with_them(proposal, names_left_ra
     ("names", "said"),
     [
         (("cogging",), "Cogging explains about as much or less, and no more simply."),
-        (("cogging", "base_tilt"), "Cogging and base tilt explain nearly as much, and no more"),
+        (
+            ("cogging", "base_tilt"),
+            "Cogging and base tilt explain about as much or less, and no more",
+        ),
     ],
 )
 def test_names_that_a_simpler_law_replaced_are_told_as_such(proposal, names, said):

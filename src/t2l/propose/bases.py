@@ -69,8 +69,8 @@ def straight(effect: SplineTorque) -> SplineTorque:
 
 
 def may_be_straight(effect: SplineTorque) -> bool:
-    """Whether it is a curve that a straight line may stand for."""
-    return effect.law.kind != HYSTERESIS and len(effect.parameters) > 2
+    """Whether a straight line may stand for it: of what is logged few values may have been seen."""
+    return effect.law.kind != HYSTERESIS and not effect.law.given and len(effect.parameters) > 2
 
 
 def may_be_finer(law: Law) -> bool:

@@ -5,6 +5,7 @@ Constants that fit a learned curve best carry what smoothed it, and say little b
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.propose.decision import NEAR
 from t2l.propose.expression import Formula
 from t2l.propose.proposal import Learned, Proposal, pooled_error
+from t2l.propose.refit import COARSE
 
 Sets = Sequence[tuple[Predictor, np.ndarray]]
 
@@ -53,7 +55,7 @@ class Simulation:
 
     def errors(self, formulas: Sequence[Formula]) -> list[float]:
         """RMS error in rad of each."""
-        return [rms(left) for left in self._left(formulas)]
+        return [rms(left) for left in self._left(formulas, self.sets)]
 
     def fitted(self, formula: Formula) -> Formula:
         """The formula with the constants that leave least, near those that it has."""
@@ -62,34 +64,44 @@ class Simulation:
         names = list(formula.values)
         start = np.array([formula.values[name] for name in names])
         size = np.abs(start) + LEAST
+        # the coarser simulation serves for changes only
+        whole, first = (self._left([formula], sets)[0] for sets in (self.sets, self._coarse))
+        sets, shift = (self._coarse, whole - first) if rms(first) < FAR else (self.sets, 0.0)
 
-        def at(values: np.ndarray) -> Formula:
-            return replace(formula, values=dict(zip(names, values.tolist(), strict=True)))
-
-        def left(values: np.ndarray) -> np.ndarray:
-            return self._left([at(values)])[0]
+        def left(points: Sequence[np.ndarray]) -> np.ndarray:
+            made = [
+                replace(formula, values=dict(zip(names, p.tolist(), strict=True))) for p in points
+            ]
+            return self._left(made, sets) + shift
 
         def slopes(values: np.ndarray) -> np.ndarray:
-            moved = [at(values + step) for step in STEP * np.diag(size)]
-            here, *there = self._left([at(values), *moved])
+            here, *there = left([values, *(values + STEP * np.diag(size))])
             return (np.array(there) - here).T / (STEP * size)
 
-        best = least_squares(left, start, slopes, x_scale=size, ftol=TOLERANCE, max_nfev=ITERATIONS)
-        return at(best.x)
+        best = least_squares(
+            lambda values: left([values])[0], start, slopes, x_scale="jac", ftol=TOLERANCE,
+            max_nfev=ITERATIONS,
+        )  # fmt: skip
+        return replace(formula, values=dict(zip(names, best.x.tolist(), strict=True)))
 
-    def _left(self, formulas: Sequence[Formula]) -> np.ndarray:
+    @cached_property
+    def _coarse(self) -> Sets:
+        """The same samples, on coarser ticks."""
+        return [(predictor.of(predictor.recordings, COARSE), mask) for predictor, mask in self.sets]
+
+    def _left(self, formulas: Sequence[Formula], sets: Sets) -> np.ndarray:
         """(n, nsample) rad, measured minus predicted; `FAR` where a simulation runs away."""
         x = np.linspace(*self.curve.reach, 3 * GRID)
         with np.errstate(over="ignore", invalid="ignore"):
             tables = [formula(x) for formula in formulas]
         finite = np.array([np.isfinite(table).all() for table in tables])
-        left = np.full((len(formulas), sum(mask.sum() for _, mask in self.sets)), FAR)
+        left = np.full((len(formulas), sum(mask.sum() for _, mask in sets)), FAR)
         if finite.any():
             drawn = [tables[i].tolist() for i in np.flatnonzero(finite)]
             curves = [Curve(self.curve.law, tuple(x.tolist()), tuple(table)) for table in drawn]
             learned = self.beside.learned
             models = [replace(self.beside, learned=(*learned, curve)) for curve in curves]
-            parts = [_residuals(models, *each) for each in self.sets]
+            parts = [_residuals(models, *each) for each in sets]
             left[finite] = np.nan_to_num(np.concatenate(parts, axis=1), nan=FAR)
         return left
 

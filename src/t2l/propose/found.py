@@ -6,14 +6,15 @@ import numpy as np
 
 from t2l.effects.law import Law
 from t2l.effects.learned import SplineTorque
-from t2l.identify.block_bootstrap import improvement
-from t2l.identify.levels import AT_THE_FLOOR
+from t2l.identify.block_bootstrap import Improvement, improvement
+from t2l.identify.levels import AT_THE_FLOOR, TIED
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State
 
 LEAST_IMPROVEMENT = 1 - 1 / AT_THE_FLOOR  # derived: with less the model without it is as near
+ALIKE = TIED  # of the error between laws that explain alike
 SEED = 0  # statistics: of the bootstrap
 
 
@@ -74,6 +75,16 @@ class Search:
 
 def earns_its_place(before: np.ndarray, after: np.ndarray, samples: LearningSamples) -> bool:
     """Whether residuals (nsample,) fall from `before` to `after`, by enough and by no chance."""
-    left = (residual[samples.chosen] for residual in (before, after))
-    gain = improvement(*left, samples.block, np.random.default_rng(SEED))
+    gain = _gain(before, after, samples)
     return gain.lower > 0 and gain.fraction >= LEAST_IMPROVEMENT
+
+
+def explain_alike(simple: np.ndarray, other: np.ndarray, samples: LearningSamples) -> bool:
+    """Whether `other` leaves no less than what is simpler leaves, residuals (nsample,)."""
+    gain = _gain(simple, other, samples)
+    return gain.lower <= 0 or gain.fraction <= ALIKE
+
+
+def _gain(before: np.ndarray, after: np.ndarray, samples: LearningSamples) -> Improvement:
+    left = (residual[samples.chosen] for residual in (before, after))
+    return improvement(*left, samples.block, np.random.default_rng(SEED))

@@ -17,16 +17,21 @@ from t2l.diagnose.judging import rms
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import SIGNED, Law
 from t2l.effects.learned import SplineTorque
-from t2l.identify.block_bootstrap import improvement
 from t2l.identify.fitting import LEADERS
-from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING, TIED
+from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.scales import scales
 from t2l.propose.bases import effect_of, penalty
 from t2l.propose.dictionary import responses
-from t2l.propose.found import LEAST_IMPROVEMENT, SEED, Ceiling, Search, earns_its_place
+from t2l.propose.found import (
+    LEAST_IMPROVEMENT,
+    Ceiling,
+    Search,
+    earns_its_place,
+    explain_alike,
+)
 from t2l.propose.knots import Finer, refine
 from t2l.propose.laws import laws, order, ranges
 from t2l.propose.learning_samples import LearningSamples
@@ -45,7 +50,6 @@ from t2l.propose.ridge import Fit, fit
 from t2l.propose.simplify import simplify
 from t2l.propose.split import few
 
-ALIKE = TIED  # of the error between laws that explain alike
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
 
@@ -74,20 +78,21 @@ def search(
     found = Search(state, baseline, baseline, floor, left)
     motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
     draft = coarser(predictor, state)
-    earned = replace(found)
-    for number in range(MOST_LAWS):
+    earned, seen = replace(found), [set()]
+    while len(found.laws) < MOST_LAWS:
         # one that leaves only noise would not be worth taking
         if not found.is_material(found.noise_floor_rad):
             break
-        progress(f"learning curve {number + 1}", number / MOST_LAWS)
-        there = {effect.law for effect in found.laws}
+        progress(f"learning curve {len(found.laws) + 1}", len(found.laws) / MOST_LAWS)
         taken = _take_one(found, samples, draft, ends, motor)
         if taken is None:
             break
         before, limit = found.state, NEAR * max(found.rmse_rad, found.noise_floor_rad)
         simplify(found, limit, samples, draft)
-        if {effect.law for effect in found.laws} == there:
+        there = {effect.law for effect in found.laws}
+        if there in seen:
             break
+        seen.append(there)
         # no worse with less needs no proof that chance could not have done it
         less = found.rmse_rad <= earned.rmse_rad and len(found.state.u) < len(earned.state.u)
         more = earned.is_material(found.rmse_rad)
@@ -213,8 +218,6 @@ def _simplest(
     for i in sorted(range(len(taken)), key=lambda i: (order(taken[i]), errors[i])):
         if order(taken[i]) >= order(taken[best]) or not np.isfinite(errors[i]):
             continue
-        left = (residuals[at][samples.chosen] for at in (i, best))
-        gain = improvement(*left, samples.block, np.random.default_rng(SEED))
-        if gain.lower <= 0 or gain.fraction <= ALIKE:
+        if explain_alike(residuals[i], residuals[best], samples):
             return i
     return best

@@ -9,7 +9,7 @@ from t2l.effects.learned import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import constant, may_be_straight, straight
 from t2l.propose.dictionary import weights_in
-from t2l.propose.found import Search
+from t2l.propose.found import Search, explain_alike
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, finish, off, refit, with_law, without
 
@@ -17,7 +17,8 @@ from t2l.propose.refit import State, finish, off, refit, with_law, without
 def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: Predictor) -> None:
     """Take laws away in turn, or put constants or a straight line in their place, at no cost.
 
-    That is where the choosing samples are left with `limit_rad` at most.
+    That is where the choosing samples are left with `limit_rad` at most; and where they tell no
+    straight line from the curve.
 
     Args:
         draft: with coarser ticks, for all but the last steps of a fit.
@@ -31,10 +32,15 @@ def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: P
         ]
         shift = off(draft, found.state, found.residual)[fitted]
         finish(trials, refit(trials, draft, fitted, shift=shift), predictor, fitted)
-        for trial, *left in zip(trials, *samples.left_by(trials), strict=True):
-            if left[-1] <= limit_rad:
-                found.put(predictor, trial, *left)
-                break
+        for trial, residual, error in zip(trials, *samples.left_by(trials), strict=True):
+            # only a straight line is the same law
+            bends = curve.law in {effect.law for effect, _ in trial.laws}
+            if error > limit_rad or (
+                bends and not explain_alike(residual, found.residual, samples)
+            ):
+                continue
+            found.put(predictor, trial, residual, error)
+            break
 
 
 def straightened(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:

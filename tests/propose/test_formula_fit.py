@@ -1,0 +1,47 @@
+"""Constants of formulas are recovered through the simulation, beyond the curve too."""
+
+import numpy as np
+import pytest
+
+from t2l.effects.law import TORQUE, Law
+from t2l.identify.model import Model
+from t2l.identify.prediction import Predictor
+from t2l.propose.expression import Formula
+from t2l.propose.formula_fit import FAR, Simulation
+from tests.diagnose.made import pendulum
+from tests.propose.test_search import POSITIONS, machine, planted
+
+LAW = Law(TORQUE, "hinge", "position", "hinge")
+NOISE_RAD = 1e-4
+
+
+def simulation(robot, shape, reach=(-0.3, 0.3)):
+    """Of recordings with a torque over position, of which a curve shows a part."""
+    predictor = Predictor(robot, machine(robot, [planted(LAW, POSITIONS, shape(POSITIONS))], 3))
+    at = np.linspace(*reach, 9)
+    every = [(predictor, np.ones(len(predictor.samples), bool))]
+    return Simulation(planted(LAW, at, 1.1 * shape(at)), Model(robot), every, NOISE_RAD, np.inf)
+
+
+def ripple(**values):
+    return Formula("a * np.sin(b * x) + c", values, {"a": "N·m", "b": "1/rad", "c": "N·m"})
+
+
+def test_constants_are_recovered_that_fit_the_curve_less_well(tmp_path):
+    truth = {"a": 0.05, "b": 3.0, "c": 0.02}
+    judge = simulation(pendulum(tmp_path), ripple(**truth))
+    begun = ripple(a=0.055, b=2.7, c=0.001)
+    fitted = judge.fitted(begun)
+    assert fitted.values == pytest.approx(truth, rel=0.03)
+    before, after = judge.errors([begun, fitted])
+    assert after < 1.1 * NOISE_RAD < 3 * NOISE_RAD < before
+
+
+def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path):
+    judge = simulation(pendulum(tmp_path), lambda x: 0.05 * x)
+    line = {"text": "a * x", "units": {"a": "N·m/rad"}}
+    wild = Formula("a * np.exp(b * x)", {"a": 1.0, "b": 1e5}, {"a": "N·m", "b": "1/rad"})
+    errors = judge.errors([wild, Formula(values={"a": 0.05}, **line)])
+    assert errors[0] == FAR
+    assert errors[1] < 1.1 * NOISE_RAD
+    assert judge.errors([judge.fitted(wild)])[0] == FAR
