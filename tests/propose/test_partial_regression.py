@@ -31,3 +31,15 @@ def test_frisch_waugh_lovell(seed, others, own, penalties):
     np.testing.assert_allclose(found.weights, change[others:], rtol=1e-5, atol=1e-6)
     left = residual[chosen, 0] - np.hstack([columns, responses])[chosen] @ change
     np.testing.assert_allclose(found.chosen, np.mean(left**2), rtol=1e-5)
+
+
+def test_what_no_data_touch_stays_and_hides_nothing():
+    """As a weight at its bound, whose derivative is zero."""
+    n, fitted = 30, np.arange(30) < 20
+    residual = np.random.default_rng(0).normal(size=n)
+    partial = PartialRegression(np.zeros((n, 1)), np.zeros((0, 1)), np.ones(1), fitted)
+    np.testing.assert_array_equal(partial.left_of(residual), residual)
+    silent = partial.left_of_responses(np.zeros((n, 3)))
+    found = fit(silent, residual, *partial.masks(~fitted), np.diff(np.eye(3), 2, axis=0))
+    np.testing.assert_array_equal(found.weights, 0.0)
+    np.testing.assert_allclose(found.chosen, np.mean(residual[~fitted] ** 2))

@@ -14,7 +14,7 @@ from t2l.propose.dictionary import responses, weights_in
 from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, sizes
-from t2l.propose.ridge import LEAST, solve
+from t2l.propose.ridge import least_ridge, solve
 
 # numerics: of a straight line, to one that is not felt, four in each power of ten
 PENALTIES = 10.0 ** np.linspace(8, -8, 65)
@@ -59,7 +59,7 @@ def _freedom(
         return float(len(weights))
     limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
     size = np.trace(normal) / np.sum(rows**2)
-    small = LEAST * np.diag(normal).max() * np.eye(len(normal))
+    small = least_ridge(normal)
     for factor in PENALTIES * size:
         bend = factor * rows.T @ rows
         smooth = solve(normal, right, bend, effect.law.kind not in SIGNED)

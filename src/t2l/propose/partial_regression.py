@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.propose.refit import State
-
-LEAST = 1e-10  # numerics: of the responses: keeps parameters that no data touch where they are
+from t2l.propose.ridge import least_ridge
 
 
 @dataclass(frozen=True)
@@ -61,5 +60,5 @@ class PartialRegression:
     def _fit(self, target: np.ndarray, below: np.ndarray) -> np.ndarray:
         inside = self.columns[self.fitted]
         normal = inside.T @ inside + self.rows.T @ self.rows
-        normal += LEAST * np.eye(len(normal)) * (np.diag(normal).max(initial=0.0) + 1e-300)
+        normal += least_ridge(normal)
         return np.linalg.solve(normal, inside.T @ target[self.fitted] + self.rows.T @ below)

@@ -10,7 +10,8 @@ from t2l.identify.levels import NOTHING
 # the most leaves a straight line
 PENALTIES = 10.0 ** np.arange(-7, 3)
 ALIKE = 1 + NOTHING  # derived: times the least squared residual where a penalty is chosen
-LEAST = 1e-10  # numerics: of the responses: keeps weights that no data touch at zero
+LEAST = 1e-10  # numerics: of the responses, what is added to them
+SMALLEST = 1e-200  # numerics: whose inverse is finite, where no data touch any weight
 
 
 @dataclass(frozen=True)
@@ -60,11 +61,15 @@ def solve(
     normal: np.ndarray, right: np.ndarray, penalties: np.ndarray, positive: bool
 ) -> np.ndarray:
     """Weights (k,) of the normal equations with a penalty (k, k)."""
-    diagonal = np.diag(normal)
-    whole = normal + penalties + np.diag(LEAST * np.full(len(normal), diagonal.max() + 1e-300))
+    whole = normal + penalties + least_ridge(normal)
     if not positive:
         return np.linalg.solve(whole, right)
     from scipy.optimize import nnls
 
     root = np.linalg.cholesky(whole)
     return nnls(root.T, np.linalg.solve(root, right))[0]
+
+
+def least_ridge(normal: np.ndarray) -> np.ndarray:
+    """(k, k) to add to normal equations, which keeps weights that no data touch at zero."""
+    return max(LEAST * np.diag(normal).max(initial=0.0), SMALLEST) * np.eye(len(normal))
