@@ -333,6 +333,7 @@ def judged(command: str, name: str) -> dict:
         "before": _error(content, out, 0),
         "names": _error(content, out, -1),
         "after": content["report"]["rmse_q_rad"],
+        "in_words": content["report"].get("formulas_rmse_q_rad"),
         "noise_floor": content["noise_floor_rad"],
         "seconds": perf_counter() - began,
     }
@@ -396,24 +397,18 @@ def right(result: dict) -> bool | None:
 def near(result: dict) -> bool | None:
     """Whether at most twice the noise is left; None where no function of one variable could.
 
-    With the formula, where there is one: it is what is read, edited and adopted.
+    With the formulas of laws that have one: they are what is read, edited and adopted.
     """
     if not case_of(result["case"]).one_variable:
         return None
-    formula = _formula(result)
-    left = formula["report_rmse_q_rad"] if formula else result["after"]
+    left = result["in_words"] or result["after"]
     return left <= TWICE * result["noise_floor"]
-
-
-def _formula(result: dict) -> dict | None:
-    """The first that is proposed, which stands beside the curves of all other laws."""
-    return next((c["formula"] for c in result["curves"] if c["formula"]), None)
 
 
 def row(result: dict) -> dict:
     """What the table shows, errors in mrad."""
     words = {True: "yes", False: "NO", None: ""}
-    formula = _formula(result)
+    formulas = [curve["formula"] for curve in result["curves"] if curve["formula"]]
 
     def mrad(value: float) -> str:
         return f"{1e3 * value:.3f}"
@@ -427,10 +422,10 @@ def row(result: dict) -> dict:
         "before": mrad(result["before"]),
         "with names": mrad(result["names"]),
         "with the curve": mrad(result["after"]),
-        "with its formula": mrad(formula["report_rmse_q_rad"]) if formula else "",
+        "with formulas": mrad(result["in_words"]) if result["in_words"] else "",
         "noise": mrad(result["noise_floor"]),
         "within twice": words[near(result)],
-        "formula": formula["sentence"] if formula else "",
+        "formula": "; ".join(formula["sentence"] for formula in formulas),
         "seconds": f"{result['seconds']:.0f}",
     }
 

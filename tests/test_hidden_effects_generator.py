@@ -411,11 +411,11 @@ def test_what_is_removed_from_the_library_is_in_it_and_a_right_answer_is_judged_
     for wrong in ({"of": "shoulder"}, {"joint": "shoulder"}, {"follows": "time"}):
         assert proposals.right(spring | {"curves": [law, law | wrong]}) is False
     assert proposals.right(spring | {"curves": []}) is False
-    curve, far = spring | {"curves": [law | {"formula": None}]}, {"after": 2.1e-4}
+    curve, far = spring | {"curves": [law], "in_words": None}, {"after": 2.1e-4}
     assert proposals.near(curve) is True
     assert proposals.near(curve | far) is False
     for left, near in ((1.9e-4, True), (2.1e-4, False)):
-        formula = spring | {"curves": [law | {"formula": {"report_rmse_q_rad": left}}]}
+        formula = curve | {"in_words": left}
         assert proposals.near(formula) is proposals.near(formula | far) is near
     loop = {"case": "integral_pendulum", "curves": [law], "after": 1.0, "noise_floor": 1e-4}
     assert proposals.right(loop) is proposals.near(loop) is None

@@ -20,7 +20,7 @@ def simulation(robot, shape, reach=(-0.3, 0.3)):
     predictor = Predictor(robot, machine(robot, [planted(LAW, POSITIONS, shape(POSITIONS))], 3))
     at = np.linspace(*reach, 9)
     every = [(predictor, np.ones(len(predictor.samples), bool))]
-    return Simulation(planted(LAW, at, 1.1 * shape(at)), Model(robot), every, NOISE_RAD, np.inf)
+    return Simulation(planted(LAW, at, 1.1 * shape(at)), Model(robot), every, np.inf)
 
 
 def ripple(**values):

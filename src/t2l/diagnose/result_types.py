@@ -171,6 +171,7 @@ class _Choice(TypedDict):
 class _Report(TypedDict):
     baseline_rmse_q_rad: FiniteFloat | None
     rmse_q_rad: FiniteFloat | None
+    formulas_rmse_q_rad: NotRequired[FiniteFloat | None]
     recordings: list[str]
 
 

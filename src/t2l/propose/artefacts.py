@@ -7,6 +7,7 @@ effects/NAME.py          a formula as an effect that a person may edit
 
 import json
 import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,9 @@ def write_proposal(
     """
     _remove_before(folder)
     curves = [_written(proposal, one, folder, judged, report) for one in proposal.learned]
+    in_words = None
+    if report is not None and any(curve["formula"] for curve in curves):
+        in_words = error_of(_with_all_formulas(proposal, curves, folder), report)
     content = {
         "verdict": proposal.verdict,
         "sentence": sentence or headline(proposal),
@@ -59,6 +63,8 @@ def write_proposal(
         "report": {
             "baseline_rmse_q_rad": proposal.report_baseline_rad,
             "rmse_q_rad": proposal.report_rmse_rad,
+            # each law as its formula if it has one
+            "formulas_rmse_q_rad": in_words,
             "recordings": list(proposal.reported),
         },
         "fitted_recordings": list(proposal.fitted),
@@ -142,10 +148,11 @@ def _formula(
     name = effect_name(law)
     path = path_of(folder / "effects", name, ".py")
     write_text(effect_text(law, found), path)
-    alone = with_formula(proposal, one, found, path, others=False)
+    alone = with_formula(proposal.model, law, found.values, path)
     comment = f"the model so far with a formula of {named(law)}"
     write_model(alone, path_of(folder / "models", name, ".yaml"), comment)
-    model = with_formula(proposal, one, found, path)
+    others = [other.curve.law for other in proposal.learned if other is not one]
+    model = with_formula(proposal.with_some(others), law, found.values, path)
     return {
         "effect": name,
         "file": f"effects/{path.name}",
@@ -157,17 +164,23 @@ def _formula(
     }
 
 
-def with_formula(
-    proposal: Proposal, one: Learned, found: Formula, path: Path, others: bool = True
-) -> Model:
-    """The model with a formula in place of a curve, and perhaps all other curves."""
-    law, name = one.curve.law, effect_name(one.curve.law)
-    beside = [other.curve.law for other in proposal.learned if others and other is not one]
-    base = proposal.with_some(beside)
+def _with_all_formulas(proposal: Proposal, curves: Sequence[dict], folder: Path) -> Model:
+    """The model with all that was learned, each law as its formula if it has one."""
+    laws = [one.curve.law for one in proposal.learned]
+    found = {law: c["formula"] for law, c in zip(laws, curves, strict=True) if c["formula"]}
+    model = proposal.with_some([law for law in laws if law not in found])
+    for law, formula in found.items():
+        model = with_formula(model, law, formula["values"], folder / formula["file"])
+    return model
+
+
+def with_formula(model: Model, law: Law, constants: Mapping[str, float], path: Path) -> Model:
+    """A model with the formula of a law, whose effect file is `path`."""
+    name = effect_name(law)
     effect = load_effects([path])[name]
-    values = {p.name: {law.joint: float(found.values[p.name])} for p in effect.parameters}
-    effects = {**base.effects, name: values}
-    return Model(base.robot, effects, (*base.effect_files, path.resolve()), base.learned)
+    values = {p.name: {law.joint: float(constants[p.name])} for p in effect.parameters}
+    files = (*model.effect_files, path.resolve())
+    return Model(model.robot, {**model.effects, name: values}, files, model.learned)
 
 
 def proposed(folder: Path) -> list[str]:

@@ -6,15 +6,16 @@ from typing import Protocol
 
 import numpy as np
 
-from t2l.effects.law import HYSTERESIS
+from t2l.effects.law import FRICTION, HYSTERESIS, SESSION, TORQUE
 from t2l.identify.levels import PROMISING, TIED
 from t2l.propose.band import LEVEL
-from t2l.propose.decision import NEAR
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
 from t2l.propose.proposal import Learned
 
 EXTRA = "propose"  # of pyoperon
-SYMBOLS = "add,mul,sin,exp,square,constant,variable"
+SYMBOLS = "add,mul,exp,square,constant,variable"
+# a joint turns and a clock may tick; nothing comes again at a higher speed, torque or temperature
+REPEATS = {(TORQUE, "position"), (FRICTION, "position"), (TORQUE, "time"), (TORQUE, SESSION)}
 MOST_NODES = 16  # tuned: longer is no short formula
 EVALUATIONS = 120_000  # numerics: of formulas
 SEED = 0  # statistics: of the search
@@ -34,7 +35,6 @@ class Judge(Protocol):
     There formulas within its band may differ much. See `t2l.propose.formula_fit.Simulation`.
     """
 
-    noise: float
     limit: float
 
     def errors(self, formulas: Sequence[Formula]) -> list[float]: ...
@@ -45,8 +45,8 @@ class Judge(Protocol):
 def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
     """A short formula within the band; None if there is none, or of a hysteresis.
 
-    Those that leave nearly as little as the best are fitted. The shortest that leaves only noise
-    is taken; or, if none does, the shortest that leaves at most `NEAR` times the least.
+    Those that leave nearly as little as the best are fitted. The shortest is taken that explains
+    alike with the best of them then, if it leaves no more than the limit.
 
     Args:
         judge: by default the shortest within the band is taken.
@@ -54,26 +54,16 @@ def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
     Raises:
         ModuleNotFoundError: the extra `propose` is not installed.
     """
-    begun: list[tuple[Formula, float]] = []
-    for candidate in _inside_the_band(learned):
-        if judge is None:
-            return candidate
-        begun += zip([candidate], judge.errors([candidate]), strict=True)
-        if begun[-1][1] <= judge.noise:
-            break
-    if not begun:
-        return None
-    enough = PROMISING * max(judge.noise, min(left for _, left in begun))
-    fitted: list[tuple[Formula, float]] = []
-    for candidate, left in begun:
-        if left <= enough:
-            candidate = judge.fitted(candidate)
-            (left,) = judge.errors([candidate])
-        if left <= judge.noise:
-            return candidate
-        fitted.append((candidate, left))
-    most = min(judge.limit, NEAR * min(left for _, left in fitted))
-    return next((one for one, left in fitted if left <= most), None)
+    candidates = _inside_the_band(learned)
+    if judge is None:
+        return next(candidates, None)
+    found = [*candidates]
+    begun = judge.errors(found)
+    enough = PROMISING * min(begun, default=0.0)
+    fitted = [judge.fitted(one) for one, left in zip(found, begun, strict=True) if left <= enough]
+    errors = judge.errors(fitted)
+    most = min(judge.limit, (1 + TIED) * min(errors, default=0.0))
+    return next((one for one, left in zip(fitted, errors, strict=True) if left <= most), None)
 
 
 def _inside_the_band(learned: Learned) -> Iterator[Formula]:
@@ -98,18 +88,20 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
     yield from (found for found in map(fitted, simple) if _inside(found, learned, x))
     if np.ptp(np.diff(y) / np.diff(x)) <= STRAIGHT * height / scale:
         return
-    for tree in _searched(x / scale, y / height, height / half):
+    repeats = (curve.law.kind, curve.law.follows) in REPEATS
+    for tree in _searched(x / scale, y / height, height / half, repeats):
         found = fitted(_stretched(tree, scale, height))
         if _inside(found, learned, x):
             yield found
 
 
-def _searched(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Iterator[Node]:
-    """Trees from short to long."""
+def _searched(x: np.ndarray, y: np.ndarray, weight: np.ndarray, repeats: bool) -> Iterator[Node]:
+    """Trees from short to long; with sines if what they tell may come again."""
     from pyoperon.sklearn import SymbolicRegressor
 
     search = SymbolicRegressor(
-        allowed_symbols=SYMBOLS, max_length=MOST_NODES, objectives=["mse", "length"],
+        allowed_symbols=f"{SYMBOLS},sin" if repeats else SYMBOLS,
+        max_length=MOST_NODES, objectives=["mse", "length"],
         # numerics: the evaluations end it first
         population_size=400, generations=60, max_evaluations=EVALUATIONS,
         optimizer_iterations=10, n_threads=1, random_state=SEED,

@@ -35,27 +35,24 @@ class Simulation:
         curve: that they stand for. They are simulated as far as it reaches.
         beside: the model without it.
         sets: predictors, and the samples of each, (nsample,) bool.
-        noise: rad, an error that counts as noise.
-        limit: rad, more than a formula may leave.
+        limit: rad, the most that a formula may leave.
     """
 
     curve: Curve
     beside: Model
     sets: Sets
-    noise: float
     limit: float
 
     @classmethod
     def of(cls, proposal: Proposal, one: Learned, sets: Sets) -> "Simulation":
         """In the place of `one` of the curves of a proposal, beside the others."""
         others = [other.curve.law for other in proposal.learned if other is not one]
-        noise = NEAR * proposal.noise_floor_rad
-        limit = max(noise, NEAR * pooled_error(proposal.with_curves, sets))
-        return cls(one.curve, proposal.with_some(others), sets, noise, limit)
+        limit = NEAR * max(proposal.noise_floor_rad, pooled_error(proposal.with_curves, sets))
+        return cls(one.curve, proposal.with_some(others), sets, limit)
 
     def errors(self, formulas: Sequence[Formula]) -> list[float]:
         """RMS error in rad of each."""
-        return [rms(left) for left in self._left(formulas, self.sets)]
+        return [rms(left) for left in self._left(formulas, self.sets)] if formulas else []
 
     def fitted(self, formula: Formula) -> Formula:
         """The formula with the constants that leave least, near those that it has."""
