@@ -112,6 +112,8 @@ def test_curves_in_place_of_names_are_compared_with_them(tmp_path):
     assert "<b>0.07 mrad</b><span>test error with the known effects that were added" in told
     learned = "test error with what was learned in place of Coulomb friction: the final model"
     assert f"<b>0.08 mrad</b><span>{learned}" in told
+    assert "<b>0</b><span>known effects added" in told
+    assert "<p>Coulomb friction did a part of this, and gives way to the learned curve" in told
     assert "To adopt it" not in told
 
 

@@ -87,7 +87,7 @@ def _environment() -> Environment:
         filter.__name__: filter
         for filter in (
             words.estimate, words.gains, listed, words.mrad, words.number, percent,
-            words.sentence, words.span, words.title_in, with_minus,
+            words.capital, words.sentence, words.span, words.title_in, with_minus,
         )
     }  # fmt: skip
     return environment

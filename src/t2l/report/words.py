@@ -62,7 +62,10 @@ def gains(values: Sequence[float]) -> str:
 
 def sentence(text: str) -> str:
     """With a capital and a full stop, and true minus signs."""
-    text = with_minus(text.strip())
-    if not text:
-        return ""
-    return text[0].upper() + text[1:] + ("" if text[-1] in ".!?:" else ".")
+    text = capital(with_minus(text.strip()))
+    return text + ("" if not text or text[-1] in ".!?:" else ".")
+
+
+def capital(text: str) -> str:
+    """The first letter large, the others as they are."""
+    return text[:1].upper() + text[1:]
