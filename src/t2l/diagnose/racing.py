@@ -139,15 +139,10 @@ def _on_every_tick(
     anew = {
         name: _from_guess(fit, first[name])
         for name, fit in fits.items()
-        if _leaves_more(fit, floor)
+        if not fit.loss <= (AT_THE_FLOOR**2 * floor) ** 2
     }
     run(list(anew.values()), exact, mask, ITERATIONS)
     return fits | {name: fit for name, fit in anew.items() if fit.loss < fits[name].loss}
-
-
-def _leaves_more(fit: LeastSquares, floor: float) -> bool:
-    """Whether more than noise is left, so that there may be a better minimum."""
-    return not fit.loss <= (AT_THE_FLOOR**2 * floor) ** 2
 
 
 def _from_guess(fit: LeastSquares, first: Start) -> LeastSquares:
@@ -163,13 +158,11 @@ def fit_fully(
     names: Iterable[str],
     evidence: Evidence,
     origin: Origin | None = None,
-    floor: float = 0.0,
 ) -> dict[str, LeastSquares]:
     """The named fits on all training samples, less the joints that show no sign of the effect.
 
     Args:
         origin: the model so far, fitted to all; few recordings may have led away from it.
-        floor: RMSE in rad below which nothing is missing.
     """
     predictor, mask = evidence.train, evidence.train_mask
     full = _from_the_better({name: fits[name] for name in names}, origin or {}, predictor, mask)
@@ -179,8 +172,7 @@ def fit_fully(
     run(list(smaller.values()), predictor, mask, REFINEMENTS)
     # what a joint contributes beyond that is kept
     full |= {n: fit for n, fit in smaller.items() if fit.loss < IDLE**2 * full[n].loss}
-    more = {name: fit for name, fit in full.items() if _leaves_more(fit, floor)}
-    return full | _out_of_dents(more, evidence)
+    return full | _out_of_dents(full, evidence)
 
 
 def moves_together(joints: Sequence[str]) -> bool:

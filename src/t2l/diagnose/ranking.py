@@ -151,7 +151,7 @@ def _ranking(
             return ranking
         progress(f"fitting {', '.join(first)} to all recordings", 0.9)
         origin = dict(zip((slot.key for slot in adopted.slots), u, strict=True))
-        fits = fit_fully(found.fits, first, evidence, origin, floor)
+        fits = fit_fully(found.fits, first, evidence, origin)
         judged = judge(evidence, fits, before)
         for name in first:
             del candidates[name]
