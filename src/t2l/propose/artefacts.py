@@ -151,8 +151,7 @@ def _formula(
     alone = with_formula(proposal.model, law, found.values, path)
     comment = f"the model so far with a formula of {named(law)}"
     write_model(alone, path_of(folder / "models", name, ".yaml"), comment)
-    others = [other.curve.law for other in proposal.learned if other is not one]
-    model = with_formula(proposal.with_some(others), law, found.values, path)
+    model = with_formula(proposal.without(one), law, found.values, path)
     return {
         "effect": name,
         "file": f"effects/{path.name}",

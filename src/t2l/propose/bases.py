@@ -121,7 +121,7 @@ def points(effect: SplineTorque) -> np.ndarray:
         parts = np.arange(POINTS * (len(knots) - 1) + 1) / POINTS
         return np.round(np.interp(parts, np.arange(len(knots)), knots)).astype(int)
     first, last = np.searchsorted(effect.grid, effect.shown)
-    count = max(POINTS * (effect.basis.shape[1] - 3), POINTS) + 1
+    count = POINTS * max(effect.basis.shape[1] - 3, 1) + 1
     return np.round(np.linspace(first, min(last, len(effect.grid) - 1), count)).astype(int)
 
 

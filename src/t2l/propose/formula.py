@@ -89,13 +89,13 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
     if np.ptp(np.diff(y) / np.diff(x)) <= STRAIGHT * height / scale:
         return
     repeats = (curve.law.kind, curve.law.follows) in REPEATS
-    for tree in _searched(x / scale, y / height, height / half, repeats):
+    for tree in _searched(x / scale, y / height, repeats):
         found = fitted(_stretched(tree, scale, height))
         if _inside(found, learned, x):
             yield found
 
 
-def _searched(x: np.ndarray, y: np.ndarray, weight: np.ndarray, repeats: bool) -> Iterator[Node]:
+def _searched(x: np.ndarray, y: np.ndarray, repeats: bool) -> Iterator[Node]:
     """Trees from short to long; with sines if what they tell may come again."""
     from pyoperon.sklearn import SymbolicRegressor
 

@@ -46,9 +46,8 @@ class Simulation:
     @classmethod
     def of(cls, proposal: Proposal, one: Learned, sets: Sets) -> "Simulation":
         """In the place of `one` of the curves of a proposal, beside the others."""
-        others = [other.curve.law for other in proposal.learned if other is not one]
         limit = NEAR * max(proposal.noise_floor_rad, pooled_error(proposal.with_curves, sets))
-        return cls(one.curve, proposal.with_some(others), sets, limit)
+        return cls(one.curve, proposal.without(one), sets, limit)
 
     def errors(self, formulas: Sequence[Formula]) -> list[float]:
         """RMS error in rad of each."""

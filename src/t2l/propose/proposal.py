@@ -69,6 +69,10 @@ class Proposal:
         """The model with all curves."""
         return self.with_some([one.curve.law for one in self.learned])
 
+    def without(self, one: Learned) -> Model:
+        """The model with all curves but one."""
+        return self.with_some([other.curve.law for other in self.learned if other is not one])
+
     def with_some(self, laws: Sequence[Law]) -> Model:
         """The model with the curves of some laws."""
         curves = (one.curve for one in self.learned if one.curve.law in laws)

@@ -34,13 +34,12 @@ def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: P
         finish(trials, refit(trials, draft, fitted, shift=shift), predictor, fitted)
         for trial, residual, error in zip(trials, *samples.left_by(trials), strict=True):
             # only a straight line is the same law
-            bends = curve.law in {effect.law for effect, _ in trial.laws}
-            if error > limit_rad or (
-                bends and not explain_alike(residual, found.residual, samples)
+            is_line = curve.law in {effect.law for effect, _ in trial.laws}
+            if error <= limit_rad and (
+                not is_line or explain_alike(residual, found.residual, samples)
             ):
-                continue
-            found.put(predictor, trial, residual, error)
-            break
+                found.put(predictor, trial, residual, error)
+                break
 
 
 def straightened(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
