@@ -123,7 +123,7 @@ KINDS = (
     ),
     (
         "periodic", rx.TorqueSinceStart(0.04, 0.73), rx.TorqueSinceStart({"elbow": 0.05}, 0.9),
-        ELBOW, ("periodic_torque",), ("time",), True,
+        ELBOW, ("periodic_torque",), ("time", "session time", "phase"), True,
     ),
     (
         # of a pendulum alone it is a function of the position

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from t2l.effects.law import FRICTION, MOTOR, SESSION, Curve, Law
+from t2l.effects.law import FRICTION, MOTOR, PHASE, SESSION, TORQUE, Curve, Law
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.propose.laws import ranges
@@ -86,3 +86,22 @@ def test_a_simulator_has_no_session(tmp_path):
     learned = (Curve(Law(FRICTION, "hinge", SESSION, "hinge"), (0.0, 9.0), (0.1, 0.0)),)
     content, _, _ = exported(tmp_path / "out", robot, {}, learned=learned)
     assert "session time" in str(content["not_carried"])
+
+
+@pytest.mark.parametrize("begin_s", [0.0, 1.7e9])
+def test_a_torque_that_repeats_by_the_clock_is_found_with_its_period(tmp_path, begin_s):
+    """Between the recordings the phase goes on, so that none begins as another does."""
+    robot, period_s = pendulum(tmp_path), 1.3
+    angle = np.linspace(0, 2 * np.pi, 61)
+    shape = 0.03 * np.sin(angle) + 0.01 * np.sin(2 * angle)
+    at = begin_s + angle / (2 * np.pi) * period_s
+    law = Law(TORQUE, "hinge", PHASE, "hinge")
+    truth = Model(robot, learned=(Curve(law, tuple(at), tuple(shape)),))
+    made = session(robot, truth, range(6), begin_s)
+    predictor = Predictor(robot, made[:4], threads=1)
+    found = propose(Model(robot), predictor, predictor.of(made[4:]))
+    assert [one.curve.law for one in found.learned] == [law]
+    (one,) = found.learned
+    assert one.curve.at[-1] - one.curve.at[0] == pytest.approx(period_s, rel=0.01)
+    assert "a torque on hinge that repeats by the clock every 1.3 s" in headline(found)
+    assert found.report_rmse_rad < 2 * found.noise_floor_rad

@@ -11,6 +11,7 @@ SIGNED = (TORQUE, MOTOR, INERTIA)  # whose values may be below zero
 COLUMNS = {"temperature": "temperature", "supply voltage": "supply_voltage"}
 SESSION = "session time"  # what the log's clock shows, which recordings of a session share
 GIVEN = (*COLUMNS, SESSION)  # what recordings tell, whatever the motion
+PHASE = "phase"  # of what comes again: the log's clock, folded to lie between the ends of a curve
 UNITS = {
     "constant": "",
     "acceleration": "rad/s²",
@@ -22,17 +23,20 @@ UNITS = {
     "load": "N·m",
     "time": "s",
     "session time": "s",
+    "phase": "s",
     "distance": "rad",
     "temperature": "°C",
     "supply voltage": "V",
 }
 ALLOWED = {
-    TORQUE: ("constant", "position", "velocity", "commanded torque", "load", "time", *GIVEN),
+    TORQUE: (
+        "constant", "position", "velocity", "commanded torque", "load", "time", PHASE, *GIVEN,
+    ),
     FRICTION: ("constant", "speed", "commanded torque size", "position", "time", *GIVEN),
     HYSTERESIS: ("distance",),
     MOTOR: GIVEN,
     INERTIA: ("acceleration",),
-}
+}  # fmt: skip
 OTHERS = ("position", "velocity")  # that may be another joint's
 # numerics: points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
 GRID = 513
@@ -87,7 +91,7 @@ class Curve:
         at: (n,) values of the variable, increasing.
         torque: (n,) N·m there, or shares of the motor torque (`Law.torque_unit`). Beyond the ends
             the curve goes on straight, to either side as far as it is long; then the last value
-            holds, so that no torque grows without bound.
+            holds, so that no torque grows without bound. A curve over a phase begins anew there.
     """
 
     law: Law
@@ -115,6 +119,8 @@ class Curve:
     @property
     def reach(self) -> tuple[float, float]:
         """Ends of what the curve says anything of."""
+        if self.law.follows == PHASE:
+            return self.at[0], self.at[-1]
         length = self.at[-1] - self.at[0]
         return self.at[0] - length, self.at[-1] + length
 

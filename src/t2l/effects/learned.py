@@ -1,4 +1,4 @@
-"""A torque that was learned from recordings: a curve over one variable, tabulated or a spline.
+"""A torque that was learned from recordings: a tabulated curve over one variable.
 
 Five kinds of law, each of one variable x:
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from t2l.effects.armature import add_armature, export_armature
 from t2l.effects.coulomb_friction import export_friction
-from t2l.effects.effect import Effect, Parameter
+from t2l.effects.effect import Effect
 from t2l.effects.exported import JOINT
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
 from t2l.effects.law import (
@@ -28,8 +28,8 @@ from t2l.effects.law import (
     INERTIA,
     MOTOR,
     OTHERS,
+    PHASE,
     SESSION,
-    SIGNED,
     TORQUE,
     Curve,
     Law,
@@ -94,64 +94,28 @@ class LearnedTorque(Effect):
         to.call(self.name, learned_law, joints, own, MOTOR_SIGNAL if demanded_here else JOINT)
 
 
-class SplineTorque(Effect):
-    """A law as a sum of basis functions whose weights are fitted.
-
-    Args:
-        law: what acts where.
-        grid: (g,) values of the variable, equally spaced; the radii of a hysteresis.
-        basis: (g, k) the basis functions there; for a hysteresis the identity.
-        size: of a torque that makes a difference, in the law's `torque_unit`.
-        shown: ends of the variable in the recordings; by default those of the grid.
-    """
-
-    title = "learned torque"
-    summary = LearnedTorque.summary
-    signature = LearnedTorque.signature
-    source = LearnedTorque.source
-
-    def __init__(
-        self,
-        law: Law,
-        grid: np.ndarray,
-        basis: np.ndarray,
-        size: float,
-        shown: tuple[float, float] | None = None,
-    ):
-        self.law, self.grid, self.basis = law, grid, basis
-        self.shown = shown or (float(grid[0]), float(grid[-1]))
-        self.name, self.needs, self.order = law.name, law.needs, order(law)
-        # bound: more than any motor gives
-        least, unit = -1e6 if law.kind in SIGNED else 0.0, law.torque_unit or "1"
-        self.parameters = tuple(
-            Parameter(f"weight_{k}", unit, least, 1e6, "of a basis function", size=size)
-            for k in range(basis.shape[1])
-        )
-
-    def starts(self, scales):
-        return [{p.name: np.zeros(len(scales.torque)) for p in self.parameters}]
-
-    def install(self, loop, rows, joints, values):
-        weights = np.concatenate([values[p.name] for p in self.parameters], axis=1)
-        if self.law.kind == HYSTERESIS:
-            yielding(loop, rows, self.law, self.grid, weights)
-        elif self.law.kind == INERTIA:
-            per_weight = np.ptp(self.basis[:, 0]) / np.ptp(self.grid)
-            add_armature(loop, rows, joints, per_weight * weights)
-        else:
-            looked_up(loop, rows, self.law, self.grid, weights @ self.basis.T)
-
-
 def order(law: Law) -> int:
     """When a law applies among effects on the same signal, as `Effect.order`."""
     return TorqueConstant.order if law.kind == MOTOR else LearnedTorque.order
 
 
-def looked_up(loop: ServoLoop, rows: slice, law: Law, grid: np.ndarray, tables: np.ndarray) -> None:
-    """Add a law whose torque is looked up in tables (nrow, g) over an equally spaced grid (g,)."""
+def looked_up(
+    loop: ServoLoop,
+    rows: slice,
+    law: Law,
+    grid: np.ndarray,
+    tables: np.ndarray,
+    stretch: np.ndarray | float = 0.0,
+) -> None:
+    """Add a law whose torque is looked up in tables (nrow, g) over an equally spaced grid (g,).
+
+    Args:
+        stretch: (nrow,) of the period of a phase, as a share of the grid's length.
+    """
     joint = loop.joints.index(law.joint)
-    value = variable(loop, rows, law)
-    per_step = (len(grid) - 1) / max(grid[-1] - grid[0], 1e-12)
+    length = max(grid[-1] - grid[0], 1e-12) * (1 + stretch)
+    value = variable(loop, rows, law, turn=(grid[0], length))
+    per_step = (len(grid) - 1) / length
     flat, first = tables.ravel(), np.arange(len(tables)) * len(grid)
     last = len(grid) - 1 - 1e-9
 
@@ -209,11 +173,19 @@ def yielding(
     loop.joint_torques.append(add)
 
 
-def variable(loop: ServoLoop, rows: slice, law: Law, effect: str = "") -> Callable:
+def variable(
+    loop: ServoLoop,
+    rows: slice,
+    law: Law,
+    effect: str = "",
+    turn: tuple[float, np.ndarray | float] = (0.0, np.inf),
+) -> Callable:
     """The variable (nrow,) of a law, called with (tick, q, dq, motor torque of the rows).
 
     Args:
         effect: name of the effect that follows it; by default the law's.
+        turn: where a phase begins, and the period after which it does so anew, which may be
+            (nrow,); by default never, so that it is the clock.
 
     Raises:
         EffectError: when called, of a column that the recordings lack.
@@ -224,6 +196,9 @@ def variable(loop: ServoLoop, rows: slice, law: Law, effect: str = "") -> Callab
         return lambda tick, q, dq, motor: loop.logged(law.column, tick, name)[rows, of]
     if law.follows == SESSION:
         return lambda tick, q, dq, motor: loop.clock_s(tick)[rows, 0]
+    if law.follows == PHASE:
+        begin, period = turn
+        return lambda tick, q, dq, motor: begin + (loop.clock_s(tick)[rows, 0] - begin) % period
     if law.follows == "load":
         bias, dof = loop.batch.bind("qfrc_bias"), loop.dofs[of]
         return lambda tick, q, dq, motor: bias[rows, dof]
@@ -262,7 +237,7 @@ def demanded(loop: ServoLoop, rows: slice) -> list[np.ndarray]:
 
 def learned_law(robot, joints, values):
     """Add what is looked up in a table: a torque, or the level of dry friction."""
-    of = values["of"]
+    of, at = values["of"], values["at"]
     x = {
         "constant": 0.0,
         "position": robot.angle[of],
@@ -272,9 +247,10 @@ def learned_law(robot, joints, values):
         "commanded torque size": abs(robot.motor[of]),
         "load": robot.load[of],
         "time": robot.data.time + 0.5 * robot.period_s,
+        "phase": at[0] + (robot.data.time + 0.5 * robot.period_s - at[0]) % (at[-1] - at[0]),
     }[values["follows"]]
     adds_to = robot.friction if values["kind"] == "friction" else robot.torque
-    adds_to[joints] += np.interp(x, values["at"], values["torque"])
+    adds_to[joints] += np.interp(x, at, values["torque"])
 
 
 def learned_hysteresis(robot, joints, values):

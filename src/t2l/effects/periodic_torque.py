@@ -42,15 +42,9 @@ class PeriodicTorque(Effect):
         return [{"amplitude": 0.01 * scales.torque, "frequency": one, "phase": 0.0 * one}]
 
     def read_off(self, q, torque, clock_s):
-        period = np.median(np.diff(np.unique(clock_s)))
-        place = np.round((clock_s - clock_s.min()) / period).astype(int)
-        count = PER_PERIOD * (place.max() + 1)
-        if count > MOST_PLACES:
+        frequency = strongest_frequency(torque, clock_s)
+        if not frequency:
             return None
-        spectrum = np.abs(np.fft.rfft(np.bincount(place, torque - torque.mean(), count)))
-        frequencies = np.fft.rfftfreq(count, period)
-        allowed = (frequencies > SLOWEST_HZ) & (frequencies < FASTEST_HZ)
-        frequency = frequencies[np.argmax(np.where(allowed, spectrum, -1.0))]
         angle = 2 * np.pi * frequency * clock_s
         parts = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
         sine, cosine, _ = np.linalg.lstsq(parts, torque, rcond=None)[0]
@@ -59,6 +53,19 @@ class PeriodicTorque(Effect):
             "frequency": frequency,
             "phase": np.arctan2(cosine, sine),
         }
+
+
+def strongest_frequency(torque: np.ndarray, clock_s: np.ndarray) -> float:
+    """Hz, at which a torque (n,) swings most by the clock (n,) s; zero if no phase is kept."""
+    period = np.median(np.diff(np.unique(clock_s)))
+    place = np.round((clock_s - clock_s.min()) / period).astype(int)
+    count = PER_PERIOD * (place.max() + 1)
+    if count > MOST_PLACES:
+        return 0.0
+    spectrum = np.abs(np.fft.rfft(np.bincount(place, torque - torque.mean(), count)))
+    frequencies = np.fft.rfftfreq(count, period)
+    allowed = (frequencies > SLOWEST_HZ) & (frequencies < FASTEST_HZ)
+    return frequencies[np.argmax(np.where(allowed, spectrum, -1.0))]
 
 
 def swing_in_time(robot, joints, values):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from t2l.effects.law import HYSTERESIS
-from t2l.effects.learned import SplineTorque
+from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.samples import Samples

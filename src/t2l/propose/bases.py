@@ -12,8 +12,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, GRID, HYSTERESIS, INERTIA, MOTOR, TORQUE, Curve, Law
-from t2l.effects.learned import SplineTorque
+from t2l.effects.law import (
+    FRICTION,
+    GRID,
+    HYSTERESIS,
+    INERTIA,
+    MOTOR,
+    PHASE,
+    TORQUE,
+    Curve,
+    Law,
+)
+from t2l.effects.spline_torque import SplineTorque
 
 INTERVALS = 18  # tuned: of a spline: four and a half periods of a ripple at four knots each
 INTERVALS_OF_FRICTION = INTERVALS // 2  # derived: friction over speed has a dip and a slope
@@ -46,6 +56,9 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
         grid = np.linspace(low, high, GRID)
         hats = [np.interp(grid, ends, one) for one in np.eye(len(ends))]
         return SplineTorque(law, grid, np.stack(hats, axis=1), size)
+    if law.follows == PHASE:
+        grid = np.linspace(low, high, GRID)
+        return SplineTorque(law, grid, _cyclic(grid), size)
     margin = MARGIN * (high - low)
     begin = low if law.follows in ("speed", "commanded torque size", "time") else low - margin
     grid = np.linspace(begin, high + margin, GRID)
@@ -70,12 +83,14 @@ def straight(effect: SplineTorque) -> SplineTorque:
 
 def may_be_straight(effect: SplineTorque) -> bool:
     """Whether a straight line may stand for it: of what is logged few values may have been seen."""
-    return effect.law.kind != HYSTERESIS and not effect.law.given and len(effect.parameters) > 2
+    law = effect.law
+    told = law.kind != HYSTERESIS and law.follows != PHASE and not law.given
+    return told and len(effect.parameters) > 2
 
 
 def may_be_finer(law: Law) -> bool:
     """Whether more knots can draw it better."""
-    return law.kind == TORQUE and law.follows != "constant" and not law.given
+    return law.kind == TORQUE and law.follows not in ("constant", PHASE) and not law.given
 
 
 def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
@@ -86,6 +101,13 @@ def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
     steps = np.arange(1, 4)
     knots = np.concatenate([breaks[0] - first * steps[::-1], breaks, breaks[-1] + last * steps])
     return BSpline.design_matrix(np.clip(grid, breaks[0], breaks[-1]), knots, 3).toarray()
+
+
+def _cyclic(grid: np.ndarray) -> np.ndarray:
+    """(g, k) likewise, of curves that end as they begin."""
+    basis = _splines(grid, np.linspace(grid[0], grid[-1], INTERVALS + 1))
+    basis[:, :-INTERVALS] += basis[:, INTERVALS:]
+    return basis[:, :INTERVALS]
 
 
 def penalty(effect: SplineTorque) -> np.ndarray:
@@ -99,11 +121,17 @@ def penalty(effect: SplineTorque) -> np.ndarray:
         step = np.diff(_knots(effect))
         slopes = np.diff(np.eye(count), axis=0) * (step.mean() / step)[:, None]
         return np.diff(slopes, axis=0)
+    if effect.law.follows == PHASE:
+        return np.roll(np.eye(count), 1, axis=0) - 2 * np.eye(count) + np.roll(np.eye(count), -1, 0)
     return np.diff(np.eye(count), 2, axis=0)
 
 
-def tabulated(effect: SplineTorque, weights: np.ndarray) -> Curve:
-    """The curve that weights (k,) make, over the range of the recordings."""
+def tabulated(effect: SplineTorque, weights: np.ndarray, stretch: float = 0.0) -> Curve:
+    """The curve that weights (k,) make, over the range of the recordings.
+
+    Args:
+        stretch: of the range, as a share of it.
+    """
     law, grid = effect.law, effect.grid
     if law.kind == HYSTERESIS:
         at = np.concatenate([[0.0], grid])
@@ -111,6 +139,7 @@ def tabulated(effect: SplineTorque, weights: np.ndarray) -> Curve:
         return Curve(law, tuple(at.tolist()), tuple(torque.tolist()))
     at = grid if len(grid) == 2 else grid[points(effect)]
     values = np.interp(at, grid, effect.basis @ weights)
+    at = at[0] + (at - at[0]) * (1 + stretch)
     return Curve(law, tuple(at.tolist()), tuple(values.tolist()))
 
 

@@ -1,11 +1,12 @@
 """What the simulation answers to a small torque of each basis function, at the present model."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from t2l.effects.effect import Parameter
 from t2l.effects.law import FRICTION
-from t2l.effects.learned import SplineTorque
+from t2l.effects.spline_torque import STRETCH, SplineTorque
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import ACROSS_KINKS
 from t2l.identify.prediction import Predictor, Request
@@ -33,7 +34,18 @@ def moved(layout: Layout, u: np.ndarray, to: Layout) -> np.ndarray:
 
 def weights_in(layout: Layout, effect: SplineTorque) -> np.ndarray:
     """Indices of a law's weights."""
-    return np.array([i for i, s in enumerate(layout.slots) if s.term.effect.name == effect.name])
+    return _in(layout, effect, lambda parameter: parameter != STRETCH)
+
+
+def stretch_in(layout: Layout, u: np.ndarray, effect: SplineTorque) -> float:
+    """By which share the period of a law was stretched; zero without one."""
+    return float(u[_in(layout, effect, lambda parameter: parameter == STRETCH)].sum())
+
+
+def _in(layout: Layout, effect: SplineTorque, wanted: Callable[[Parameter], bool]) -> np.ndarray:
+    slots = enumerate(layout.slots)
+    found = [i for i, s in slots if s.term.effect.name == effect.name and wanted(s.parameter)]
+    return np.array(found, int)
 
 
 def responses(

@@ -94,6 +94,8 @@ EXPORTED = {
     "commanded torque size": 'abs(robot.motor[values["of"]])',
     "load": 'robot.load[values["of"]]',
     "time": "robot.data.time + 0.5 * robot.period_s",
+    # a formula goes on beyond a period
+    "phase": "robot.data.time + 0.5 * robot.period_s",
 }
 
 INSTALL_FRICTION = """        qpos = loop.batch.qpos
@@ -127,6 +129,7 @@ CONDITIONS = {
     "commanded torque size": "load",
     "load": "gravity",
     "time": "time",
+    "phase": "time",
 }
 
 

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, SESSION, TORQUE
+from t2l.effects.law import FRICTION, HYSTERESIS, PHASE, SESSION, TORQUE, Curve
 from t2l.identify.levels import PROMISING, TIED
 from t2l.propose.band import LEVEL
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
@@ -80,6 +80,9 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
         found = written(tree, curve.law.unit, share=not curve.law.torque_unit)
         return _fitted(found, x, y, half)
 
+    if curve.law.follows == PHASE:
+        yield from (found for found in map(fitted, _waves(x, y)) if _inside(found, learned, x))
+        return
     if curve.law.follows == "constant":
         yield fitted(Node("sum", float(y.mean())))
         return
@@ -93,6 +96,24 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
         found = fitted(_stretched(tree, scale, height))
         if _inside(found, learned, x):
             yield found
+
+
+def _waves(x: np.ndarray, y: np.ndarray) -> tuple[Node, Node]:
+    """a sin(b x + c), alone and with a constant: of the clock, which goes on beyond a period."""
+    turn = 2 * np.pi / (x[-1] - x[0])
+    sine, cosine = (2 * np.mean((y * f(turn * (x - x[0])))[:-1]) for f in (np.sin, np.cos))
+    begin = (np.arctan2(cosine, sine) - turn * x[0]) % (2 * np.pi)
+    angle = total([Node("sum", float(begin)), product([Node("sum", float(turn)), Node("x")])])
+    wave = product([Node("sum", float(np.hypot(sine, cosine))), applied("sin", angle)])
+    return wave, total([wave, Node("sum", float(y[:-1].mean()))])
+
+
+def extent(formula: Formula, curve: Curve) -> tuple[float, float]:
+    """Ends of what a formula says in the place of a curve: of one over a phase, its own period."""
+    if curve.law.follows == PHASE:
+        (frequency,) = (v for name, v in formula.values.items() if formula.units[name] == "1/s")
+        return curve.at[0], curve.at[0] + 2 * np.pi / abs(frequency)
+    return curve.reach
 
 
 def _searched(x: np.ndarray, y: np.ndarray, repeats: bool) -> Iterator[Node]:

@@ -10,12 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from t2l.diagnose.judging import rms
-from t2l.effects.law import GRID, Curve
+from t2l.effects.law import GRID, Curve, Law
 from t2l.identify.fitting import ITERATIONS
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.decision import NEAR
 from t2l.propose.expression import Formula
+from t2l.propose.formula import extent, formula, installed
 from t2l.propose.proposal import Learned, Proposal, pooled_error
 from t2l.propose.refit import COARSE
 
@@ -87,19 +88,30 @@ class Simulation:
 
     def _left(self, formulas: Sequence[Formula], sets: Sets) -> np.ndarray:
         """(n, nsample) rad, measured minus predicted; `FAR` where a simulation runs away."""
-        x = np.linspace(*self.curve.reach, 3 * GRID)
+        ends = [extent(formula, self.curve) for formula in formulas]
+        at = [np.linspace(*each, 3 * GRID) for each in ends]
         with np.errstate(over="ignore", invalid="ignore"):
-            tables = [formula(x) for formula in formulas]
+            tables = [formula(x) for formula, x in zip(formulas, at, strict=True)]
         finite = np.array([np.isfinite(table).all() for table in tables])
         left = np.full((len(formulas), sum(mask.sum() for _, mask in sets)), FAR)
         if finite.any():
-            drawn = [tables[i].tolist() for i in np.flatnonzero(finite)]
-            curves = [Curve(self.curve.law, tuple(x.tolist()), tuple(table)) for table in drawn]
+            drawn = [(at[i].tolist(), tables[i].tolist()) for i in np.flatnonzero(finite)]
+            curves = [Curve(self.curve.law, tuple(x), tuple(table)) for x, table in drawn]
             learned = self.beside.learned
             models = [replace(self.beside, learned=(*learned, curve)) for curve in curves]
             parts = [_residuals(models, *each) for each in sets]
             left[finite] = np.nan_to_num(np.concatenate(parts, axis=1), nan=FAR)
         return left
+
+
+def formulas_of(proposal: Proposal, sets: Sets) -> dict[Law, Formula]:
+    """The formulas of those laws that have one; none without pyoperon."""
+    if not installed():
+        return {}
+    found = {
+        one.curve.law: formula(one, Simulation.of(proposal, one, sets)) for one in proposal.learned
+    }
+    return {law: one for law, one in found.items() if one}
 
 
 def _residuals(models: Sequence[Model], predictor: Predictor, mask: np.ndarray) -> np.ndarray:

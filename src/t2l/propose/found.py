@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from t2l.effects.law import Law
-from t2l.effects.learned import SplineTorque
+from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.block_bootstrap import Improvement, improvement
 from t2l.identify.levels import AT_THE_FLOOR, TIED
 from t2l.identify.noise_floor import noise_floor

@@ -1,16 +1,17 @@
 """How many numbers curves need to explain what they explain."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from t2l.effects.law import SIGNED
-from t2l.effects.learned import SplineTorque
+from t2l.effects.law import SIGNED, Law
+from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Slot
 from t2l.identify.prediction import Request
 from t2l.propose.bases import penalty
 from t2l.propose.decision import NEAR
 from t2l.propose.dictionary import responses, weights_in
+from t2l.propose.expression import Formula
 from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, sizes
@@ -36,34 +37,78 @@ def independent(state: State, slots: Sequence[Slot], samples: LearningSamples) -
     return int(np.linalg.matrix_rank(told / np.where(size > 0, size, 1.0), ALIKE))
 
 
-def freedom(found: Search, samples: LearningSamples) -> float:
+def freedom(
+    found: Search, samples: LearningSamples, formulas: Mapping[Law, Formula] | None = None
+) -> float:
     """Effective parameters of the smoothest curves that leave as little as those that were found.
 
-    The effective number is the trace of the smoother (Eilers and Marx, 1996); as little is `NEAR`
-    times, of each curve beside the others. The simulation is taken as linear around them.
+    The effective number is the trace of the smoother of all curves together (Eilers and Marx,
+    1996): what two of them share, as a constant, counts once. As little is `NEAR` times, of each
+    curve beside the others. The simulation is taken as linear around them.
+
+    Args:
+        formulas: of laws that are counted by their constants.
     """
     answers = responses(samples.predictor, found.state.layout, found.state.u, found.laws)
-    each = zip(found.laws, answers, strict=True)
+    columns, bends = [], []
+    for effect, answer in zip(found.laws, answers, strict=True):
+        formula = (formulas or {}).get(effect.law)
+        if formula:
+            # what a change of each constant changes of the weights
+            moved = np.linalg.lstsq(effect.basis, _slopes(formula, effect.grid), rcond=None)[0]
+            columns.append(answer[samples.fitted] @ moved)
+            bends.append(np.zeros((0, moved.shape[1])))
+        else:
+            columns.append(answer[samples.fitted])
+            bends.append(_smoothest(found, effect, answer, samples))
+    jacobian = np.concatenate(columns, axis=1)
+    size = np.linalg.norm(jacobian, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    normal = (jacobian / size).T @ (jacobian / size)
+    bend = _block_diagonal([b.T @ b for b in bends]) / np.outer(size, size)
     # the trace of a straight line is a little less than two
-    return round(sum(_freedom(found, *one, samples) for one in each), DIGITS)
+    whole = np.trace(np.linalg.solve(normal + bend + least_ridge(normal), normal))
+    # a period, which stands in the constants of a formula
+    others = [
+        len(law.parameters) - law.basis.shape[1]
+        for law in found.laws
+        if law.law not in (formulas or {})
+    ]
+    return round(float(whole) + sum(others), DIGITS)
 
 
-def _freedom(
+def _slopes(formula: Formula, x: np.ndarray) -> np.ndarray:
+    """(g, c) by each constant of a formula, at x (g,)."""
+    columns = []
+    for name, value in formula.values.items():
+        step = STEP * max(abs(value), STEP)
+        more, less = (formula(x, {**formula.values, name: value + s}) for s in (step, -step))
+        columns.append((more - less) / (2 * step))
+    return np.stack(columns, axis=1)
+
+
+def _smoothest(
     found: Search, effect: SplineTorque, jacobian: np.ndarray, samples: LearningSamples
-) -> float:
+) -> np.ndarray:
+    """(m, k) of the largest penalty with which a curve leaves as little."""
     weights = found.state.u[weights_in(found.state.layout, effect)]
     target = found.residual + jacobian @ weights
     j, rows = jacobian[samples.fitted], penalty(effect)
     normal, right = j.T @ j, j.T @ target[samples.fitted]
     if not len(rows):
-        return float(len(weights))
+        return rows
     limit = NEAR * max(found.rmse_rad, found.noise_floor_rad)
     size = np.trace(normal) / np.sum(rows**2)
-    small = least_ridge(normal)
     for factor in PENALTIES * size:
         bend = factor * rows.T @ rows
         smooth = solve(normal, right, bend, effect.law.kind not in SIGNED)
         left = target - jacobian @ smooth
         if np.sqrt(np.mean(left[samples.chosen] ** 2)) <= limit:
-            return float(np.trace(np.linalg.solve(normal + bend + small, normal)))
-    return float(len(weights))
+            return np.sqrt(factor) * rows
+    return 0 * rows
+
+
+def _block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
+    from scipy.linalg import block_diag
+
+    return block_diag(*blocks)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from t2l.diagnose.settings import SCREENED
-from t2l.effects.learned import SplineTorque
+from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import may_be_finer, penalty
 from t2l.propose.dictionary import responses, weights_in

@@ -15,10 +15,12 @@ from t2l.effects.law import (
     HYSTERESIS,
     INERTIA,
     OTHERS,
+    PHASE,
     SESSION,
     TORQUE,
     Law,
 )
+from t2l.effects.periodic_torque import strongest_frequency
 from t2l.identify.levels import TIED
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import INTERVALS_OF_FRICTION
@@ -92,12 +94,19 @@ def ranges(
         for variable, column in COLUMNS.items()
         if all(r.has(column) for r in (*predictor.recordings, *others))
     }
+    clocks = [np.tile(r.time[:, None], len(predictor.joints)) for r in predictor.recordings]
+    clock, missing = samples.of(clocks), missing_torque(predictor, samples.q - q)
     if _follow_one_another(predictor.recordings):
-        clocks = [np.tile(r.time[:, None], len(predictor.joints)) for r in predictor.recordings]
-        logged[SESSION] = samples.of(clocks)
+        logged[SESSION] = clock
     both = [features(predictor, q, dq), features(predictor, samples.q, measured_dq)]
     # of time, and of what is logged, there is only one
     found: dict[Law, tuple[float, ...]] = {}
+
+    def period(at: np.ndarray) -> float:
+        frequency = strongest_frequency(missing[at], clock[at])
+        span = np.ptp(clock[at])
+        # nothing comes again that is not seen twice
+        return 1 / frequency if frequency * span >= 2 else 0.0
 
     def seen(variable: str, joint: int) -> tuple[float, float]:
         at = samples.joint == joint
@@ -109,6 +118,9 @@ def ranges(
             return _spread(logged[variable][samples.joint == joint])
         if variable == "constant":
             return 0.0, 1.0
+        if variable == PHASE:
+            begin = float(clock.min())
+            return begin, begin + period(samples.joint == joint)
         if variable == "distance":
             return 0.0, float(np.ptp(seen("position", joint)))
         if variable == "acceleration":
@@ -153,7 +165,7 @@ def order(law: Law) -> int:
         return 0
     if law.of != law.joint or law.column:
         return 4
-    if law.follows in ("time", SESSION):
+    if law.follows in ("time", PHASE, SESSION):
         return 5
     return {
         (HYSTERESIS, "distance"): 3,

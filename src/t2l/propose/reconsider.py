@@ -20,17 +20,20 @@ neither they nor the laws are. Then the model stays as it came, and laws are pro
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
 from t2l.diagnose.evidence import Evidence
+from t2l.effects.law import Law
 from t2l.effects.term import Slot
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
 from t2l.propose.elimination import eliminate
+from t2l.propose.expression import Formula
+from t2l.propose.formula_fit import formulas_of
 from t2l.propose.found import Search, earns_its_place
 from t2l.propose.freedom import freedom, independent
 from t2l.propose.learning_samples import LearningSamples
@@ -119,8 +122,11 @@ def reconsider(
         masks = evidence.train_mask[at], evidence.test_mask
         return finished(model, found, predictor, evidence.test, *masks)
 
+    def in_words() -> dict[Law, Formula]:
+        return formulas_of(told(original, alone()), [(predictor, evidence.train_mask[at])])
+
     adopted, too_little = _adopted(original, final), False
-    for offer in _offers(original, final, evidence, samples, quiet, alone, progress):
+    for offer in _offers(original, final, evidence, samples, quiet, alone, in_words, progress):
         proposal = told(final, offer.found)
         if offer.found.laws and not confirmed(proposal, final, bool(offer.dropped), evidence):
             continue
@@ -161,6 +167,7 @@ def _offers(
     samples: LearningSamples,
     quiet: float,
     alone: Callable[[], Search],
+    in_words: Callable[[], Mapping[Law, Formula]],
     progress: Progress,
 ) -> Iterator[_Offer]:
     """What may take the place of the names, or stand beside them; last the names alone.
@@ -169,13 +176,14 @@ def _offers(
 
     Args:
         alone: learns laws without the names.
+        in_words: the formulas of these.
     """
     adopted = _adopted(original, final)
     named = State(*final.vector(samples.predictor.joints))
     own = [slot for slot in named.layout.slots if slot.term.effect.name in adopted]
     # a law has one number at least
     most = max(Counter(slot.joint for slot in own).values(), default=0)
-    if most > 1 and _say_more_simply(alone(), named, own, samples):
+    if most > 1 and _say_more_simply(alone(), in_words, named, own, samples):
         names_left = error_of(final, samples.predictor, samples.chosen)
         yield _Offer(replace(alone(), baseline_rad=names_left), adopted)
     # a wrong name may do where little happens, so the samples that it was fitted to count too
@@ -222,11 +230,18 @@ def _in_place(
 
 
 def _say_more_simply(
-    found: Search, named: State, own: Sequence[Slot], samples: LearningSamples
+    found: Search,
+    in_words: Callable[[], Mapping[Law, Formula]],
+    named: State,
+    own: Sequence[Slot],
+    samples: LearningSamples,
 ) -> bool:
     """Whether one law leaves less than names, or laws leave as little with fewer numbers.
 
+    Several names must need no more numbers than formulas do, too: a single name is one formula.
+
     Args:
+        in_words: finds the formulas of the laws.
         named: the model with the names.
         own: numbers of the names. Only those of the robot, and of the joints on which laws act,
             count: names have some for joints that need none.
@@ -240,4 +255,8 @@ def _say_more_simply(
         return True
     joints = {samples.predictor.joints.index(effect.law.joint) for effect in found.laws}
     counted = [slot for slot in own if slot.joint in (None, *joints)]
-    return freedom(found, samples) < independent(named, counted, samples)
+    numbers = independent(named, counted, samples)
+    if freedom(found, samples) < numbers:
+        return True
+    several = len({slot.term.effect.name for slot in counted}) > 1
+    return several and freedom(found, samples, in_words()) < numbers

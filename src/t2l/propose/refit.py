@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from t2l.effects.learned import SplineTorque
+from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Layout
 from t2l.identify.fitting import ITERATIONS, REFINEMENTS, PositionError
 from t2l.identify.least_squares import LeastSquares

@@ -16,7 +16,7 @@ import numpy as np
 from t2l.diagnose.judging import rms
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import SIGNED, Law
-from t2l.effects.learned import SplineTorque
+from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.fitting import LEADERS
 from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING
 from t2l.identify.model import Model
@@ -52,6 +52,9 @@ from t2l.propose.split import few
 
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
+# derived: that earn their place only with another; a cable between joints has two of own positions
+# and two of each other's
+AHEAD = 2
 
 Progress = Callable[[str, float], None]
 
@@ -100,8 +103,7 @@ def search(
             if found.state is before:
                 refine(found, taken.finer, samples, draft, taken.given)
             earned = replace(found)
-        # what has a constant part and another shows only once both are there
-        elif len(found.laws) > len(earned.laws) + 1:
+        elif len(found.laws) > len(earned.laws) + AHEAD:
             break
     earned.ceilings = found.ceilings
     return earned

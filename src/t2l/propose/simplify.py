@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.effects.law import FRICTION, SIGNED, TORQUE
-from t2l.effects.learned import SplineTorque
+from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import constant, may_be_straight, straight
 from t2l.propose.dictionary import weights_in
@@ -60,7 +60,7 @@ def levelled(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list
     The constant of its own kind begins at the mean of the curve. None for a single number.
     """
     law = curve.law
-    if len(curve.parameters) == 1:
+    if curve.basis.shape[1] == 1:
         return []
     mean = float(np.mean(curve.basis @ state.u[weights_in(state.layout, curve)]))
     there, bare = {other.law for other, _ in state.laws}, without(state, [curve.name])

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, SESSION, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, PHASE, SESSION, Curve, Law
 from t2l.identify.levels import MATERIAL
 from t2l.names import listed
 from t2l.propose.decision import NEAR
@@ -29,6 +29,8 @@ def named(law: Law) -> str:
     """A law without its curve: "a torque on elbow that follows its position"."""
     if law.kind == HYSTERESIS:
         return f"a torque on {law.joint} that remembers the way it came (hysteresis)"
+    if law.follows == PHASE:
+        return f"a torque on {law.joint} that repeats by the clock"
     if law.follows == "constant":
         what = "constant dry friction" if law.kind == FRICTION else "a constant torque"
         return f"{what} on {law.joint}"
@@ -38,6 +40,8 @@ def named(law: Law) -> str:
 def told(curve: Curve) -> str:
     """A law with what its curve does: "a torque on elbow that grows with its position"."""
     law = curve.law
+    if law.follows == PHASE:
+        return f"{named(law)} every {curve.at[-1] - curve.at[0]:.3g} s"
     if law.kind == HYSTERESIS or law.follows == "constant":
         return named(law)
     change = np.diff(curve.torque)
