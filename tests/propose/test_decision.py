@@ -1,8 +1,9 @@
 """When a known effect is named."""
 
+import numpy as np
 import pytest
 
-from t2l.propose.decision import decide, goes_half_way
+from t2l.propose.decision import decide, each_goes_half_way
 
 
 def test_an_effect_that_reaches_the_ceiling_is_named():
@@ -36,9 +37,12 @@ def test_an_error_that_is_none_is_refused():
 @pytest.mark.parametrize("scale", [1.0, 1e-3])
 def test_names_are_adopted_from_half_of_the_way_to_the_noise_in_orders_of_magnitude(scale):
     came, noise = 10.0 * scale, 0.1 * scale
-    assert goes_half_way(0.99 * scale, came, noise)
-    assert not goes_half_way(1.01 * scale, came, noise)
+    assert each_goes_half_way(1, 0.99 * scale, came, noise)
+    assert not each_goes_half_way(1, 1.01 * scale, came, noise)
+    halfway_of_the_rest = np.sqrt(scale * noise)
+    assert each_goes_half_way(2, 0.99 * halfway_of_the_rest, came, noise)
+    assert not each_goes_half_way(2, 1.01 * halfway_of_the_rest, came, noise)
 
 
 def test_what_leaves_only_noise_is_adopted_however_small_it_was():
-    assert goes_half_way(left=1.09, came=1.15, noise=1.0)
+    assert each_goes_half_way(names=5, left=1.09, came=1.15, noise=1.0)

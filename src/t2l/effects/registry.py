@@ -23,9 +23,8 @@ from t2l.typed import describe
 TEXTS = ("title", "summary", "signature", "source")
 REQUIRED = ("name", "parameters", *TEXTS)
 _NOT_EFFECTS = (
-    "actuator", "blame", "bristles", "effect", "exported", "law", "learned", "registry", "spline_torque",
-    "term",
-    "two_mass", "warming",
+    "actuator", "blame", "bristles", "effect", "exported", "law", "learned", "registry",
+    "spline_torque", "term", "two_mass", "warming",
 )  # fmt: skip
 
 

@@ -8,11 +8,12 @@ That no law does better is no proof: what is missing may follow no single variab
 adopted only if the model goes at least half of the way, in orders of magnitude, from the error as
 it came down to the noise. A name that stands in for something else takes away what the two have in
 common, and so leaves a share of the error. A right name leaves what does not grow with the effect:
-noise, and the flaws of the log. The geometric mean is equally far from either end.
+noise, and the flaws of the log. The geometric mean is equally far from either end. Of several
+names each must go half of the way that those before it left: with enough numbers, wrong ones come
+near the noise too.
 """
 
 from dataclasses import dataclass
-from math import sqrt
 
 from t2l.identify.levels import AT_THE_FLOOR
 
@@ -54,12 +55,13 @@ def decide(known: float, ceiling: float, baseline: float, noise: float) -> Decis
     return Decision(known <= NEAR * max(ceiling, noise), fraction)
 
 
-def goes_half_way(left: float, came: float, noise: float) -> bool:
+def each_goes_half_way(names: int, left: float, came: float, noise: float) -> bool:
     """Whether names explain enough to be adopted, by RMS errors on the same samples, rad.
 
     Args:
-        left: with them.
+        names: how many they are.
+        left: with all of them.
         came: of the model as it came.
         noise: of a perfect model.
     """
-    return left <= max(sqrt(came * noise), NEAR * noise)
+    return left <= max(noise * (came / noise) ** (0.5**names), NEAR * noise)

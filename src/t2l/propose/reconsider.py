@@ -14,9 +14,10 @@ has them and the one with the names, by the paired block bootstrap that decides 
 (`t2l.propose.confirmation`). What is refused there gives way to the same laws beside all names, and
 these to the names alone.
 
-Names that stand are adopted if the model with them, and with laws beside them, goes half of the way
-to the noise (`t2l.propose.decision.goes_half_way`). Otherwise they explain a part of something that
-neither they nor the laws are. Then the model stays as it came, and laws are proposed beside that.
+Names that stand are adopted if with each of them, and with laws beside them, the model goes half of
+the way to the noise (`t2l.propose.decision.each_goes_half_way`). Otherwise they explain a part of
+something that neither they nor the laws are. Then the model stays as it came, and laws are proposed
+beside that.
 """
 
 from collections import Counter
@@ -30,7 +31,7 @@ from t2l.effects.term import Slot
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.propose.confirmation import confirmed
-from t2l.propose.decision import NEAR, Decision, decide, goes_half_way
+from t2l.propose.decision import NEAR, Decision, decide, each_goes_half_way
 from t2l.propose.elimination import eliminate
 from t2l.propose.expression import Formula
 from t2l.propose.formula_fit import formulas_of
@@ -81,6 +82,25 @@ class _Offer:
     decision: Decision | None = None
 
 
+@dataclass(frozen=True)
+class _Learning:
+    """How laws are learned and judged.
+
+    Attributes:
+        alone: learns laws without the names.
+        in_words: the formulas of these.
+        validated: rad, what laws leave of the validation samples, fitted to all training samples.
+        names_rad: what the names leave of them.
+    """
+
+    samples: LearningSamples
+    alone: Callable[[], Search]
+    in_words: Callable[[], Mapping[Law, Formula]]
+    validated: Callable[[Search], float]
+    names_rad: float
+    progress: Progress
+
+
 def reconsider(
     original: Model,
     final: Model,
@@ -125,16 +145,23 @@ def reconsider(
     def in_words() -> dict[Law, Formula]:
         return formulas_of(told(original, alone()), [(predictor, evidence.train_mask[at])])
 
+    def validated(found: Search) -> float:
+        model = told(final, found).with_curves
+        return error_of(model, evidence.validation, evidence.validation_mask)
+
+    names_rad = error_of(final, evidence.validation, evidence.validation_mask)
+    learning = _Learning(samples, alone, in_words, validated, names_rad, progress)
     adopted, too_little = _adopted(original, final), False
-    for offer in _offers(original, final, evidence, samples, quiet, alone, in_words, progress):
+    for offer in _offers(original, final, evidence, quiet, learning):
         proposal = told(final, offer.found)
         if offer.found.laws and not confirmed(proposal, final, bool(offer.dropped), evidence):
             continue
-        stand = len(offer.dropped) < len(adopted)
+        stand = len(adopted) - len(offer.dropped)
         # with the laws beside them
-        too_little = stand and not goes_half_way(
-            _fitted_and_chosen(proposal.with_curves, evidence), at_first(), proposal.noise_floor_rad
-        )
+        too_little = stand > 0 and not each_goes_half_way(
+            stand, _fitted_and_chosen(proposal.with_curves, evidence), at_first(),
+            proposal.noise_floor_rad,
+        )  # fmt: skip
         if not too_little:
             model = proposal.with_curves if offer.dropped else final
             return Reconsidered(model, proposal, offer.dropped, came, named, offer.decision)
@@ -164,38 +191,32 @@ def _offers(
     original: Model,
     final: Model,
     evidence: Evidence,
-    samples: LearningSamples,
     quiet: float,
-    alone: Callable[[], Search],
-    in_words: Callable[[], Mapping[Law, Formula]],
-    progress: Progress,
+    learning: _Learning,
 ) -> Iterator[_Offer]:
     """What may take the place of the names, or stand beside them; last the names alone.
 
     Nothing more is offered where the names leave only noise.
-
-    Args:
-        alone: learns laws without the names.
-        in_words: the formulas of these.
     """
+    samples, alone = learning.samples, learning.alone
     adopted = _adopted(original, final)
     named = State(*final.vector(samples.predictor.joints))
     own = [slot for slot in named.layout.slots if slot.term.effect.name in adopted]
     # a law has one number at least
     most = max(Counter(slot.joint for slot in own).values(), default=0)
-    if most > 1 and _say_more_simply(alone(), in_words, named, own, samples):
+    if most > 1 and _say_more_simply(learning, named, own):
         names_left = error_of(final, samples.predictor, samples.chosen)
         yield _Offer(replace(alone(), baseline_rad=names_left), adopted)
     # a wrong name may do where little happens, so the samples that it was fitted to count too
     sets = (evidence.validation, evidence.validation_mask), (evidence.train, evidence.train_mask)
     if all(error_of(final, *each) <= quiet for each in sets):
         return
-    beside = search(final, samples, progress)
+    beside = search(final, samples, learning.progress)
     decision = None
     if adopted:
         came = error_of(original, samples.predictor, samples.chosen)
         decision = decide(beside.baseline_rad, beside.rmse_rad, came, beside.noise_floor_rad)
-        yield from _in_place(adopted, beside, decision, samples, alone, progress)
+        yield from _in_place(adopted, beside, decision, learning)
     if beside.laws:
         yield _Offer(beside, decision=decision)
     yield _Offer(_without_laws(final, beside, samples.predictor.joints))
@@ -205,23 +226,22 @@ def _in_place(
     adopted: Sequence[str],
     beside: Search,
     decision: Decision,
-    samples: LearningSamples,
-    alone: Callable[[], Search],
-    progress: Progress,
+    learning: _Learning,
 ) -> Iterator[_Offer]:
     """Laws in place of some names: those found beside them, or without them."""
-    found, dropped, enough = beside, [], beside.rmse_rad / NEAR
+    found, dropped = beside, []
     if beside.laws:
         if decision.named:
             return
-        progress("testing the names beside the curves", 0.8)
-        found, dropped = eliminate(beside, adopted, samples)
-        # names that need laws beside them stand for nothing that laws alone do as well
-        enough = NEAR * found.rmse_rad
+        learning.progress("testing the names beside the curves", 0.8)
+        found, dropped = eliminate(beside, adopted, learning.samples)
     if len(dropped) < len(adopted):
+        # names that need laws beside them stand for nothing that laws alone do as well
+        left = learning.validated(found)
+        enough = NEAR * max(left, found.noise_floor_rad) if beside.laws else left / NEAR
         # what known effects leave may hide what a law would show
-        bare = alone()
-        if bare.laws and max(bare.rmse_rad, bare.noise_floor_rad) <= enough:
+        bare = learning.alone()
+        if bare.laws and max(learning.validated(bare), bare.noise_floor_rad) <= enough:
             errors = bare.rmse_rad, bare.baseline_rad, bare.noise_floor_rad
             decision = decide(beside.baseline_rad, *errors)
             found, dropped = replace(bare, baseline_rad=beside.baseline_rad), [*adopted]
@@ -229,28 +249,23 @@ def _in_place(
         yield _Offer(found, tuple(dropped), decision)
 
 
-def _say_more_simply(
-    found: Search,
-    in_words: Callable[[], Mapping[Law, Formula]],
-    named: State,
-    own: Sequence[Slot],
-    samples: LearningSamples,
-) -> bool:
+def _say_more_simply(learning: _Learning, named: State, own: Sequence[Slot]) -> bool:
     """Whether one law leaves less than names, or laws leave as little with fewer numbers.
 
     Several names must need no more numbers than formulas do, too: a single name is one formula.
 
     Args:
-        in_words: finds the formulas of the laws.
         named: the model with the names.
         own: numbers of the names. Only those of the robot, and of the joints on which laws act,
             count: names have some for joints that need none.
     """
+    found, samples = learning.alone(), learning.samples
     if not found.laws:
         return False
-    (residual,), (left,) = samples.left_by([named])
-    if found.rmse_rad > NEAR * max(left, found.noise_floor_rad):
+    # names were fitted to all training samples, so that those that chose laws favour them
+    if learning.validated(found) > NEAR * max(learning.names_rad, found.noise_floor_rad):
         return False
+    (residual,), _ = samples.left_by([named])
     if len(found.laws) == 1 and earns_its_place(residual, found.residual, samples):
         return True
     joints = {samples.predictor.joints.index(effect.law.joint) for effect in found.laws}
@@ -259,4 +274,4 @@ def _say_more_simply(
     if freedom(found, samples) < numbers:
         return True
     several = len({slot.term.effect.name for slot in counted}) > 1
-    return several and freedom(found, samples, in_words()) < numbers
+    return several and freedom(found, samples, learning.in_words()) < numbers

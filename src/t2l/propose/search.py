@@ -176,8 +176,14 @@ def _take_one(
     if not near:
         return None
     short, states = [short[i] for i in near], [states[i] for i in near]
+    drafts = [replace(state, u=state.u.copy()) for state in states]
     finish(states, [fits[i] for i in near], predictor, fitted)
-    residuals, errors = samples.left_by(states)
+    finished, after = samples.left_by(states)
+    # derivatives of the draft may lead astray where laws hardly differ
+    for k, i in enumerate(near):
+        if after[k] > errors[i]:
+            states[k], finished[k], after[k] = drafts[k], residuals[i], errors[i]
+    residuals, errors = finished, after
     if not found.laws:
         known = {effects[i].law: error for i, error in zip(short, errors, strict=True)}
         found.ceilings = sorted(
