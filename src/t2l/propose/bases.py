@@ -104,10 +104,10 @@ def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
 
 
 def _cyclic(grid: np.ndarray) -> np.ndarray:
-    """(g, k) likewise, of curves that end as they begin."""
+    """(g, k) likewise, of curves that end as they begin and have no constant part."""
     basis = _splines(grid, np.linspace(grid[0], grid[-1], INTERVALS + 1))
     basis[:, :-INTERVALS] += basis[:, INTERVALS:]
-    return basis[:, :INTERVALS]
+    return basis[:, :INTERVALS] - basis[:-1, :INTERVALS].mean(axis=0)
 
 
 def penalty(effect: SplineTorque) -> np.ndarray:

@@ -81,7 +81,9 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
         return _fitted(found, x, y, half)
 
     if curve.law.follows == PHASE:
-        yield from (found for found in map(fitted, _waves(x, y)) if _inside(found, learned, x))
+        wave = fitted(_wave(x, y))
+        if _inside(wave, learned, x):
+            yield wave
         return
     if curve.law.follows == "constant":
         yield fitted(Node("sum", float(y.mean())))
@@ -98,14 +100,13 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
             yield found
 
 
-def _waves(x: np.ndarray, y: np.ndarray) -> tuple[Node, Node]:
-    """a sin(b x + c), alone and with a constant: of the clock, which goes on beyond a period."""
+def _wave(x: np.ndarray, y: np.ndarray) -> Node:
+    """a sin(b x + c): of the clock, which goes on beyond a period."""
     turn = 2 * np.pi / (x[-1] - x[0])
     sine, cosine = (2 * np.mean((y * f(turn * (x - x[0])))[:-1]) for f in (np.sin, np.cos))
     begin = (np.arctan2(cosine, sine) - turn * x[0]) % (2 * np.pi)
     angle = total([Node("sum", float(begin)), product([Node("sum", float(turn)), Node("x")])])
-    wave = product([Node("sum", float(np.hypot(sine, cosine))), applied("sin", angle)])
-    return wave, total([wave, Node("sum", float(y[:-1].mean()))])
+    return product([Node("sum", float(np.hypot(sine, cosine))), applied("sin", angle)])
 
 
 def extent(formula: Formula, curve: Curve) -> tuple[float, float]:
