@@ -114,3 +114,31 @@ def test_a_curve_over_temperature_does_what_its_effect_does(tmp_path, kind, torq
     change = np.abs(by_effect - predict(one)).max()
     assert change > 1e-3
     np.testing.assert_allclose(by_curve, by_effect, atol=1e-4 * change)
+
+
+@pytest.mark.parametrize("begin_s", [0.0, 40.0])
+def test_a_curve_over_a_phase_does_what_a_periodic_torque_does(tmp_path, begin_s):
+    """It begins anew after each period, also before and beyond the clocks that it was drawn at."""
+    robot, frequency = pendulum(tmp_path), 2.5
+    one = recording(robot, swing(), duration_s=0.8)
+    one = replace(one, time=one.time + 7.3)
+    at = begin_s + np.linspace(0, 1 / frequency, 101)
+    curve = Curve(
+        Law(TORQUE, "hinge", "phase", "hinge"),
+        tuple(at), tuple(0.05 * np.sin(2 * np.pi * frequency * at + 0.4)),
+    )  # fmt: skip
+    values = {"amplitude": 0.05, "frequency": frequency, "phase": 0.4}
+    effects = {"periodic_torque": {name: {"hinge": value} for name, value in values.items()}}
+    by_curve, by_effect = predict(one, model=Model(robot, learned=(curve,))), predict(one, effects)
+    change = np.abs(by_effect - predict(one)).max()
+    np.testing.assert_allclose(by_curve, by_effect, atol=2e-3 * change)
+
+
+@pytest.mark.parametrize("follows", ["phase", "session time"])
+def test_a_curve_over_a_clock_that_counts_from_1970_is_read_as_it_was_written(tmp_path, follows):
+    at = tuple(1.7e9 + np.linspace(0, 2.5, 31))
+    curve = Curve(Law(TORQUE, "hinge", follows, "hinge"), at, tuple(np.linspace(0, 0.1, 31)))
+    model = Model(pendulum(tmp_path), learned=(curve,))
+    write_model(model, tmp_path / "model.yaml")
+    (read,) = read_model(tmp_path / "model.yaml").learned
+    np.testing.assert_allclose(np.subtract(read.at, at), 0, atol=1e-5)

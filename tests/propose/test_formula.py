@@ -59,6 +59,23 @@ def test_a_share_has_no_newton_metres():
     assert found(0.1 - 0.2 * X, "temperature", MOTOR).units == {"a": "1/°C", "b": ""}
 
 
+@pytest.mark.parametrize("begin", [0.0, 7.0, 1.7e9])
+def test_what_repeats_gets_a_sine_of_the_clock_with_the_period_of_its_curve(begin):
+    """Which the formula keeps beyond the curve, where its clock goes on."""
+    from t2l.propose.formula import extent, formula
+
+    period, turn = 0.8, np.linspace(0, 2 * np.pi, 40)
+    law = Law(TORQUE, "hinge", "phase", "hinge")
+    at, values = begin + turn * period / (2 * np.pi), 0.05 * np.sin(turn + 0.3)
+    curve = Curve(law, tuple(at), tuple(values))
+    one = formula(Learned(curve, values - 1e-3, values + 1e-3))
+    assert one.text == "c * np.sin(a * x + b)"
+    assert extent(one, curve) == pytest.approx((begin, begin + period), abs=1e-3)
+    np.testing.assert_allclose(one(at + 5 * period), values, atol=2e-3)
+    saw = np.linspace(-1, 1, 40)
+    assert formula(Learned(Curve(law, tuple(at), tuple(saw)), saw - 0.01, saw + 0.01)) is None
+
+
 def test_what_no_short_formula_fits_has_none():
     rough = np.random.default_rng(3).normal(size=len(X))
     assert found(rough, part=0.01) is None

@@ -1,6 +1,7 @@
 """Learned curves as a model file holds them."""
 
 from collections.abc import Callable, Sequence
+from math import ceil, log10
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,6 +12,7 @@ from t2l.errors import ConfigurationError
 from t2l.typed import AsTuple, Number, Typed, describe
 
 FEWEST, MOST = 2, 2000  # bound: values of a curve
+DIGITS = 6  # format: of a number, of the range of a curve
 SHARE = "of the motor torque"
 
 
@@ -88,18 +90,21 @@ def check_curve_joints(path: Path | str, curves: Sequence[Curve], joints: Sequen
 
 
 def as_lines(
-    curves: Sequence[Curve], name: Callable[[str], str], number: Callable[[float], str]
+    curves: Sequence[Curve], name: Callable[[str], str], number: Callable[..., str]
 ) -> list[str]:
     """Lines of YAML; `name` and `number` write a string and a number."""
     lines = ["learned:"] if curves else []
     for curve in curves:
         law = curve.law
+        # a clock may count from 1970
+        far = np.abs(curve.at).max() / np.ptp(curve.at)
+        at = [number(value, DIGITS + max(0, ceil(log10(far)))) for value in curve.at]
         lines += [
             f"- kind: {law.kind}",
             f"  joint: {name(law.joint)}",
             f"  follows: {law.follows}",
             f"  of: {name(law.of)}",
-            f"  at: [{', '.join(map(number, curve.at))}]" + (f"  # {law.unit}" if law.unit else ""),
+            f"  at: [{', '.join(at)}]" + (f"  # {law.unit}" if law.unit else ""),
             f"  torque: [{', '.join(map(number, curve.torque))}]  # {law.torque_unit or SHARE}",
         ]
     return lines

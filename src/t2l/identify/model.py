@@ -38,7 +38,7 @@ from t2l.effects.learned import LearnedTorque
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
-from t2l.identify.curves import CurveEntry, as_lines, check_curve_joints, read_curves
+from t2l.identify.curves import DIGITS, CurveEntry, as_lines, check_curve_joints, read_curves
 from t2l.recordings.recording import Recording
 from t2l.robots import ROBOTS
 from t2l.robots.plant import compiled, load, mjcf_path
@@ -293,7 +293,7 @@ def _name(text: str) -> str:
     return text if plain else json.dumps(text)
 
 
-def _number(value: float) -> str:
-    """Six digits; YAML takes 1e-05 for a string and 1.0e-05 for a number."""
-    text = f"{value:.6g}"
+def _number(value: float, digits: int = DIGITS) -> str:
+    """Digits that count; YAML takes 1e-05 for a string and 1.0e-05 for a number."""
+    text = f"{value:.{digits}g}"
     return text.replace("e", ".0e") if "e" in text and "." not in text else text

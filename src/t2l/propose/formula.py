@@ -81,7 +81,7 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
         return _fitted(found, x, y, half)
 
     if curve.law.follows == PHASE:
-        wave = fitted(_wave(x, y))
+        wave = written(_wave(x, y), curve.law.unit)
         if _inside(wave, learned, x):
             yield wave
         return
