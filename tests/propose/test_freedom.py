@@ -56,7 +56,7 @@ def test_a_straight_line_needs_two_numbers_and_a_wave_more(tmp_path, shape, low,
 def test_a_constant_that_two_straight_lines_share_counts_once(tmp_path):
     robot, joints = pendulum(tmp_path), ("hinge",)
     samples, state = samples_of(robot), State(*Model(robot).vector(joints))
-    for follows, ends in (("position", (-0.6, 0.6)), ("velocity", (-4.0, 4.0))):
+    for follows, ends in (("position", (-2.0, 2.0)), ("velocity", (-30.0, 30.0))):
         line = straight(effect_of(Law(TORQUE, "hinge", follows, "hinge"), ends, 0.5))
         state = with_law(state, line, np.array([0.1, 0.05]), 1.0, joints)
     (residual,), (error,) = samples.left_by([state])
