@@ -4,7 +4,7 @@ import re
 
 from t2l.effects.exported import JOINT
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
-from t2l.effects.law import FRICTION, MOTOR, TORQUE, Law
+from t2l.effects.law import FRICTION, MOTOR, PHASE, TORQUE, Law
 from t2l.effects.learned import order
 from t2l.propose.expression import Formula
 from t2l.propose.wording import named
@@ -145,6 +145,8 @@ def effect_text(law: Law, formula: Formula) -> str:
     commanded = law.follows == "commanded torque"
     motor = "        held = demanded(loop, rows)\n" if commanded else ""
     symbol, what, install = KINDS[law.kind]
+    # a formula of what repeats goes on with the clock
+    followed = "log's clock" if law.follows == PHASE else f"{law.follows} of {law.of}"
     export = NOT_EXPORTED.format(follows=law.follows)
     if law.follows in EXPORTED:
         export = EXPORT.format(
@@ -156,7 +158,7 @@ def effect_text(law: Law, formula: Formula) -> str:
     text = TEXT.format(
         title=title, imports=ROOM_IMPORT if ROOM in export else "",
         sentence=f"{symbol} = {formula.sentence(4)}",
-        variable=f"{law.follows} of {law.of}" + (f", {law.unit}" if law.unit else ""),
+        variable=followed + (f", {law.unit}" if law.unit else ""),
         kind=law.kind, joint=law.joint, follows=law.follows, of=law.of,
         arguments=", ".join(formula.values), text=formula.text,
         what=what,
@@ -165,7 +167,7 @@ def effect_text(law: Law, formula: Formula) -> str:
         name=effect_name(law),
         parameters="\n".join(_parameter(n, v, formula.units[n]) for n, v in formula.values.items()),
         summary=named(law),
-        signature=f"the error follows the {law.follows} of {law.of}",
+        signature=f"the error follows the {followed}",
         when="".join(
             f"    {name} = {value!r}\n"
             for name, value in (("needs", law.needs), ("order", order(law)))
