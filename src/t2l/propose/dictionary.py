@@ -1,12 +1,11 @@
 """What the simulation answers to a small torque of each basis function, at the present model."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.effect import Parameter
 from t2l.effects.law import FRICTION
-from t2l.effects.spline_torque import STRETCH, SplineTorque
+from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import ACROSS_KINKS
 from t2l.identify.prediction import Predictor, Request
@@ -34,18 +33,17 @@ def moved(layout: Layout, u: np.ndarray, to: Layout) -> np.ndarray:
 
 def weights_in(layout: Layout, effect: SplineTorque) -> np.ndarray:
     """Indices of a law's weights."""
-    return _in(layout, effect, lambda parameter: parameter != STRETCH)
+    return _slots_of(layout, effect)[: effect.basis.shape[1]]
 
 
 def stretch_in(layout: Layout, u: np.ndarray, effect: SplineTorque) -> float:
     """By which share the period of a law was stretched; zero without one."""
-    return float(u[_in(layout, effect, lambda parameter: parameter == STRETCH)].sum())
+    return float(u[_slots_of(layout, effect)[effect.basis.shape[1] :]].sum())
 
 
-def _in(layout: Layout, effect: SplineTorque, wanted: Callable[[Parameter], bool]) -> np.ndarray:
+def _slots_of(layout: Layout, effect: SplineTorque) -> np.ndarray:
     slots = enumerate(layout.slots)
-    found = [i for i, s in slots if s.term.effect.name == effect.name and wanted(s.parameter)]
-    return np.array(found, int)
+    return np.array([i for i, s in slots if s.term.effect.name == effect.name], int)
 
 
 def responses(

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, PHASE, SESSION, TORQUE, Curve
+from t2l.effects.law import FRICTION, HYSTERESIS, INERTIA, PHASE, SESSION, TORQUE, Curve
 from t2l.identify.levels import PROMISING, TIED
 from t2l.propose.band import LEVEL
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
@@ -43,7 +43,7 @@ class Judge(Protocol):
 
 
 def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
-    """A short formula within the band; None if there is none, or of a hysteresis.
+    """A short formula within the band; None if there is none, or of a hysteresis or an inertia.
 
     Those that leave nearly as little as the best are fitted. The shortest is taken that explains
     alike with the best of them then, if it leaves no more than the limit.
@@ -69,7 +69,7 @@ def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
 def _inside_the_band(learned: Learned) -> Iterator[Formula]:
     """Formulas from short to long, with constants fitted to the curve."""
     curve = learned.curve
-    if curve.law.kind == HYSTERESIS:
+    if curve.law.kind in (HYSTERESIS, INERTIA):
         return
     x, y = np.array(curve.at), np.array(curve.torque)
     line = Node("sum", 1.0, (Node("x"),))

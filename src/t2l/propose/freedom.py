@@ -1,6 +1,7 @@
 """How many numbers curves need to explain what they explain."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -38,7 +39,9 @@ def independent(state: State, slots: Sequence[Slot], samples: LearningSamples) -
 
 
 def freedom(
-    found: Search, samples: LearningSamples, formulas: Mapping[Law, Formula] | None = None
+    found: Search,
+    samples: LearningSamples,
+    formulas: Mapping[Law, Formula] = MappingProxyType({}),
 ) -> float:
     """Effective parameters of the smoothest curves that leave as little as those that were found.
 
@@ -49,10 +52,12 @@ def freedom(
     Args:
         formulas: of laws that are counted by their constants.
     """
+    from scipy.linalg import block_diag
+
     answers = responses(samples.predictor, found.state.layout, found.state.u, found.laws)
-    columns, bends = [], []
+    columns, bends, periods = [], [], 0
     for effect, answer in zip(found.laws, answers, strict=True):
-        formula = (formulas or {}).get(effect.law)
+        formula = formulas.get(effect.law)
         if formula:
             # what a change of each constant changes of the weights
             moved = np.linalg.lstsq(effect.basis, _slopes(formula, effect.grid), rcond=None)[0]
@@ -61,20 +66,15 @@ def freedom(
         else:
             columns.append(answer[samples.fitted])
             bends.append(_smoothest(found, effect, answer, samples))
+            periods += len(effect.parameters) - effect.basis.shape[1]
     jacobian = np.concatenate(columns, axis=1)
     size = np.linalg.norm(jacobian, axis=0)
     size = np.where(size > 0, size, 1.0)
     normal = (jacobian / size).T @ (jacobian / size)
-    bend = _block_diagonal([b.T @ b for b in bends]) / np.outer(size, size)
+    bend = block_diag(*(b.T @ b for b in bends)) / np.outer(size, size)
     # the trace of a straight line is a little less than two
     whole = np.trace(np.linalg.solve(normal + bend + least_ridge(normal), normal))
-    # a period, which stands in the constants of a formula
-    others = [
-        len(law.parameters) - law.basis.shape[1]
-        for law in found.laws
-        if law.law not in (formulas or {})
-    ]
-    return round(float(whole) + sum(others), DIGITS)
+    return round(float(whole) + periods, DIGITS)
 
 
 def _slopes(formula: Formula, x: np.ndarray) -> np.ndarray:
@@ -106,9 +106,3 @@ def _smoothest(
         if np.sqrt(np.mean(left[samples.chosen] ** 2)) <= limit:
             return np.sqrt(factor) * rows
     return 0 * rows
-
-
-def _block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
-    from scipy.linalg import block_diag
-
-    return block_diag(*blocks)

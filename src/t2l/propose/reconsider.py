@@ -90,13 +90,14 @@ class _Learning:
         alone: learns laws without the names.
         in_words: the formulas of these.
         validated: rad, what laws leave of the validation samples, fitted to all training samples.
-        names_rad: what the names leave of them.
+        alone_rad, names_rad: what laws alone, and the names, leave of them.
     """
 
     samples: LearningSamples
     alone: Callable[[], Search]
     in_words: Callable[[], Mapping[Law, Formula]]
     validated: Callable[[Search], float]
+    alone_rad: Callable[[], float]
     names_rad: float
     progress: Progress
 
@@ -142,15 +143,22 @@ def reconsider(
         masks = evidence.train_mask[at], evidence.test_mask
         return finished(model, found, predictor, evidence.test, *masks)
 
-    def in_words() -> dict[Law, Formula]:
-        return formulas_of(told(original, alone()), [(predictor, evidence.train_mask[at])])
+    @cache
+    def alone_told() -> Proposal:
+        return told(original, alone())
 
-    def validated(found: Search) -> float:
-        model = told(final, found).with_curves
+    def in_words() -> dict[Law, Formula]:
+        return formulas_of(alone_told(), [(predictor, evidence.train_mask[at])])
+
+    def left(model: Model) -> float:
         return error_of(model, evidence.validation, evidence.validation_mask)
 
-    names_rad = error_of(final, evidence.validation, evidence.validation_mask)
-    learning = _Learning(samples, alone, in_words, validated, names_rad, progress)
+    learning = _Learning(
+        samples, alone, in_words,
+        lambda found: left(told(final, found).with_curves),
+        cache(lambda: left(alone_told().with_curves)),
+        left(final), progress,
+    )  # fmt: skip
     adopted, too_little = _adopted(original, final), False
     for offer in _offers(original, final, evidence, quiet, learning):
         proposal = told(final, offer.found)
@@ -167,7 +175,7 @@ def reconsider(
             return Reconsidered(model, proposal, offer.dropped, came, named, offer.decision)
     if not too_little:
         return None
-    proposal = told(original, alone())
+    proposal = alone_told()
     if alone().laws and not confirmed(proposal, original, False, evidence):
         proposal = told(original, _without_laws(original, alone(), predictor.joints))
     return Reconsidered(original, proposal, (), came, named, None, adopted)
@@ -237,11 +245,12 @@ def _in_place(
         found, dropped = eliminate(beside, adopted, learning.samples)
     if len(dropped) < len(adopted):
         # names that need laws beside them stand for nothing that laws alone do as well
-        left = learning.validated(found)
-        enough = NEAR * max(left, found.noise_floor_rad) if beside.laws else left / NEAR
+        enough = learning.names_rad / NEAR
+        if beside.laws:
+            enough = NEAR * max(learning.validated(found), found.noise_floor_rad)
         # what known effects leave may hide what a law would show
         bare = learning.alone()
-        if bare.laws and max(learning.validated(bare), bare.noise_floor_rad) <= enough:
+        if bare.laws and max(learning.alone_rad(), bare.noise_floor_rad) <= enough:
             errors = bare.rmse_rad, bare.baseline_rad, bare.noise_floor_rad
             decision = decide(beside.baseline_rad, *errors)
             found, dropped = replace(bare, baseline_rad=beside.baseline_rad), [*adopted]
@@ -263,11 +272,12 @@ def _say_more_simply(learning: _Learning, named: State, own: Sequence[Slot]) -> 
     if not found.laws:
         return False
     # names were fitted to all training samples, so that those that chose laws favour them
-    if learning.validated(found) > NEAR * max(learning.names_rad, found.noise_floor_rad):
+    if learning.alone_rad() > NEAR * max(learning.names_rad, found.noise_floor_rad):
         return False
-    (residual,), _ = samples.left_by([named])
-    if len(found.laws) == 1 and earns_its_place(residual, found.residual, samples):
-        return True
+    if len(found.laws) == 1:
+        (residual,), _ = samples.left_by([named])
+        if earns_its_place(residual, found.residual, samples):
+            return True
     joints = {samples.predictor.joints.index(effect.law.joint) for effect in found.laws}
     counted = [slot for slot in own if slot.joint in (None, *joints)]
     numbers = independent(named, counted, samples)

@@ -4,7 +4,7 @@ A round simulates the response to every law's basis functions at the present mod
 best curve of each law a linear fit, on some samples, with a penalty that others choose. The laws
 that promise most are fitted through the simulation, and the one that leaves least on the choosing
 samples is taken; of laws that a paired block bootstrap there cannot tell from it, the simplest. It
-stays if the bootstrap finds that it earns its place, alone or with the next.
+stays if the bootstrap finds that it earns its place, alone or with one or two more.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -52,8 +52,8 @@ from t2l.propose.split import few
 
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
-# derived: that earn their place only with another; a cable between joints has two of own positions
-# and two of each other's
+# derived: laws that wait for another: a cable pulls on two joints by own and the other's position,
+# of which the first shows alone and the rest may only together
 AHEAD = 2
 
 Progress = Callable[[str, float], None]
