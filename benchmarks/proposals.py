@@ -1,9 +1,10 @@
 """Effects taken out of t2l's library one at a time: what is proposed in their place.
 
-`python -m benchmarks proposals [--propose] [--processes N] [--test-seed N] [CASE or KIND ...]`:
-each case hides one effect, made by a generator that shares no code with t2l. `t2l explain` has all
-known effects but those that would name it (`--without`): it shows whether another name is adopted
-in its place, and what is learned. With `--propose` it is learned without any known effect. Each
+`python -m benchmarks proposals [--propose] [--processes N] [--test-seed N | --mixed] [CASE or KIND
+...]`: each case hides one effect, made by a generator that shares no code with t2l. `t2l explain`
+has all known effects but those that would name it (`--without`): it shows whether another name is
+adopted in its place, and what is learned. With `--mixed` a case hides an effect besides that the
+library keeps: it should be named. With `--propose` it is learned without any known effect. Each
 case is kept in results/bench/proposals until the code changes that explains it, so that an
 interrupted table goes on where it stopped.
 """
@@ -14,8 +15,8 @@ import json
 import re
 import shutil
 import zlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -79,6 +80,7 @@ class Removed:
         joints: on which a torque is right, and whose motion it may follow.
         follows: variables that it may follow; none if it is no torque of a variable.
         one_variable: whether it is a function of one logged variable, as a law of t2l may be.
+        besides: names that are true: what is hidden besides, or a part of the effect's own torque.
     """
 
     kind: str
@@ -87,6 +89,7 @@ class Removed:
     joints: tuple[str, ...]
     follows: tuple[str, ...]
     one_variable: bool
+    besides: tuple[str, ...] = ()
 
 
 # kind, what is hidden on a pendulum, on an arm, the joints of the arm, the names that say the
@@ -190,6 +193,28 @@ KINDS = (
         "clock", rx.ClockOffset(0.003), rx.ClockOffset(0.02), BOTH, ("clock_offset",), (), False,
     ),
 )  # fmt: skip
+# −k (q + r q' − q0) − d (q̇ + r q̇'): on each joint a cable is a spring, a damper and a constant
+# torque, beside what follows the other joint
+PARTS = {"coupling": ("parallel_spring", "viscous_friction", "torque_offset")}
+# what is taken out, where, and what is hidden besides, which the library keeps
+MIXED = (
+    ("bump", PENDULUM, "viscous_friction", fx.ViscousFriction(0.02)),
+    ("bump", ARM, "coulomb_friction", fx.CoulombFriction({"shoulder": 0.06})),
+    ("cogging", PENDULUM, "torque_offset", fx.TorqueOffset(0.04)),
+    ("spring", PENDULUM, "coulomb_friction", fx.CoulombFriction(0.05)),
+    ("spring", ARM, "cogging", fx.Cogging({"shoulder": 0.06}, 14.0)),
+    ("coulomb", ARM, "viscous_friction", fx.ViscousFriction({"elbow": 0.05})),
+    ("viscous", PENDULUM, "coulomb_friction", fx.CoulombFriction(0.05)),
+    ("viscous", ARM, "parallel_spring", rx.ParallelSpring({"shoulder": 0.4}, 0.3)),
+    ("offset", PENDULUM, "torque_constant", fx.TorqueConstant(0.9)),
+    ("periodic", ARM, "viscous_friction", fx.ViscousFriction({"shoulder": 0.1})),
+    ("tilt", PENDULUM, "coulomb_friction", fx.CoulombFriction(0.05)),
+    ("mass", ARM, "coulomb_friction", fx.CoulombFriction({"elbow": 0.05})),
+    ("coupling", ARM, "coulomb_friction", fx.CoulombFriction({"shoulder": 0.06})),
+    ("friction_drift", PENDULUM, "cogging", fx.Cogging(0.05, 14.0)),
+    ("dahl", ARM, "armature", fx.Armature({"shoulder": 0.05})),
+    ("constant_warmth", PENDULUM, "viscous_friction", fx.ViscousFriction(0.02)),
+)
 # of test sets that are drawn from a seed: their kinds, by the names above
 DRAWN = {
     "viscous_friction": "viscous",
@@ -232,7 +257,20 @@ def cases(test_seed: int | None = None) -> dict[str, Removed]:
             changes = HANGING if kind in HANGS and robot == ARM else SHORT
             case = Case(name, robot, (hidden,), zlib.crc32(name.encode()), changes)
             one = where == HINGE if one_variable is HINGE else one_variable
-            table[name] = Removed(kind, case, names, where, _of(follows, robot), one)
+            follow, parts = _of(follows, robot), PARTS.get(kind, ())
+            table[name] = Removed(kind, case, names, where, follow, one, parts)
+    return table
+
+
+def mixed() -> dict[str, Removed]:
+    """By name: cases of which something is hidden besides that the library knows."""
+    table = {}
+    for kind, robot, known, effect in MIXED:
+        alone = cases()[f"{kind}_{robot}"]
+        name = f"mixed_{kind}_{robot}"
+        hidden, seed = (*alone.case.hidden, effect), zlib.crc32(name.encode())
+        case = replace(alone.case, name=name, hidden=hidden, seed=seed)
+        table[name] = replace(alone, case=case, besides=(*alone.besides, known))
     return table
 
 
@@ -247,7 +285,8 @@ def _drawn(seed: int) -> dict[str, Removed]:
         one = robot == PENDULUM if one_variable is HINGE else one_variable
         case = Case(name, robot, hidden, number, SHORT | changes)
         joints = _joints(robot, hidden)
-        table[name] = Removed(kind, case, names, joints, _of(follows, robot), one)
+        follow, parts = _of(follows, robot), PARTS.get(kind, ())
+        table[name] = Removed(kind, case, names, joints, follow, one, parts)
     return table
 
 
@@ -265,6 +304,8 @@ def _joints(robot: str, hidden: Sequence[fx.HiddenEffect]) -> tuple[str, ...]:
 
 def case_of(name: str) -> Removed:
     """A case of either set."""
+    if name.startswith("mixed_"):
+        return mixed()[name]
     seed = re.match(r"test(\d+)_", name)
     return cases(int(seed[1]) if seed else None)[name]
 
@@ -277,19 +318,23 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     one_core.add_processes(parser, PROCESSES)
     seed = "the test set that is drawn from this number, in place of the development cases"
     parser.add_argument("--test-seed", type=int, metavar="N", help=seed)
+    parser.add_argument("--mixed", action="store_true", help="cases that hide a known effect too")
     given = parser.parse_args(arguments)
     command = "propose" if given.propose else "explain"
-    return run(given.names, given.processes, command, given.test_seed)
+    every, of = (mixed(), "_mixed") if given.mixed else (cases(given.test_seed), "")
+    if given.test_seed is not None:
+        of = f"_test{given.test_seed}"
+    return run(every, given.names, given.processes, command, f"table{of}")
 
 
 def run(
+    every: Mapping[str, Removed],
     names: Sequence[str] = (),
     processes: int = PROCESSES,
     command: str = "explain",
-    test_seed: int | None = None,
+    name: str = "table",
 ) -> pd.DataFrame:
     """One row a case; the table by kind and a summary are printed above."""
-    every = cases(test_seed)
     unknown = set(names) - set(every) - {removed.kind for removed in every.values()}
     if unknown:
         raise SystemExit(f"no case or kind {', '.join(sorted(unknown))}; there are {list(every)}")
@@ -299,7 +344,6 @@ def run(
         results.append(result)
         print(f"{len(results)} of {len(chosen)}: {result['case']}, {said(result)}", flush=True)
     table = pd.DataFrame([row(result) for result in results])
-    name = "table" if test_seed is None else f"table_test{test_seed}"
     table.to_csv(FOLDER / command / f"{name}.csv", index=False)
     print("\n" + by_kind(results).to_markdown(index=False))
     print("\n" + "\n".join(summary(results)) + "\n")
@@ -383,6 +427,12 @@ def said(result: dict) -> str:
     return "; ".join(curve["law"] for curve in result["curves"]) or result["verdict"]
 
 
+def wrong_names(result: dict) -> list[str]:
+    """Adopted names of effects that are not there."""
+    besides = case_of(result["case"]).besides
+    return [name for name in result["adopted"] if name not in besides]
+
+
 def right(result: dict) -> bool | None:
     """Whether joint and variable are right; None where no torque of a variable is."""
     removed = case_of(result["case"])
@@ -415,7 +465,10 @@ def row(result: dict) -> dict:
 
     return {
         "case": result["case"],
-        "wrong names": ", ".join(result["adopted"]),
+        "right names": ", ".join(
+            n for n in result["adopted"] if n in case_of(result["case"]).besides
+        ),
+        "wrong names": ", ".join(wrong_names(result)),
         "explain a part": ", ".join(result["partial"]),
         "proposed": said(result),
         "right": words[right(result)],
@@ -447,7 +500,7 @@ def by_kind(results: Sequence[dict]) -> pd.DataFrame:
         {
             "hidden": kind,
             "joint and variable right": share([right(result) for result in group]),
-            "wrong names": ", ".join(name for result in group for name in result["adopted"]),
+            "wrong names": ", ".join(name for result in group for name in wrong_names(result)),
             "before, mrad": mrad(group, "before"),
             "with the curve": mrad(group, "after"),
             "noise": mrad(group, "noise_floor"),
@@ -463,7 +516,7 @@ def summary(results: Sequence[dict]) -> list[str]:
     for what, answers in (
         ("joint and variable right", [right(result) for result in results]),
         ("at most twice the noise, functions of one variable", [near(r) for r in results]),
-        ("no wrong name adopted", [not result["adopted"] for result in results]),
+        ("no wrong name adopted", [not wrong_names(result) for result in results]),
     ):
         asked = [answer for answer in answers if answer is not None]
         if asked:

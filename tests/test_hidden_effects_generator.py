@@ -405,6 +405,11 @@ def test_what_is_removed_from_the_library_is_in_it_and_a_right_answer_is_judged_
     for name, removed in proposals.cases().items():
         assert set(removed.without) <= set(known), name
         assert set(removed.joints) <= set(ROBOTS[removed.case.robot].joints), name
+    for name, removed in proposals.mixed().items():
+        assert len(removed.case.hidden) == 2, name
+        assert set(removed.besides) <= set(known) - set(removed.without), name
+    result = {"case": "mixed_spring_pendulum", "adopted": ["coulomb_friction", "cogging"]}
+    assert proposals.wrong_names(result) == ["cogging"]
     law = {"joint": "elbow", "of": "elbow", "follows": "position"}
     spring = {"case": "spring_two_joint_arm", "after": 1.9e-4, "noise_floor": 1e-4}
     assert proposals.right(spring | {"curves": [law]}) is True

@@ -17,6 +17,11 @@ def mean_square(residuals: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(mean), mean, np.inf)
 
 
+def default_population(numbers: int) -> int:
+    """Points in a round for so many numbers (Hansen, The CMA Evolution Strategy, 2016, table 1)."""
+    return 4 + int(3 * np.log(numbers))
+
+
 @dataclass(frozen=True)
 class Part:
     """Elements of u that are searched by themselves.

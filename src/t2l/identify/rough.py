@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.identify.cma_es import CMAES, Part
+from t2l.identify.cma_es import CMAES, Part, default_population
 from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 
-POPULATION = 12  # tuned: CMA-ES's own default for ten numbers is 10
+ROUNDS = 12  # tuned: populations of a search
 SEED = 0  # statistics: of the search
 # tuned: standard deviation of the first population in a logarithm, or of a parameter's own size
 SPREAD = 0.4
@@ -29,21 +29,21 @@ def search(
     """
     joints = predictor.samples.joint[mask]
     searches = [_search(fit, joints, spread) for fit in fits]
-    run(searches, predictor, mask, POPULATION)
+    run(searches, predictor, mask, ROUNDS)
     return [found.u for found in searches]
 
 
 def _search(fit: LeastSquares, joints: np.ndarray, spread: float) -> CMAES:
-    layout = fit.layout
+    layout, parts = fit.layout, _parts(fit, joints)
     return CMAES(
         fit.u,
         np.stack([layout.lower, layout.upper], axis=1),
         sigma=1.0,
-        population=POPULATION,
+        population=max(default_population(len(part.index)) for part in parts),
         seed=SEED,
         origin=fit.u,
         scale=spread * SPREAD * np.where(layout.log, 1.0, fit.size),
-        parts=_parts(fit, joints),
+        parts=parts,
         layout=layout,
     )
 
