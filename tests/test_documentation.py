@@ -252,3 +252,20 @@ def test_the_licence_is_that_of_the_project():
     assert "Apache License\n                           Version 2.0" in text
     assert "END OF TERMS AND CONDITIONS" in text
     assert re.search(r"Copyright \d{4} The t2l authors", text)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/scoreboard.md"])
+def test_the_counts_of_verdicts_are_those_of_the_scoreboard(page):
+    table = (ROOT / "docs/scoreboard.md").read_text()
+    table = table.split("## As it came out")[1].split("\n## ")[0]
+    verdicts = [line.split("|")[-2].strip() for line in table.splitlines() if line[:1] == "|"][2:]
+    said = re.search(
+        r"of (\d+) statements (\d+) are reproduced, (\d+) are not, (\d+) cannot be told, "
+        r"(?:and )?(\d+) are (?:open|\[open\])",
+        " ".join((ROOT / page).read_text().split()),
+        re.IGNORECASE,
+    )
+    every, *counted = (int(number) for number in said.groups())
+    shown = ("reproduced", "not reproduced", "cannot be told")
+    assert counted[:3] == [verdicts.count(verdict) for verdict in shown]
+    assert every == sum(counted)
