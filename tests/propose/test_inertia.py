@@ -8,11 +8,12 @@ from t2l.errors import ConfigurationError
 from t2l.identify.curves import CurveEntry, read_curves
 from t2l.identify.model import Model
 from t2l.propose.proposal import LAW
-from tests.diagnose.made import pendulum, predict, recording, swing
+from tests.diagnose.made import ARMATURE, pendulum, predict, recording, swing
 from tests.export.test_export import exported
 from tests.propose.test_search import learn, machine
 
 LIGHT = 0.004  # kg·m²
+LIGHTER = -2 * ARMATURE
 OVER_ACCELERATION = Law(INERTIA, "hinge", "acceleration", "hinge")
 
 
@@ -39,8 +40,25 @@ def test_a_missing_inertia_is_recovered(tmp_path):
     assert found.choice_rmse_rad < 1.2 * found.noise_floor_rad
 
 
-def test_an_exported_robot_has_it_as_armature(tmp_path):
-    content, error, _ = exported(tmp_path / "out", pendulum(tmp_path), {}, learned=(line(LIGHT),))
+def test_a_lighter_link_takes_away_more_than_the_armature(tmp_path):
+    robot = pendulum(tmp_path)
+    found = learn(robot, machine(robot, [line(LIGHTER)]))
+    (one,) = found.learned
+    assert one.curve.inertia == pytest.approx(LIGHTER, rel=0.05)
+    assert found.choice_rmse_rad < 1.2 * found.noise_floor_rad
+
+
+def test_some_inertia_is_always_left(tmp_path):
+    robot = pendulum(tmp_path)
+    one = recording(robot, swing(), duration_s=0.6)
+    q = [predict(one, model=Model(robot, learned=(line(kg_m2),))) for kg_m2 in (-10.0, -20.0)]
+    assert np.isfinite(q).all()
+    np.testing.assert_array_equal(*q)
+
+
+@pytest.mark.parametrize("inertia", [LIGHT, LIGHTER])
+def test_an_exported_robot_has_it_as_armature(tmp_path, inertia):
+    content, error, _ = exported(tmp_path / "out", pendulum(tmp_path), {}, learned=(line(inertia),))
     assert content["in_mjcf"] == [OVER_ACCELERATION.name]
     assert error < 1e-5
 

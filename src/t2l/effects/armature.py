@@ -8,6 +8,8 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import Exported
 from t2l.sim.servo import ServoLoop
 
+LIGHTEST = 0.5  # bound: of a joint's inertia that may go: in other poses there may be less of it
+
 
 class Armature(Effect):
     """(M + diag(Δ)) q̈ = …: rotor inertia times gear ratio squared."""
@@ -47,6 +49,16 @@ def add_armature(loop: ServoLoop, rows: slice, joints: np.ndarray, inertia: np.n
     loop.inertia_changed = True
     field, dofs = loop.batch.expand("dof_armature"), loop.dofs[joints]
     field[rows, dofs] = np.maximum(field[rows, dofs] + inertia, 0.0)
+
+
+def add_inertia(loop: ServoLoop, rows: slice, joints: np.ndarray, inertia: np.ndarray) -> None:
+    """The same where links may be lighter too, which takes away more than the armature there is."""
+    loop.inertia_changed = True
+    field, dofs = loop.batch.expand("dof_armature"), loop.dofs[joints]
+    # 1/(M⁻¹)_jj, with the other joints free
+    whole = 1 / loop.batch.model.dof_invweight0[dofs]
+    least = np.minimum(field[rows, dofs] - LIGHTEST * whole, 0.0)
+    field[rows, dofs] = np.maximum(field[rows, dofs] + inertia, least)
 
 
 def export_armature(to: Exported, joints: np.ndarray, inertia: Sequence[float]) -> None:

@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from t2l.effects.armature import add_armature, export_armature
+from t2l.effects.armature import add_inertia
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect
 from t2l.effects.exported import JOINT
@@ -58,7 +58,7 @@ class LearnedTorque(Effect):
         count = rows.stop - rows.start
         law, curve = self.law, self.curve
         if law.kind == INERTIA:
-            add_armature(loop, rows, joints, np.full((count, 1), curve.inertia))
+            add_inertia(loop, rows, joints, np.full((count, 1), curve.inertia))
             return
         if law.kind == HYSTERESIS:
             radii, weights = curve.weights
@@ -70,7 +70,8 @@ class LearnedTorque(Effect):
     def export(self, to, joints, values):
         law, curve = self.law, self.curve
         if law.kind == INERTIA:
-            export_armature(to, joints, [curve.inertia])
+            for joint in to.each(joints):
+                joint.armature += curve.inertia
             return
         if law.given:
             to.cannot_carry(self.name, f"a simulator has no {law.follows}")
