@@ -48,6 +48,7 @@ from t2l.propose.refit import (
 )
 from t2l.propose.ridge import Fit, fit
 from t2l.propose.simplify import simplify
+from t2l.propose.smoothing import smooth_again
 from t2l.propose.split import few
 
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
@@ -106,6 +107,8 @@ def search(
         elif len(found.laws) > len(earned.laws) + AHEAD:
             break
     earned.ceilings = found.ceilings
+    if earned.left_more_than_noise:
+        smooth_again(earned, samples, draft)
     return earned
 
 
