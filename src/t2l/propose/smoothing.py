@@ -10,7 +10,7 @@ from t2l.effects.law import SIGNED
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import penalty
 from t2l.propose.dictionary import weights_in
-from t2l.propose.found import Search
+from t2l.propose.found import Search, earns_its_place
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.partial_regression import PartialRegression
 from t2l.propose.refit import State, columns, finish, off, refit, without
@@ -18,7 +18,9 @@ from t2l.propose.ridge import fit
 
 
 def smooth_again(found: Search, samples: LearningSamples, draft: Predictor) -> None:
-    """Choose the penalty of each curve beside the others; keep what was where it leaves less.
+    """Choose the penalty of each curve beside the others, where that earns its place.
+
+    No worse with smoother curves needs no proof.
 
     Args:
         draft: with coarser ticks, for all but the last steps of a fit.
@@ -41,5 +43,7 @@ def smooth_again(found: Search, samples: LearningSamples, draft: Predictor) -> N
     shift = off(draft, state, found.residual)[fitted]
     finish([changed], refit([changed], draft, fitted, shift=shift), samples.predictor, fitted)
     (residual,), (error,) = samples.left_by([changed])
-    if error < found.rmse_rad:
+    pairs = zip(state.laws, laws, strict=True)
+    smoother = all(before <= factor for (_, before), (_, factor) in pairs)
+    if (smoother and error <= found.rmse_rad) or earns_its_place(found.residual, residual, samples):
         found.put(samples.predictor, changed, residual, error)
