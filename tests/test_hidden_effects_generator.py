@@ -410,6 +410,11 @@ def test_what_is_removed_from_the_library_is_in_it_and_a_right_answer_is_judged_
         assert set(removed.besides) <= set(known) - set(removed.without), name
     result = {"case": "mixed_spring_pendulum", "adopted": ["coulomb_friction", "cogging"]}
     assert proposals.wrong_names(result) == ["cogging"]
+    spring = {"joint": "hinge", "of": "hinge", "follows": "position"}
+    friction = spring | {"follows": "constant"}
+    for curves, is_right in (([spring, friction], True), ([friction], False), ([spring], True)):
+        assert proposals.right(result | {"curves": curves}) is is_right
+    assert proposals.right(result | {"curves": [spring, spring | {"follows": "time"}]}) is False
     law = {"joint": "elbow", "of": "elbow", "follows": "position"}
     spring = {"case": "spring_two_joint_arm", "after": 1.9e-4, "noise_floor": 1e-4}
     assert proposals.right(spring | {"curves": [law]}) is True

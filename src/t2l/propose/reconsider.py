@@ -244,9 +244,10 @@ def _in_place(
         learning.progress("testing the names beside the curves", 0.8)
         found, dropped = eliminate(beside, adopted, learning.samples)
     if len(dropped) < len(adopted):
-        # names that need laws beside them stand for nothing that laws alone do as well
+        # names that need laws beside them stand for nothing that laws alone do as well, nor do
+        # several that leave more than noise; a single one is simpler than laws
         enough = learning.names_rad / NEAR
-        if beside.laws:
+        if beside.laws or len(adopted) > 1:
             enough = NEAR * max(learning.validated(found), found.noise_floor_rad)
         # what known effects leave may hide what a law would show
         bare = learning.alone()
