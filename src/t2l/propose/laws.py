@@ -30,6 +30,7 @@ SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of wha
 # derived: at most, of a curve over what is logged: temperature and voltage act smoothly
 INTERVALS = INTERVALS_OF_FRICTION
 MOVES = 1e-9  # numerics: in the variable's unit; less is no motion
+SAME = 1e-2  # numerics: of a load's spread: a broken line over the position misses less of a sine
 LEAST_SHARE = TIED  # of the squared error; a joint with less has no law of its own
 
 
@@ -143,7 +144,25 @@ def ranges(
             for other, its in enumerate(predictor.joints):
                 if other != joint:
                     found[Law(TORQUE, name, variable, its)] = span(variable, other)
-    return {law: ends for law, ends in found.items() if ends[-1] - ends[0] > MOVES}
+    same = {
+        name
+        for joint, name in enumerate(predictor.joints)
+        if _is_function(both[1]["gravity"], samples.q, samples.joint == joint)
+    }
+    return {
+        law: ends
+        for law, ends in found.items()
+        if ends[-1] - ends[0] > MOVES and not (law.follows == "load" and law.joint in same)
+    }
+
+
+def _is_function(load: np.ndarray, q: np.ndarray, at: np.ndarray) -> bool:
+    """Whether a load follows from the joint's own position: then a law of either is one of both."""
+    load, q = load[at], q[at]
+    breaks = np.linspace(q.min(), q.max(), INTERVALS + 1)
+    hats = np.stack([np.interp(q, breaks, one) for one in np.eye(len(breaks))], axis=1)
+    left = load - hats @ np.linalg.lstsq(hats, load, rcond=None)[0]
+    return bool(np.std(left) <= SAME * np.std(load))
 
 
 def _follow_one_another(recordings: Sequence[Recording]) -> bool:
