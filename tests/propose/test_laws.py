@@ -1,12 +1,13 @@
-"""A load by gravity is a variable of its own only where other joints change it."""
+"""Over a load by gravity a law bends only where other joints change the load."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from t2l.effects.law import TORQUE, Law
 from t2l.identify.prediction import Predictor
-from t2l.propose.laws import ranges
+from t2l.propose.laws import lines
 from tests.conftest import ROOT
 from tests.diagnose.made import measured, pendulum, recording, swing
 
@@ -14,7 +15,7 @@ ARM = ROOT / "examples/two_joint_arm/two_joint_arm.xml"
 
 
 @pytest.mark.parametrize("robot", ["pendulum", "arm"])
-def test_a_load_that_follows_from_the_position_is_not_followed(tmp_path: Path, robot):
+def test_over_a_load_that_follows_from_the_position_a_law_is_a_line(tmp_path: Path, robot):
     if robot == "pendulum":
         one = recording(pendulum(tmp_path), swing())
     else:
@@ -24,9 +25,5 @@ def test_a_load_that_follows_from_the_position_is_not_followed(tmp_path: Path, r
 
         one = recording(str(ARM), commands, joints=("shoulder", "elbow"))
     one = measured(one)
-    predictor = Predictor(one.robot, [one], threads=1)
-    q = predictor.samples.q
-    laws = ranges(predictor, q, np.zeros_like(q))
-    followed = {law.joint for law in laws if law.follows == "load"}
-    assert followed == (set() if robot == "pendulum" else {"shoulder", "elbow"})
-    assert {law.joint for law in laws if law.follows == "position"} == set(predictor.joints)
+    found = lines(Predictor(one.robot, [one], threads=1))
+    assert found == ({Law(TORQUE, "hinge", "load", "hinge")} if robot == "pendulum" else set())

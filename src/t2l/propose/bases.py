@@ -88,9 +88,11 @@ def may_be_straight(effect: SplineTorque) -> bool:
     return told and len(effect.parameters) > 2
 
 
-def may_be_finer(law: Law) -> bool:
-    """Whether more knots can draw it better."""
-    return law.kind == TORQUE and law.follows not in ("constant", PHASE) and not law.given
+def may_be_finer(effect: SplineTorque) -> bool:
+    """Whether more knots can draw it better; a straight line has none."""
+    law = effect.law
+    drawn = law.kind == TORQUE and law.follows != PHASE and not law.given
+    return drawn and len(effect.parameters) > 2
 
 
 def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ def refine(
     """
     predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
     times = 2
-    while found.left_more_than_noise and may_be_finer(found.laws[-1].law):
+    while found.left_more_than_noise and may_be_finer(found.laws[-1]):
         coarse, effect = found.laws[-1], finer(times)
         curve = coarse.basis @ found.state.u[weights_in(found.state.layout, coarse)]
         bare = without(found.state, [coarse.name])

@@ -144,21 +144,25 @@ def ranges(
             for other, its in enumerate(predictor.joints):
                 if other != joint:
                     found[Law(TORQUE, name, variable, its)] = span(variable, other)
-    same = {
-        name
-        for joint, name in enumerate(predictor.joints)
-        if _is_function(both[1]["gravity"], samples.q, samples.joint == joint)
-    }
-    return {
-        law: ends
-        for law, ends in found.items()
-        if ends[-1] - ends[0] > MOVES and not (law.follows == "load" and law.joint in same)
-    }
+    return {law: ends for law, ends in found.items() if ends[-1] - ends[0] > MOVES}
 
 
-def _is_function(load: np.ndarray, q: np.ndarray, at: np.ndarray) -> bool:
-    """Whether a load follows from the joint's own position: then a law of either is one of both."""
-    load, q = load[at], q[at]
+def lines(predictor: Predictor) -> set[Law]:
+    """Laws that are straight lines only: over a load that follows from the joint's own position.
+
+    A share of the load tells another mass. Every bend is one over the position.
+    """
+    samples = predictor.samples
+    load = features(predictor, samples.q, derivatives(Series(samples), samples.q)[1])["gravity"]
+    found = set()
+    for joint, name in enumerate(predictor.joints):
+        at = samples.joint == joint
+        if _is_function(load[at], samples.q[at]):
+            found.add(Law(TORQUE, name, "load", name))
+    return found
+
+
+def _is_function(load: np.ndarray, q: np.ndarray) -> bool:
     breaks = np.linspace(q.min(), q.max(), INTERVALS + 1)
     hats = np.stack([np.interp(q, breaks, one) for one in np.eye(len(breaks))], axis=1)
     left = load - hats @ np.linalg.lstsq(hats, load, rcond=None)[0]

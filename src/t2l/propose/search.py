@@ -23,7 +23,7 @@ from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.scales import scales
-from t2l.propose.bases import effect_of, penalty
+from t2l.propose.bases import effect_of, penalty, straight
 from t2l.propose.dictionary import responses
 from t2l.propose.found import (
     LEAST_IMPROVEMENT,
@@ -33,7 +33,7 @@ from t2l.propose.found import (
     explain_alike,
 )
 from t2l.propose.knots import Finer, refine
-from t2l.propose.laws import laws, order, ranges
+from t2l.propose.laws import laws, lines, order, ranges
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.partial_regression import PartialRegression
 from t2l.propose.refit import (
@@ -81,6 +81,12 @@ def search(
     ends = ranges(predictor, q[0], dq[0], samples.others)
     found = Search(state, baseline, baseline, floor, left)
     motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
+    only_lines = lines(predictor)
+
+    def made(law: Law, finer: int = 1) -> SplineTorque:
+        effect = effect_of(law, ends[law], motor[law.joint], finer)
+        return straight(effect) if law in only_lines else effect
+
     draft = coarser(predictor, state)
     earned, seen = replace(found), [set()]
     while len(found.laws) < MOST_LAWS:
@@ -88,7 +94,7 @@ def search(
         if not found.is_material(found.noise_floor_rad):
             break
         progress(f"learning curve {len(found.laws) + 1}", len(found.laws) / MOST_LAWS)
-        taken = _take_one(found, samples, draft, ends, motor)
+        taken = _take_one(found, samples, draft, ends, made)
         if taken is None:
             break
         before, limit = found.state, NEAR * max(found.rmse_rad, found.noise_floor_rad)
@@ -129,22 +135,18 @@ def _take_one(
     samples: LearningSamples,
     draft: Predictor,
     ends: Mapping[Law, tuple[float, ...]],
-    motor: Mapping[str, float],
+    made: Callable[..., SplineTorque],
 ) -> Taken | None:
     """Add the law that leaves least; None if none leaves less than before by enough to matter.
 
     Args:
         draft: with coarser ticks, for all but the last steps of a fit.
         ends: of the variable of each law.
-        motor: N·m that the motor of each joint spends.
+        made: the effect of a law, with so many times its knots.
     """
     predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
     state, taken = found.state, {effect.law for effect in found.laws}
-    effects = [
-        effect_of(law, ends[law], motor[law.joint])
-        for law in laws(predictor, found.residual, ends)
-        if law not in taken
-    ]
+    effects = [made(law) for law in laws(predictor, found.residual, ends) if law not in taken]
     screen, at = few(draft, max(SCREENED))
     answers = responses(screen, state.layout, state.u, effects)
     left = found.residual[at]
@@ -201,7 +203,7 @@ def _take_one(
         return None
     found.put(predictor, states[best], residuals[best], errors[best])
     law = effects[short[best]].law
-    return Taken(partial(effect_of, law, ends[law], motor[law.joint]), given)
+    return Taken(partial(made, law), given)
 
 
 def _shortlist(
