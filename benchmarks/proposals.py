@@ -267,9 +267,9 @@ def cases(test_seed: int | None = None) -> dict[str, Removed]:
 
 def mixed() -> dict[str, Removed]:
     """By name: cases of which something is hidden besides that the library knows."""
-    table = {}
+    table, development = {}, cases()
     for kind, robot, known, follows, effect in MIXED:
-        alone = cases()[f"{kind}_{robot}"]
+        alone = development[f"{kind}_{robot}"]
         name = f"mixed_{kind}_{robot}"
         hidden, seed = (*alone.case.hidden, effect), zlib.crc32(name.encode())
         case = replace(alone.case, name=name, hidden=hidden, seed=seed)
@@ -321,8 +321,9 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser.add_argument("--propose", action="store_true", help="learn without any known effect")
     one_core.add_processes(parser, PROCESSES)
     seed = "the test set that is drawn from this number, in place of the development cases"
-    parser.add_argument("--test-seed", type=int, metavar="N", help=seed)
-    parser.add_argument("--mixed", action="store_true", help="cases that hide a known effect too")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--test-seed", type=int, metavar="N", help=seed)
+    which.add_argument("--mixed", action="store_true", help="cases that hide a known effect too")
     given = parser.parse_args(arguments)
     command = "propose" if given.propose else "explain"
     every, of = (mixed(), "_mixed") if given.mixed else (cases(given.test_seed), "")
@@ -465,6 +466,7 @@ def near(result: dict) -> bool | None:
 def row(result: dict) -> dict:
     """What the table shows, errors in mrad."""
     words = {True: "yes", False: "NO", None: ""}
+    wrong = wrong_names(result)
     formulas = [curve["formula"] for curve in result["curves"] if curve["formula"]]
 
     def mrad(value: float) -> str:
@@ -472,10 +474,8 @@ def row(result: dict) -> dict:
 
     return {
         "case": result["case"],
-        "right names": ", ".join(
-            n for n in result["adopted"] if n in case_of(result["case"]).besides
-        ),
-        "wrong names": ", ".join(wrong_names(result)),
+        "right names": ", ".join(name for name in result["adopted"] if name not in wrong),
+        "wrong names": ", ".join(wrong),
         "explain a part": ", ".join(result["partial"]),
         "proposed": said(result),
         "right": words[right(result)],

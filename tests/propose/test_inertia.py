@@ -48,6 +48,16 @@ def test_a_lighter_link_takes_away_more_than_the_armature(tmp_path):
     assert found.choice_rmse_rad < 1.2 * found.noise_floor_rad
 
 
+def test_an_armature_beside_a_lighter_link_takes_nothing_back(tmp_path):
+    robot = pendulum(tmp_path)
+    one = recording(robot, swing(), duration_s=0.6)
+    none = {"armature": {"inertia": {"hinge": 0.0}}}
+    beside = predict(one, model=Model(robot, effects=none, learned=(line(LIGHTER),)))
+    np.testing.assert_array_equal(
+        beside, predict(one, model=Model(robot, learned=(line(LIGHTER),)))
+    )
+
+
 def test_some_inertia_is_always_left(tmp_path):
     robot = pendulum(tmp_path)
     one = recording(robot, swing(), duration_s=0.6)

@@ -8,7 +8,8 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import Exported
 from t2l.sim.servo import ServoLoop
 
-LIGHTEST = 0.5  # bound: of a joint's inertia that may go: in other poses there may be less of it
+# bound: of a joint's inertia, by which links may be lighter: in other poses there may be less of it
+LIGHTEST = 0.5
 
 
 class Armature(Effect):
@@ -44,20 +45,20 @@ class Armature(Effect):
         ]
 
 
-def add_armature(loop: ServoLoop, rows: slice, joints: np.ndarray, inertia: np.ndarray) -> None:
-    """Let joints be heavier to turn by `inertia` (nrow, njoint) kg·m²; below none there is none."""
-    loop.inertia_changed = True
-    field, dofs = loop.batch.expand("dof_armature"), loop.dofs[joints]
-    field[rows, dofs] = np.maximum(field[rows, dofs] + inertia, 0.0)
+def add_armature(
+    loop: ServoLoop, rows: slice, joints: np.ndarray, inertia: np.ndarray, lightest: float = 0.0
+) -> None:
+    """Let joints be heavier to turn by `inertia` (nrow, njoint) kg·m²; below none there is none.
 
-
-def add_inertia(loop: ServoLoop, rows: slice, joints: np.ndarray, inertia: np.ndarray) -> None:
-    """The same where links may be lighter too, which takes away more than the armature there is."""
+    Args:
+        lightest: of a joint's whole inertia, what may go beyond its armature.
+    """
     loop.inertia_changed = True
     field, dofs = loop.batch.expand("dof_armature"), loop.dofs[joints]
     # 1/(M⁻¹)_jj, with the other joints free
     whole = 1 / loop.batch.model.dof_invweight0[dofs]
-    least = np.minimum(field[rows, dofs] - LIGHTEST * whole, 0.0)
+    # what a lighter link took away before stays away
+    least = np.minimum(field[rows, dofs] - lightest * whole, 0.0)
     field[rows, dofs] = np.maximum(field[rows, dofs] + inertia, least)
 
 

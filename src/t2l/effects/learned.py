@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from t2l.effects.armature import add_inertia
+from t2l.effects.armature import LIGHTEST, add_armature
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect
 from t2l.effects.exported import JOINT
@@ -58,7 +58,7 @@ class LearnedTorque(Effect):
         count = rows.stop - rows.start
         law, curve = self.law, self.curve
         if law.kind == INERTIA:
-            add_inertia(loop, rows, joints, np.full((count, 1), curve.inertia))
+            add_armature(loop, rows, joints, np.full((count, 1), curve.inertia), LIGHTEST)
             return
         if law.kind == HYSTERESIS:
             radii, weights = curve.weights

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.armature import add_inertia
+from t2l.effects.armature import LIGHTEST, add_armature
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.law import HYSTERESIS, INERTIA, PHASE, SIGNED, Law
 from t2l.effects.learned import LearnedTorque, looked_up, order, yielding
@@ -60,6 +60,6 @@ class SplineTorque(Effect):
             yielding(loop, rows, self.law, self.grid, weights)
         elif self.law.kind == INERTIA:
             per_weight = np.ptp(self.basis[:, 0]) / np.ptp(self.grid)
-            add_inertia(loop, rows, joints, per_weight * weights)
+            add_armature(loop, rows, joints, per_weight * weights, LIGHTEST)
         else:
             looked_up(loop, rows, self.law, self.grid, weights @ self.basis.T, stretch)
