@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 TORQUE, FRICTION, HYSTERESIS, MOTOR = "torque", "friction", "hysteresis", "motor"
-INERTIA = "inertia"
-SIGNED = (TORQUE, MOTOR, INERTIA)  # whose values may be below zero
+INERTIA, LIMIT = "inertia", "limit"
+SIGNED = (TORQUE, MOTOR, INERTIA, LIMIT)  # whose values may be below zero
 # optional columns of recordings, by what a law of them follows
 COLUMNS = {"temperature": "temperature", "supply voltage": "supply_voltage"}
 SESSION = "session time"  # what the log's clock shows, which recordings of a session share
@@ -36,6 +36,7 @@ ALLOWED = {
     HYSTERESIS: ("distance",),
     MOTOR: GIVEN,
     INERTIA: ("acceleration",),
+    LIMIT: ("velocity",),
 }  # fmt: skip
 OTHERS = ("position", "velocity")  # that may be another joint's
 # numerics: points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3

@@ -1,11 +1,12 @@
 """A torque that was learned from recordings: a tabulated curve over one variable.
 
-Five kinds of law, each of one variable x:
+Six kinds of law, each of one variable x:
 
     torque       τ = f(x)
     friction     |τ| ≤ f(x), against the motion; it holds the joint at rest
     motor        τ = max(1 + f(x), 0) τ_motor, of a variable that does not depend on the motion
     inertia      τ = −I q̈, a straight line over the acceleration
+    limit        −f(−q̇) ≤ τ_motor ≤ f(q̇)
     hysteresis   τ = −Σ_k w_k z_k / r_k,  ż_k = q̇ within |z_k| ≤ r_k
 
 The last is Prandtl and Ishlinskii's sum of elastic-plastic elements (Visintin, Differential models
@@ -26,6 +27,7 @@ from t2l.effects.law import (
     FRICTION,
     HYSTERESIS,
     INERTIA,
+    LIMIT,
     MOTOR,
     OTHERS,
     PHASE,
@@ -35,6 +37,7 @@ from t2l.effects.law import (
     Law,
 )
 from t2l.effects.torque_constant import TorqueConstant
+from t2l.effects.torque_speed_limit import TorqueSpeedLimit
 from t2l.sim.servo import ServoLoop
 
 
@@ -82,6 +85,9 @@ class LearnedTorque(Effect):
             to.call(self.name, learned_hysteresis, joints, own)
             return
         grid, torque = curve.table()
+        if law.kind == LIMIT:
+            to.call(self.name, learned_limit, joints, {"at": grid, "torque": torque}, MOTOR_SIGNAL)
+            return
         own = {
             "kind": law.kind,
             "follows": law.follows,
@@ -97,7 +103,8 @@ class LearnedTorque(Effect):
 
 def order(law: Law) -> int:
     """When a law applies among effects on the same signal, as `Effect.order`."""
-    return TorqueConstant.order if law.kind == MOTOR else LearnedTorque.order
+    same = {MOTOR: TorqueConstant, LIMIT: TorqueSpeedLimit}
+    return same.get(law.kind, LearnedTorque).order
 
 
 def looked_up(
@@ -115,14 +122,13 @@ def looked_up(
     """
     joint = loop.joints.index(law.joint)
     length = max(grid[-1] - grid[0], 1e-12) * (1 + stretch)
-    value = variable(loop, rows, law, turn=(grid[0], length))
     per_step = (len(grid) - 1) / length
     flat, first = tables.ravel(), np.arange(len(tables)) * len(grid)
     last = len(grid) - 1 - 1e-9
 
-    def at(tick, q, dq, motor) -> np.ndarray:
+    def look_up(x) -> np.ndarray:
         # this runs at every tick; a simulation that diverged is NaN, which fmax passes over
-        place = (value(tick, q, dq, motor) - grid[0]) * per_step
+        place = (x - grid[0]) * per_step
         place = np.fmin(np.fmax(place, 0.0), last)
         below = place.astype(np.intp)
         place -= below
@@ -130,6 +136,14 @@ def looked_up(
         left = flat.take(below)
         below += 1
         return left + place * (flat.take(below) - left)
+
+    if law.kind == LIMIT:
+        limit_by_velocity(loop, rows, joint, look_up)
+        return
+    value = variable(loop, rows, law, turn=(grid[0], length))
+
+    def at(tick, q, dq, motor) -> np.ndarray:
+        return look_up(value(tick, q, dq, motor))
 
     if law.kind == MOTOR:
 
@@ -153,6 +167,23 @@ def looked_up(
         torque[rows, joint] += at(tick, q, dq, None if motor is None else motor[0])
 
     loop.joint_torques.append(add)
+
+
+def limit_by_velocity(
+    loop: ServoLoop, rows: slice, joints: np.ndarray | int, limit: Callable
+) -> None:
+    """Keep the motor torque of joints within `limit` of the velocity, either way alike."""
+    measured: list[np.ndarray] = []
+
+    def keep(tick, q, dq):
+        measured[:] = [dq[rows, joints].copy()]
+
+    def change(tick, torque):
+        (dq,) = measured
+        torque[rows, joints] = np.clip(torque[rows, joints], -limit(-dq), limit(dq))
+
+    loop.sensor_filters.append(keep)
+    loop.motor_filters.append(change)
 
 
 def yielding(
@@ -252,6 +283,13 @@ def learned_law(robot, joints, values):
     }[values["follows"]]
     adds_to = robot.friction if values["kind"] == "friction" else robot.torque
     adds_to[joints] += np.interp(x, at, values["torque"])
+
+
+def learned_limit(robot, joints, values):
+    """Cut what goes beyond a limit that is looked up in a table."""
+    dq, at, most = robot.dq[joints], values["at"], values["torque"]
+    least, greatest = -np.interp(-dq, at, most), np.interp(dq, at, most)
+    robot.motor[joints] = np.clip(robot.motor[joints], least, greatest)
 
 
 def learned_hysteresis(robot, joints, values):

@@ -22,6 +22,7 @@ class SplineTorque(Effect):
         basis: (g, k) the basis functions there; for a hysteresis the identity.
         size: of a torque that makes a difference, in the law's `torque_unit`.
         shown: ends of the variable in the recordings; by default those of the grid.
+        atoms: (a, k) weights at one of which a fit begins, of a law that is not zero at first.
     """
 
     title = "learned torque"
@@ -36,8 +37,9 @@ class SplineTorque(Effect):
         basis: np.ndarray,
         size: float,
         shown: tuple[float, float] | None = None,
+        atoms: np.ndarray | None = None,
     ):
-        self.law, self.grid, self.basis = law, grid, basis
+        self.law, self.grid, self.basis, self.atoms = law, grid, basis, atoms
         self.shown = shown or (float(grid[0]), float(grid[-1]))
         self.name, self.needs, self.order = law.name, law.needs, order(law)
         # bound: more than any motor gives

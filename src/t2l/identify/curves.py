@@ -19,7 +19,7 @@ SHARE = "of the motor torque"
 class CurveEntry(Typed):
     """One entry of `learned` in a model file."""
 
-    kind: Literal["torque", "friction", "hysteresis", "motor", "inertia"]
+    kind: Literal["torque", "friction", "hysteresis", "motor", "inertia", "limit"]
     joint: str
     follows: str
     of: str | None = None

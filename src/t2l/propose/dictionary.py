@@ -49,21 +49,25 @@ def _slots_of(layout: Layout, effect: SplineTorque) -> np.ndarray:
 def responses(
     predictor: Predictor, layout: Layout, u: np.ndarray, effects: Sequence[SplineTorque]
 ) -> list[np.ndarray]:
-    """Change of position (nsample, k) per unit of each weight, rad/(N·m), for each law."""
-    requests = [Request(layout, u[None])]
+    """Change of position (nsample, k) per unit of each weight, rad/(N·m), for each law.
+
+    Of a law that is not there yet and has atoms: by each atom, (nsample, a) rad.
+    """
+    requests, steps = [Request(layout, u[None])], []
     for effect in effects:
         whole, start = layout, u
-        if not len(weights_in(layout, effect)):
+        new = not len(weights_in(layout, effect))
+        if new:
             whole, start = joined(layout, u, [term_of(effect, predictor.joints)])
-        index, step = weights_in(whole, effect), step_of(effect)
-        points = np.repeat(start[None], len(index), axis=0)
-        points[np.arange(len(index)), index] += step
+        index = weights_in(whole, effect)
+        by_atoms = new and effect.atoms is not None
+        moves = effect.atoms if by_atoms else step_of(effect) * np.eye(len(index))
+        points = np.repeat(start[None], len(moves), axis=0)
+        points[:, index] += moves
         requests.append(Request(whole, points))
-    base, *moves = predictor.predict(requests)
-    return [
-        np.nan_to_num((q - base[0]) / step_of(effect)).T
-        for q, effect in zip(moves, effects, strict=True)
-    ]
+        steps.append(1.0 if by_atoms else step_of(effect))
+    base, *moved_to = predictor.predict(requests)
+    return [np.nan_to_num((q - base[0]) / step).T for q, step in zip(moved_to, steps, strict=True)]
 
 
 def step_of(effect: SplineTorque) -> float:

@@ -4,7 +4,7 @@ import re
 
 from t2l.effects.exported import JOINT
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
-from t2l.effects.law import FRICTION, MOTOR, PHASE, TORQUE, Law
+from t2l.effects.law import FRICTION, LIMIT, MOTOR, PHASE, TORQUE, Law
 from t2l.effects.learned import order
 from t2l.propose.expression import Formula
 from t2l.propose.wording import named
@@ -23,7 +23,7 @@ import numpy as np
 
 from t2l.effects import Effect, Parameter
 {imports}from t2l.effects.law import Law
-from t2l.effects.learned import demanded, variable
+from t2l.effects.learned import {uses}
 
 LAW = Law({kind!r}, {joint!r}, {follows!r}, {of!r})
 
@@ -47,7 +47,6 @@ class {cls}(Effect):
     follows = {condition!r}
 {when}
     def install(self, loop, rows, joints, values):
-        value = variable(loop, rows, LAW, self.name)
 {install}
 
     def starts(self, scales):
@@ -55,9 +54,12 @@ class {cls}(Effect):
         return [{{{starts}}}]
 {export}'''
 
-INSTALL_TORQUE = """{motor}
+VALUE = """        value = variable(loop, rows, LAW, self.name)
+"""
+
+INSTALL_TORQUE = f"""{VALUE}{{motor}}
         def add(tick, q, dq, torque):
-            x = value(tick, q, dq, {held})[:, None]
+            x = value(tick, q, dq, {{held}})[:, None]
             torque[rows, joints] += law(x, **values)
 
         loop.joint_torques.append(add)"""
@@ -80,6 +82,19 @@ def {push}(robot, joints, values):
     robot.{signal}[joints] += {text}
 '''
 
+EXPORT_LIMIT = '''
+    def export(self, to, joints, values):
+        to.call(self.name, {push}, joints, values, {on!r})
+
+
+def {push}(robot, joints, values):
+    """What the exported robot's motors can give."""
+    {arguments}, = (values[name] for name in {names})
+    dq = robot.dq[joints]
+    most, least = ({text} + 0 * x for x in (dq, -dq))
+    robot.motor[joints] = np.clip(robot.motor[joints], -least, most)
+'''
+
 # the MJCF's own friction stays beside what is added
 ROOM = "        export_friction(to, joints, np.zeros(len(joints)))\n"
 ROOM_IMPORT = "from t2l.effects.coulomb_friction import export_friction\n"
@@ -98,7 +113,7 @@ EXPORTED = {
     "phase": "robot.data.time + 0.5 * robot.period_s",
 }
 
-INSTALL_FRICTION = """        qpos = loop.batch.qpos
+INSTALL_FRICTION = f"""{VALUE}        qpos = loop.batch.qpos
 
         def add(tick, dq, motor, level):
             x = value(tick, qpos[:, loop.qpos], dq, motor[rows])[:, None]
@@ -106,18 +121,21 @@ INSTALL_FRICTION = """        qpos = loop.batch.qpos
 
         loop.friction.append(add)"""
 
-INSTALL_MOTOR = """
+INSTALL_MOTOR = f"""{VALUE}
         def change(tick, torque):
             x = value(tick, None, None, None)[:, None]
             torque[rows, joints] *= np.maximum(1 + law(x, **values), 0.0)
 
         loop.motor_filters.append(change)"""
 
+INSTALL_LIMIT = """        limit_by_velocity(loop, rows, joints, lambda x: law(x, **values))"""
+
 # by kind: symbol, what it is, and how it is installed
 KINDS = {
     TORQUE: ("τ", "the torque, N·m", INSTALL_TORQUE),
     FRICTION: ("F", "the level of dry friction, N·m", INSTALL_FRICTION),
     MOTOR: ("Δτ/τ", "the change of the motor torque, as a share of it", INSTALL_MOTOR),
+    LIMIT: ("τ", "the most that the motor gives, N·m", INSTALL_LIMIT),
 }
 
 CONDITIONS = {
@@ -144,19 +162,23 @@ def effect_text(law: Law, formula: Formula) -> str:
     dry = law.kind == FRICTION
     commanded = law.follows == "commanded torque"
     motor = "        held = demanded(loop, rows)\n" if commanded else ""
+    uses = "demanded, variable" if commanded else "variable"
+    push, names = EXPORT, (*formula.values, "of")
+    if law.kind == LIMIT:
+        uses, push, names = "limit_by_velocity", EXPORT_LIMIT, (*formula.values,)
     symbol, what, install = KINDS[law.kind]
     # a formula of what repeats goes on with the clock
     followed = "log's clock" if law.follows == PHASE else f"{law.follows} of {law.of}"
     export = NOT_EXPORTED.format(follows=law.follows)
     if law.follows in EXPORTED:
-        export = EXPORT.format(
+        export = push.format(
             x=EXPORTED[law.follows], arguments=", ".join(formula.values), text=formula.text,
-            names=(*formula.values, "of"), signal="friction" if dry else "torque",
+            names=names, signal="friction" if dry else "torque",
             room=ROOM if dry else "", push=f"push_{effect_name(law)}",
-            on=MOTOR_SIGNAL if commanded else JOINT,
+            on=MOTOR_SIGNAL if commanded or law.kind == LIMIT else JOINT,
         )  # fmt: skip
-    text = TEXT.format(
-        title=title, imports=ROOM_IMPORT if ROOM in export else "",
+    return TEXT.format(
+        title=title, uses=uses, imports=ROOM_IMPORT if ROOM in export else "",
         sentence=f"{symbol} = {formula.sentence(4)}",
         variable=followed + (f", {law.unit}" if law.unit else ""),
         kind=law.kind, joint=law.joint, follows=law.follows, of=law.of,
@@ -165,7 +187,9 @@ def effect_text(law: Law, formula: Formula) -> str:
         cls="".join(part[:1].upper() + part[1:] for part in effect_name(law).split("_")),
         symbol=symbol,
         name=effect_name(law),
-        parameters="\n".join(_parameter(n, v, formula.units[n]) for n, v in formula.values.items()),
+        parameters="\n".join(
+            _parameter(law, n, v, formula.units[n]) for n, v in formula.values.items()
+        ),
         summary=named(law),
         signature=f"the error follows the {followed}",
         when="".join(
@@ -178,14 +202,13 @@ def effect_text(law: Law, formula: Formula) -> str:
         export=export,
         starts=", ".join(f'"{name}": {value:.6g} * one' for name, value in formula.values.items()),
     )  # fmt: skip
-    if not commanded:
-        text = text.replace("import demanded, variable", "import variable")
-    return text
 
 
-def _parameter(name: str, value: float, unit: str) -> str:
+def _parameter(law: Law, name: str, value: float, unit: str) -> str:
     reach = BOUND * abs(value) + 1e-6
-    neutral = ", neutral=np.nan" if unit != "N·m" and not unit.startswith("N·m/") else ""
+    # a torque of zero is none, and a limit of zero is not
+    is_torque = law.kind != LIMIT and (unit == "N·m" or unit.startswith("N·m/"))
+    neutral = "" if is_torque else ", neutral=np.nan"
     return (
         f'        Parameter("{name}", "{unit}", {-reach:.4g}, {reach:.4g}, "{name} of the formula"'
         f"{neutral}, size={0.1 * abs(value) + 1e-9:.3g}),"

@@ -3,7 +3,7 @@
 Constants that fit a learned curve best carry what smoothed it, and say little beyond its ends.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -112,6 +112,18 @@ def formulas_of(proposal: Proposal, sets: Sets) -> dict[Law, Formula]:
         one.curve.law: formula(one, Simulation.of(proposal, one, sets)) for one in proposal.learned
     }
     return {law: one for law, one in found.items() if one}
+
+
+def in_words(proposal: Proposal, formulas: Mapping[Law, Formula]) -> Model:
+    """The model with everything that was learned, laws as their formulas where they have one."""
+    curves = []
+    for one in proposal.learned:
+        found, curve = formulas.get(one.curve.law), one.curve
+        if found:
+            at = np.linspace(*extent(found, curve), 3 * GRID)
+            curve = Curve(curve.law, tuple(at.tolist()), tuple(found(at).tolist()))
+        curves.append(curve)
+    return replace(proposal.model, learned=(*proposal.model.learned, *curves))
 
 
 def _residuals(models: Sequence[Model], predictor: Predictor, mask: np.ndarray) -> np.ndarray:

@@ -34,7 +34,7 @@ from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import NEAR, Decision, decide, each_goes_half_way
 from t2l.propose.elimination import eliminate
 from t2l.propose.expression import Formula
-from t2l.propose.formula_fit import formulas_of
+from t2l.propose.formula_fit import formulas_of, in_words
 from t2l.propose.found import Search, earns_its_place
 from t2l.propose.freedom import freedom, independent
 from t2l.propose.learning_samples import LearningSamples
@@ -88,18 +88,24 @@ class _Learning:
 
     Attributes:
         alone: learns laws without the names.
-        in_words: the formulas of these.
+        formulas: of these.
         validated: rad, what laws leave of the validation samples, fitted to all training samples.
-        alone_rad, names_rad: what laws alone, and the names, leave of them.
+        alone_rad: what laws alone leave of them, as curves and in words.
+        names_rad: what the names leave of them.
     """
 
     samples: LearningSamples
     alone: Callable[[], Search]
-    in_words: Callable[[], Mapping[Law, Formula]]
+    formulas: Callable[[], Mapping[Law, Formula]]
     validated: Callable[[Search], float]
-    alone_rad: Callable[[], float]
+    alone_rad: tuple[Callable[[], float], ...]
     names_rad: float
     progress: Progress
+
+    def alone_leave(self, enough: float) -> bool:
+        """Whether laws alone leave as little, as curves or in words: these may reach further."""
+        quiet = self.alone().noise_floor_rad <= enough
+        return quiet and any(left() <= enough for left in self.alone_rad)
 
 
 def reconsider(
@@ -147,16 +153,20 @@ def reconsider(
     def alone_told() -> Proposal:
         return told(original, alone())
 
-    def in_words() -> dict[Law, Formula]:
+    @cache
+    def formulas() -> dict[Law, Formula]:
         return formulas_of(alone_told(), [(predictor, evidence.train_mask[at])])
 
     def left(model: Model) -> float:
         return error_of(model, evidence.validation, evidence.validation_mask)
 
     learning = _Learning(
-        samples, alone, in_words,
+        samples, alone, formulas,
         lambda found: left(told(final, found).with_curves),
-        cache(lambda: left(alone_told().with_curves)),
+        (
+            cache(lambda: left(alone_told().with_curves)),
+            cache(lambda: left(in_words(alone_told(), formulas()))),
+        ),
         left(final), progress,
     )  # fmt: skip
     adopted, too_little = _adopted(original, final), False
@@ -244,14 +254,14 @@ def _in_place(
         learning.progress("testing the names beside the curves", 0.8)
         found, dropped = eliminate(beside, adopted, learning.samples)
     if len(dropped) < len(adopted):
-        # names that need laws beside them stand for nothing that laws alone do as well, nor do
-        # several that leave more than noise; a single one is simpler than laws
+        # names that need laws beside them stand for nothing that laws alone do as well; without
+        # such laws they are simpler
         enough = learning.names_rad / NEAR
-        if beside.laws or len(adopted) > 1:
+        if beside.laws:
             enough = NEAR * max(learning.validated(found), found.noise_floor_rad)
         # what known effects leave may hide what a law would show
         bare = learning.alone()
-        if bare.laws and max(learning.alone_rad(), bare.noise_floor_rad) <= enough:
+        if bare.laws and learning.alone_leave(enough):
             errors = bare.rmse_rad, bare.baseline_rad, bare.noise_floor_rad
             decision = decide(beside.baseline_rad, *errors)
             found, dropped = replace(bare, baseline_rad=beside.baseline_rad), [*adopted]
@@ -273,7 +283,7 @@ def _say_more_simply(learning: _Learning, named: State, own: Sequence[Slot]) -> 
     if not found.laws:
         return False
     # names were fitted to all training samples, so that those that chose laws favour them
-    if learning.alone_rad() > NEAR * max(learning.names_rad, found.noise_floor_rad):
+    if not learning.alone_leave(NEAR * max(learning.names_rad, found.noise_floor_rad)):
         return False
     if len(found.laws) == 1:
         (residual,), _ = samples.left_by([named])
@@ -285,4 +295,4 @@ def _say_more_simply(learning: _Learning, named: State, own: Sequence[Slot]) -> 
     if freedom(found, samples) < numbers:
         return True
     several = len({slot.term.effect.name for slot in counted}) > 1
-    return several and freedom(found, samples, learning.in_words()) < numbers
+    return several and freedom(found, samples, learning.formulas()) < numbers

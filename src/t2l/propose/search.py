@@ -13,9 +13,10 @@ from functools import partial
 
 import numpy as np
 
+from t2l.diagnose.conditions import features
 from t2l.diagnose.judging import rms
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
-from t2l.effects.law import SIGNED, Law
+from t2l.effects.law import LIMIT, SIGNED, Law
 from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.fitting import LEADERS
 from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING
@@ -23,7 +24,7 @@ from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.scales import scales
-from t2l.propose.bases import effect_of, penalty, straight
+from t2l.propose.bases import SIZE, effect_of, penalty, straight
 from t2l.propose.dictionary import responses
 from t2l.propose.found import (
     LEAST_IMPROVEMENT,
@@ -35,6 +36,7 @@ from t2l.propose.found import (
 from t2l.propose.knots import Finer, refine
 from t2l.propose.laws import laws, lines, order, ranges
 from t2l.propose.learning_samples import LearningSamples
+from t2l.propose.limits import begun, limit_of
 from t2l.propose.partial_regression import PartialRegression
 from t2l.propose.refit import (
     State,
@@ -81,9 +83,13 @@ def search(
     ends = ranges(predictor, q[0], dq[0], samples.others)
     found = Search(state, baseline, baseline, floor, left)
     motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
+    commanded = features(predictor, q[0], dq[0])["torque"]
     only_lines = lines(predictor)
 
     def made(law: Law, finer: int = 1) -> SplineTorque:
+        if law.kind == LIMIT:
+            at = predictor.samples.joint == predictor.joints.index(law.joint)
+            return limit_of(law, commanded[at], dq[0][at], SIZE * motor[law.joint])
         effect = effect_of(law, ends[law], motor[law.joint], finer)
         return straight(effect) if law in only_lines else effect
 
@@ -105,8 +111,12 @@ def search(
         seen.append(there)
         # no worse with less needs no proof that chance could not have done it
         less = found.rmse_rad <= earned.rmse_rad and len(found.state.u) < len(earned.state.u)
-        more = earned.is_material(found.rmse_rad)
-        if less or (more and earns_its_place(earned.residual, found.residual, samples)):
+        # what leaves only noise is no chance, though all that it explains be one moment
+        whole = not found.left_more_than_noise
+        more = earned.is_material(found.rmse_rad) and (
+            whole or earns_its_place(earned.residual, found.residual, samples)
+        )
+        if less or more:
             if found.state is before:
                 refine(found, taken.finer, samples, draft, taken.given)
             earned = replace(found)
@@ -154,9 +164,8 @@ def _take_one(
     given = columns(state, draft, np.ones(len(fitted), bool))
     others = PartialRegression.at(state, {key: c[at] for key, c in given.items()}, fitted[at])
     target, masks = others.left_of(left), others.masks(chosen[at])
-    rows, positive = [penalty(e) for e in effects], [e.law.kind not in SIGNED for e in effects]
     beside = [others.left_of_responses(a) for a in answers]
-    fits = [fit(beside[i], target, *masks, rows[i], positive[i]) for i in range(len(effects))]
+    fits = [_guess(e, a, target, *masks) for e, a in zip(effects, beside, strict=True)]
     ranked = sorted(range(len(effects)), key=lambda i: fits[i].chosen)
     if not found.ceilings:
         found.ceilings = [
@@ -166,7 +175,7 @@ def _take_one(
         return None
     short = _shortlist(effects, fits, ranked, rms(left[chosen[at]]))
     # what the model has stands still at first, so that no part that two curves share runs away
-    alone = (fit(answers[i], left, fitted[at], chosen[at], rows[i], positive[i]) for i in short)
+    alone = (_guess(effects[i], answers[i], left, fitted[at], chosen[at]) for i in short)
     states = [
         with_law(state, effects[i], first.weights, fits[i].penalty, predictor.joints)
         for i, first in zip(short, alone, strict=True)
@@ -204,6 +213,20 @@ def _take_one(
     found.put(predictor, states[best], residuals[best], errors[best])
     law = effects[short[best]].law
     return Taken(partial(made, law), given)
+
+
+def _guess(
+    effect: SplineTorque,
+    answers: np.ndarray,
+    target: np.ndarray,
+    fitted: np.ndarray,
+    chosen: np.ndarray,
+) -> Fit:
+    """Weights of a law that its responses, as `t2l.propose.dictionary.responses`, promise most."""
+    if effect.atoms is not None:
+        return begun(effect, answers, target, fitted, chosen)
+    positive = effect.law.kind not in SIGNED
+    return fit(answers, target, fitted, chosen, penalty(effect), positive)
 
 
 def _shortlist(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, PHASE, SESSION, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, LIMIT, MOTOR, PHASE, SESSION, Curve, Law
 from t2l.identify.levels import MATERIAL
 from t2l.names import listed
 from t2l.propose.decision import NEAR
@@ -15,7 +15,11 @@ from t2l.propose.reconsider import Reconsidered
 MONOTONE = 1 - 2 * MATERIAL
 # format: of an explained part, and what it is called
 FRACTIONS = ((0.29, 0.38, "a third"), (0.45, 0.55, "half"), (0.62, 0.71, "two thirds"))
-ACTS = {FRICTION: "dry friction", MOTOR: "a share of the motor torque"}
+ACTS = {
+    FRICTION: "dry friction",
+    MOTOR: "a share of the motor torque",
+    LIMIT: "a limit of the motor torque",
+}
 VARIABLES = {
     "speed": "speed",
     "commanded torque size": "commanded torque's size",
