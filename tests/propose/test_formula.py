@@ -41,6 +41,15 @@ def test_a_sine_is_found_with_its_units():
     assert len(formula.values) <= 4
 
 
+@pytest.mark.parametrize("level", [0.0, 0.02])
+def test_a_ripple_of_many_turns_is_found(level):
+    """A search over formulas hardly finds its frequency."""
+    formula = found(0.05 * np.sin(45 * X + 0.3) + level, part=0.1)
+    turn = next(value for name, value in formula.values.items() if formula.units[name] == "1/rad")
+    assert turn == pytest.approx(45, rel=0.01)
+    np.testing.assert_allclose(formula(X), 0.05 * np.sin(45 * X + 0.3) + level, atol=2.5e-3)
+
+
 def test_a_square_with_sign_is_found_over_velocity():
     formula = found(-0.02 * X * np.abs(X), "velocity", part=0.01)
     assert formula.text == "a * x * abs(x)"

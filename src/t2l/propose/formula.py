@@ -94,6 +94,9 @@ def _inside_the_band(learned: Learned) -> Iterator[Formula]:
     if np.ptp(np.diff(y) / np.diff(x)) <= STRAIGHT * height / scale:
         return
     repeats = (curve.law.kind, curve.law.follows) in REPEATS
+    if repeats:
+        waves = map(fitted, _waves(x, y, half))
+        yield from (found for found in waves if _inside(found, learned, x))
     for tree in _searched(x / scale, y / height, repeats):
         found = fitted(_stretched(tree, scale, height))
         if _inside(found, learned, x):
@@ -104,8 +107,33 @@ def _wave(x: np.ndarray, y: np.ndarray) -> Node:
     """a sin(b x + c): of the clock, which goes on beyond a period."""
     turn = 2 * np.pi / (x[-1] - x[0])
     sine, cosine = (2 * np.mean((y * f(turn * (x - x[0])))[:-1]) for f in (np.sin, np.cos))
-    begin = (np.arctan2(cosine, sine) - turn * x[0]) % (2 * np.pi)
-    angle = total([Node("sum", float(begin)), product([Node("sum", float(turn)), Node("x")])])
+    return _sine(turn, sine, cosine, x[0])
+
+
+def _waves(x: np.ndarray, y: np.ndarray, half: np.ndarray) -> list[Node]:
+    """a sin(b x + c), and with a constant: a search hardly finds many turns.
+
+    The turns are those of the highest peak of a periodogram (Zechmeister and Kürster, The
+    generalised Lomb-Scargle periodogram, 2009).
+    """
+    from scipy.signal import lombscargle
+
+    # numerics: an eighth of a turn over the range apart, up to two points a turn
+    turns = np.arange(1, 4 * len(x)) * np.pi / 4 / (x[-1] - x[0])
+    weights = (half.min() / half) ** 2
+    power = lombscargle(x, y, turns, weights=weights, floating_mean=True, normalize=True)
+    turn = turns[np.argmax(power)]
+    columns = np.stack([np.sin(turn * x), np.cos(turn * x), np.ones(len(x))], axis=1)
+    root = np.sqrt(weights)
+    sine, cosine, level = np.linalg.lstsq(columns * root[:, None], y * root, rcond=None)[0]
+    wave = _sine(turn, sine, cosine)
+    return [wave, total([Node("sum", float(level)), wave])]
+
+
+def _sine(turn: float, sine: float, cosine: float, begin: float = 0.0) -> Node:
+    """`sine` sin(turn (x − begin)) + `cosine` cos(turn (x − begin)) as one sine."""
+    phase = (np.arctan2(cosine, sine) - turn * begin) % (2 * np.pi)
+    angle = total([Node("sum", float(phase)), product([Node("sum", float(turn)), Node("x")])])
     return product([Node("sum", float(np.hypot(sine, cosine))), applied("sin", angle)])
 
 
