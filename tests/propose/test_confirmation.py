@@ -6,7 +6,6 @@ from t2l.diagnose.evidence import gather
 from t2l.effects.law import TORQUE, Curve, Law
 from t2l.identify.model import Model
 from t2l.propose.confirmation import confirmed
-from t2l.propose.proposal import LAW, Learned, Proposal
 from tests.diagnose.made import pendulum, swings
 
 NOISE = 1e-4
@@ -15,13 +14,6 @@ NOISE = 1e-4
 def line(slope):
     """A torque over the hinge's position, N·m/rad."""
     return Curve(Law(TORQUE, "hinge", "position", "hinge"), (-1.0, 1.0), (-slope, slope))
-
-
-def offered(robot, curve):
-    learned = Learned(curve, curve.torque, curve.torque)
-    return Proposal(
-        LAW, Model(robot), ("hinge",), (learned,), NOISE, 2e-3, NOISE, None, None, (), (), ()
-    )
 
 
 @pytest.mark.parametrize(
@@ -36,5 +28,6 @@ def test_in_place_of_a_name_a_curve_may_do_as_well_and_beside_it_must_help(
     truth = Model(robot, learned=(line(-0.1),))
     evidence = gather(robot, swings(robot, None, NOISE, model=truth)[:2], threads=1)
     for replaced, expected in ((True, in_place), (False, beside)):
-        found = confirmed(offered(robot, line(slope)), Model(robot), replaced, evidence)
+        offered = Model(robot, learned=(line(slope),))
+        found = confirmed(offered, Model(robot), replaced, evidence, NOISE)
         assert found == expected

@@ -19,23 +19,25 @@ from t2l.identify.model import Model
 from t2l.identify.prediction import Request
 from t2l.propose.decision import NEAR
 from t2l.propose.found import LEAST_IMPROVEMENT, SEED
-from t2l.propose.proposal import Proposal
 
 
-def confirmed(proposal: Proposal, names: Model, replaced: bool, evidence: Evidence) -> bool:
+def confirmed(
+    laws: Model, names: Model, replaced: bool, evidence: Evidence, noise_floor_rad: float
+) -> bool:
     """Whether validation samples confirm the laws.
 
     Args:
+        laws: the model with them.
         names: the model with all known effects and no law.
         replaced: whether the laws stand in place of some of them.
     """
     predictor, mask = evidence.validation, evidence.validation_mask
-    vectors = (model.vector(predictor.joints) for model in (names, proposal.with_curves))
+    vectors = (model.vector(predictor.joints) for model in (names, laws))
     predicted = predictor.predict([Request(layout, u[None]) for layout, u in vectors])
     before, after = ((q[0] - predictor.samples.q)[mask] for q in predicted)
     if not np.isfinite(after).all():
         return False
-    if np.sqrt(np.mean(after**2)) <= NEAR * proposal.noise_floor_rad:
+    if np.sqrt(np.mean(after**2)) <= NEAR * noise_floor_rad:
         return True
     rng = np.random.default_rng(SEED)
     gain = improvement(before, after, validation_blocks(evidence), rng)

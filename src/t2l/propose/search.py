@@ -96,8 +96,9 @@ def search(
     draft = coarser(predictor, state)
     earned, seen = replace(found), [set()]
     while len(found.laws) < MOST_LAWS:
-        # one that leaves only noise would not be worth taking
-        if not found.is_material(found.noise_floor_rad):
+        # one that leaves only noise would not be worth taking, with those that wait for it
+        worth = earned.is_material(found.noise_floor_rad)
+        if not (worth and found.left_more_than_noise):
             break
         progress(f"learning curve {len(found.laws) + 1}", len(found.laws) / MOST_LAWS)
         taken = _take_one(found, samples, draft, ends, made)
