@@ -37,7 +37,7 @@ from t2l.effects.law import (
     Law,
 )
 from t2l.effects.torque_constant import TorqueConstant
-from t2l.effects.torque_speed_limit import TorqueSpeedLimit
+from t2l.effects.torque_speed_limit import TorqueSpeedLimit, limit_by_velocity
 from t2l.sim.servo import ServoLoop
 
 
@@ -138,7 +138,7 @@ def looked_up(
         return left + place * (flat.take(below) - left)
 
     if law.kind == LIMIT:
-        limit_by_velocity(loop, rows, joint, look_up)
+        limit_by_velocity(loop, rows, np.array([joint]), lambda tick, x: look_up(x[:, 0])[:, None])
         return
     value = variable(loop, rows, law, turn=(grid[0], length))
 
@@ -167,23 +167,6 @@ def looked_up(
         torque[rows, joint] += at(tick, q, dq, None if motor is None else motor[0])
 
     loop.joint_torques.append(add)
-
-
-def limit_by_velocity(
-    loop: ServoLoop, rows: slice, joints: np.ndarray | int, limit: Callable
-) -> None:
-    """Keep the motor torque of joints within `limit` of the velocity, either way alike."""
-    measured: list[np.ndarray] = []
-
-    def keep(tick, q, dq):
-        measured[:] = [dq[rows, joints].copy()]
-
-    def change(tick, torque):
-        (dq,) = measured
-        torque[rows, joints] = np.clip(torque[rows, joints], -limit(-dq), limit(dq))
-
-    loop.sensor_filters.append(keep)
-    loop.motor_filters.append(change)
 
 
 def yielding(

@@ -1,9 +1,12 @@
 """A motor whose torque the supply voltage and its own speed limit."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.servo import ServoLoop
 
 RATED_V = 12.0  # format: of the parameters, and of a log without `supply_voltage`
 
@@ -36,19 +39,13 @@ class TorqueSpeedLimit(Effect):
 
     def install(self, loop, rows, joints, values):
         stall, slope = values["stall_torque"], values["stall_torque"] / values["no_load_speed"]
-        state, at = {}, (rows, loop.columns(joints))
+        at = (rows, loop.columns(joints))
 
-        def measured(tick, q, dq):
-            state["dq"] = dq
-
-        def change(tick, torque):
+        def most(tick, dq):
             volts = loop.logged("supply_voltage", tick)
-            most = stall if volts is None else stall * volts[at] / RATED_V
-            induced = slope * state["dq"][at]
-            torque[at] = what_voltage_allows(torque[at], most, induced)
+            return (stall if volts is None else stall * volts[at] / RATED_V) - slope * dq
 
-        loop.sensor_filters.append(measured)
-        loop.motor_filters.append(change)
+        limit_by_velocity(loop, rows, joints, most)
 
     def starts(self, scales):
         return [
@@ -59,13 +56,27 @@ class TorqueSpeedLimit(Effect):
         ]  # fmt: skip
 
 
-def what_voltage_allows(torque, stall, induced):
-    """N·m that the motor can give, whose back-EMF takes `induced` of its stall torque."""
-    return np.minimum(np.maximum(torque, -stall - induced), stall - induced)
+def limit_by_velocity(loop: ServoLoop, rows: slice, joints: np.ndarray, most: Callable) -> None:
+    """Limit the motor torque of joints by their velocity, either way alike.
+
+    Args:
+        most: called with (tick, velocity), both (nrow, njoint): the greatest torque there.
+    """
+    state, at = {}, (rows, loop.columns(joints))
+
+    def measured(tick, q, dq):
+        state["dq"] = dq
+
+    def change(tick, torque):
+        dq = state["dq"][at]
+        torque[at] = np.minimum(np.maximum(torque[at], -most(tick, -dq)), most(tick, dq))
+
+    loop.sensor_filters.append(measured)
+    loop.motor_filters.append(change)
 
 
 def less_torque_at_speed(robot, joints, values):
     """Cut what the motor cannot give at its speed and 12 V."""
     stall = values["stall_torque"]
     induced = stall / values["no_load_speed"] * robot.dq[joints]
-    robot.motor[joints] = what_voltage_allows(robot.motor[joints], stall, induced)
+    robot.motor[joints] = np.clip(robot.motor[joints], -stall - induced, stall - induced)

@@ -23,7 +23,7 @@ import numpy as np
 
 from t2l.effects import Effect, Parameter
 {imports}from t2l.effects.law import Law
-from t2l.effects.learned import {uses}
+{uses}
 
 LAW = Law({kind!r}, {joint!r}, {follows!r}, {of!r})
 
@@ -128,7 +128,9 @@ INSTALL_MOTOR = f"""{VALUE}
 
         loop.motor_filters.append(change)"""
 
-INSTALL_LIMIT = """        limit_by_velocity(loop, rows, joints, lambda x: law(x, **values))"""
+INSTALL_LIMIT = (
+    """        limit_by_velocity(loop, rows, joints, lambda tick, x: law(x, **values))"""
+)
 
 # by kind: symbol, what it is, and how it is installed
 KINDS = {
@@ -162,10 +164,13 @@ def effect_text(law: Law, formula: Formula) -> str:
     dry = law.kind == FRICTION
     commanded = law.follows == "commanded torque"
     motor = "        held = demanded(loop, rows)\n" if commanded else ""
-    uses = "demanded, variable" if commanded else "variable"
+    uses = "from t2l.effects.learned import demanded, variable"
+    if not commanded:
+        uses = uses.replace("demanded, ", "")
     push, names = EXPORT, (*formula.values, "of")
     if law.kind == LIMIT:
-        uses, push, names = "limit_by_velocity", EXPORT_LIMIT, (*formula.values,)
+        push, names = EXPORT_LIMIT, (*formula.values,)
+        uses = "from t2l.effects.torque_speed_limit import limit_by_velocity"
     symbol, what, install = KINDS[law.kind]
     # a formula of what repeats goes on with the clock
     followed = "log's clock" if law.follows == PHASE else f"{law.follows} of {law.of}"
