@@ -94,7 +94,7 @@ def search(
         return straight(effect) if law in only_lines else effect
 
     draft = coarser(predictor, state)
-    earned, seen = replace(found), [set()]
+    earned, seen, rounds = replace(found), [set()], 0
     while len(found.laws) < MOST_LAWS:
         # one that leaves only noise would not be worth taking, with those that wait for it
         worth = earned.is_material(found.noise_floor_rad)
@@ -120,8 +120,11 @@ def search(
         if less or more:
             if found.state is before:
                 refine(found, taken.finer, samples, draft, taken.given)
-            earned = replace(found)
-        elif len(found.laws) > len(earned.laws) + AHEAD:
+            earned, rounds = replace(found), 0
+            continue
+        rounds += 1
+        # a curve in whose place two constants came is still one law
+        if min(rounds, len(found.laws) - len(earned.laws)) > AHEAD:
             break
     earned.ceilings = found.ceilings
     if earned.left_more_than_noise:
