@@ -113,7 +113,9 @@ class Curve:
         x = np.clip(x, *self.reach)
         inside = np.clip(x, self.at[0], self.at[-1])
         first, last = (np.diff(self.torque) / np.diff(self.at))[[0, -1]]
-        value = PchipInterpolator(self.at, self.torque)(inside)
+        # slopes may be too small to divide by
+        with np.errstate(over="ignore"):
+            value = PchipInterpolator(self.at, self.torque)(inside)
         value = value + np.where(x < inside, first, last) * (x - inside)
         return np.maximum(value, 0.0) if self.law.kind == FRICTION else value
 
