@@ -7,7 +7,9 @@ from t2l.effects.law import TORQUE, Law
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.propose.expression import Formula
-from t2l.propose.formula_fit import FAR, Simulation
+from t2l.propose.formula_fit import FAR, Simulation, together
+from t2l.propose.proposal import LAW as FOUND
+from t2l.propose.proposal import Learned, Proposal
 from tests.diagnose.made import pendulum
 from tests.propose.test_search import POSITIONS, machine, planted
 
@@ -45,3 +47,22 @@ def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path):
     assert errors[0] == FAR
     assert errors[1] < 1.1 * NOISE_RAD
     assert judge.errors([judge.fitted(wild)])[0] == FAR
+
+
+def test_constants_of_two_formulas_fit_beside_each_other(tmp_path):
+    """Beside the other's curve, which is off, each would stay off to make up for it."""
+    robot, speeds = pendulum(tmp_path), np.linspace(-20.0, 20.0, 40)
+    velocity = Law(TORQUE, "hinge", "velocity", "hinge")
+    truth = {LAW: -0.2, velocity: -0.02}
+    ranges = {LAW: POSITIONS, velocity: speeds}
+    made = machine(robot, [planted(law, at, truth[law] * at) for law, at in ranges.items()], 3)
+    predictor = Predictor(robot, made)
+    off = {law: planted(law, at, 0.8 * truth[law] * at) for law, at in ranges.items()}
+    learned = tuple(Learned(curve, curve.torque, curve.torque) for curve in off.values())
+    errors = (NOISE_RAD, 1e-2, 1e-3, None, None)
+    proposal = Proposal(FOUND, Model(robot), ("hinge",), learned, *errors, (), (), ())
+    begun = {law: Formula("a * x", {"a": 0.8 * a}, {"a": ""}) for law, a in truth.items()}
+    every = [(predictor, np.ones(len(predictor.samples), bool))]
+    found = together(proposal, begun, every)
+    for law, a in truth.items():
+        assert found[law].values["a"] == pytest.approx(a, rel=0.02)

@@ -19,10 +19,10 @@ from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
 from t2l.identify.prediction import Predictor
 from t2l.names import is_plain, path_of
-from t2l.propose import formula as formulas
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
-from t2l.propose.formula_fit import Sets, Simulation
+from t2l.propose.formula import installed
+from t2l.propose.formula_fit import Sets, formulas_of
 from t2l.propose.proposal import Learned, Proposal, error_of
 from t2l.propose.wording import headline, named, told
 
@@ -48,7 +48,11 @@ def write_proposal(
         sentence: what was found; by default as if nothing but the model came before.
     """
     _remove_before(folder)
-    curves = [_written(proposal, one, folder, judged, report) for one in proposal.learned]
+    found = formulas_of(proposal, judged)
+    curves = [
+        _written(proposal, one, found.get(one.curve.law), folder, report)
+        for one in proposal.learned
+    ]
     in_words = None
     if report is not None and any(curve["formula"] for curve in curves):
         in_words = error_of(_with_all_formulas(proposal, curves, folder), report)
@@ -105,7 +109,11 @@ def _remove_before(folder: Path) -> None:
 
 
 def _written(
-    proposal: Proposal, one: Learned, folder: Path, judged: Sets, report: Predictor | None
+    proposal: Proposal,
+    one: Learned,
+    found: Formula | None,
+    folder: Path,
+    report: Predictor | None,
 ) -> dict[str, Any]:
     law = one.curve.law
     name = plain_name(law)
@@ -128,9 +136,8 @@ def _written(
     }
     if law.kind == INERTIA:
         return content | {"note": f"an inertia of {one.curve.inertia:.3g} kg·m²"}
-    if not formulas.installed():
+    if not installed():
         return content | {"note": MISSING}
-    found = formulas.formula(one, Simulation.of(proposal, one, judged))
     if found is None:
         return content | {"note": "no short formula fits within the band"}
     return content | {"formula": _formula(proposal, one, found, folder, report)}

@@ -111,7 +111,29 @@ def formulas_of(proposal: Proposal, sets: Sets) -> dict[Law, Formula]:
     found = {
         one.curve.law: formula(one, Simulation.of(proposal, one, sets)) for one in proposal.learned
     }
-    return {law: one for law, one in found.items() if one}
+    return together(proposal, {law: one for law, one in found.items() if one}, sets)
+
+
+def together(proposal: Proposal, found: Mapping[Law, Formula], sets: Sets) -> dict[Law, Formula]:
+    """Formulas with constants that fit beside the other formulas, not beside their curves.
+
+    In turn, as in backfitting (Breiman and Friedman, 1985), as long as that gains.
+    """
+    found, gain = dict(found), float(len(found) > 1)
+    left = pooled_error(in_words(proposal, found), sets) if gain else 0.0
+    while gain > TOLERANCE:
+        changed = dict(found)
+        for one in proposal.learned:
+            if one.curve.law not in changed:
+                continue
+            others = replace(proposal, learned=tuple(o for o in proposal.learned if o is not one))
+            beside = Simulation(one.curve, in_words(others, changed), sets, np.inf)
+            changed[one.curve.law] = beside.fitted(changed[one.curve.law])
+        now = pooled_error(in_words(proposal, changed), sets)
+        gain = 1 - (now / left) ** 2
+        if gain > 0:
+            found, left = changed, now
+    return found
 
 
 def in_words(proposal: Proposal, formulas: Mapping[Law, Formula]) -> Model:
