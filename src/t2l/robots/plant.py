@@ -233,7 +233,9 @@ def scalar_joints(robot: str) -> list[mujoco.MjsJoint]:
 def _root(path: Path) -> str:
     """The tag of an XML file: `mujoco` of an MJCF, `robot` of a URDF; "" if it is no XML."""
     try:
-        return next(ElementTree.iterparse(path, events=("start",)))[1].tag
+        # iterparse leaves a file open that it opened itself, until it is collected
+        with open(path, "rb") as file:
+            return next(ElementTree.iterparse(file, events=("start",)))[1].tag
     except (ElementTree.ParseError, OSError, ValueError, StopIteration):
         return ""
 
