@@ -23,7 +23,7 @@ import numpy as np
 
 from t2l.effects import Effect, Parameter
 {imports}from t2l.effects.law import Law
-{uses}
+from t2l.effects.{uses}
 
 LAW = Law({kind!r}, {joint!r}, {follows!r}, {of!r})
 
@@ -89,7 +89,7 @@ EXPORT_LIMIT = '''
 
 def {push}(robot, joints, values):
     """What the exported robot's motors can give."""
-    {arguments}, = (values[name] for name in {names})
+    [{arguments}] = (values[name] for name in {names})
     dq = robot.dq[joints]
     most, least = ({text} + 0 * x for x in (dq, -dq))
     robot.motor[joints] = np.clip(robot.motor[joints], -least, most)
@@ -164,13 +164,11 @@ def effect_text(law: Law, formula: Formula) -> str:
     dry = law.kind == FRICTION
     commanded = law.follows == "commanded torque"
     motor = "        held = demanded(loop, rows)\n" if commanded else ""
-    uses = "from t2l.effects.learned import demanded, variable"
-    if not commanded:
-        uses = uses.replace("demanded, ", "")
+    uses = "learned import demanded, variable" if commanded else "learned import variable"
     push, names = EXPORT, (*formula.values, "of")
     if law.kind == LIMIT:
         push, names = EXPORT_LIMIT, (*formula.values,)
-        uses = "from t2l.effects.torque_speed_limit import limit_by_velocity"
+        uses = "torque_speed_limit import limit_by_velocity"
     symbol, what, install = KINDS[law.kind]
     # a formula of what repeats goes on with the clock
     followed = "log's clock" if law.follows == PHASE else f"{law.follows} of {law.of}"

@@ -88,17 +88,14 @@ class Simulation:
 
     def _left(self, formulas: Sequence[Formula], sets: Sets) -> np.ndarray:
         """(n, nsample) rad, measured minus predicted; `FAR` where a simulation runs away."""
-        ends = [extent(formula, self.curve) for formula in formulas]
-        at = [np.linspace(*each, 3 * GRID) for each in ends]
-        with np.errstate(over="ignore", invalid="ignore"):
-            tables = [formula(x) for formula, x in zip(formulas, at, strict=True)]
-        finite = np.array([np.isfinite(table).all() for table in tables])
+        curves = [_drawn(formula, self.curve) for formula in formulas]
+        finite = np.array([np.isfinite(curve.torque).all() for curve in curves])
         left = np.full((len(formulas), sum(mask.sum() for _, mask in sets)), FAR)
         if finite.any():
-            drawn = [(at[i].tolist(), tables[i].tolist()) for i in np.flatnonzero(finite)]
-            curves = [Curve(self.curve.law, tuple(x), tuple(table)) for x, table in drawn]
             learned = self.beside.learned
-            models = [replace(self.beside, learned=(*learned, curve)) for curve in curves]
+            models = [
+                replace(self.beside, learned=(*learned, curves[i])) for i in np.flatnonzero(finite)
+            ]
             parts = [_residuals(models, *each) for each in sets]
             left[finite] = np.nan_to_num(np.concatenate(parts, axis=1), nan=FAR)
         return left
@@ -140,12 +137,16 @@ def in_words(proposal: Proposal, formulas: Mapping[Law, Formula]) -> Model:
     """The model with everything that was learned, laws as their formulas where they have one."""
     curves = []
     for one in proposal.learned:
-        found, curve = formulas.get(one.curve.law), one.curve
-        if found:
-            at = np.linspace(*extent(found, curve), 3 * GRID)
-            curve = Curve(curve.law, tuple(at.tolist()), tuple(found(at).tolist()))
-        curves.append(curve)
+        found = formulas.get(one.curve.law)
+        curves.append(_drawn(found, one.curve) if found else one.curve)
     return replace(proposal.model, learned=(*proposal.model.learned, *curves))
+
+
+def _drawn(formula: Formula, curve: Curve) -> Curve:
+    """What a formula says in the place of a curve; it may say what is not finite."""
+    at = np.linspace(*extent(formula, curve), 3 * GRID)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return Curve(curve.law, tuple(at.tolist()), tuple(formula(at).tolist()))
 
 
 def _residuals(models: Sequence[Model], predictor: Predictor, mask: np.ndarray) -> np.ndarray:

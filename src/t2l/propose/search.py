@@ -4,7 +4,8 @@ A round simulates the response to every law's basis functions at the present mod
 best curve of each law a linear fit, on some samples, with a penalty that others choose. The laws
 that promise most are fitted through the simulation, and the one that leaves least on the choosing
 samples is taken; of laws that a paired block bootstrap there cannot tell from it, the simplest. It
-stays if the bootstrap finds that it earns its place, alone or with one or two more.
+stays if the bootstrap finds that it earns its place, or only noise is left, alone or with one or
+two more.
 """
 
 from collections.abc import Callable, Mapping, Sequence
