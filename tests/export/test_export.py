@@ -105,9 +105,12 @@ CASES += [
 ]  # fmt: skip
 
 
-def exported(folder, robot, effects, gravity_compensation=False, found=None, files=(), learned=()):
+def exported(
+    folder, robot, effects, gravity_compensation=False, found=None, files=(), learned=(),
+    commands=None,
+):  # fmt: skip
     log = recording(
-        robot, swing(0.5, 0.8), kp=20.0, kd=0.8, duration_s=1.5,
+        robot, commands or swing(0.5, 0.8), kp=20.0, kd=0.8, duration_s=1.5,
         gravity_compensation=gravity_compensation,
     )  # fmt: skip
     model = Model(robot, effects, files, learned)

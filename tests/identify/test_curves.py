@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, TORQUE, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, TENDON, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.identify.model import Model, check_joints, read_model, write_model
 from tests.diagnose.made import pendulum, predict, recording, swing
@@ -27,6 +27,7 @@ def test_a_curve_comes_back_as_it_was_written(tmp_path):
         Curve(Law(TORQUE, "hinge", "velocity", "hinge"), (-1.0, 0.0, 2.0), (0.1, 0.0, -0.25)),
         Curve(Law(HYSTERESIS, "hinge", "distance", "hinge"), (0.0, 0.1, 1.0), (0.0, -0.05, -0.06)),
         Curve(Law(MOTOR, "hinge", "supply voltage", "hinge"), (10.0, 12.0), (-0.2, 0.0)),
+        Curve(Law(TENDON, "hinge", "position", "knee"), (-1.0, 1.0), (0.5, -0.5), -0.8),
     )
     model = Model(pendulum(tmp_path), learned=curves)
     write_model(model, tmp_path / "model.yaml")
@@ -48,6 +49,11 @@ def test_a_curve_comes_back_as_it_was_written(tmp_path):
         ({"kind": "motor"}, "temperature, supply voltage"),
         ({"follows": "temperature", "of": "other"}, "of"),
         ({"colour": 1}, "colour"),
+        ({"ratio": 0.5}, "only for a tendon"),
+        ({"kind": "tendon", "ratio": 0.5}, "another joint"),
+        ({"kind": "tendon", "of": "other"}, "ratio: found"),
+        ({"kind": "tendon", "of": "other", "ratio": 0.0}, "ratio: found"),
+        ({"kind": "tendon", "follows": "load", "of": "other"}, "follows"),
     ],
 )
 def test_a_broken_curve_is_told(tmp_path, changes, key):

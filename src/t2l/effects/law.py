@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 TORQUE, FRICTION, HYSTERESIS, MOTOR = "torque", "friction", "hysteresis", "motor"
-INERTIA, LIMIT = "inertia", "limit"
-SIGNED = (TORQUE, MOTOR, INERTIA, LIMIT)  # whose values may be below zero
+INERTIA, LIMIT, TENDON = "inertia", "limit", "tendon"
+SIGNED = (TORQUE, MOTOR, INERTIA, LIMIT, TENDON)  # whose values may be below zero
 # optional columns of recordings, by what a law of them follows
 COLUMNS = {"temperature": "temperature", "supply voltage": "supply_voltage"}
 SESSION = "session time"  # what the log's clock shows, which recordings of a session share
@@ -37,6 +37,7 @@ ALLOWED = {
     MOTOR: GIVEN,
     INERTIA: ("acceleration",),
     LIMIT: ("velocity",),
+    TENDON: ("position", "velocity"),
 }  # fmt: skip
 OTHERS = ("position", "velocity")  # that may be another joint's
 # numerics: points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
@@ -45,7 +46,10 @@ GRID = 513
 
 @dataclass(frozen=True)
 class Law:
-    """What acts where: `kind` on `joint`, following a variable of joint `of`."""
+    """What acts where: `kind` on `joint`, following a variable of joint `of`.
+
+    A tendon acts on both.
+    """
 
     kind: str
     joint: str
@@ -93,11 +97,13 @@ class Curve:
         torque: (n,) N·m there, or shares of the motor torque (`Law.torque_unit`). Beyond the ends
             the curve goes on straight, to either side as far as it is long; then the last value
             holds, so that no torque grows without bound. A curve over a phase begins anew there.
+        ratio: of a tendon: the lever arm at joint `of` over that at `joint`.
     """
 
     law: Law
     at: tuple[float, ...]
     torque: tuple[float, ...]
+    ratio: float = 0.0
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """The torque at x: a monotone cubic between the values, straight lines for hysteresis."""

@@ -1,12 +1,13 @@
 """A torque that was learned from recordings: a tabulated curve over one variable.
 
-Six kinds of law, each of one variable x:
+Seven kinds of law, each of one variable x:
 
     torque       τ = f(x)
     friction     |τ| ≤ f(x), against the motion; it holds the joint at rest
     motor        τ = max(1 + f(x), 0) τ_motor, of a variable that does not depend on the motion
     inertia      τ = −I q̈, a straight line over the acceleration
     limit        −f(−q̇) ≤ τ_motor ≤ f(q̇)
+    tendon       τ = f(x_i + r x_j) on joint i, and r f on joint j, which no energy comes from
     hysteresis   τ = −Σ_k w_k z_k / r_k,  ż_k = q̇ within |z_k| ≤ r_k
 
 The last is Prandtl and Ishlinskii's sum of elastic-plastic elements (Visintin, Differential models
@@ -15,6 +16,7 @@ distance; after each reversal the same curve at twice its size follows (Masing's
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,9 +34,16 @@ from t2l.effects.law import (
     OTHERS,
     PHASE,
     SESSION,
+    TENDON,
     TORQUE,
     Curve,
     Law,
+)
+from t2l.effects.learned_callbacks import (
+    learned_hysteresis,
+    learned_law,
+    learned_limit,
+    learned_tendon,
 )
 from t2l.effects.torque_constant import TorqueConstant
 from t2l.effects.torque_speed_limit import TorqueSpeedLimit, limit_by_velocity
@@ -68,7 +77,7 @@ class LearnedTorque(Effect):
             yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
             return
         grid, torque = curve.table()
-        looked_up(loop, rows, law, grid, np.tile(torque, (count, 1)))
+        looked_up(loop, rows, law, grid, np.tile(torque, (count, 1)), ratio=curve.ratio)
 
     def export(self, to, joints, values):
         law, curve = self.law, self.curve
@@ -87,6 +96,11 @@ class LearnedTorque(Effect):
         grid, torque = curve.table()
         if law.kind == LIMIT:
             to.call(self.name, learned_limit, joints, {"at": grid, "torque": torque}, MOTOR_SIGNAL)
+            return
+        if law.kind == TENDON:
+            own = {"joint": to.joints.index(law.joint), "of": to.joints.index(law.of)}
+            own |= {"ratio": curve.ratio, "follows": law.follows, "at": grid, "torque": torque}
+            to.call(self.name, learned_tendon, joints, own)
             return
         own = {
             "kind": law.kind,
@@ -114,11 +128,13 @@ def looked_up(
     grid: np.ndarray,
     tables: np.ndarray,
     stretch: np.ndarray | float = 0.0,
+    ratio: np.ndarray | float = 0.0,
 ) -> None:
     """Add a law whose torque is looked up in tables (nrow, g) over an equally spaced grid (g,).
 
     Args:
         stretch: (nrow,) of the period of a phase, as a share of the grid's length.
+        ratio: (nrow,) of a tendon, as of `Curve`.
     """
     joint = loop.joints.index(law.joint)
     length = max(grid[-1] - grid[0], 1e-12) * (1 + stretch)
@@ -139,6 +155,9 @@ def looked_up(
 
     if law.kind == LIMIT:
         limit_by_velocity(loop, rows, np.array([joint]), lambda tick, x: look_up(x[:, 0])[:, None])
+        return
+    if law.kind == TENDON:
+        pull(loop, rows, law, ratio, look_up)
         return
     value = variable(loop, rows, law, turn=(grid[0], length))
 
@@ -165,6 +184,25 @@ def looked_up(
 
     def add(tick, q, dq, torque):
         torque[rows, joint] += at(tick, q, dq, None if motor is None else motor[0])
+
+    loop.joint_torques.append(add)
+
+
+def pull(
+    loop: ServoLoop,
+    rows: slice,
+    law: Law,
+    ratio: np.ndarray | float,
+    force: Callable[[np.ndarray], np.ndarray],
+) -> None:
+    """Add a tendon: `force`, of x_i + r x_j (nrow,), on joint i, and r times that on joint j."""
+    joint, other = loop.joints.index(law.joint), loop.joints.index(law.of)
+    here, there = variable(loop, rows, replace(law, of=law.joint)), variable(loop, rows, law)
+
+    def add(tick, q, dq, torque):
+        tension = force(here(tick, q, dq, None) + ratio * there(tick, q, dq, None))
+        torque[rows, joint] += tension
+        torque[rows, other] += ratio * tension
 
     loop.joint_torques.append(add)
 
@@ -248,37 +286,3 @@ def demanded(loop: ServoLoop, rows: slice) -> list[np.ndarray]:
 
     loop.motor_filters.append(keep)
     return held
-
-
-def learned_law(robot, joints, values):
-    """Add what is looked up in a table: a torque, or the level of dry friction."""
-    of, at = values["of"], values["at"]
-    x = {
-        "constant": 0.0,
-        "position": robot.angle[of],
-        "velocity": robot.velocity[of],
-        "speed": abs(robot.velocity[of]),
-        "commanded torque": robot.motor[of],
-        "commanded torque size": abs(robot.motor[of]),
-        "load": robot.load[of],
-        "time": robot.data.time + 0.5 * robot.period_s,
-        "phase": at[0] + (robot.data.time + 0.5 * robot.period_s - at[0]) % (at[-1] - at[0]),
-    }[values["follows"]]
-    adds_to = robot.friction if values["kind"] == "friction" else robot.torque
-    adds_to[joints] += np.interp(x, at, values["torque"])
-
-
-def learned_limit(robot, joints, values):
-    """Cut what goes beyond a limit that is looked up in a table."""
-    dq, at, most = robot.dq[joints], values["at"], values["torque"]
-    least, greatest = -np.interp(-dq, at, most), np.interp(dq, at, most)
-    robot.motor[joints] = np.clip(robot.motor[joints], least, greatest)
-
-
-def learned_hysteresis(robot, joints, values):
-    """Add elastic-plastic elements that remember."""
-    q, radii = robot.angle[joints[0]], values["radii"]
-    anchors = robot.state.get("anchors", q)
-    stretch = np.clip(q - anchors, -radii, radii)
-    robot.state["anchors"] = q - stretch
-    robot.torque[joints] -= np.sum(values["weights"] * stretch / radii)

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from t2l.effects.law import ALLOWED, HYSTERESIS, INERTIA, OTHERS, TORQUE, Curve, Law
+from t2l.effects.law import ALLOWED, HYSTERESIS, INERTIA, OTHERS, TENDON, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.typed import AsTuple, Number, Typed, describe
 
@@ -19,12 +19,13 @@ SHARE = "of the motor torque"
 class CurveEntry(Typed):
     """One entry of `learned` in a model file."""
 
-    kind: Literal["torque", "friction", "hysteresis", "motor", "inertia", "limit"]
+    kind: Literal["torque", "friction", "hysteresis", "motor", "inertia", "limit", "tendon"]
     joint: str
     follows: str
     of: str | None = None
     at: Annotated[tuple[Number, ...], AsTuple]
     torque: Annotated[tuple[Number, ...], AsTuple]
+    ratio: Number | None = None
 
 
 def read_curves(entries: Sequence[CurveEntry]) -> tuple[Curve, ...]:
@@ -42,16 +43,37 @@ def read_curves(entries: Sequence[CurveEntry]) -> tuple[Curve, ...]:
                 f"{where}.follows: found {describe(law.follows)}; allowed for {law.kind}: "
                 f"{', '.join(ALLOWED[law.kind])}"
             )
-        if law.of != law.joint and not (law.kind == TORQUE and law.follows in OTHERS):
+        _check_tendon(where, law, entry.ratio)
+        if law.of != law.joint and not (law.kind in (TORQUE, TENDON) and law.follows in OTHERS):
             raise ConfigurationError(
                 f"{where}.of: found {describe(law.of)}; allowed: {law.joint}, or another joint for "
-                f"a torque that follows {' or '.join(OTHERS)}"
+                f"a torque or tendon that follows {' or '.join(OTHERS)}"
             )
         _check_values(where, law, entry.at, entry.torque)
         if law in [curve.law for curve in curves]:
             raise ConfigurationError(f"{where}: found the same law twice; allowed: one curve each")
-        curves.append(Curve(law, tuple(map(float, entry.at)), tuple(map(float, entry.torque))))
+        values = (tuple(map(float, column)) for column in (entry.at, entry.torque))
+        curves.append(Curve(law, *values, float(entry.ratio or 0.0)))
     return tuple(curves)
+
+
+def _check_tendon(where: str, law: Law, ratio: float | None) -> None:
+    if law.kind != TENDON:
+        if ratio is not None:
+            raise ConfigurationError(
+                f"{where}.ratio: found {describe(ratio)}; allowed: only for a tendon"
+            )
+        return
+    if law.of == law.joint:
+        raise ConfigurationError(
+            f"{where}.of: found {describe(law.of)}; allowed for a tendon: another joint than "
+            f"{law.joint}"
+        )
+    if not ratio:
+        raise ConfigurationError(
+            f"{where}.ratio: found {describe(ratio)}; allowed for a tendon: a number other than 0, "
+            f"the lever arm at {law.of} over that at {law.joint}"
+        )
 
 
 def _check_values(where: str, law: Law, at: Sequence[float], torque: Sequence[float]) -> None:
@@ -104,6 +126,7 @@ def as_lines(
             f"  joint: {name(law.joint)}",
             f"  follows: {law.follows}",
             f"  of: {name(law.of)}",
+            *([f"  ratio: {number(curve.ratio)}"] if law.kind == TENDON else []),
             f"  at: [{', '.join(at)}]" + (f"  # {law.unit}" if law.unit else ""),
             f"  torque: [{', '.join(map(number, curve.torque))}]  # {law.torque_unit or SHARE}",
         ]

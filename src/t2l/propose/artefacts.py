@@ -13,7 +13,7 @@ from typing import Any
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
-from t2l.effects.law import INERTIA, Law
+from t2l.effects.law import INERTIA, TENDON, Law
 from t2l.effects.registry import load as load_effects
 from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
@@ -126,6 +126,7 @@ def _written(
         "joint": law.joint,
         "follows": law.follows,
         "of": law.of,
+        "ratio": one.curve.ratio if law.kind == TENDON else None,
         "unit": law.unit,
         "at": list(one.curve.at),
         "torque": list(one.curve.torque),
@@ -154,7 +155,7 @@ def _formula(
     law = one.curve.law
     name = effect_name(law)
     path = path_of(folder / "effects", name, ".py")
-    write_text(effect_text(law, found), path)
+    write_text(effect_text(law, found, one.curve.ratio), path)
     alone = with_formula(proposal.model, law, found.values, path)
     comment = f"the model so far with a formula of {named(law)}"
     write_model(alone, path_of(folder / "models", name, ".yaml"), comment)

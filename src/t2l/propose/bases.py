@@ -19,6 +19,7 @@ from t2l.effects.law import (
     INERTIA,
     MOTOR,
     PHASE,
+    TENDON,
     TORQUE,
     Curve,
     Law,
@@ -33,13 +34,16 @@ SIZE = 0.3  # numerics: of a joint's motor torque: what makes a difference
 MARGIN = 0.05  # bound: of the range, to each side: the motion of a better model may go further
 
 
-def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int = 1) -> SplineTorque:
+def effect_of(
+    law: Law, ends: Sequence[float], motor_torque: float, finer: int = 1, ratio: float = 0.0
+) -> SplineTorque:
     """A law with weights to fit.
 
     Args:
         ends: of its variable; of a logged one also where between them it was seen.
         motor_torque: N·m, that the joint's motor spends.
         finer: how many times as many intervals a spline has.
+        ratio: of a tendon, as of `SplineTorque`.
     """
     low, high = ends[0], ends[-1]
     size = SIZE if law.kind == MOTOR else SIZE * motor_torque
@@ -66,7 +70,7 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
     # friction changes most where motion begins
     spread = np.linspace(0, 1, count + 1) ** (2 if law.follows == "speed" else 1)
     basis = _splines(grid, grid[0] + spread * (grid[-1] - grid[0]))
-    return SplineTorque(law, grid, basis, size, shown=ends)
+    return SplineTorque(law, grid, basis, size, shown=ends, ratio=ratio)
 
 
 def constant(law: Law, size: float) -> SplineTorque:
@@ -78,7 +82,8 @@ def straight(effect: SplineTorque) -> SplineTorque:
     """A law as a straight line over the same grid; its weights are the torques at the ends."""
     to_the_end = np.linspace(0.0, 1.0, len(effect.grid))
     basis = np.stack([1 - to_the_end, to_the_end], axis=1)
-    return SplineTorque(effect.law, effect.grid, basis, effect.parameters[0].size, effect.shown)
+    size = effect.parameters[0].size
+    return SplineTorque(effect.law, effect.grid, basis, size, effect.shown, ratio=effect.ratio)
 
 
 def may_be_straight(effect: SplineTorque) -> bool:
@@ -128,11 +133,11 @@ def penalty(effect: SplineTorque) -> np.ndarray:
     return np.diff(np.eye(count), 2, axis=0)
 
 
-def tabulated(effect: SplineTorque, weights: np.ndarray, stretch: float = 0.0) -> Curve:
+def tabulated(effect: SplineTorque, weights: np.ndarray, rest: Sequence[float] = ()) -> Curve:
     """The curve that weights (k,) make, over the range of the recordings.
 
     Args:
-        stretch: of the range, as a share of it.
+        rest: values of the parameters that are no weights.
     """
     law, grid = effect.law, effect.grid
     if law.kind == HYSTERESIS:
@@ -141,8 +146,9 @@ def tabulated(effect: SplineTorque, weights: np.ndarray, stretch: float = 0.0) -
         return Curve(law, tuple(at.tolist()), tuple(torque.tolist()))
     at = grid if len(grid) == 2 else grid[points(effect)]
     values = np.interp(at, grid, effect.basis @ weights)
-    at = at[0] + (at - at[0]) * (1 + stretch)
-    return Curve(law, tuple(at.tolist()), tuple(values.tolist()))
+    at = at[0] + (at - at[0]) * (1 + (sum(rest) if law.follows == PHASE else 0.0))
+    ratio = effect.ratio + (sum(rest) if law.kind == TENDON else 0.0)
+    return Curve(law, tuple(at.tolist()), tuple(values.tolist()), ratio)
 
 
 def points(effect: SplineTorque) -> np.ndarray:

@@ -36,9 +36,9 @@ def weights_in(layout: Layout, effect: SplineTorque) -> np.ndarray:
     return _slots_of(layout, effect)[: effect.basis.shape[1]]
 
 
-def stretch_in(layout: Layout, u: np.ndarray, effect: SplineTorque) -> float:
-    """By which share the period of a law was stretched; zero without one."""
-    return float(u[_slots_of(layout, effect)[effect.basis.shape[1] :]].sum())
+def rest_in(layout: Layout, effect: SplineTorque) -> np.ndarray:
+    """Indices of a law's parameters that are no weights."""
+    return _slots_of(layout, effect)[effect.basis.shape[1] :]
 
 
 def _slots_of(layout: Layout, effect: SplineTorque) -> np.ndarray:

@@ -4,7 +4,7 @@ import re
 
 from t2l.effects.exported import JOINT
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
-from t2l.effects.law import FRICTION, LIMIT, MOTOR, PHASE, TORQUE, Law
+from t2l.effects.law import FRICTION, LIMIT, MOTOR, PHASE, TENDON, TORQUE, Law
 from t2l.effects.learned import order
 from t2l.propose.expression import Formula
 from t2l.propose.wording import named
@@ -26,7 +26,7 @@ from t2l.effects import Effect, Parameter
 from t2l.effects.{uses}
 
 LAW = Law({kind!r}, {joint!r}, {follows!r}, {of!r})
-
+{lever}
 
 def law(x, {arguments}):
     """{what}."""
@@ -53,6 +53,9 @@ class {cls}(Effect):
         one = np.ones_like(scales.torque)
         return [{{{starts}}}]
 {export}'''
+
+# of the lever arms of a tendon
+LEVER = "RATIO = {ratio:.6g}  # the lever arm at {of} over that at {joint}\n"
 
 VALUE = """        value = variable(loop, rows, LAW, self.name)
 """
@@ -95,6 +98,21 @@ def {push}(robot, joints, values):
     robot.motor[joints] = np.clip(robot.motor[joints], -least, most)
 '''
 
+EXPORT_TENDON = '''
+    def export(self, to, joints, values):
+        both = {{"joint": to.joints.index(LAW.joint), "of": to.joints.index(LAW.of)}}
+        to.call(self.name, {push}, joints, {{**values, **both}}, {on!r})
+
+
+def {push}(robot, joints, values):
+    """What the exported robot adds to both joints before each timestep."""
+    {arguments}, joint, of = (values[name] for name in {names})
+    x = robot.{signal}[[joint]] + RATIO * robot.{signal}[[of]]
+    tension = {text}
+    robot.torque[[joint]] += tension
+    robot.torque[[of]] += RATIO * tension
+'''
+
 # the MJCF's own friction stays beside what is added
 ROOM = "        export_friction(to, joints, np.zeros(len(joints)))\n"
 ROOM_IMPORT = "from t2l.effects.coulomb_friction import export_friction\n"
@@ -132,12 +150,17 @@ INSTALL_LIMIT = (
     """        limit_by_velocity(loop, rows, joints, lambda tick, x: law(x, **values))"""
 )
 
+INSTALL_TENDON = (
+    """        pull(loop, rows, LAW, RATIO, lambda x: law(x[:, None], **values)[:, 0])"""
+)
+
 # by kind: symbol, what it is, and how it is installed
 KINDS = {
     TORQUE: ("τ", "the torque, N·m", INSTALL_TORQUE),
     FRICTION: ("F", "the level of dry friction, N·m", INSTALL_FRICTION),
     MOTOR: ("Δτ/τ", "the change of the motor torque, as a share of it", INSTALL_MOTOR),
     LIMIT: ("τ", "the most that the motor gives, N·m", INSTALL_LIMIT),
+    TENDON: ("τ", "the torque on the first joint, N·m", INSTALL_TENDON),
 }
 
 CONDITIONS = {
@@ -158,8 +181,8 @@ def effect_name(law: Law) -> str:
     return re.sub(r"[^A-Za-z0-9_]", "_", law.name.replace("learned_", "formula_", 1))
 
 
-def effect_text(law: Law, formula: Formula) -> str:
-    """The text of a Python file with the effect."""
+def effect_text(law: Law, formula: Formula, ratio: float = 0.0) -> str:
+    """The text of a Python file with the effect; `ratio` of a tendon, as of its curve."""
     title = named(law).removeprefix("a ")
     dry = law.kind == FRICTION
     commanded = law.follows == "commanded torque"
@@ -169,14 +192,21 @@ def effect_text(law: Law, formula: Formula) -> str:
     if law.kind == LIMIT:
         push, names = EXPORT_LIMIT, (*formula.values,)
         uses = "torque_speed_limit import limit_by_velocity"
+    signal, lever = "friction" if dry else "torque", ""
+    if law.kind == TENDON:
+        push, names = EXPORT_TENDON, (*formula.values, "joint", "of")
+        signal, lever = "angle" if law.follows == "position" else "velocity", LEVER
+        uses = "learned import pull"
     symbol, what, install = KINDS[law.kind]
     # a formula of what repeats goes on with the clock
     followed = "log's clock" if law.follows == PHASE else f"{law.follows} of {law.of}"
+    if law.kind == TENDON:
+        followed = f"{law.follows} of {law.joint} + RATIO times that of {law.of}"
     export = NOT_EXPORTED.format(follows=law.follows)
     if law.follows in EXPORTED:
         export = push.format(
             x=EXPORTED[law.follows], arguments=", ".join(formula.values), text=formula.text,
-            names=names, signal="friction" if dry else "torque",
+            names=names, signal=signal,
             room=ROOM if dry else "", push=f"push_{effect_name(law)}",
             on=MOTOR_SIGNAL if commanded or law.kind == LIMIT else JOINT,
         )  # fmt: skip
@@ -185,6 +215,7 @@ def effect_text(law: Law, formula: Formula) -> str:
         sentence=f"{symbol} = {formula.sentence(4)}",
         variable=followed + (f", {law.unit}" if law.unit else ""),
         kind=law.kind, joint=law.joint, follows=law.follows, of=law.of,
+        lever=lever.format(joint=law.joint, of=law.of, ratio=ratio),
         arguments=", ".join(formula.values), text=formula.text,
         what=what,
         cls="".join(part[:1].upper() + part[1:] for part in effect_name(law).split("_")),

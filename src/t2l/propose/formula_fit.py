@@ -146,7 +146,7 @@ def _drawn(formula: Formula, curve: Curve) -> Curve:
     """What a formula says in the place of a curve; it may say what is not finite."""
     at = np.linspace(*extent(formula, curve), 3 * GRID)
     with np.errstate(over="ignore", invalid="ignore"):
-        return Curve(curve.law, tuple(at.tolist()), tuple(formula(at).tolist()))
+        return replace(curve, at=tuple(at.tolist()), torque=tuple(formula(at).tolist()))
 
 
 def _residuals(models: Sequence[Model], predictor: Predictor, mask: np.ndarray) -> np.ndarray:

@@ -1,12 +1,11 @@
 """Which laws a missing torque may follow, and over what range the recordings show each."""
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
 from t2l.diagnose.conditions import Series, features
-from t2l.diagnose.explained_variance import by_bins
 from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
 from t2l.effects.law import (
     ALLOWED,
@@ -14,9 +13,9 @@ from t2l.effects.law import (
     GIVEN,
     HYSTERESIS,
     INERTIA,
-    OTHERS,
     PHASE,
     SESSION,
+    TENDON,
     TORQUE,
     Law,
 )
@@ -24,6 +23,7 @@ from t2l.effects.periodic_torque import strongest_frequency
 from t2l.identify.levels import TIED
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import INTERVALS_OF_FRICTION
+from t2l.propose.tendons import lever
 from t2l.recordings.recording import Recording
 
 SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of what a law follows
@@ -34,45 +34,34 @@ SAME = 1e-2  # numerics: of a load's spread: a broken line over the position mis
 LEAST_SHARE = TIED  # of the squared error; a joint with less has no law of its own
 
 
-def laws(predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple]) -> list[Law]:
-    """Laws on joints that hold some of the error, simplest first.
+def laws(
+    predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple], sizes: Sequence[float]
+) -> dict[Law, float]:
+    """Laws on joints that hold some of the error, simplest first; the ratio of tendons.
 
-    Of what other joints do, only the position and the velocity that tell most are tried.
+    Of the tendons of a joint those over the positions and over the velocities that tell most are
+    tried.
 
     Args:
         residual: (nsample,) rad.
         ranges: as `ranges` gives them.
+        sizes: (njoint,) N·m that makes a difference.
     """
     square = np.bincount(predictor.samples.joint, residual**2, len(predictor.joints))
     shown = square >= LEAST_SHARE * square.sum()
     joints = {name for name, share in zip(predictor.joints, shown, strict=True) if share}
-    own = [law for law in ranges if law.joint in joints and law.of == law.joint]
-    cross = [law for law in ranges if law.joint in joints and law.of != law.joint]
+    own = {law: 0.0 for law in ranges if law.of == law.joint and law.joint in joints}
     missing = missing_torque(predictor, residual)
-    told = {law: _told(predictor, law, missing) for law in cross}
+    size = dict(zip(predictor.joints, sizes, strict=True))
+    levers = {
+        law: lever(predictor, law, missing, (size[law.joint], size[law.of]))
+        for law in ranges
+        if law.kind == TENDON and {law.joint, law.of} & joints
+    }
     best: dict[tuple[str, str], Law] = {}
-    for law in sorted(cross, key=lambda law: -told[law]):
+    for law in sorted(levers, key=lambda law: -levers[law].square):
         best.setdefault((law.joint, law.follows), law)
-    return own + [law for law in cross if law in best.values()]
-
-
-def _told(predictor: Predictor, law: Law, missing: np.ndarray) -> float:
-    """Part of the missing torque of a joint that another joint's motion foretells."""
-    samples, series = predictor.samples, []
-    joint, other = (predictor.joints.index(name) for name in (law.joint, law.of))
-    for number in range(len(predictor.recordings)):
-        at = np.flatnonzero((samples.recording == number) & (samples.joint == joint))
-        theirs = np.flatnonzero((samples.recording == number) & (samples.joint == other))
-        if not len(at) or not len(theirs):
-            continue
-        x = np.interp(samples.time[at], samples.time[theirs], samples.q[theirs])
-        if law.follows == "velocity":
-            x = np.gradient(x, samples.time[at]) if len(at) > 1 else 0 * x
-        series.append((missing[at], x, np.full(len(at), number)))
-    if not series:
-        return 0.0
-    values, x, block = (np.concatenate(column) for column in zip(*series, strict=True))
-    return by_bins(values, x, block)
+    return own | {law: levers[law].ratio for law in levers if law in best.values()}
 
 
 def ranges(
@@ -134,16 +123,16 @@ def ranges(
         return seen(variable, joint)
 
     for kind, variables in ALLOWED.items():
+        if kind == TENDON:
+            continue
         for variable in variables:
             if variable in GIVEN and variable not in logged:
                 continue
             for joint, name in enumerate(predictor.joints):
                 found[Law(kind, name, variable, name)] = span(variable, joint)
-    for variable in OTHERS:
-        for joint, name in enumerate(predictor.joints):
-            for other, its in enumerate(predictor.joints):
-                if other != joint:
-                    found[Law(TORQUE, name, variable, its)] = span(variable, other)
+    for variable in ALLOWED[TENDON]:
+        for (_, its), (joint, name) in combinations(enumerate(predictor.joints), 2):
+            found[Law(TENDON, name, variable, its)] = span(variable, joint)
     return {law: ends for law, ends in found.items() if ends[-1] - ends[0] > MOVES}
 
 

@@ -12,7 +12,7 @@ from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.band import band
 from t2l.propose.bases import tabulated
-from t2l.propose.dictionary import moved, stretch_in, weights_in
+from t2l.propose.dictionary import moved, rest_in, weights_in
 from t2l.propose.found import Ceiling, Search
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, refit
@@ -124,7 +124,7 @@ def finished(
         rows = state.rows()
         for effect in found.laws:
             weights = state.u[weights_in(state.layout, effect)]
-            curve = tabulated(effect, weights, stretch_in(state.layout, state.u, effect))
+            curve = tabulated(effect, weights, state.u[rest_in(state.layout, effect)])
             ends = band(last, effect, rows, predictor.samples, mask)
             learned.append(Learned(curve, *ends))
         names = {effect.name for effect in found.laws}

@@ -14,10 +14,11 @@ from functools import partial
 
 import numpy as np
 
-from t2l.diagnose.conditions import features
+from t2l.diagnose.conditions import Series, features
+from t2l.diagnose.inverse_dynamics_residual import derivatives
 from t2l.diagnose.judging import rms
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
-from t2l.effects.law import LIMIT, SIGNED, Law
+from t2l.effects.law import LIMIT, SIGNED, TENDON, Law
 from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.fitting import LEADERS
 from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING
@@ -53,6 +54,7 @@ from t2l.propose.ridge import Fit, fit
 from t2l.propose.simplify import simplify
 from t2l.propose.smoothing import smooth_again
 from t2l.propose.split import few
+from t2l.propose.tendons import reach
 
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
@@ -86,12 +88,17 @@ def search(
     motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
     commanded = features(predictor, q[0], dq[0])["torque"]
     only_lines = lines(predictor)
+    measured_dq = derivatives(Series(predictor.samples), predictor.samples.q)[1]
 
-    def made(law: Law, finer: int = 1) -> SplineTorque:
+    def made(law: Law, finer: int = 1, ratio: float = 0.0) -> SplineTorque:
         if law.kind == LIMIT:
             at = predictor.samples.joint == predictor.joints.index(law.joint)
             return limit_of(law, commanded[at], dq[0][at], SIZE * motor[law.joint])
-        effect = effect_of(law, ends[law], motor[law.joint], finer)
+        seen = ends[law]
+        if law.kind == TENDON:
+            both = {"position": (predictor.samples.q, q[0]), "velocity": (measured_dq, dq[0])}
+            seen = reach(predictor, law, ratio, both[law.follows])
+        effect = effect_of(law, seen, motor[law.joint], finer, ratio)
         return straight(effect) if law in only_lines else effect
 
     draft = coarser(predictor, state)
@@ -102,7 +109,7 @@ def search(
         if not (worth and found.left_more_than_noise):
             break
         progress(f"learning curve {len(found.laws) + 1}", len(found.laws) / MOST_LAWS)
-        taken = _take_one(found, samples, draft, ends, made)
+        taken = _take_one(found, samples, draft, ends, made, [*motor.values()])
         if taken is None:
             break
         before, limit = found.state, NEAR * max(found.rmse_rad, found.noise_floor_rad)
@@ -151,17 +158,20 @@ def _take_one(
     draft: Predictor,
     ends: Mapping[Law, tuple[float, ...]],
     made: Callable[..., SplineTorque],
+    sizes: Sequence[float],
 ) -> Taken | None:
     """Add the law that leaves least; None if none leaves less than before by enough to matter.
 
     Args:
         draft: with coarser ticks, for all but the last steps of a fit.
         ends: of the variable of each law.
-        made: the effect of a law, with so many times its knots.
+        made: the effect of a law, with so many times its knots, and a ratio.
+        sizes: (njoint,) N·m that makes a difference.
     """
     predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
     state, taken = found.state, {effect.law for effect in found.laws}
-    effects = [made(law) for law in laws(predictor, found.residual, ends) if law not in taken]
+    candidates = laws(predictor, found.residual, ends, sizes)
+    effects = [made(law, ratio=r) for law, r in candidates.items() if law not in taken]
     screen, at = few(draft, max(SCREENED))
     answers = responses(screen, state.layout, state.u, effects)
     left = found.residual[at]

@@ -8,7 +8,7 @@ from t2l.effects.law import FRICTION, SIGNED, TORQUE
 from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import constant, may_be_straight, straight
-from t2l.propose.dictionary import weights_in
+from t2l.propose.dictionary import rest_in, weights_in
 from t2l.propose.found import Search, explain_alike
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, finish, off, refit, with_law, without
@@ -51,7 +51,9 @@ def straightened(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> 
     first = np.linalg.lstsq(line.basis, torque, rcond=None)[0]
     first = first if curve.law.kind in SIGNED else np.maximum(first, 0.0)
     # two weights have no penalty
-    return [with_law(bare, line, first, 1.0, joints)]
+    made = with_law(bare, line, first, 1.0, joints)
+    made.u[rest_in(made.layout, line)] = state.u[rest_in(state.layout, curve)]
+    return [made]
 
 
 def levelled(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, LIMIT, MOTOR, PHASE, SESSION, Curve, Law
+from t2l.effects.law import FRICTION, HYSTERESIS, LIMIT, MOTOR, PHASE, SESSION, TENDON, Curve, Law
 from t2l.identify.levels import MATERIAL
 from t2l.names import listed
 from t2l.propose.decision import NEAR
@@ -38,6 +38,9 @@ def named(law: Law) -> str:
     if law.follows == "constant":
         what = "constant dry friction" if law.kind == FRICTION else "a constant torque"
         return f"{what} on {law.joint}"
+    if law.kind == TENDON:
+        what = {"position": "positions", "velocity": "velocities"}[law.follows]
+        return f"a torque on {law.joint} and {law.of} together that follows their {what}"
     return f"{ACTS.get(law.kind, 'a torque')} on {law.joint} that follows {_variable(law)}"
 
 
@@ -46,6 +49,8 @@ def told(curve: Curve) -> str:
     law = curve.law
     if law.follows == PHASE:
         return f"{named(law)} every {curve.at[-1] - curve.at[0]:.3g} s"
+    if law.kind == TENDON:
+        return f"{named(law)} ({tension(curve)})"
     if law.kind == HYSTERESIS or law.follows == "constant":
         return named(law)
     change = np.diff(curve.torque)
@@ -53,6 +58,12 @@ def told(curve: Curve) -> str:
     if abs(net) < MONOTONE * way:
         return named(law)
     return named(law).replace("follows", "grows with" if net > 0 else "falls with")
+
+
+def tension(curve: Curve) -> str:
+    """What a tendon follows: "elbow − 0.8 shoulder"."""
+    sign = "+" if curve.ratio > 0 else "−"
+    return f"{curve.law.joint} {sign} {abs(curve.ratio):.3g} {curve.law.of}"
 
 
 def part(fraction: float) -> str:

@@ -31,6 +31,8 @@ def payload(found: Found) -> dict[str, Any]:
 def curve(one: dict[str, Any]) -> dict[str, Any]:
     """A learned curve with its band."""
     whose = "" if one["of"] == one["joint"] else f" of {one['of']}"
+    if one.get("ratio"):
+        whose = f" of {one['joint']} {one['ratio']:+.3g} {one['of']}".replace("-", "−")
     unit = f" [{one['unit']}]" if one["unit"] else ""
     share = one["kind"] == MOTOR
     return {
