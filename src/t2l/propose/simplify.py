@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, SIGNED, TORQUE
+from t2l.effects.law import FRICTION, SIGNED, TENDON, TORQUE, Law
 from t2l.effects.spline_torque import SplineTorque
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import constant, may_be_straight, straight
@@ -15,7 +15,9 @@ from t2l.propose.refit import State, finish, off, refit, with_law, without
 
 
 def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: Predictor) -> None:
-    """Take laws away in turn, or put constants or a straight line in their place, at no cost.
+    """Take laws away in turn, or put less in their place, at no cost.
+
+    Less is constants, of a tendon what acts on one joint alone, or a straight line.
 
     That is where the choosing samples are left with `limit_rad` at most; and where they tell no
     straight line from the curve.
@@ -28,6 +30,7 @@ def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: P
         trials = [
             without(found.state, [curve.name]),
             *levelled(found.state, curve, predictor.joints),
+            *on_one_joint(found.state, curve, predictor.joints),
             *straightened(found.state, curve, predictor.joints),
         ]
         shift = off(draft, found.state, found.residual)[fitted]
@@ -54,6 +57,26 @@ def straightened(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> 
     made = with_law(bare, line, first, 1.0, joints)
     made.u[rest_in(made.layout, line)] = state.u[rest_in(state.layout, curve)]
     return [made]
+
+
+def on_one_joint(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
+    """States with a law of one joint alone in place of a tendon that pulls little at the other."""
+    if curve.law.kind != TENDON:
+        return []
+    ratio = curve.ratio + float(state.u[rest_in(state.layout, curve)].sum())
+    weights = state.u[weights_in(state.layout, curve)]
+    ((_, factor),) = (law for law in state.laws if law[0] is curve)
+    # f(x_i + r x_j) on i, or on j, of x_i / r + x_j
+    first, second = (curve.law.joint, 1.0), (curve.law.of, ratio)
+    joint, lever = first if abs(ratio) < 1 else second
+    law = Law(TORQUE, joint, curve.law.follows, joint)
+    if law in {other.law for other, _ in state.laws}:
+        return []
+    order = slice(None, None, 1 if lever > 0 else -1)
+    grid, basis = (curve.grid / lever)[order], curve.basis[order]
+    shown = tuple(sorted(end / lever for end in curve.shown))
+    effect = SplineTorque(law, grid, basis, curve.parameters[0].size, shown)
+    return [with_law(without(state, [curve.name]), effect, lever * weights, factor, joints)]
 
 
 def levelled(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
