@@ -97,9 +97,6 @@ class Elsewhere:
         self.x, self.limit = np.linspace(-0.5, 4.0, 60), limit
         self.y = truth(self.x)
 
-    def count(self, formula):
-        return len(self.x)
-
     def errors(self, formulas):
         return [float(np.sqrt(np.mean((one(self.x) - self.y) ** 2))) for one in formulas]
 
@@ -118,27 +115,6 @@ class Noisy(Elsewhere):
 
     def errors(self, formulas):
         return [float(np.hypot(0.4, left)) for left in super().errors(formulas)]
-
-
-class Told(Noisy):
-    """By so many independent samples."""
-
-    def __init__(self, truth, samples):
-        super().__init__(truth)
-        self.samples = samples
-
-    def count(self, formula):
-        return self.samples
-
-
-@pytest.mark.parametrize(("samples", "bends"), [(30, False), (3000, True)])
-def test_a_constant_more_must_pay_for_itself(samples, bends):
-    """What a straight line misses is three hundredths of the noise's square: few samples show none."""
-    from t2l.propose.formula import formula
-
-    one = learned(1 + X + 0.1 * np.exp(X), "velocity", part=0.2)
-    taken = formula(one, Told(lambda x: 1 + x + 0.01 * np.exp(x), samples))
-    assert ("exp" in taken.text) == bends
 
 
 def test_of_formulas_within_the_band_the_one_that_holds_beyond_it_is_taken():

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
-from operator import itemgetter
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +19,6 @@ REPEATS = {(TORQUE, "position"), (FRICTION, "position"), (TORQUE, "time"), (TORQ
 MOST_NODES = 16  # tuned: longer is no short formula
 EVALUATIONS = 120_000  # numerics: of formulas
 SEED = 0  # statistics: of the search
-LEAST = 1e-12  # numerics: rad, smaller than any error
 INSIDE = LEVEL  # of the points of a curve that must lie in its band
 STRAIGHT = 1e-6  # numerics: change of slope, in parts of the largest values
 SLACK = TIED  # of the largest torque: a smooth curve rounds a kink off by as much
@@ -43,17 +41,12 @@ class Judge(Protocol):
 
     def fitted(self, formula: Formula) -> Formula: ...
 
-    def count(self, formula: Formula) -> float:
-        """How many independent samples judge it."""
-        ...
-
 
 def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
     """A short formula within the band; None if there is none, or of a hysteresis or an inertia.
 
-    Those that leave nearly as little as the best are fitted. Of those that leave no more than the
-    limit then, the one with the least Bayesian information criterion is taken (Schwarz, Estimating
-    the dimension of a model, 1978): a constant more must pay for itself.
+    Those that leave nearly as little as the best are fitted. The shortest is taken that explains
+    alike with the best of them then, if it leaves no more than the limit.
 
     Args:
         judge: by default the shortest within the band is taken.
@@ -68,20 +61,9 @@ def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
     begun = judge.errors(found)
     enough = PROMISING * min(begun, default=0.0)
     fitted = [judge.fitted(one) for one, left in zip(found, begun, strict=True) if left <= enough]
-    allowed = [
-        (left, one)
-        for left, one in zip(judge.errors(fitted), fitted, strict=True)
-        if left <= judge.limit
-    ]
-    if not allowed:
-        return None
-    count = judge.count(min(allowed, key=itemgetter(0))[1])
-    return min(allowed, key=lambda each: criterion(each[0], len(each[1].values), count))[1]
-
-
-def criterion(rmse: float, constants: int, count: float) -> float:
-    """Schwarz's, of independent normal errors: −2 log likelihood + constants · log count."""
-    return 2 * count * float(np.log(rmse + LEAST)) + constants * float(np.log(count))
+    errors = judge.errors(fitted)
+    most = min(judge.limit, (1 + TIED) * min(errors, default=0.0))
+    return next((one for one, left in zip(fitted, errors, strict=True) if left <= most), None)
 
 
 def _inside_the_band(learned: Learned) -> Iterator[Formula]:

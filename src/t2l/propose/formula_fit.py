@@ -81,22 +81,6 @@ class Simulation:
         )  # fmt: skip
         return replace(formula, values=dict(zip(names, best.x.tolist(), strict=True)))
 
-    def count(self, formula: Formula) -> float:
-        """How many independent samples tell what a formula leaves.
-
-        Neighbours that are alike tell less: of first order, n (1 − ρ) / (1 + ρ) (Bartlett, 1946).
-        """
-        left, begin, products, squares = self._left([formula], self.sets)[0], 0, 0.0, 0.0
-        for predictor, mask in self.sets:
-            whole = np.full(len(mask), np.nan)
-            whole[mask] = left[begin : begin + mask.sum()]
-            begin += mask.sum()
-            for rows in predictor.samples.by_row(whole):
-                products += np.nansum(rows[1:] * rows[:-1])
-                squares += np.nansum(rows**2)
-        alike = max(products / squares, 0.0) if squares > 0 else 0.0
-        return max(begin * (1 - alike) / (1 + alike), 1.0)
-
     @cached_property
     def _coarse(self) -> Sets:
         """The same samples, on coarser ticks."""
