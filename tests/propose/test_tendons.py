@@ -5,13 +5,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.effects.law import TENDON, Curve, Law
+from t2l.effects.law import TENDON, TORQUE, Curve, Law
 from t2l.effects.registry import load
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
+from t2l.propose.bases import effect_of, tabulated
+from t2l.propose.dictionary import weights_in
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
 from t2l.propose.proposal import LAW
+from t2l.propose.refit import State, with_law
+from t2l.propose.simplify import on_one_joint
 from t2l.propose.tendons import RATIOS, lever, paired
 from tests.diagnose.made import measured, predict, recording, swing, two_pendulums
 from tests.export.test_export import exported
@@ -99,3 +103,22 @@ def test_its_formula_and_its_export_move_the_robot_as_the_curve_does(robot, tmp_
         assert not content["not_carried"]
         assert moved > 1e-3
         assert error < max(0.01 * moved, 3e-5)
+
+
+@pytest.mark.parametrize(("ratio", "joint"), [(0.3, "right"), (-0.3, "right"), (-3.0, "left")])
+def test_a_tendon_becomes_the_law_of_the_joint_at_which_it_pulls_most(robot, ratio, joint):
+    effect = effect_of(CABLE, (-1.0, 2.0), 1.0, ratio=ratio)
+    bare = State(*Model(robot).vector(("left", "right")))
+    weights = np.random.default_rng(0).normal(size=effect.basis.shape[1])
+    state = with_law(bare, effect, weights, 2.0, ("left", "right"))
+    (found,) = on_one_joint(state, effect, ("left", "right"))
+    ((own, penalty),) = found.laws
+    assert own.law == Law(TORQUE, joint, "position", joint)
+    assert penalty == 2.0
+    x = np.linspace(-0.6, 0.3, 20)
+    curve, whole = (
+        tabulated(one, s.u[weights_in(s.layout, one)]) for one, s in ((own, found), (effect, state))
+    )
+    # at the other joint's zero
+    lever = ratio if joint == "left" else 1.0
+    np.testing.assert_allclose(curve(x), lever * whole(lever * x), rtol=0.02, atol=0.02)

@@ -8,16 +8,18 @@ recordings that the laws were learned from. The paired block bootstrap decides:
 - laws beside all names must earn their place: the bound says that the error falls, and it falls
   by `LEAST_IMPROVEMENT` at least.
 
-An error of at most `NEAR` times the noise is noise, and not worse than anything.
+Half of the way to the noise is enough without it: a limit may act at one moment, and half of the
+draws lack that. An error of at most `NEAR` times the noise is noise, and not worse than anything.
 """
 
 import numpy as np
 
 from t2l.diagnose.evidence import Evidence, validation_blocks
+from t2l.diagnose.judging import rms
 from t2l.identify.block_bootstrap import improvement
 from t2l.identify.model import Model
 from t2l.identify.prediction import Request
-from t2l.propose.decision import NEAR
+from t2l.propose.decision import NEAR, each_goes_half_way
 from t2l.propose.found import LEAST_IMPROVEMENT, SEED
 
 
@@ -37,7 +39,7 @@ def confirmed(
     before, after = ((q[0] - predictor.samples.q)[mask] for q in predicted)
     if not np.isfinite(after).all():
         return False
-    if np.sqrt(np.mean(after**2)) <= NEAR * noise_floor_rad:
+    if each_goes_half_way(1, rms(after), rms(before), noise_floor_rad):
         return True
     rng = np.random.default_rng(SEED)
     gain = improvement(before, after, validation_blocks(evidence), rng)

@@ -55,13 +55,13 @@ def decide(known: float, ceiling: float, baseline: float, noise: float) -> Decis
     return Decision(known <= NEAR * max(ceiling, noise), fraction)
 
 
-def each_goes_half_way(names: int, left: float, came: float, noise: float) -> bool:
-    """Whether names explain enough to be adopted, by RMS errors on the same samples, rad.
+def each_goes_half_way(count: int, left: float, came: float, noise: float) -> bool:
+    """Whether effects or laws go half of the way to the noise, by RMS errors on the same samples.
 
     Args:
-        names: how many they are.
+        count: how many they are.
         left: with all of them.
-        came: of the model as it came.
+        came: with none of them.
         noise: of a perfect model.
     """
-    return left <= max(noise * (came / noise) ** (0.5**names), NEAR * noise)
+    return left <= max(noise * (came / noise) ** (0.5**count), NEAR * noise)

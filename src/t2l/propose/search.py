@@ -4,8 +4,8 @@ A round simulates the response to every law's basis functions at the present mod
 best curve of each law a linear fit, on some samples, with a penalty that others choose. The laws
 that promise most are fitted through the simulation, and the one that leaves least on the choosing
 samples is taken; of laws that a paired block bootstrap there cannot tell from it, the simplest. It
-stays if the bootstrap finds that it earns its place, or only noise is left, alone or with one or
-two more.
+stays if the bootstrap finds that it earns its place, or it goes half of the way to the noise, alone
+or with one or two more.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,6 +27,7 @@ from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.scales import scales
 from t2l.propose.bases import SIZE, effect_of, penalty, straight
+from t2l.propose.decision import each_goes_half_way
 from t2l.propose.dictionary import responses
 from t2l.propose.found import (
     LEAST_IMPROVEMENT,
@@ -94,11 +95,11 @@ def search(
         if law.kind == LIMIT:
             at = predictor.samples.joint == predictor.joints.index(law.joint)
             return limit_of(law, commanded[at], dq[0][at], SIZE * motor[law.joint])
-        seen = ends[law]
+        shown = ends[law]
         if law.kind == TENDON:
             both = {"position": (predictor.samples.q, q[0]), "velocity": (measured_dq, dq[0])}
-            seen = reach(predictor, law, ratio, both[law.follows])
-        effect = effect_of(law, seen, motor[law.joint], finer, ratio)
+            shown = reach(predictor, law, ratio, both[law.follows])
+        effect = effect_of(law, shown, motor[law.joint], finer, ratio)
         return straight(effect) if law in only_lines else effect
 
     draft = coarser(predictor, state)
@@ -120,10 +121,11 @@ def search(
         seen.append(there)
         # no worse with less needs no proof that chance could not have done it
         less = found.rmse_rad <= earned.rmse_rad and len(found.state.u) < len(earned.state.u)
-        # what leaves only noise is no chance, though all that it explains be one moment
-        whole = not found.left_more_than_noise
+        ahead = max(len(found.laws) - len(earned.laws), 1)
+        # what goes so far is no chance, though all that it explains be one moment
+        far = each_goes_half_way(ahead, found.rmse_rad, earned.rmse_rad, found.noise_floor_rad)
         more = earned.is_material(found.rmse_rad) and (
-            whole or earns_its_place(earned.residual, found.residual, samples)
+            far or earns_its_place(earned.residual, found.residual, samples)
         )
         if less or more:
             if found.state is before:
