@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from t2l.effects.law import TORQUE, Curve, Law
+from t2l.effects.law import TENDON, TORQUE, Curve, Law
 from t2l.identify.model import Model
 from t2l.propose.decision import Decision
 from t2l.propose.found import Ceiling
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING, Learned, Proposal
 from t2l.propose.reconsider import Reconsidered
-from t2l.propose.wording import headline, part_of_it, retracted
+from t2l.propose.wording import headline, part_of_it, retracted, told, variable
 from tests.diagnose.made import pendulum
 
 
@@ -41,6 +41,16 @@ def test_a_law_that_does_not_hold_there_is_told_so(proposal):
 def test_without_unseen_recordings_those_that_chose_are_named(proposal):
     said = headline(replace(proposal, report_baseline_rad=None, report_rmse_rad=None))
     assert "on the samples that chose falls from 2 to 0.1 mrad" in said
+
+
+@pytest.mark.parametrize(
+    ("ratio", "sum"), [(-0.8, "elbow − 0.8 shoulder"), (2.0, "elbow + 2 shoulder")]
+)
+def test_a_tendon_names_both_joints_and_how_they_add_up(ratio, sum):
+    law = Law(TENDON, "elbow", "velocity", "shoulder")
+    curve = Curve(law, (-1.0, 1.0), (0.1, -0.1), ratio)
+    assert variable(curve) == f"velocity of {sum}"
+    assert "on elbow and shoulder together that follows their velocities" in told(curve)
 
 
 @pytest.mark.parametrize(

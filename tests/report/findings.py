@@ -132,6 +132,7 @@ def proposal() -> dict:
                 "name": "learned_torque_hinge_position",
                 "law": "a torque on hinge that grows with its position",
                 "kind": "torque", "joint": "hinge", "follows": "position", "of": "hinge",
+                "variable": "position",
                 "unit": "rad", "at": at, "torque": [-0.1, 0.0, 0.1],
                 "low": [-0.11, -0.01, 0.09], "high": [-0.09, 0.01, 0.11],
                 "formula": {

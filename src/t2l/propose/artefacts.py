@@ -13,7 +13,7 @@ from typing import Any
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
-from t2l.effects.law import INERTIA, TENDON, Law
+from t2l.effects.law import INERTIA, Law
 from t2l.effects.registry import load as load_effects
 from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
@@ -24,7 +24,7 @@ from t2l.propose.expression import Formula
 from t2l.propose.formula import installed
 from t2l.propose.formula_fit import Sets, formulas_of
 from t2l.propose.proposal import Learned, Proposal, error_of
-from t2l.propose.wording import headline, named, told
+from t2l.propose.wording import headline, named, told, variable
 
 CEILINGS = 12  # format: told of
 MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
@@ -126,7 +126,7 @@ def _written(
         "joint": law.joint,
         "follows": law.follows,
         "of": law.of,
-        "ratio": one.curve.ratio if law.kind == TENDON else None,
+        "variable": variable(one.curve),
         "unit": law.unit,
         "at": list(one.curve.at),
         "torque": list(one.curve.torque),

@@ -50,7 +50,7 @@ def told(curve: Curve) -> str:
     if law.follows == PHASE:
         return f"{named(law)} every {curve.at[-1] - curve.at[0]:.3g} s"
     if law.kind == TENDON:
-        return f"{named(law)} ({tension(curve)})"
+        return f"{named(law)} ({variable(curve)})"
     if law.kind == HYSTERESIS or law.follows == "constant":
         return named(law)
     change = np.diff(curve.torque)
@@ -60,10 +60,13 @@ def told(curve: Curve) -> str:
     return named(law).replace("follows", "grows with" if net > 0 else "falls with")
 
 
-def tension(curve: Curve) -> str:
-    """What a tendon follows: "elbow − 0.8 shoulder"."""
-    sign = "+" if curve.ratio > 0 else "−"
-    return f"{curve.law.joint} {sign} {abs(curve.ratio):.3g} {curve.law.of}"
+def variable(curve: Curve) -> str:
+    """What a curve is drawn over: "position of elbow − 0.8 shoulder"."""
+    law = curve.law
+    if law.kind == TENDON:
+        sign = "+" if curve.ratio > 0 else "−"
+        return f"{law.follows} of {law.joint} {sign} {abs(curve.ratio):.3g} {law.of}"
+    return law.follows if law.of == law.joint else f"{law.follows} of {law.of}"
 
 
 def part(fraction: float) -> str:

@@ -30,13 +30,10 @@ def payload(found: Found) -> dict[str, Any]:
 
 def curve(one: dict[str, Any]) -> dict[str, Any]:
     """A learned curve with its band."""
-    whose = "" if one["of"] == one["joint"] else f" of {one['of']}"
-    if one.get("ratio"):
-        whose = f" of {one['joint']} {one['ratio']:+.3g} {one['of']}".replace("-", "−")
     unit = f" [{one['unit']}]" if one["unit"] else ""
     share = one["kind"] == MOTOR
     return {
-        "title": f"{one['follows']}{whose}{unit}",
+        "title": f"{one['variable']}{unit}",
         "torque_title": "share of the motor torque" if share else "torque [N·m]",
         "torque_unit": "" if share else " N·m",
         **{key: packed(one[key]) for key in ("at", "torque", "low", "high")},
