@@ -39,6 +39,16 @@ def test_constants_are_recovered_that_fit_the_curve_less_well(tmp_path):
     assert after < 1.1 * NOISE_RAD < 3 * NOISE_RAD < before
 
 
+def test_a_fit_goes_on_until_it_settles(tmp_path):
+    """Where constants do much the same a fit is slow, and not yet worse than another formula."""
+    truth = {"a": -3.0, "b": 0.03, "c": 0.03}
+    units = {"a": "1/rad", "b": "N·m", "c": "N·m"}
+    decay = Formula("b * np.exp(a * x) + c", {"a": -0.3, "b": 0.1, "c": -0.04}, units)
+    shape = Formula(decay.text, truth, units)
+    fitted = simulation(pendulum(tmp_path), shape).fitted(decay)
+    assert fitted.values == pytest.approx(truth, rel=0.03)
+
+
 def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path):
     judge = simulation(pendulum(tmp_path), lambda x: 0.05 * x)
     line = {"text": "a * x", "units": {"a": "N·m/rad"}}

@@ -11,7 +11,6 @@ import numpy as np
 
 from t2l.diagnose.judging import rms
 from t2l.effects.law import GRID, Curve, Law
-from t2l.identify.fitting import ITERATIONS
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.decision import NEAR
@@ -75,10 +74,10 @@ class Simulation:
             here, *there = left([values, *(values + STEP * np.diag(size))])
             return (np.array(there) - here).T / (STEP * size)
 
+        # as long as it takes: one that is cut off loses to a formula that settles sooner
         best = least_squares(
-            lambda values: left([values])[0], start, slopes, x_scale="jac", ftol=TOLERANCE,
-            max_nfev=ITERATIONS,
-        )  # fmt: skip
+            lambda values: left([values])[0], start, slopes, x_scale="jac", ftol=TOLERANCE
+        )
         return replace(formula, values=dict(zip(names, best.x.tolist(), strict=True)))
 
     @cached_property
