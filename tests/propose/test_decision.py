@@ -45,4 +45,5 @@ def test_names_are_adopted_from_half_of_the_way_to_the_noise_in_orders_of_magnit
 
 
 def test_what_leaves_only_noise_is_adopted_however_small_it_was():
+    assert each_goes_half_way(count=1, left=0.0, came=1.0, noise=0.0)
     assert each_goes_half_way(count=5, left=1.09, came=1.15, noise=1.0)

@@ -1,5 +1,7 @@
 """What pulls on two joints at once is one curve, whose lever arms the two tell."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,15 +10,24 @@ from hypothesis import strategies as st
 from t2l.effects.law import TENDON, TORQUE, Curve, Law
 from t2l.effects.registry import load
 from t2l.identify.model import Model
-from t2l.identify.prediction import Predictor
-from t2l.propose.bases import effect_of, tabulated
+from t2l.identify.prediction import Predictor, Request
+from t2l.propose.bases import penalty, tabulated, tendon_of
 from t2l.propose.dictionary import weights_in
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
 from t2l.propose.proposal import LAW
 from t2l.propose.refit import State, with_law
 from t2l.propose.simplify import on_one_joint
-from t2l.propose.tendons import RATIOS, lever, paired
+from t2l.propose.tendons import (
+    BETWEEN,
+    RATIOS,
+    Lever,
+    best_of_each_joint,
+    lever,
+    levers,
+    pairs,
+)
+from t2l.propose.tendons import measured as measured_variables
 from tests.diagnose.made import measured, predict, recording, swing, two_pendulums
 from tests.export.test_export import exported
 from tests.propose.test_search import learn
@@ -53,17 +64,46 @@ def test_a_line_is_a_cable(robot):
     assert np.abs(as_line - predict(one)).max() > 1e-2
 
 
-@given(st.sampled_from(np.concatenate(RATIOS).tolist()), st.floats(-3.0, 3.0), st.floats(0.3, 3.0))
-def test_what_two_joints_lack_tells_the_ratio(predictor, ratio, bend, size):
-    samples = predictor.samples
-    here, there = paired(predictor, CABLE, samples.q)
-    x = here + ratio * there
-    tension = np.sin(x) + bend * x**2
-    missing = np.zeros(len(samples))
-    missing[samples.joint == 1], missing[samples.joint == 0] = tension, ratio * tension
-    found = lever(predictor, CABLE, missing, (1.0, size)).ratio
+@given(st.sampled_from(RATIOS.tolist()), st.floats(-3.0, 3.0), st.floats(0.3, 3.0))
+def test_what_two_joints_lack_tells_the_ratio(predictor, ratio, bend, spent):
+    x = measured_variables(predictor)["position"][:, ::-1]
+    length = x[:, 0] + ratio * x[:, 1]
+    tension = np.sin(length) + bend * length**2
+    missing = np.stack([tension, ratio * tension], axis=1)
+    block = np.arange(len(x)) // 50
+    found = lever(x, missing, block, (1.0, spent)).ratio
     # to one step of the ratios that are tried
-    assert 5**-0.21 < found / ratio < 5**0.21
+    assert 1.05 / BETWEEN**2 < found / ratio < BETWEEN**2 / 1.05
+
+
+def test_of_what_is_missing_nowhere_no_tendon_tells(predictor):
+    none = np.zeros(len(predictor.samples))
+    assert levers(predictor, none, pairs(predictor.joints), (1.0, 1.0)) == {}
+
+
+def test_joints_that_are_measured_in_turn_have_the_same_tendon(robot):
+    """An empty cell means that a joint was not sampled."""
+    whole = measured(
+        recording(robot, commands, duration_s=4.0), model=Model(robot, learned=(cable(),))
+    )
+    q = whole.q.copy()
+    q[::2, 0], q[1::2, 1] = np.nan, np.nan
+    found = []
+    for one in (whole, dataclasses.replace(whole, q=q)):
+        predictor = Predictor(robot, [one], threads=1)
+        layout, u = Model(robot).vector(predictor.joints)
+        left = predictor.samples.q - predictor.predict([Request(layout, u[None])])[0][0]
+        found.append(levers(predictor, left, [CABLE], (1.0, 1.0))[CABLE].ratio)
+    assert found[0] == found[1]
+    assert 1 / BETWEEN < found[0] / RATIO < BETWEEN
+
+
+def test_tendons_are_the_best_of_either_joint():
+    laws = {name: Law(TENDON, name[1], "position", name[0]) for name in ("ab", "ac", "bc")}
+    found = {
+        law: Lever(1.0, square) for law, square in zip(laws.values(), (3.0, 2.0, 1.0), strict=True)
+    }
+    assert list(best_of_each_joint(found)) == [laws["ab"], laws["ac"]]
 
 
 def test_a_cable_is_recovered(robot):
@@ -91,7 +131,7 @@ def test_its_formula_and_its_export_move_the_robot_as_the_curve_does(robot, tmp_
     path, name = tmp_path / "own.py", effect_name(law)
     path.write_text(effect_text(law, Formula("a + b * x", values, units), RATIO))
     assert name in load([path])
-    effects = {name: {key: {"right": value} for key, value in values.items()}}
+    effects = {name: values}
     one = recording(robot, commands)
     by_formula = predict(one, model=Model(robot, effects, (path,)))
     by_curve = predict(one, model=Model(robot, learned=(curve,)))
@@ -106,19 +146,25 @@ def test_its_formula_and_its_export_move_the_robot_as_the_curve_does(robot, tmp_
 
 
 @pytest.mark.parametrize(("ratio", "joint"), [(0.3, "right"), (-0.3, "right"), (-3.0, "left")])
-def test_a_tendon_becomes_the_law_of_the_joint_at_which_it_pulls_most(robot, ratio, joint):
-    effect = effect_of(CABLE, (-1.0, 2.0), 1.0, ratio=ratio)
-    bare = State(*Model(robot).vector(("left", "right")))
+def test_a_tendon_becomes_the_law_of_the_joint_at_which_it_pulls_most(predictor, ratio, joint):
+    """As it pulls where the other joint is on average."""
+    effect = tendon_of(CABLE, [(-1.0, 2.0)], 1.0, ratio)
+    bare = State(*Model(predictor.recordings[0].robot).vector(predictor.joints))
     weights = np.random.default_rng(0).normal(size=effect.basis.shape[1])
-    state = with_law(bare, effect, weights, 2.0, ("left", "right"))
-    (found,) = on_one_joint(state, effect, ("left", "right"))
-    ((own, penalty),) = found.laws
+    state = with_law(bare, effect, weights, 2.0, predictor.joints)
+    (found,) = on_one_joint(state, effect, predictor)
+    ((own, factor),) = found.laws
     assert own.law == Law(TORQUE, joint, "position", joint)
-    assert penalty == 2.0
-    x = np.linspace(-0.6, 0.3, 20)
     curve, whole = (
         tabulated(one, s.u[weights_in(s.layout, one)]) for one, s in ((own, found), (effect, state))
     )
-    # at the other joint's zero
-    lever = ratio if joint == "left" else 1.0
-    np.testing.assert_allclose(curve(x), lever * whole(lever * x), rtol=0.02, atol=0.02)
+    left, right = measured_variables(predictor)["position"].mean(axis=0)
+    x = np.linspace(*own.shown, 20)
+    told = ratio * whole(right + ratio * x) if joint == "left" else whole(x + ratio * left)
+    np.testing.assert_allclose(curve(x), told, rtol=0.02, atol=0.02)
+    # as smooth
+    bends = [
+        np.sqrt(f) * penalty(one) @ s.u[weights_in(s.layout, one)]
+        for one, f, s in ((own, factor, found), (effect, 2.0, state))
+    ]
+    np.testing.assert_allclose(np.sum(bends[0] ** 2), np.sum(bends[1] ** 2))

@@ -154,6 +154,7 @@ class _Curve(TypedDict):
     joint: str
     follows: str
     of: str
+    variable: str
     unit: str
     at: list[FiniteFloat]
     torque: list[FiniteFloat]

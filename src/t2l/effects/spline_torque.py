@@ -9,8 +9,9 @@ from t2l.effects.learned import LearnedTorque, looked_up, order, yielding
 
 # of a period: a thousandth over a hundred periods is a tenth of one
 STRETCH = Parameter("stretch", "1", -0.1, 0.1, "of the period, as a share", size=1e-3)
-# as of the coupling of two joints
-RATIO = Parameter("ratio", "1", -5.0, 5.0, "by which that of the lever arms changes", size=0.3)
+# bound: of a ratio, of one sign: beyond, a tendon acts on one joint
+LEAST_RATIO, MOST_RATIO = 1e-3, 1e3
+RATIO_SIZE = 0.3  # numerics: as of the coupling of two joints
 
 
 class SplineTorque(Effect):
@@ -57,7 +58,11 @@ class SplineTorque(Effect):
         if law.follows == PHASE:
             self.parameters = (*self.parameters, STRETCH)
         if law.kind == TENDON:
-            self.parameters = (*self.parameters, RATIO)
+            # of one sign: a ratio of zero is no tendon
+            ends = np.sort(np.sign(ratio) * np.array([LEAST_RATIO, MOST_RATIO])) - ratio
+            change = "by which that of the lever arms changes"
+            own = Parameter("ratio", "1", *ends.tolist(), change, size=RATIO_SIZE)
+            self.parameters = (*self.parameters, own)
 
     def starts(self, scales):
         return [{p.name: np.zeros(len(scales.torque)) for p in self.parameters}]
@@ -66,7 +71,7 @@ class SplineTorque(Effect):
         count = self.basis.shape[1]
         weights = np.concatenate([values[p.name] for p in self.parameters[:count]], axis=1)
         stretch = values[STRETCH.name][:, 0] if self.law.follows == PHASE else 0.0
-        ratio = self.ratio + values[RATIO.name][:, 0] if self.law.kind == TENDON else 0.0
+        ratio = self.ratio + values["ratio"][:, 0] if self.law.kind == TENDON else 0.0
         if self.law.kind == HYSTERESIS:
             yielding(loop, rows, self.law, self.grid, weights)
         elif self.law.kind == INERTIA:

@@ -13,7 +13,7 @@ from typing import Any
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
-from t2l.effects.law import INERTIA, Law
+from t2l.effects.law import INERTIA, TENDON, Law
 from t2l.effects.registry import load as load_effects
 from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
@@ -127,6 +127,7 @@ def _written(
         "follows": law.follows,
         "of": law.of,
         "variable": variable(one.curve),
+        "ratio": one.curve.ratio if law.kind == TENDON else None,
         "unit": law.unit,
         "at": list(one.curve.at),
         "torque": list(one.curve.torque),
@@ -185,7 +186,10 @@ def with_formula(model: Model, law: Law, constants: Mapping[str, float], path: P
     """A model with the formula of a law, whose effect file is `path`."""
     name = effect_name(law)
     effect = load_effects([path])[name]
-    values = {p.name: {law.joint: float(constants[p.name])} for p in effect.parameters}
+    values = {
+        p.name: {law.joint: float(constants[p.name])} if p.per_joint else float(constants[p.name])
+        for p in effect.parameters
+    }
     files = (*model.effect_files, path.resolve())
     return Model(model.robot, {**model.effects, name: values}, files, model.learned)
 

@@ -34,16 +34,13 @@ SIZE = 0.3  # numerics: of a joint's motor torque: what makes a difference
 MARGIN = 0.05  # bound: of the range, to each side: the motion of a better model may go further
 
 
-def effect_of(
-    law: Law, ends: Sequence[float], motor_torque: float, finer: int = 1, ratio: float = 0.0
-) -> SplineTorque:
+def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int = 1) -> SplineTorque:
     """A law with weights to fit.
 
     Args:
         ends: of its variable; of a logged one also where between them it was seen.
         motor_torque: N·m, that the joint's motor spends.
         finer: how many times as many intervals a spline has.
-        ratio: of a tendon, as of `SplineTorque`.
     """
     low, high = ends[0], ends[-1]
     size = SIZE if law.kind == MOTOR else SIZE * motor_torque
@@ -70,7 +67,24 @@ def effect_of(
     # friction changes most where motion begins
     spread = np.linspace(0, 1, count + 1) ** (2 if law.follows == "speed" else 1)
     basis = _splines(grid, grid[0] + spread * (grid[-1] - grid[0]))
-    return SplineTorque(law, grid, basis, size, shown=ends, ratio=ratio)
+    return SplineTorque(law, grid, basis, size, shown=ends)
+
+
+def tendon_of(
+    law: Law, ends: Sequence[tuple[float, float]], motor_torque: float, ratio: float
+) -> SplineTorque:
+    """A tendon with weights to fit.
+
+    Args:
+        ends: of what it follows at `ratio`, and then at ratios that it may move to.
+        motor_torque: as of `effect_of`.
+        ratio: as of `SplineTorque`.
+    """
+    low, high = np.min(ends), np.max(ends)
+    margin = MARGIN * (high - low)
+    grid = np.linspace(low - margin, high + margin, GRID)
+    basis = _splines(grid, np.linspace(grid[0], grid[-1], INTERVALS + 1))
+    return SplineTorque(law, grid, basis, SIZE * motor_torque, shown=ends[0], ratio=ratio)
 
 
 def constant(law: Law, size: float) -> SplineTorque:

@@ -39,7 +39,8 @@ def confirmed(
     before, after = ((q[0] - predictor.samples.q)[mask] for q in predicted)
     if not np.isfinite(after).all():
         return False
-    if each_goes_half_way(1, rms(after), rms(before), noise_floor_rad):
+    count = max(len(laws.learned) - len(names.learned), 1)
+    if each_goes_half_way(count, rms(after), rms(before), noise_floor_rad):
         return True
     rng = np.random.default_rng(SEED)
     gain = improvement(before, after, validation_blocks(evidence), rng)

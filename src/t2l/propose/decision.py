@@ -64,4 +64,5 @@ def each_goes_half_way(count: int, left: float, came: float, noise: float) -> bo
         came: with none of them.
         noise: of a perfect model.
     """
-    return left <= max(noise * (came / noise) ** (0.5**count), NEAR * noise)
+    share = 0.5**count
+    return left <= max(noise ** (1 - share) * came**share, NEAR * noise)

@@ -50,7 +50,7 @@ class {cls}(Effect):
 {install}
 
     def starts(self, scales):
-        one = np.ones_like(scales.torque)
+        one = {one}
         return [{{{starts}}}]
 {export}'''
 
@@ -228,12 +228,16 @@ def effect_text(law: Law, formula: Formula, ratio: float = 0.0) -> str:
         signature=f"the error follows the {followed}",
         when="".join(
             f"    {name} = {value!r}\n"
-            for name, value in (("needs", law.needs), ("order", order(law)))
+            for name, value in (
+                ("needs", law.needs), ("order", order(law)),
+                ("coupled", law.kind == TENDON), ("least_joints", 2 * (law.kind == TENDON)),
+            )
             if value
         ),
         condition=CONDITIONS.get(law.follows, "") if law.of == law.joint else "",
         install=install.format(motor=motor, held="held[0]" if commanded else "None"),
         export=export,
+        one="np.ones(1)" if law.kind == TENDON else "np.ones_like(scales.torque)",
         starts=", ".join(f'"{name}": {value:.6g} * one' for name, value in formula.values.items()),
     )  # fmt: skip
 
@@ -243,7 +247,9 @@ def _parameter(law: Law, name: str, value: float, unit: str) -> str:
     # a torque of zero is none, and a limit of zero is not
     is_torque = law.kind != LIMIT and (unit == "N·m" or unit.startswith("N·m/"))
     neutral = "" if is_torque else ", neutral=np.nan"
+    # a tendon is one for two joints
+    whole = ", per_joint=False" if law.kind == TENDON else ""
     return (
         f'        Parameter("{name}", "{unit}", {-reach:.4g}, {reach:.4g}, "{name} of the formula"'
-        f"{neutral}, size={0.1 * abs(value) + 1e-9:.3g}),"
+        f"{neutral}{whole}, size={0.1 * abs(value) + 1e-9:.3g}),"
     )

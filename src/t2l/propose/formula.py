@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, INERTIA, PHASE, SESSION, TORQUE, Curve
+from t2l.effects.law import FRICTION, HYSTERESIS, INERTIA, PHASE, SESSION, TENDON, TORQUE, Curve
 from t2l.identify.levels import PROMISING, TIED
 from t2l.propose.band import LEVEL
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
@@ -15,7 +15,10 @@ from t2l.propose.proposal import Learned
 EXTRA = "propose"  # of pyoperon
 SYMBOLS = "add,mul,exp,square,constant,variable"
 # a joint turns and a clock may tick; nothing comes again at a higher speed, torque or temperature
-REPEATS = {(TORQUE, "position"), (FRICTION, "position"), (TORQUE, "time"), (TORQUE, SESSION)}
+REPEATS = {
+    (TORQUE, "position"), (TENDON, "position"), (FRICTION, "position"),
+    (TORQUE, "time"), (TORQUE, SESSION),
+}  # fmt: skip
 MOST_NODES = 16  # tuned: longer is no short formula
 EVALUATIONS = 120_000  # numerics: of formulas
 SEED = 0  # statistics: of the search

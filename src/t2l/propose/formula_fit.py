@@ -74,7 +74,7 @@ class Simulation:
             here, *there = left([values, *(values + STEP * np.diag(size))])
             return (np.array(there) - here).T / (STEP * size)
 
-        # as long as it takes: one that is cut off loses to a formula that settles sooner
+        # until it settles: one that is cut off loses to a formula that settles sooner
         best = least_squares(
             lambda values: left([values])[0], start, slopes, x_scale="jac", ftol=TOLERANCE
         )

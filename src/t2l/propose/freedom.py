@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from t2l.effects.law import SIGNED, Law
+from t2l.effects.law import PHASE, SIGNED, TENDON, Law
 from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Slot
 from t2l.identify.prediction import Request
@@ -55,9 +55,11 @@ def freedom(
     from scipy.linalg import block_diag
 
     answers = responses(samples.predictor, found.state.layout, found.state.u, found.laws)
-    columns, bends, periods = [], [], 0
+    columns, bends, others = [], [], 0
     for effect, answer in zip(found.laws, answers, strict=True):
         formula = formulas.get(effect.law)
+        # a ratio, and a period that no formula holds
+        others += effect.law.kind == TENDON
         if formula:
             # what a change of each constant changes of the weights
             moved = np.linalg.lstsq(effect.basis, _slopes(formula, effect.grid), rcond=None)[0]
@@ -66,7 +68,7 @@ def freedom(
         else:
             columns.append(answer[samples.fitted])
             bends.append(_smoothest(found, effect, answer, samples))
-            periods += len(effect.parameters) - effect.basis.shape[1]
+            others += effect.law.follows == PHASE
     jacobian = np.concatenate(columns, axis=1)
     size = np.linalg.norm(jacobian, axis=0)
     size = np.where(size > 0, size, 1.0)
@@ -74,7 +76,7 @@ def freedom(
     bend = block_diag(*(b.T @ b for b in bends)) / np.outer(size, size)
     # the trace of a straight line is a little less than two
     whole = np.trace(np.linalg.solve(normal + bend + least_ridge(normal), normal))
-    return round(float(whole) + periods, DIGITS)
+    return round(float(whole) + others, DIGITS)
 
 
 def _slopes(formula: Formula, x: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Which laws a missing torque may follow, and over what range the recordings show each."""
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from t2l.effects.periodic_torque import strongest_frequency
 from t2l.identify.levels import TIED
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import INTERVALS_OF_FRICTION
-from t2l.propose.tendons import lever
+from t2l.propose.tendons import best_of_each_joint, levers, pairs
 from t2l.recordings.recording import Recording
 
 SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of what a law follows
@@ -35,7 +35,7 @@ LEAST_SHARE = TIED  # of the squared error; a joint with less has no law of its 
 
 
 def laws(
-    predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple], sizes: Sequence[float]
+    predictor: Predictor, residual: np.ndarray, ranges: Mapping[Law, tuple], spent: Sequence[float]
 ) -> dict[Law, float]:
     """Laws on joints that hold some of the error, simplest first; the ratio of tendons.
 
@@ -44,24 +44,16 @@ def laws(
 
     Args:
         residual: (nsample,) rad.
-        ranges: as `ranges` gives them.
-        sizes: (njoint,) N·m that makes a difference.
+        ranges: as `ranges` gives them, of the laws that may be taken.
+        spent: (njoint,) N·m, of the motors.
     """
     square = np.bincount(predictor.samples.joint, residual**2, len(predictor.joints))
     shown = square >= LEAST_SHARE * square.sum()
     joints = {name for name, share in zip(predictor.joints, shown, strict=True) if share}
-    own = {law: 0.0 for law in ranges if law.of == law.joint and law.joint in joints}
-    missing = missing_torque(predictor, residual)
-    size = dict(zip(predictor.joints, sizes, strict=True))
-    levers = {
-        law: lever(predictor, law, missing, (size[law.joint], size[law.of]))
-        for law in ranges
-        if law.kind == TENDON and {law.joint, law.of} & joints
-    }
-    best: dict[tuple[str, str], Law] = {}
-    for law in sorted(levers, key=lambda law: -levers[law].square):
-        best.setdefault((law.joint, law.follows), law)
-    return own | {law: levers[law].ratio for law in levers if law in best.values()}
+    own = {law: 0.0 for law in ranges if law.kind != TENDON and law.joint in joints}
+    tendons = [law for law in ranges if law.kind == TENDON and {law.joint, law.of} & joints]
+    found = best_of_each_joint(levers(predictor, residual, tendons, spent))
+    return own | {law: one.ratio for law, one in found.items()}
 
 
 def ranges(
@@ -130,9 +122,10 @@ def ranges(
                 continue
             for joint, name in enumerate(predictor.joints):
                 found[Law(kind, name, variable, name)] = span(variable, joint)
-    for variable in ALLOWED[TENDON]:
-        for (_, its), (joint, name) in combinations(enumerate(predictor.joints), 2):
-            found[Law(TENDON, name, variable, its)] = span(variable, joint)
+    for law in pairs(predictor.joints):
+        # one joint that moves is enough
+        pair = (predictor.joints.index(name) for name in (law.joint, law.of))
+        found[law] = max((span(law.follows, joint) for joint in pair), key=np.ptp)
     return {law: ends for law, ends in found.items() if ends[-1] - ends[0] > MOVES}
 
 

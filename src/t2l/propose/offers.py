@@ -154,7 +154,8 @@ def _say_more_simply(learning: Learning, named: State, own: Sequence[Slot]) -> b
         (residual,), _ = samples.left_by([named])
         if earns_its_place(residual, found.residual, samples):
             return True
-    joints = {samples.predictor.joints.index(effect.law.joint) for effect in found.laws}
+    acted_on = {name for effect in found.laws for name in (effect.law.joint, effect.law.of)}
+    joints = {samples.predictor.joints.index(name) for name in acted_on}
     counted = [slot for slot in own if slot.joint in (None, *joints)]
     numbers = independent(named, counted, samples)
     if freedom(found, samples) < numbers:

@@ -14,8 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from t2l.diagnose.conditions import Series, features
-from t2l.diagnose.inverse_dynamics_residual import derivatives
+from t2l.diagnose.conditions import features
 from t2l.diagnose.judging import rms
 from t2l.diagnose.settings import MOST_EFFECTS, SCREENED
 from t2l.effects.law import LIMIT, SIGNED, TENDON, Law
@@ -26,7 +25,7 @@ from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.scales import scales
-from t2l.propose.bases import SIZE, effect_of, penalty, straight
+from t2l.propose.bases import SIZE, effect_of, penalty, straight, tendon_of
 from t2l.propose.decision import each_goes_half_way
 from t2l.propose.dictionary import responses
 from t2l.propose.found import (
@@ -55,12 +54,12 @@ from t2l.propose.ridge import Fit, fit
 from t2l.propose.simplify import simplify
 from t2l.propose.smoothing import smooth_again
 from t2l.propose.split import few
-from t2l.propose.tendons import reach
+from t2l.propose.tendons import BETWEEN, measured, reach, table
 
 NEAR = AT_THE_FLOOR  # times the least error after them: laws that are fitted to the end
 MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
-# derived: laws that wait for another: a cable pulls on two joints by own and the other's position,
-# of which the first shows alone and the rest may only together
+# derived: laws that wait for another: a heavier link lacks weight, inertia and friction, of which
+# the first shows alone and the rest may only together
 AHEAD = 2
 
 Progress = Callable[[str, float], None]
@@ -89,17 +88,23 @@ def search(
     motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
     commanded = features(predictor, q[0], dq[0])["torque"]
     only_lines = lines(predictor)
-    measured_dq = derivatives(Series(predictor.samples), predictor.samples.q)[1]
+    variables = measured(predictor)
+    both = {
+        "position": (variables["position"], table(predictor, q[0])),
+        "velocity": (variables["velocity"], table(predictor, dq[0])),
+    }
 
     def made(law: Law, finer: int = 1, ratio: float = 0.0) -> SplineTorque:
         if law.kind == LIMIT:
             at = predictor.samples.joint == predictor.joints.index(law.joint)
             return limit_of(law, commanded[at], dq[0][at], SIZE * motor[law.joint])
-        shown = ends[law]
         if law.kind == TENDON:
-            both = {"position": (predictor.samples.q, q[0]), "velocity": (measured_dq, dq[0])}
-            shown = reach(predictor, law, ratio, both[law.follows])
-        effect = effect_of(law, shown, motor[law.joint], finer, ratio)
+            pair = [predictor.joints.index(name) for name in (law.joint, law.of)]
+            x = [one[:, pair] for one in both[law.follows]]
+            # the ratio may still move to the next
+            near = (reach(x, ratio * times) for times in (1.0, 1 / BETWEEN, BETWEEN))
+            return tendon_of(law, [*near], motor[law.joint], ratio)
+        effect = effect_of(law, ends[law], motor[law.joint], finer)
         return straight(effect) if law in only_lines else effect
 
     draft = coarser(predictor, state)
@@ -160,7 +165,7 @@ def _take_one(
     draft: Predictor,
     ends: Mapping[Law, tuple[float, ...]],
     made: Callable[..., SplineTorque],
-    sizes: Sequence[float],
+    spent: Sequence[float],
 ) -> Taken | None:
     """Add the law that leaves least; None if none leaves less than before by enough to matter.
 
@@ -168,12 +173,13 @@ def _take_one(
         draft: with coarser ticks, for all but the last steps of a fit.
         ends: of the variable of each law.
         made: the effect of a law, with so many times its knots, and a ratio.
-        sizes: (njoint,) N·m that makes a difference.
+        spent: (njoint,) N·m, of the motors.
     """
     predictor, fitted, chosen = samples.predictor, samples.fitted, samples.chosen
     state, taken = found.state, {effect.law for effect in found.laws}
-    candidates = laws(predictor, found.residual, ends, sizes)
-    effects = [made(law, ratio=r) for law, r in candidates.items() if law not in taken]
+    free = {law: end for law, end in ends.items() if law not in taken}
+    candidates = laws(predictor, found.residual, free, spent)
+    effects = [made(law, ratio=ratio) for law, ratio in candidates.items()]
     screen, at = few(draft, max(SCREENED))
     answers = responses(screen, state.layout, state.u, effects)
     left = found.residual[at]

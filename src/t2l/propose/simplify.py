@@ -12,6 +12,7 @@ from t2l.propose.dictionary import rest_in, weights_in
 from t2l.propose.found import Search, explain_alike
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, finish, off, refit, with_law, without
+from t2l.propose.tendons import measured
 
 
 def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: Predictor) -> None:
@@ -30,7 +31,7 @@ def simplify(found: Search, limit_rad: float, samples: LearningSamples, draft: P
         trials = [
             without(found.state, [curve.name]),
             *levelled(found.state, curve, predictor.joints),
-            *on_one_joint(found.state, curve, predictor.joints),
+            *on_one_joint(found.state, curve, predictor),
             *straightened(found.state, curve, predictor.joints),
         ]
         shift = off(draft, found.state, found.residual)[fitted]
@@ -59,28 +60,37 @@ def straightened(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> 
     return [made]
 
 
-def on_one_joint(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
-    """States with a law of one joint alone in place of a tendon that pulls little at the other."""
+def on_one_joint(state: State, curve: SplineTorque, predictor: Predictor) -> list[State]:
+    """States with a law of one joint alone in place of a tendon that pulls little at the other.
+
+    It begins where the other joint is on average: f(x_i + r x̄_j) on i, or r f(x̄_i + r x_j) on j.
+    """
     if curve.law.kind != TENDON:
         return []
     ratio = curve.ratio + float(state.u[rest_in(state.layout, curve)].sum())
     weights = state.u[weights_in(state.layout, curve)]
     ((_, factor),) = (law for law in state.laws if law[0] is curve)
-    # f(x_i + r x_j) on i, or on j, of x_i / r + x_j
-    first, second = (curve.law.joint, 1.0), (curve.law.of, ratio)
-    joint, lever = first if abs(ratio) < 1 else second
+    mean = np.nanmean(measured(predictor)[curve.law.follows], axis=0)
+    here, there = (mean[predictor.joints.index(name)] for name in (curve.law.joint, curve.law.of))
+    first, second = (curve.law.joint, 1.0, ratio * there), (curve.law.of, ratio, here)
+    joint, lever, other = first if abs(ratio) < 1 else second
     law = Law(TORQUE, joint, curve.law.follows, joint)
     if law in {other.law for other, _ in state.laws}:
         return []
     order = slice(None, None, 1 if lever > 0 else -1)
-    grid, basis = (curve.grid / lever)[order], curve.basis[order]
-    shown = tuple(sorted(end / lever for end in curve.shown))
-    effect = SplineTorque(law, grid, basis, curve.parameters[0].size, shown)
-    return [with_law(without(state, [curve.name]), effect, lever * weights, factor, joints)]
+    grid, basis = ((curve.grid - other) / lever)[order], curve.basis[order]
+    low, high = sorted((end - other) / lever for end in curve.shown)
+    size = abs(lever) * curve.parameters[0].size
+    effect = SplineTorque(law, grid, basis, size, (low, high))
+    bare = without(state, [curve.name])
+    # the same penalty of weights that are so many times as large
+    return [with_law(bare, effect, lever * weights, factor / lever**2, predictor.joints)]
 
 
 def levelled(state: State, curve: SplineTorque, joints: tuple[str, ...]) -> list[State]:
     """States with constants in place of a curve: a torque or dry friction, as it was, and both.
+
+    Of a tendon they are on its first joint.
 
     The constant of its own kind begins at the mean of the curve. None for a single number.
     """

@@ -11,14 +11,15 @@ import numpy as np
 
 from t2l.diagnose.conditions import Series
 from t2l.diagnose.explained_variance import by_bins
-from t2l.diagnose.inverse_dynamics_residual import derivatives
-from t2l.effects.law import Law
+from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
+from t2l.effects.law import TENDON, Law
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.prediction import Predictor
 from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
-# numerics: where the fit of a ratio begins, a factor of 1.4 apart; beyond, it acts on one joint
-RATIOS = (sizes := 5.0 ** np.linspace(-1, 1, 11), -sizes)
+# numerics: where the fit of a ratio begins; beyond, it acts on one joint
+RATIOS = np.outer((1, -1), 5.0 ** np.linspace(-1, 1, 11)).ravel()
+BETWEEN = 5.0**0.2  # derived: of one ratio and the next
 
 
 @dataclass(frozen=True)
@@ -26,53 +27,106 @@ class Lever:
     """How much of what two joints lack a tendon tells, at its best ratio.
 
     Attributes:
-        square: of the missing torque, in parts of what makes a difference.
+        square: of the missing torque, in parts of what the motors spend. Zero tells nothing.
     """
 
     ratio: float
     square: float
 
 
-def lever(predictor: Predictor, law: Law, missing: np.ndarray, size: tuple[float, float]) -> Lever:
+def lever(
+    x: np.ndarray, missing: np.ndarray, block: np.ndarray, spent: tuple[float, float]
+) -> Lever:
     """The best of `RATIOS` for a tendon.
 
     Args:
-        missing: (nsample,) N·m.
-        size: N·m that makes a difference on its two joints.
+        x: (nrow, 2) its variable of each of its joints.
+        missing: (nrow, 2) N·m.
+        block: (nrow,) what is left out in turn.
+        spent: N·m that the motors of the two spend.
     """
-    samples = predictor.samples
-    x = samples.q if law.follows == "position" else derivatives(Series(samples), samples.q)[1]
-    here, there = paired(predictor, law, x)
-    (lack, its), block = paired(predictor, law, missing), _blocks(predictor, law)
     found = [Lever(0.0, 0.0)]
-    for ratio in np.concatenate(RATIOS):
-        parts = size[0] ** -2, (ratio / size[1]) ** 2
-        tension = (parts[0] * lack + parts[1] * its / ratio) / sum(parts)
-        told = by_bins(tension, here + ratio * there, block)
+    for ratio in RATIOS if len(x) else ():
+        parts = spent[0] ** -2, (ratio / spent[1]) ** 2
+        tension = (parts[0] * missing[:, 0] + parts[1] * missing[:, 1] / ratio) / sum(parts)
+        told = by_bins(tension, x[:, 0] + ratio * x[:, 1], block)
         found.append(Lever(float(ratio), told * np.var(tension) * sum(parts)))
     return max(found, key=lambda one: one.square)
 
 
-def reach(
-    predictor: Predictor, law: Law, ratio: float, values: Sequence[np.ndarray]
-) -> tuple[float, float]:
-    """Of what a tendon follows, over several (nsample,) of its variable of each joint."""
-    pairs = [paired(predictor, law, one) for one in values]
-    x = np.concatenate([here + ratio * there for here, there in pairs])
-    return float(x.min()), float(x.max())
+def levers(
+    predictor: Predictor, residual: np.ndarray, laws: Sequence[Law], spent: Sequence[float]
+) -> dict[Law, Lever]:
+    """Of tendons that tell something of what is missing.
+
+    Args:
+        residual: (nsample,) measured minus predicted position, rad.
+        spent: (njoint,) N·m.
+    """
+    if not laws:
+        return {}
+    series, joints = table(predictor, missing_torque(predictor, residual)), predictor.joints
+    variables, block = measured(predictor), _blocks(predictor)
+    found = {}
+    for law in laws:
+        pair = [joints.index(law.joint), joints.index(law.of)]
+        x, missing = variables[law.follows][:, pair], series[:, pair]
+        known = np.isfinite(x).all(axis=1)
+        own = spent[pair[0]], spent[pair[1]]
+        found[law] = lever(x[known], missing[known], block[known], own)
+    return {law: one for law, one in found.items() if one.square > 0}
 
 
-def paired(predictor: Predictor, law: Law, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values (nsample,) of a law's joint, and of the other, at the times at which both have one."""
-    joints = [predictor.joints.index(name) for name in (law.joint, law.of)]
-    both = np.concatenate([rows[:, joints] for rows in predictor.samples.by_row(values)])
-    return tuple(both[np.isfinite(both).all(axis=1)].T)
+def best_of_each_joint(found: dict[Law, Lever]) -> dict[Law, Lever]:
+    """Of the tendons of every joint the one over positions and the one over velocities."""
+    best: dict[tuple[str, str], Law] = {}
+    for law in sorted(found, key=lambda law: -found[law].square):
+        for joint in (law.joint, law.of):
+            best.setdefault((joint, law.follows), law)
+    return {law: one for law, one in found.items() if law in best.values()}
 
 
-def _blocks(predictor: Predictor, law: Law) -> np.ndarray:
-    """What is left out in turn: recordings, or blocks of time where they are few."""
+def reach(x: Sequence[np.ndarray], ratio: float) -> tuple[float, float]:
+    """Ends of what a tendon follows, over several (nrow, 2) of its variable of each joint."""
+    ends = [np.nanquantile(one[:, 0] + ratio * one[:, 1], (0.0, 1.0)) for one in x]
+    return float(np.min(ends)), float(np.max(ends))
+
+
+def measured(predictor: Predictor) -> dict[str, np.ndarray]:
+    """(nrow, njoint) measured, by what a tendon follows."""
     samples = predictor.samples
-    recording, _ = paired(predictor, law, samples.recording.astype(float))
-    if len(predictor.recordings) >= LEAST_TO_HOLD_OUT_WHOLE:
-        return recording.astype(int)
-    return blocks(recording.astype(int), paired(predictor, law, samples.time)[0])
+    velocity = derivatives(Series(samples), samples.q)[1]
+    return {"position": table(predictor, samples.q), "velocity": table(predictor, velocity)}
+
+
+def table(predictor: Predictor, values: np.ndarray) -> np.ndarray:
+    """(nrow, njoint) values (nsample,) at every time of every recording.
+
+    Between a joint's own samples they are interpolated. NaN of a joint that a recording lacks.
+    """
+    tables = predictor.samples.by_row(values)
+    for recording, rows in zip(predictor.recordings, tables, strict=True):
+        for column in rows.T:
+            known = np.isfinite(column)
+            if known.any():
+                column[:] = np.interp(recording.time, recording.time[known], column[known])
+    return np.concatenate(tables)
+
+
+def _blocks(predictor: Predictor) -> np.ndarray:
+    """(nrow,) what is left out in turn: recordings, or blocks of time where they are few."""
+    recordings = predictor.recordings
+    number = np.repeat(np.arange(len(recordings)), [len(r.time) for r in recordings])
+    if len(recordings) >= LEAST_TO_HOLD_OUT_WHOLE:
+        return number
+    return blocks(number, np.concatenate([r.time - r.time[0] for r in recordings]))
+
+
+def pairs(joints: Sequence[str]) -> list[Law]:
+    """Every tendon between two joints; each pair once, with the later joint first."""
+    return [
+        Law(TENDON, name, follows, before)
+        for follows in ("position", "velocity")
+        for j, name in enumerate(joints)
+        for before in joints[:j]
+    ]

@@ -66,7 +66,7 @@ def variable(curve: Curve) -> str:
     if law.kind == TENDON:
         sign = "+" if curve.ratio > 0 else "−"
         return f"{law.follows} of {law.joint} {sign} {abs(curve.ratio):.3g} {law.of}"
-    return law.follows if law.of == law.joint else f"{law.follows} of {law.of}"
+    return law.follows
 
 
 def part(fraction: float) -> str:
@@ -176,8 +176,6 @@ def _nearest(proposal: Proposal) -> str:
 
 
 def _variable(law: Law) -> str:
-    if law.of != law.joint:
-        return f"the {law.follows} of {law.of}"
     if law.follows in ("time", SESSION):
         return f"the {VARIABLES[law.follows]}"
     return f"its {VARIABLES.get(law.follows, law.follows)}"
