@@ -11,13 +11,17 @@ from t2l.effects.law import TENDON, TORQUE, Curve, Law
 from t2l.effects.registry import load
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
-from t2l.propose.bases import penalty, tabulated, tendon_of
+from t2l.propose.bases import penalty, straight, tabulated, tendon_of
 from t2l.propose.dictionary import weights_in
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
+from t2l.propose.found import Search
+from t2l.propose.freedom import freedom
+from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.proposal import LAW
 from t2l.propose.refit import State, with_law
 from t2l.propose.simplify import on_one_joint
+from t2l.propose.split import split
 from t2l.propose.tendons import (
     BETWEEN,
     RATIOS,
@@ -168,3 +172,17 @@ def test_a_tendon_becomes_the_law_of_the_joint_at_which_it_pulls_most(predictor,
         for one, f, s in ((own, factor, found), (effect, 2.0, state))
     ]
     np.testing.assert_allclose(np.sum(bends[0] ** 2), np.sum(bends[1] ** 2))
+
+
+@pytest.mark.parametrize("in_words", [False, True])
+def test_a_straight_tendon_has_three_numbers(predictor, in_words):
+    """As a cable has: stiffness, rest, and the ratio, which no formula holds."""
+    line = straight(tendon_of(CABLE, [(-1.0, 2.0)], 1.0, RATIO))
+    bare = State(*Model(predictor.recordings[0].robot).vector(predictor.joints))
+    state = with_law(bare, line, np.array([0.3, -0.2]), 1.0, predictor.joints)
+    samples = LearningSamples(predictor, *split(predictor))
+    (residual,), (error,) = samples.left_by([state])
+    words = Formula("a + b * x", {"a": 0.1, "b": -0.2}, {"a": "N·m", "b": "N·m/rad"})
+    found = Search(state, error, error, error, residual)
+    numbers = freedom(found, samples, {CABLE: words} if in_words else {})
+    assert numbers == pytest.approx(3.0, abs=0.02)
