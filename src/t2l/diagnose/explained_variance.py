@@ -100,10 +100,7 @@ def explained_variance(
     held = [np.flatnonzero(samples.joint == j) for j in range(len(predictor.joints))]
     weight = np.array([np.sum(residual[at] ** 2) for at in held])
     weight /= weight.sum() or 1.0
-    if len(predictor.recordings) >= LEAST_TO_HOLD_OUT_WHOLE:
-        block = samples.recording
-    else:
-        block = blocks(samples.recording, samples.time)
+    block = left_out_in_turn(samples.recording, samples.time)
     found = []
     for condition, values in features.items():
         told = {
@@ -141,6 +138,12 @@ def _swinging(predictor: Predictor, missing, held, weight) -> list[ExplainedVari
         return []
     joints = dict(zip(predictor.joints, fractions.tolist(), strict=True))
     return [ExplainedVariance("time", float(weight @ fractions), False, joints, frequency)]
+
+
+def left_out_in_turn(recording: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """(n,) which part of the data each belongs to: its recording, or of few a block of time."""
+    enough = recording.max(initial=-1) + 1 >= LEAST_TO_HOLD_OUT_WHOLE
+    return recording if enough else blocks(recording, time)
 
 
 def proportion(values: np.ndarray, condition: np.ndarray, block: np.ndarray) -> float:

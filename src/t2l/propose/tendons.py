@@ -10,12 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose.conditions import Series
-from t2l.diagnose.explained_variance import by_bins
+from t2l.diagnose.explained_variance import by_bins, left_out_in_turn
 from t2l.diagnose.inverse_dynamics_residual import derivatives, missing_torque
 from t2l.effects.law import TENDON, Law
-from t2l.identify.block_bootstrap import blocks
 from t2l.identify.prediction import Predictor
-from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
 # numerics: where the fit of a ratio begins; beyond, it acts on one joint
 RATIOS = np.outer((1, -1), 5.0 ** np.linspace(-1, 1, 11)).ravel()
@@ -66,7 +64,9 @@ def levers(
     if not laws:
         return {}
     series, joints = table(predictor, missing_torque(predictor, residual)), predictor.joints
-    variables, block = measured(predictor), _blocks(predictor)
+    variables, recordings = measured(predictor), predictor.recordings
+    number = np.repeat(np.arange(len(recordings)), [len(r.time) for r in recordings])
+    block = left_out_in_turn(number, np.concatenate([r.time - r.time[0] for r in recordings]))
     found = {}
     for law in laws:
         pair = [joints.index(law.joint), joints.index(law.of)]
@@ -111,15 +111,6 @@ def table(predictor: Predictor, values: np.ndarray) -> np.ndarray:
             if known.any():
                 column[:] = np.interp(recording.time, recording.time[known], column[known])
     return np.concatenate(tables)
-
-
-def _blocks(predictor: Predictor) -> np.ndarray:
-    """(nrow,) what is left out in turn: recordings, or blocks of time where they are few."""
-    recordings = predictor.recordings
-    number = np.repeat(np.arange(len(recordings)), [len(r.time) for r in recordings])
-    if len(recordings) >= LEAST_TO_HOLD_OUT_WHOLE:
-        return number
-    return blocks(number, np.concatenate([r.time - r.time[0] for r in recordings]))
 
 
 def pairs(joints: Sequence[str]) -> list[Law]:
