@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import yaml
 
 from t2l.cli.main import main
 from t2l.design.d_optimal import exchange, log_det
@@ -170,4 +171,19 @@ def test_mistakes_are_named(tmp_path, change, options, message):
     path = configuration(tmp_path, **change)
     with pytest.raises(SystemExit, match=message):
         main(["plan", str(path), *options, "--out", str(tmp_path / "out")])
+    assert not (tmp_path / "out/plan.yaml").exists()
+
+
+def test_a_curve_of_the_model_acts_in_the_simulation_too(tmp_path):
+    path = configuration(tmp_path)
+    curve = {
+        "kind": "friction", "joint": "hinge", "follows": "temperature", "of": "hinge",
+        "at": [20, 40], "torque": [0.1, 0.05],
+    }  # fmt: skip
+    model = {"robot": "pendulum.xml", "effects": {}, "learned": [curve]}
+    (tmp_path / "model.yaml").write_text(yaml.safe_dump(model))
+    arguments = ["plan", str(path), "--model", str(tmp_path / "model.yaml")]
+    # no temperature is known beforehand
+    with pytest.raises(SystemExit, match="it follows the column temperature"):
+        main([*arguments, "--out", str(tmp_path / "out")])
     assert not (tmp_path / "out/plan.yaml").exists()

@@ -1,6 +1,7 @@
 """``t2l plan``: which motions to record, so that effects can be told apart."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from t2l.cli.inputs import add_extensions, add_force
@@ -120,7 +121,7 @@ def _model_and_effects(arguments: argparse.Namespace, setup):
                 f"{arguments.model}: robot: found {given.robot}; allowed: that of "
                 f"{arguments.config}, {setup.robot.name}"
             )
-        model = Model(given.robot, given.effects, (*given.effect_files, *own))
+        model = replace(given, effect_files=(*given.effect_files, *own))
         check_joints(arguments.model, model, setup.robot.joints)
     joints = setup.robot.joints
     missing = {
