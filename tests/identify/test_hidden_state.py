@@ -185,3 +185,33 @@ def test_a_step_never_makes_a_linear_response_worse(doubt, response, seed):
 def test_a_joint_that_does_not_answer_keeps_its_slope():
     made, predict = beginning(np.zeros((8, 2)), [0.1, 0.2])
     assert (made.estimate(predict, [], np.zeros((1, 1, 2))) == 0).all()
+
+
+def test_a_step_is_not_taken_where_a_large_velocity_leaps():
+    made, _ = beginning(np.ones((8, 1)), [0.1])
+
+    def predict(starts):
+        # dry friction stops a joint after a way that grows with the square of its velocity
+        v = starts[:, 0, :, 2]
+        return np.repeat(0.01 * v + 10 * v**2 - 1e-4, 8, axis=1)
+
+    # where the slope at first, of a difference of 1 mrad/s, would lead
+    leap = np.full((1, 1, 1, 3), 1e-4 / 0.02)
+    assert np.abs(predict(leap)).max() > 1e-4
+    assert np.abs(predict(made.estimate(predict, [], np.zeros((1, 1, 1))))).max() <= 1e-4
+
+
+def test_a_joint_that_dry_friction_just_holds_stays_though_others_of_the_set_move(robot):
+    friction = {"coulomb_friction": {"torque": {"hinge": 0.105}}}
+    # 0.1 N·m of the motor, from before the first row
+    still = recording(robot, step(0.02, at_s=0.05), kp=5, kd=0.3, row_rate_hz=200.0)
+    late = still.time >= 0.1
+    time = still.time[late] - 0.1
+    for seed in range(5):
+        log = measured(still, friction, NOISE_RAD, seed)
+        log = dataclasses.replace(log, time=time, q_des=log.q_des[late], q=log.q[late])
+        layout, u = Model(robot, friction).vector(log.joints)
+        predictor = Predictor(robot, [log], threads=1, in_motion=True)
+        q = predictor.predict([Request(layout, u[None])])[0][0]
+        # where it stays is measured with noise
+        assert np.abs(q).max() < 3 * NOISE_RAD

@@ -10,7 +10,10 @@ tried first.
 The velocity of what the encoder does see is estimated likewise, in one step from the slope of the
 first positions, which is the prior with what it may be off by. No polynomial tells it well enough:
 torque jumps at every command, so that a long one is wrong, and of a short one the encoder's noise
-leaves per cents. A joint that dry friction holds tells nothing by a step, and the prior stays.
+leaves per cents.
+
+No step is taken that leaves more than before: a joint that dry friction holds hardly answers to a
+small velocity, and leaps with a large one.
 """
 
 from collections.abc import Callable
@@ -101,18 +104,17 @@ class Beginning:
 
         start = np.zeros((m, nrec, njoint, UNKNOWN))
         unknowns = self._unknowns(joints)
-        if not joints:
-            return self._step(errors(_moved(start, unknowns)), unknowns, njoint)
         if play.any():
             start = self._side(errors, play)
         best, least = start, np.full((m, nrec), np.inf)
-        for iteration in range(ITERATIONS + 1):
-            moved = start[None] if iteration == ITERATIONS else _moved(start, unknowns)
+        steps = ITERATIONS if joints else 1
+        for iteration in range(steps + 1):
+            moved = start[None] if iteration == steps else _moved(start, unknowns)
             error = errors(moved)
             left = self._by_recording(error[0] ** 2)
             better = (left < least)[..., None, None]
             best, least = np.where(better, start, best), np.minimum(left, least)
-            if iteration < ITERATIONS:
+            if iteration < steps:
                 start = best + np.where(better, self._step(error, unknowns, njoint), 0.0)
                 # of the other joints one step is enough
                 unknowns = unknowns[: UNKNOWN * len(joints)]
