@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from t2l.identify.initial_state import (
     begins_in_motion,
     first_slope,
-    most_begin_in_motion,
+    half_begin_in_motion,
     slope_of_motion,
 )
 from tests.diagnose.made import hold, recording
@@ -101,8 +101,8 @@ def test_a_measured_velocity_is_not_in_doubt():
     assert (dq, doubt) == (0.7, 0.0)
 
 
-def test_more_than_half_of_a_set_say_that_all_may_begin_in_motion():
+def test_half_of_a_set_say_that_all_may_begin_in_motion():
     made = recording("none.xml", hold(0.0))
     fast = dataclasses.replace(made, dq=np.full_like(made.q, 0.7))
-    assert most_begin_in_motion([fast, fast, made])
-    assert not most_begin_in_motion([fast, made])
+    assert half_begin_in_motion([fast, made])
+    assert not half_begin_in_motion([fast, made, made])

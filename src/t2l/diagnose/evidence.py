@@ -12,7 +12,7 @@ import numpy as np
 
 from t2l.diagnose import settings
 from t2l.identify.block_bootstrap import BLOCK_S, blocks
-from t2l.identify.initial_state import most_begin_in_motion
+from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
@@ -67,7 +67,7 @@ def gather(
         by_blocks: let blocks of time choose, however many recordings there are.
     """
     rest, test = list(recordings), list(holdout)
-    in_motion = most_begin_in_motion((*rest, *test))
+    in_motion = half_begin_in_motion((*rest, *test))
 
     def predictor(of: Sequence[Recording]) -> Predictor:
         return Predictor(robot, of, substeps, threads, in_motion=in_motion)

@@ -55,9 +55,9 @@ def begins_in_motion(recording: Recording) -> bool:
     return bool((np.abs(start_state(recording)[1]) > AT_REST_RAD_S).any())
 
 
-def most_begin_in_motion(recordings: Sequence[Recording]) -> bool:
-    """Whether more than half clearly do: then any of them may, however slowly."""
-    return 2 * sum(map(begins_in_motion, recordings)) > len(recordings)
+def half_begin_in_motion(recordings: Sequence[Recording]) -> bool:
+    """Whether at least half clearly do: then any of them may, however slowly."""
+    return 2 * sum(map(begins_in_motion, recordings)) >= len(recordings)
 
 
 def slope_of_motion(recording: Recording) -> tuple[np.ndarray, np.ndarray]:

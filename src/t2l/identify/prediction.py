@@ -12,7 +12,7 @@ from t2l.effects.blame import blaming
 from t2l.effects.term import Layout, Term
 from t2l.errors import T2LError
 from t2l.identify import batches
-from t2l.identify.initial_state import most_begin_in_motion
+from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.samples import Samples
 from t2l.identify.schedules import Group, groups
 from t2l.identify.simulation import simulate
@@ -46,7 +46,7 @@ class Predictor:
         substeps: physics steps a control tick are multiplied by this.
         coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`; of a
             plant with more joints than are driven, as between motor and link, two at most.
-        in_motion: whether all recordings may begin so, as most do; else those may that clearly do.
+        in_motion: whether all recordings may begin so, as half do; else those may that clearly do.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Predictor:
         self.joints = self.recordings[0].joints
         self.substeps, self.coarseness = substeps, coarseness
         if in_motion is None:
-            in_motion = most_begin_in_motion(self.recordings)
+            in_motion = half_begin_in_motion(self.recordings)
         self.in_motion = in_motion
         self.threads = threads or len(os.sched_getaffinity(0))
         self.samples = Samples.measured(self.recordings)
