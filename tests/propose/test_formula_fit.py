@@ -33,7 +33,7 @@ def test_constants_are_recovered_that_fit_the_curve_less_well(tmp_path):
     truth = {"a": 0.05, "b": 3.0, "c": 0.02}
     judge = simulation(pendulum(tmp_path), ripple(**truth))
     begun = ripple(a=0.055, b=2.7, c=0.001)
-    fitted = judge.fitted(begun)
+    fitted = judge.fitted(begun).formula
     assert fitted.values == pytest.approx(truth, rel=0.03)
     before, after = judge.errors([begun, fitted])
     assert after < 1.1 * NOISE_RAD < 3 * NOISE_RAD < before
@@ -45,7 +45,7 @@ def test_a_fit_goes_on_until_it_settles(tmp_path):
     units = {"a": "1/rad", "b": "N·m", "c": "N·m"}
     decay = Formula("b * np.exp(a * x) + c", {"a": -0.3, "b": 0.1, "c": -0.04}, units)
     shape = Formula(decay.text, truth, units)
-    fitted = simulation(pendulum(tmp_path), shape).fitted(decay)
+    fitted = simulation(pendulum(tmp_path), shape).fitted(decay).formula
     assert fitted.values == pytest.approx(truth, rel=0.03)
 
 
@@ -56,7 +56,7 @@ def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path):
     errors = judge.errors([wild, Formula(values={"a": 0.05}, **line)])
     assert errors[0] == FAR
     assert errors[1] < 1.1 * NOISE_RAD
-    assert judge.errors([judge.fitted(wild)])[0] == FAR
+    assert judge.errors([judge.fitted(wild).formula])[0] == FAR
 
 
 def test_constants_of_two_formulas_fit_beside_each_other(tmp_path):

@@ -1,12 +1,14 @@
 """A short formula for a learned curve, by symbolic regression (pyoperon), if one fits its band."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Protocol
 
 import numpy as np
 
 from t2l.effects.law import FRICTION, HYSTERESIS, INERTIA, PHASE, SESSION, TENDON, TORQUE, Curve
+from t2l.identify.block_bootstrap import improvement
 from t2l.identify.levels import PROMISING, TIED
 from t2l.propose.band import LEVEL
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
@@ -21,7 +23,7 @@ REPEATS = {
 }  # fmt: skip
 MOST_NODES = 16  # tuned: longer is no short formula
 EVALUATIONS = 120_000  # numerics: of formulas
-SEED = 0  # statistics: of the search
+SEED = 0  # statistics: of the search, and of the bootstrap
 INSIDE = LEVEL  # of the points of a curve that must lie in its band
 STRAIGHT = 1e-6  # numerics: change of slope, in parts of the largest values
 SLACK = TIED  # of the largest torque: a smooth curve rounds a kink off by as much
@@ -32,45 +34,76 @@ def installed() -> bool:
     return find_spec("pyoperon") is not None and find_spec("sklearn") is not None
 
 
+@dataclass(frozen=True)
+class Fitted:
+    """A formula with constants fitted to recordings.
+
+    Attributes:
+        left_out: (nsample,) rad, what it leaves of each block of time if the others alone fit it.
+    """
+
+    formula: Formula
+    left_out: np.ndarray
+
+
 class Judge(Protocol):
     """What formulas leave of recordings, also of such that go beyond the curve.
 
     There formulas within its band may differ much. See `t2l.propose.formula_fit.Simulation`.
+
+    Attributes:
+        limit: rad, the most that a formula may leave.
+        block: (nsample,) numbers of blocks of time.
     """
 
     limit: float
+    block: np.ndarray
 
     def errors(self, formulas: Sequence[Formula]) -> list[float]: ...
 
-    def fitted(self, formula: Formula) -> Formula: ...
+    def fitted(self, formula: Formula) -> Fitted: ...
 
 
 def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
     """A short formula within the band; None if there is none, or of a hysteresis or an inertia.
 
-    Those that leave nearly as little as the best are fitted. The shortest is taken that explains
-    alike with the best of them then, if it leaves no more than the limit.
-
     Args:
-        judge: by default the shortest within the band is taken.
+        judge: by default the shortest within the band is taken, see `chosen`.
 
     Raises:
         ModuleNotFoundError: the extra `propose` is not installed.
     """
-    candidates = _inside_the_band(learned)
     if judge is None:
-        return next(candidates, None)
-    found = [*candidates]
+        return next(candidates(learned), None)
+    return chosen([*candidates(learned)], judge)
+
+
+def chosen(found: Sequence[Formula], judge: Judge) -> Formula | None:
+    """One of several formulas, from short to long; None if all leave more than the limit.
+
+    Those that leave nearly as little as the best are fitted. The shortest is taken of which no
+    other foretells more, by the paired block bootstrap on blocks that were left out.
+    """
     begun = judge.errors(found)
     enough = PROMISING * min(begun, default=0.0)
     fitted = [judge.fitted(one) for one, left in zip(found, begun, strict=True) if left <= enough]
-    errors = judge.errors(fitted)
-    most = min(judge.limit, (1 + TIED) * min(errors, default=0.0))
-    return next((one for one, left in zip(fitted, errors, strict=True) if left <= most), None)
+    errors = judge.errors([one.formula for one in fitted])
+    left = [one for one, error in zip(fitted, errors, strict=True) if error <= judge.limit]
+    unbeaten = (one for one in left if not any(_beats(other, one, judge.block) for other in left))
+    return next((one.formula for one in unbeaten), None)
 
 
-def _inside_the_band(learned: Learned) -> Iterator[Formula]:
-    """Formulas from short to long, with constants fitted to the curve."""
+def _beats(other: Fitted, one: Fitted, block: np.ndarray) -> bool:
+    rng = np.random.default_rng(SEED)
+    return improvement(one.left_out, other.left_out, block, rng).lower > 0
+
+
+def candidates(learned: Learned) -> Iterator[Formula]:
+    """Formulas within the band from short to long, with constants fitted to the curve.
+
+    Raises:
+        ModuleNotFoundError: the extra `propose` is not installed.
+    """
     curve = learned.curve
     if curve.law.kind in (HYSTERESIS, INERTIA):
         return

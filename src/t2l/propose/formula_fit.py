@@ -11,11 +11,13 @@ import numpy as np
 
 from t2l.diagnose.judging import rms
 from t2l.effects.law import GRID, Curve, Law
+from t2l.identify.block_bootstrap import blocks
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
+from t2l.propose.cross_validation import left_out
 from t2l.propose.decision import NEAR
 from t2l.propose.expression import Formula
-from t2l.propose.formula import extent, formula, installed
+from t2l.propose.formula import Fitted, candidates, chosen, extent, installed
 from t2l.propose.proposal import Learned, Proposal, pooled_error
 from t2l.propose.refit import COARSE
 
@@ -44,16 +46,34 @@ class Simulation:
     limit: float
 
     @classmethod
-    def of(cls, proposal: Proposal, one: Learned, sets: Sets) -> "Simulation":
-        """In the place of `one` of the curves of a proposal, beside the others."""
-        limit = NEAR * max(proposal.noise_floor_rad, pooled_error(proposal.with_curves, sets))
-        return cls(one.curve, proposal.without(one), sets, limit)
+    def of(
+        cls, proposal: Proposal, one: Learned, sets: Sets, beside: Mapping[Law, Formula]
+    ) -> "Simulation":
+        """In the place of `one` of the curves of a proposal.
+
+        Args:
+            beside: formulas in place of others.
+        """
+        rest = in_words(replace(proposal, learned=_others(proposal, one)), beside)
+        whole = replace(rest, learned=(*rest.learned, one.curve))
+        limit = NEAR * max(proposal.noise_floor_rad, pooled_error(whole, sets))
+        return cls(one.curve, rest, sets, limit)
 
     def errors(self, formulas: Sequence[Formula]) -> list[float]:
         """RMS error in rad of each."""
         return [rms(left) for left in self._left(formulas, self.sets)] if formulas else []
 
-    def fitted(self, formula: Formula) -> Formula:
+    @cached_property
+    def block(self) -> np.ndarray:
+        """(nsample,) which block of time a sample belongs to."""
+        found, count = [], 0
+        for predictor, mask in self.sets:
+            samples = predictor.samples
+            found.append(count + blocks(samples.recording[mask], samples.time[mask]))
+            count += found[-1].max(initial=-1) + 1
+        return np.concatenate(found)
+
+    def fitted(self, formula: Formula) -> Fitted:
         """The formula with the constants that leave least, near those that it has."""
         from scipy.optimize import least_squares
 
@@ -78,7 +98,8 @@ class Simulation:
         best = least_squares(
             lambda values: left([values])[0], start, slopes, x_scale="jac", ftol=TOLERANCE
         )
-        return replace(formula, values=dict(zip(names, best.x.tolist(), strict=True)))
+        settled = replace(formula, values=dict(zip(names, best.x.tolist(), strict=True)))
+        return Fitted(settled, left_out(best.jac, best.fun, self.block))
 
     @cached_property
     def _coarse(self) -> Sets:
@@ -104,10 +125,16 @@ def formulas_of(proposal: Proposal, sets: Sets) -> dict[Law, Formula]:
     """The formulas of those laws that have one; none without pyoperon."""
     if not installed():
         return {}
-    found = {
-        one.curve.law: formula(one, Simulation.of(proposal, one, sets)) for one in proposal.learned
-    }
-    return together(proposal, {law: one for law, one in found.items() if one}, sets)
+    found = {one.curve.law: [*candidates(one)] for one in proposal.learned}
+    taken: dict[Law, Formula] = {}
+    # again beside the formulas: what the curves beside it leave may hide which one is right
+    for _ in range(min(len(found), 2)):
+        for one in proposal.learned:
+            best = chosen(found[one.curve.law], Simulation.of(proposal, one, sets, taken))
+            taken.pop(one.curve.law, None)
+            if best:
+                taken[one.curve.law] = best
+    return together(proposal, taken, sets)
 
 
 def together(proposal: Proposal, found: Mapping[Law, Formula], sets: Sets) -> dict[Law, Formula]:
@@ -120,16 +147,18 @@ def together(proposal: Proposal, found: Mapping[Law, Formula], sets: Sets) -> di
     while gain > TOLERANCE:
         changed = dict(found)
         for one in proposal.learned:
-            if one.curve.law not in changed:
-                continue
-            others = replace(proposal, learned=tuple(o for o in proposal.learned if o is not one))
-            beside = Simulation(one.curve, in_words(others, changed), sets, np.inf)
-            changed[one.curve.law] = beside.fitted(changed[one.curve.law])
+            if one.curve.law in changed:
+                beside = Simulation.of(proposal, one, sets, changed)
+                changed[one.curve.law] = beside.fitted(changed[one.curve.law]).formula
         now = pooled_error(in_words(proposal, changed), sets)
         gain = 1 - (now / left) ** 2
         if gain > 0:
             found, left = changed, now
     return found
+
+
+def _others(proposal: Proposal, one: Learned) -> tuple[Learned, ...]:
+    return tuple(other for other in proposal.learned if other is not one)
 
 
 def in_words(proposal: Proposal, formulas: Mapping[Law, Formula]) -> Model:
