@@ -111,7 +111,7 @@ class Elsewhere:
 
         best = least_squares(left, start, x_scale=np.abs(start) + 1e-9)
         one = replace(formula, values=dict(zip(names, best.x.tolist(), strict=True)))
-        return Fitted(one, left_out(best.jac, best.fun, self.block))
+        return Fitted(one, *self.errors([one]), left_out(best.jac, best.fun, self.block))
 
 
 def test_of_formulas_within_the_band_the_one_that_holds_beyond_it_is_taken():
@@ -137,6 +137,19 @@ def test_the_shortest_formula_is_taken_of_which_no_other_foretells_more():
     assert len(rough.values) < len(taken.values)
     # a difference of a hundredth of the error is told where chance does not explain it
     assert exact.errors([formula(one, Elsewhere(slow, noise=0.02))])[0] <= 0.01
+
+
+@pytest.mark.parametrize(("level", "text"), [(0.0, ""), (0.3, " + c")])
+@pytest.mark.parametrize("rate", [1.0, 3.0])
+def test_what_comes_to_rest_over_time_is_offered_as_a_decay(rate, level, text):
+    """A search may miss it, where the curve is short."""
+    from t2l.propose.formula import candidates
+
+    one = learned(level + 0.7 * np.exp(-rate * X), "session time", part=0.02)
+    found = [each for each in candidates(one) if each.text == f"b * np.exp(a * x){text}"]
+    assert found[0].values["a"] == pytest.approx(-rate, rel=0.25)
+    # each is offered once
+    assert len(found) == 1
 
 
 def test_what_leaves_more_than_may_be_left_is_none():

@@ -17,7 +17,12 @@ LEVEL = 0.95  # statistics: the customary one
 
 
 def band(
-    fit: LeastSquares, effect: SplineTorque, rows: np.ndarray, samples: Samples, mask: np.ndarray
+    fit: LeastSquares,
+    effect: SplineTorque,
+    rows: np.ndarray,
+    samples: Samples,
+    mask: np.ndarray,
+    anchor: np.ndarray,
 ) -> np.ndarray:
     """(2, n) N·m: the 95 % interval of the curve at the points of its table.
 
@@ -29,6 +34,7 @@ def band(
         fit: the last one, with the residuals of samples and then of penalties.
         rows: (m, n) of the penalties, as `t2l.propose.refit.State.rows`.
         mask: (nsample,) bool, the samples that were fitted.
+        anchor: (n, n) as `t2l.propose.shared_constants.anchoring`, of the curves that are drawn.
     """
     index = weights_in(fit.layout, effect)
     free = fit.free & (np.abs(fit.jacobian).max(axis=0) > 0)
@@ -60,11 +66,12 @@ def band(
     bias = np.zeros(len(fit.u))
     bias[free] = np.linalg.solve(whole + penalties + small, penalties @ u)
     shape = _shape(effect)
-    curve = shape @ fit.u[index]
-    low, high = np.quantile(spread[:, index] @ shape.T, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
     rest = np.zeros(len(fit.u))
     rest[free] = least
-    bent = np.abs(shape @ bias[index]) + np.abs(shape @ rest[index])
+    drawn = shape @ anchor[index]
+    curve = drawn @ fit.u
+    low, high = np.quantile(spread @ drawn.T, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
+    bent = np.abs(drawn @ bias) + np.abs(drawn @ rest)
     return np.stack([curve + low - bent, curve + high + bent])
 
 

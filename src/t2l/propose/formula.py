@@ -21,11 +21,13 @@ REPEATS = {
     (TORQUE, "position"), (TENDON, "position"), (FRICTION, "position"),
     (TORQUE, "time"), (TORQUE, SESSION),
 }  # fmt: skip
+TIMES = ("time", SESSION)  # over which nothing goes on for ever
 MOST_NODES = 16  # tuned: longer is no short formula
 EVALUATIONS = 120_000  # numerics: of formulas
 SEED = 0  # statistics: of the search, and of the bootstrap
 INSIDE = LEVEL  # of the points of a curve that must lie in its band
 STRAIGHT = 1e-6  # numerics: change of slope, in parts of the largest values
+ALIKE = 1e-3  # numerics: of the constants of a formula that was found twice
 SLACK = TIED  # of the largest torque: a smooth curve rounds a kink off by as much
 
 
@@ -39,10 +41,12 @@ class Fitted:
     """A formula with constants fitted to recordings.
 
     Attributes:
+        error: RMS, rad.
         left_out: (nsample,) rad, what it leaves of each block of time if the others alone fit it.
     """
 
     formula: Formula
+    error: float
     left_out: np.ndarray
 
 
@@ -87,9 +91,8 @@ def chosen(found: Sequence[Formula], judge: Judge) -> Formula | None:
     begun = judge.errors(found)
     enough = PROMISING * min(begun, default=0.0)
     fitted = [judge.fitted(one) for one, left in zip(found, begun, strict=True) if left <= enough]
-    errors = judge.errors([one.formula for one in fitted])
-    left = [one for one, error in zip(fitted, errors, strict=True) if error <= judge.limit]
-    unbeaten = (one for one in left if not any(_beats(other, one, judge.block) for other in left))
+    near = [one for one in fitted if one.error <= judge.limit]
+    unbeaten = (one for one in near if not any(_beats(other, one, judge.block) for other in near))
     return next((one.formula for one in unbeaten), None)
 
 
@@ -104,6 +107,21 @@ def candidates(learned: Learned) -> Iterator[Formula]:
     Raises:
         ModuleNotFoundError: the extra `propose` is not installed.
     """
+    before: list[Formula] = []
+    for one in _inside_the_band(learned):
+        if not any(_same(one, other) for other in before):
+            before.append(one)
+            yield one
+
+
+def _same(one: Formula, other: Formula) -> bool:
+    if one.text != other.text:
+        return False
+    values = ([*each.values.values()] for each in (one, other))
+    return np.allclose(*values, rtol=ALIKE, atol=0.0)
+
+
+def _inside_the_band(learned: Learned) -> Iterator[Formula]:
     curve = learned.curve
     if curve.law.kind in (HYSTERESIS, INERTIA):
         return
@@ -129,6 +147,9 @@ def candidates(learned: Learned) -> Iterator[Formula]:
     yield from (found for found in map(fitted, simple) if _inside(found, learned, x))
     if np.ptp(np.diff(y) / np.diff(x)) <= STRAIGHT * height / scale:
         return
+    if curve.law.follows in TIMES:
+        decays = map(fitted, _decays(x, y, half))
+        yield from (found for found in decays if _inside(found, learned, x))
     repeats = (curve.law.kind, curve.law.follows) in REPEATS
     if repeats:
         waves = map(fitted, _waves(x, y, half))
@@ -164,6 +185,27 @@ def _waves(x: np.ndarray, y: np.ndarray, half: np.ndarray) -> list[Node]:
     sine, cosine, level = np.linalg.lstsq(columns * root[:, None], y * root, rcond=None)[0]
     wave = _sine(turn, sine, cosine)
     return [wave, total([Node("sum", float(level)), wave])]
+
+
+def _decays(x: np.ndarray, y: np.ndarray, half: np.ndarray) -> list[Node]:
+    """a exp(−b x), and with a constant, to which what warms up or wears in comes.
+
+    Of some rates the one that leaves least (variable projection, Golub and Pereyra, 1973).
+    """
+    # numerics: from nearly straight to what is over at once
+    rates = np.geomspace(0.1, 100.0, 31) / (x[-1] - x[0])
+    found = []
+    for constant in ([], [np.ones(len(x))]):
+        tried = []
+        for rate in rates:
+            columns = np.stack([np.exp(-rate * x), *constant], axis=1) / half[:, None]
+            weights = np.linalg.lstsq(columns, y / half, rcond=None)[0]
+            tried.append((np.sum((columns @ weights - y / half) ** 2), rate, weights))
+        _, rate, (size, *level) = min(tried, key=lambda one: one[0])
+        decay = applied("exp", product([Node("sum", -float(rate)), Node("x")]))
+        parts = [Node("sum", float(one)) for one in level]
+        found.append(total([*parts, product([Node("sum", float(size)), decay])]))
+    return found
 
 
 def _sine(turn: float, sine: float, cosine: float, begin: float = 0.0) -> Node:

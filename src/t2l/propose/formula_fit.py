@@ -99,7 +99,8 @@ class Simulation:
             lambda values: left([values])[0], start, slopes, x_scale="jac", ftol=TOLERANCE
         )
         settled = replace(formula, values=dict(zip(names, best.x.tolist(), strict=True)))
-        return Fitted(settled, left_out(best.jac, best.fun, self.block))
+        (whole,) = self._left([settled], self.sets)
+        return Fitted(settled, rms(whole), left_out(best.jac, whole, self.block))
 
     @cached_property
     def _coarse(self) -> Sets:

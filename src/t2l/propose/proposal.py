@@ -17,6 +17,7 @@ from t2l.propose.found import Ceiling, Search
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, refit
 from t2l.propose.search import Progress, search
+from t2l.propose.shared_constants import anchoring
 from t2l.propose.split import split
 
 LAW, NOTHING, NO_LAW = "law", "nothing_to_explain", "no_law"
@@ -121,11 +122,13 @@ def finished(
     if found.laws:
         state = State(found.state.layout, found.state.u, found.state.laws)
         (last,) = refit([state], predictor, mask, iterations=2)
-        rows = state.rows()
+        rows, jacobian = state.rows(), last.jacobian[: mask.sum()]
+        anchor = anchoring(state.layout, found.laws, jacobian)
+        state.u = anchor @ state.u
         for effect in found.laws:
             weights = state.u[weights_in(state.layout, effect)]
             curve = tabulated(effect, weights, state.u[rest_in(state.layout, effect)])
-            ends = band(last, effect, rows, predictor.samples, mask)
+            ends = band(last, effect, rows, predictor.samples, mask, anchor)
             learned.append(Learned(curve, *ends))
         names = {effect.name for effect in found.laws}
         own = Layout([t for t in state.layout.terms if t.effect.name not in names])
