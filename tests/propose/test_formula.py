@@ -11,7 +11,7 @@ from t2l.effects.registry import load
 from t2l.identify.model import Model
 from t2l.propose.cross_validation import left_out
 from t2l.propose.effect_file import effect_name, effect_text
-from t2l.propose.expression import read, written
+from t2l.propose.expression import Formula, read, written
 from t2l.propose.formula import Fitted
 from t2l.propose.proposal import Learned
 from tests.diagnose.made import pendulum, predict, recording, swing
@@ -150,6 +150,25 @@ def test_what_comes_to_rest_over_time_is_offered_as_a_decay(rate, level, text):
     assert found[0].values["a"] == pytest.approx(-rate, rel=0.25)
     # each is offered once
     assert len(found) == 1
+
+
+@pytest.mark.parametrize(("gain", "taken"), [(0.002, 0), (0.02, 1)])
+def test_a_difference_that_is_sure_but_none_to_speak_of_does_not_count(gain, taken):
+    from t2l.propose.formula import chosen
+
+    both = [Formula("a", {"a": 1.0}, {"a": ""}), Formula("a * x", {"a": 1.0}, {"a": ""})]
+
+    class Sure:
+        limit, block = np.inf, np.arange(120) // 5
+
+        def errors(self, formulas):
+            return [1.0] * len(formulas)
+
+        def fitted(self, formula):
+            left = np.ones(120) * (1 - gain * both.index(formula))
+            return Fitted(formula, 1.0, left)
+
+    assert chosen(both, Sure()) is both[taken]
 
 
 def test_what_leaves_more_than_may_be_left_is_none():

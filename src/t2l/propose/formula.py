@@ -9,7 +9,7 @@ import numpy as np
 
 from t2l.effects.law import FRICTION, HYSTERESIS, INERTIA, PHASE, SESSION, TENDON, TORQUE, Curve
 from t2l.identify.block_bootstrap import improvement
-from t2l.identify.levels import PROMISING, TIED
+from t2l.identify.levels import NOTHING, PROMISING, TIED
 from t2l.propose.band import LEVEL
 from t2l.propose.expression import Formula, Node, applied, product, read, total, written
 from t2l.propose.proposal import Learned
@@ -98,7 +98,8 @@ def chosen(found: Sequence[Formula], judge: Judge) -> Formula | None:
 
 def _beats(other: Fitted, one: Fitted, block: np.ndarray) -> bool:
     rng = np.random.default_rng(SEED)
-    return improvement(one.left_out, other.left_out, block, rng).lower > 0
+    gain = improvement(one.left_out, other.left_out, block, rng)
+    return gain.lower > 0 and gain.fraction > NOTHING
 
 
 def candidates(learned: Learned) -> Iterator[Formula]:
