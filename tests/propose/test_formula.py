@@ -12,7 +12,7 @@ from t2l.identify.model import Model
 from t2l.propose.cross_validation import left_out
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula, read, written
-from t2l.propose.formula import Fitted
+from t2l.propose.formula import Fitted, candidates, chosen
 from t2l.propose.proposal import Learned
 from tests.diagnose.made import pendulum, predict, recording, swing
 
@@ -29,9 +29,13 @@ def learned(values, follows="position", kind=TORQUE, part=0.03):
     return Learned(curve, values + noise - half, values + noise + half)
 
 
-def found(*arguments, **others):
-    from t2l.propose.formula import formula
+def formula(one, judge=None):
+    """The one that is chosen; without a judge the shortest within the band."""
+    offered = candidates(one)
+    return next(offered, None) if judge is None else chosen([*offered], judge)
 
+
+def found(*arguments, **others):
     return formula(learned(*arguments, **others))
 
 
@@ -73,7 +77,7 @@ def test_a_share_has_no_newton_metres():
 @pytest.mark.parametrize("begin", [0.0, 7.0, 1.7e9])
 def test_what_repeats_gets_a_sine_of_the_clock_with_the_period_of_its_curve(begin):
     """Which the formula keeps beyond the curve, where its clock goes on."""
-    from t2l.propose.formula import extent, formula
+    from t2l.propose.formula import extent
 
     period, turn = 0.8, np.linspace(0, 2 * np.pi, 40)
     law = Law(TORQUE, "hinge", "phase", "hinge")
@@ -116,8 +120,6 @@ class Elsewhere:
 
 def test_of_formulas_within_the_band_the_one_that_holds_beyond_it_is_taken():
     """A straight line is shorter, and as near as the band is wide, but not where others look."""
-    from t2l.propose.formula import formula
-
     one, judge = learned(np.exp(-X), "session time", part=0.2), Elsewhere(lambda x: np.exp(-x))
     assert formula(one).text == "a * x + b"
     taken = formula(one, judge)
@@ -126,8 +128,6 @@ def test_of_formulas_within_the_band_the_one_that_holds_beyond_it_is_taken():
 
 
 def test_the_shortest_formula_is_taken_of_which_no_other_foretells_more():
-    from t2l.propose.formula import formula
-
     def slow(x):
         return 0.3 + 0.7 * np.exp(-0.5 * x)
 
@@ -143,8 +143,6 @@ def test_the_shortest_formula_is_taken_of_which_no_other_foretells_more():
 @pytest.mark.parametrize("rate", [1.0, 3.0])
 def test_what_comes_to_rest_over_time_is_offered_as_a_decay(rate, level, text):
     """A search may miss it, where the curve is short."""
-    from t2l.propose.formula import candidates
-
     one = learned(level + 0.7 * np.exp(-rate * X), "session time", part=0.02)
     found = [each for each in candidates(one) if each.text == f"b * np.exp(a * x){text}"]
     assert found[0].values["a"] == pytest.approx(-rate, rel=0.25)
@@ -154,8 +152,6 @@ def test_what_comes_to_rest_over_time_is_offered_as_a_decay(rate, level, text):
 
 @pytest.mark.parametrize(("gain", "taken"), [(0.002, 0), (0.02, 1)])
 def test_a_difference_that_is_sure_but_none_to_speak_of_does_not_count(gain, taken):
-    from t2l.propose.formula import chosen
-
     both = [Formula("a", {"a": 1.0}, {"a": ""}), Formula("a * x", {"a": 1.0}, {"a": ""})]
 
     class Sure:
@@ -172,16 +168,12 @@ def test_a_difference_that_is_sure_but_none_to_speak_of_does_not_count(gain, tak
 
 
 def test_what_leaves_more_than_may_be_left_is_none():
-    from t2l.propose.formula import formula
-
     one = learned(np.exp(-X), "session time", part=0.2)
     assert formula(one, Elsewhere(lambda x: np.sin(20 * x), limit=0.1)) is None
 
 
 def test_a_hysteresis_has_none():
     one = learned(-np.abs(X), "distance", HYSTERESIS)
-    from t2l.propose.formula import formula
-
     assert formula(one) is None
 
 

@@ -68,20 +68,6 @@ class Judge(Protocol):
     def fitted(self, formula: Formula) -> Fitted: ...
 
 
-def formula(learned: Learned, judge: Judge | None = None) -> Formula | None:
-    """A short formula within the band; None if there is none, or of a hysteresis or an inertia.
-
-    Args:
-        judge: by default the shortest within the band is taken, see `chosen`.
-
-    Raises:
-        ModuleNotFoundError: the extra `propose` is not installed.
-    """
-    if judge is None:
-        return next(candidates(learned), None)
-    return chosen([*candidates(learned)], judge)
-
-
 def chosen(found: Sequence[Formula], judge: Judge) -> Formula | None:
     """One of several formulas, from short to long; None if all leave more than the limit.
 
@@ -104,6 +90,8 @@ def _beats(other: Fitted, one: Fitted, block: np.ndarray) -> bool:
 
 def candidates(learned: Learned) -> Iterator[Formula]:
     """Formulas within the band from short to long, with constants fitted to the curve.
+
+    There are none of a hysteresis or an inertia.
 
     Raises:
         ModuleNotFoundError: the extra `propose` is not installed.

@@ -57,7 +57,7 @@ class Simulation:
         Args:
             beside: formulas in place of others.
         """
-        rest = in_words(replace(proposal, learned=_others(proposal, one)), beside)
+        rest = _without(proposal, one, beside)
         whole = replace(rest, learned=(*rest.learned, one.curve))
         limit = NEAR * max(proposal.noise_floor_rad, pooled_error(whole, sets))
         return cls(one.curve, rest, sets, limit)
@@ -152,7 +152,8 @@ def together(proposal: Proposal, found: Mapping[Law, Formula], sets: Sets) -> di
         changed = dict(found)
         for one in proposal.learned:
             if one.curve.law in changed:
-                beside = Simulation.of(proposal, one, sets, changed)
+                rest = _without(proposal, one, changed)
+                beside = Simulation(one.curve, rest, sets, np.inf)
                 changed[one.curve.law] = beside.fitted(changed[one.curve.law]).formula
         now = pooled_error(in_words(proposal, changed), sets)
         gain = 1 - (now / left) ** 2
@@ -161,8 +162,10 @@ def together(proposal: Proposal, found: Mapping[Law, Formula], sets: Sets) -> di
     return found
 
 
-def _others(proposal: Proposal, one: Learned) -> tuple[Learned, ...]:
-    return tuple(other for other in proposal.learned if other is not one)
+def _without(proposal: Proposal, one: Learned, formulas: Mapping[Law, Formula]) -> Model:
+    """The model with what was learned but one law, others as their formulas where they have one."""
+    others = tuple(other for other in proposal.learned if other is not one)
+    return in_words(replace(proposal, learned=others), formulas)
 
 
 def in_words(proposal: Proposal, formulas: Mapping[Law, Formula]) -> Model:
