@@ -12,7 +12,7 @@ from t2l.identify.model import Model
 from t2l.propose.cross_validation import left_out
 from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula, read, written
-from t2l.propose.formula import Fitted, candidates, chosen
+from t2l.propose.formula import Fitted, candidates, chosen, promising
 from t2l.propose.proposal import Learned
 from tests.diagnose.made import pendulum, predict, recording, swing
 
@@ -32,7 +32,9 @@ def learned(values, follows="position", kind=TORQUE, part=0.03):
 def formula(one, judge=None):
     """The one that is chosen; without a judge the shortest within the band."""
     offered = candidates(one)
-    return next(offered, None) if judge is None else chosen([*offered], judge)
+    if judge is None:
+        return next(offered, None)
+    return chosen(promising([*offered], judge), judge)
 
 
 def found(*arguments, **others):
@@ -154,17 +156,10 @@ def test_what_comes_to_rest_over_time_is_offered_as_a_decay(rate, level, text):
 def test_a_difference_that_is_sure_but_none_to_speak_of_does_not_count(gain, taken):
     both = [Formula("a", {"a": 1.0}, {"a": ""}), Formula("a * x", {"a": 1.0}, {"a": ""})]
 
-    class Sure:
-        limit, block = np.inf, np.arange(120) // 5
-
-        def errors(self, formulas):
-            return [1.0] * len(formulas)
-
-        def fitted(self, formula):
-            left = np.ones(120) * (1 - gain * both.index(formula))
-            return Fitted(formula, 1.0, left)
-
-    assert chosen(both, Sure()) is both[taken]
+    left = [np.ones(120), np.ones(120) * (1 - gain)]
+    fitted = [Fitted(one, 1.0, each) for one, each in zip(both, left, strict=True)]
+    judge = Elsewhere(lambda x: x)
+    assert chosen(fitted, judge) is both[taken]
 
 
 def test_what_leaves_more_than_may_be_left_is_none():

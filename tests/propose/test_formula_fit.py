@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from t2l.effects.law import TORQUE, Law
+from t2l.effects.law import PHASE, TORQUE, Law
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.propose.expression import Formula
-from t2l.propose.formula_fit import FAR, Simulation, together
+from t2l.propose.formula_fit import FAR, Simulation, formulas_of, together
 from t2l.propose.proposal import LAW as FOUND
 from t2l.propose.proposal import Learned, Proposal
 from tests.diagnose.made import pendulum
@@ -76,3 +76,25 @@ def test_constants_of_two_formulas_fit_beside_each_other(tmp_path):
     found = together(proposal, begun, every)
     for law, a in truth.items():
         assert found[law].values["a"] == pytest.approx(a, rel=0.02)
+
+
+def test_a_formula_is_chosen_beside_the_formulas_of_other_laws(tmp_path):
+    """A line needs no constant but to undo that of the other law's curve."""
+    pytest.importorskip("pyoperon")
+    robot, shift = pendulum(tmp_path), 3e-4
+    phase = np.linspace(0.0, 0.4, 60)
+    wave, line = 0.1 * np.sin(2 * np.pi * phase / 0.4), -0.2 * POSITIONS
+    repeats = Law(TORQUE, "hinge", PHASE, "hinge")
+
+    def curves(shift):
+        return planted(LAW, POSITIONS, line + shift), planted(repeats, phase, wave - shift)
+
+    predictor = Predictor(robot, machine(robot, curves(0.0), 3))
+    off = [(curve, np.array(curve.torque)) for curve in curves(shift)]
+    learned = tuple(Learned(curve, y - 2 * shift, y + 2 * shift) for curve, y in off)
+    errors = (NOISE_RAD, 1e-2, NOISE_RAD, None, None)
+    proposal = Proposal(FOUND, Model(robot), ("hinge",), learned, *errors, (), (), ())
+    found = formulas_of(proposal, [(predictor, np.ones(len(predictor.samples), bool))])
+    assert found[LAW].text == "a * x"
+    assert found[LAW].values["a"] == pytest.approx(-0.2, rel=0.01)
+    assert found[repeats].text == "c * np.sin(a * x + b)"

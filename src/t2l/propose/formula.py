@@ -68,16 +68,20 @@ class Judge(Protocol):
     def fitted(self, formula: Formula) -> Fitted: ...
 
 
-def chosen(found: Sequence[Formula], judge: Judge) -> Formula | None:
-    """One of several formulas, from short to long; None if all leave more than the limit.
-
-    Those that leave nearly as little as the best are fitted. The shortest is taken of which no
-    other foretells more, by the paired block bootstrap on blocks that were left out.
-    """
+def promising(found: Sequence[Formula], judge: Judge) -> list[Fitted]:
+    """Those that leave nearly as little as the best, with constants fitted, in their order."""
     begun = judge.errors(found)
     enough = PROMISING * min(begun, default=0.0)
-    fitted = [judge.fitted(one) for one, left in zip(found, begun, strict=True) if left <= enough]
-    near = [one for one in fitted if one.error <= judge.limit]
+    return [judge.fitted(one) for one, left in zip(found, begun, strict=True) if left <= enough]
+
+
+def chosen(found: Sequence[Fitted], judge: Judge) -> Formula | None:
+    """One of several formulas, from short to long; None if all leave more than the limit.
+
+    The shortest is taken of which no other foretells more, by the paired block bootstrap on blocks
+    that were left out.
+    """
+    near = [one for one in found if one.error <= judge.limit]
     unbeaten = (one for one in near if not any(_beats(other, one, judge.block) for other in near))
     return next((one.formula for one in unbeaten), None)
 

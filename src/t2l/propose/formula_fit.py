@@ -17,7 +17,7 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.propose.cross_validation import left_out
 from t2l.propose.decision import NEAR
 from t2l.propose.expression import Formula
-from t2l.propose.formula import Fitted, candidates, chosen, extent, installed
+from t2l.propose.formula import Fitted, candidates, chosen, extent, installed, promising
 from t2l.propose.proposal import Learned, Proposal, pooled_error
 from t2l.propose.refit import COARSE
 
@@ -134,10 +134,14 @@ def formulas_of(proposal: Proposal, sets: Sets) -> dict[Law, Formula]:
     # again beside the formulas: what the curves beside it leave may hide which one is right
     for _ in range(min(len(found), 2)):
         for one in proposal.learned:
-            best = chosen(found[one.curve.law], Simulation.of(proposal, one, sets, taken))
-            taken.pop(one.curve.law, None)
+            law = one.curve.law
+            judge = Simulation.of(proposal, one, sets, taken)
+            fitted = promising(found[law], judge)
+            found[law] = [each.formula for each in fitted]
+            best = chosen(fitted, judge)
+            taken.pop(law, None)
             if best:
-                taken[one.curve.law] = best
+                taken[law] = best
     return together(proposal, taken, sets)
 
 
