@@ -64,12 +64,10 @@ def test_friction_shows_as_a_step_in_the_velocity(one):
 
 
 def test_the_error_falls_to_the_floor():
-    steps = [
-        {"effect": None, "train_rmse_q_rad": 0.02, "test_rmse_q_rad": 0.01},
-        {"effect": "armature", "train_rmse_q_rad": 2e-4, "test_rmse_q_rad": 1e-4},
-    ]
+    steps = [("model as it came", 0.02, 0.01), ("+ armature", 2e-4, 2e-4), ("+ curves", None, 1e-4)]
     axes = figures.error_falling(steps, 5e-5).axes[0]
-    np.testing.assert_allclose(axes.lines[0].get_ydata(), [10, 0.1])
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), [10, 0.2, 0.1])
+    np.testing.assert_allclose(axes.lines[1].get_ydata(), [20, 0.2])
     np.testing.assert_allclose(axes.lines[2].get_ydata(), 0.05)
     assert axes.get_yscale() == "log"
 

@@ -59,10 +59,7 @@ def test_every_name_can_be_drawn(one, tmp_path, name, draw):
 def test_every_name_of_an_effect_can_be_drawn(tmp_path, name):
     content = diagnosis()
     content["ranking"][0]["title"] = name
-    steps = [
-        {"effect": None, "train_rmse_q_rad": 0.02, "test_rmse_q_rad": 0.01},
-        {"effect": name, "train_rmse_q_rad": 2e-4, "test_rmse_q_rad": 1e-4},
-    ]
+    steps = [("model as it came", 0.02, 0.01), (f"+ {name}", 2e-4, 1e-4)]
     drawn = [figures.ranking(content), figures.error_falling(steps, 5e-5)]
     with warnings.catch_warnings():
         warnings.simplefilter("error")

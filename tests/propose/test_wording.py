@@ -11,7 +11,7 @@ from t2l.propose.decision import Decision
 from t2l.propose.found import Ceiling
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING, Learned, Proposal
 from t2l.propose.reconsider import Reconsidered
-from t2l.propose.wording import headline, part_of_it, retracted, told, variable
+from t2l.propose.wording import as_formulas, headline, part_of_it, retracted, told, variable
 from tests.diagnose.made import pendulum
 
 
@@ -58,6 +58,17 @@ def test_a_tendon_names_both_joints_and_how_they_add_up(ratio, sum):
 )
 def test_no_law_is_told_as_such(proposal, verdict, said):
     assert said in headline(replace(proposal, verdict=verdict))
+
+
+@pytest.mark.parametrize(
+    ("left_rad", "said"),
+    [(None, ""), (2.02e-4, ""), (1e-4, "formula in place of the curve leaves 0.1")],
+)
+def test_what_a_formula_leaves_is_told_where_it_is_not_what_the_curve_leaves(
+    proposal, left_rad, said
+):
+    assert said in (told := as_formulas(proposal, left_rad))
+    assert bool(told) == bool(said)
 
 
 @pytest.mark.parametrize(("names_left_rad", "told"), [(1e-3, False), (1.9e-4, False), (5e-5, True)])

@@ -4,10 +4,11 @@ import re
 import numpy as np
 import pytest
 
+from t2l.diagnose.results import read_found
 from t2l.diagnose.traces import read_traces
 from t2l.errors import ArtefactError
 from t2l.report import write_report
-from t2l.report.payload import recordings_to_show
+from t2l.report.payload import payload, recordings_to_show
 from t2l.report.words import mrad, sentence
 from tests.report.browser import browse
 from tests.report.findings import (
@@ -116,6 +117,22 @@ def test_curves_in_place_of_names_are_compared_with_them(tmp_path):
     assert "<p>Coulomb friction did a part of this, and gives way to the learned curve" in told
     assert "With known effects in place of laws the error is 1 mrad on the same samples" in told
     assert "To adopt it" not in told
+
+
+def test_the_error_falls_to_what_was_learned(tmp_path):
+    path = explained_with_proposal(tmp_path) / "proposal" / "proposal.json"
+    content = json.loads(path.read_text())
+    content["report"]["formulas_rmse_q_rad"] = 6e-5
+    path.write_text(json.dumps(content))
+    drawn = payload(read_found(tmp_path))["falling"]
+    before = ("model as it came", "+ Coulomb friction")
+    assert drawn["names"] == (*before, "curves instead", "formulas instead")
+    assert drawn["test"] == pytest.approx([10, 0.07, 0.08, 0.06])
+    assert drawn["train"] == pytest.approx([11, 0.06])
+    # beside names that stand
+    content["known"][0]["stands"] = True
+    path.write_text(json.dumps(content))
+    assert payload(read_found(tmp_path))["falling"]["names"][2:] == ("+ curves", "+ formulas")
 
 
 def test_names_that_explain_a_part_are_told_as_that_everywhere(tmp_path):

@@ -188,6 +188,26 @@ def titles_of(found: Found) -> dict[str, str]:
     }
 
 
+def errors_by_step(found: Found) -> list[tuple[str, float | None, float]]:
+    """Label, training and test error in rad of the steps of an explanation.
+
+    The model as it came, every known effect, and what was learned, of which there are no training
+    errors.
+    """
+    first, *rest = found.explanation["steps"]
+    titles = titles_of(found)
+    labels = ["model as it came", *(f"+ {titles.get(s['effect'], s['effect'])}" for s in rest)]
+    errors = [(s["train_rmse_q_rad"], s["test_rmse_q_rad"]) for s in (first, *rest)]
+    steps = [(label, *both) for label, both in zip(labels, errors, strict=True)]
+    if not found.proposal or not found.proposal["curves"]:
+        return steps
+    how = "{} instead" if found.dropped or found.partial else "+ {}"
+    report = found.proposal["report"]
+    learned = {"curves": report["rmse_q_rad"], "formulas": report.get("formulas_rmse_q_rad")}
+    more = [(how.format(name), None, left) for name, left in learned.items() if left is not None]
+    return steps + more
+
+
 def same_gains(compared: Compared) -> bool:
     """Whether every recording has one Kp and one Kd for all joints."""
     return all(

@@ -24,7 +24,7 @@ from t2l.propose.expression import Formula
 from t2l.propose.formula import installed
 from t2l.propose.formula_fit import Sets, formulas_of
 from t2l.propose.proposal import Learned, Proposal, error_of
-from t2l.propose.wording import headline, named, told, variable
+from t2l.propose.wording import as_formulas, headline, named, told, variable
 
 CEILINGS = 12  # format: told of
 MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
@@ -45,7 +45,8 @@ def write_proposal(
             must explain them nearly as well as its curve.
         report: of recordings that neither fitted nor chose, on which formulas are reported.
         known: known effects beside the curves, see `t2l.propose.reconsider`.
-        sentence: what was found; by default as if nothing but the model came before.
+        sentence: what was found; by default as if nothing but the model came before. What formulas
+            leave is added.
     """
     _remove_before(folder)
     found = formulas_of(proposal, judged)
@@ -58,7 +59,7 @@ def write_proposal(
         in_words = error_of(_with_all_formulas(proposal, curves, folder), report)
     content = {
         "verdict": proposal.verdict,
-        "sentence": sentence or headline(proposal),
+        "sentence": (sentence or headline(proposal)) + as_formulas(proposal, in_words),
         "noise_floor_rad": proposal.noise_floor_rad,
         "choice": {
             "baseline_rmse_q_rad": proposal.choice_baseline_rad,

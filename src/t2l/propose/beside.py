@@ -68,9 +68,13 @@ def _said(
     ]
     train, validation = evidence.train, evidence.validation
     judged = (train, evidence.train_mask), (validation, evidence.validation_mask)
-    sentence = retracted(found) if found.dropped else headline(found.proposal)
-    sentence = part_of_it(found) if found.partial else sentence
-    write_proposal(found.proposal, where, judged, evidence.test, known, sentence)
+    # sentences stand side by side: all quote the noise of one set of recordings
+    quoted = replace(found.proposal, noise_floor_rad=explanation.noise_floor_rad)
+    told = replace(found, proposal=quoted)
+    sentence = retracted(told) if found.dropped else headline(quoted)
+    sentence = part_of_it(told) if found.partial else sentence
+    content = write_proposal(found.proposal, where, judged, evidence.test, known, sentence)
+    sentence = content["sentence"]
     if found.partial:
         names = explanation.model
         partial = Partial(found.partial, found.explained, found.names_rmse_rad, names)

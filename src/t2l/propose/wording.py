@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.effects.law import FRICTION, HYSTERESIS, LIMIT, MOTOR, PHASE, SESSION, TENDON, Curve, Law
-from t2l.identify.levels import MATERIAL
+from t2l.identify.levels import MATERIAL, TIED
 from t2l.names import listed
 from t2l.propose.decision import NEAR
 from t2l.propose.proposal import LAW, NOTHING, Proposal
@@ -101,6 +101,21 @@ def headline(proposal: Proposal) -> str:
         f"No law of one variable explains the error of {1e3 * before:.3g} mrad (noise {floor}) on "
         "data that it was not fitted to."
     )
+
+
+def as_formulas(proposal: Proposal, left_rad: float | None) -> str:
+    """What formulas leave on unseen recordings, a sentence with a space before; "" if as much.
+
+    Args:
+        left_rad: with them in place of their curves; None without.
+    """
+    curves_rad = proposal.report_rmse_rad
+    if left_rad is None or curves_rad is None or abs(left_rad / curves_rad - 1) <= TIED:
+        return ""
+    (left,) = _in_mrad(left_rad)
+    if len(proposal.learned) == 1:
+        return f" Its formula in place of the curve leaves {left} mrad."
+    return f" Formulas in place of the curves leave {left} mrad."
 
 
 def retracted(found: Reconsidered) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from t2l.diagnose.conditions import CONDITIONS, UNITS
-from t2l.diagnose.results import Compared, Found, noise_density, titles_of
+from t2l.diagnose.results import Compared, Found, errors_by_step, noise_density
 from t2l.diagnose.traces import Traces, binned, spectrum
 from t2l.effects.law import MOTOR
 
@@ -63,13 +63,11 @@ def ranking(step) -> list[dict[str, Any]]:
 
 def falling(found: Found) -> dict[str, Any]:
     """Training and test error after every step, mrad."""
-    steps = found.explanation["steps"]
-    titles = titles_of(found)
-    names = [titles.get(step["effect"], step["effect"]) for step in steps]
+    names, train, test = zip(*errors_by_step(found), strict=True)
     return {
-        "names": ["model as it came", *(f"+ {name}" for name in names[1:])],
-        "train": [1e3 * step["train_rmse_q_rad"] for step in steps],
-        "test": [1e3 * step["test_rmse_q_rad"] for step in steps],
+        "names": names,
+        "train": [1e3 * left for left in train if left is not None],
+        "test": [1e3 * left for left in test],
         "floor": 1e3 * found.explanation["noise_floor_rad"],
     }
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from t2l.diagnose.files import FIGURES
-from t2l.diagnose.results import Compared, read_found, titles_of
+from t2l.diagnose.results import Compared, errors_by_step, read_found
 from t2l.figures.diagnosis.conditions import residual_by_condition
 from t2l.figures.diagnosis.effects import error_falling, ranking
 from t2l.figures.diagnosis.frequencies import spectrum
@@ -30,8 +30,8 @@ def draw_diagnosis(folder: Path | str) -> None:
 def draw_explanation(folder: Path | str) -> None:
     """Draw into ``folder/figures`` what `t2l explain` found."""
     found = read_found(folder)
-    steps, floor = (found.explanation[key] for key in ("steps", "noise_floor_rad"))
-    figures = {"error_falling": error_falling(steps, floor, titles_of(found))}
+    floor = found.explanation["noise_floor_rad"]
+    figures = {"error_falling": error_falling(errors_by_step(found), floor)}
     figures |= {
         f"ranking_{number}": ranking(step.diagnosis)
         for number, step in enumerate(found.steps, start=1)

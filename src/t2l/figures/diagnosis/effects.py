@@ -14,27 +14,20 @@ from t2l.figures.style import COLOURS, shown, styled
 LEAST_SHOWN = -0.4  # improvements below are drawn at the edge
 
 
-def error_falling(
-    steps: Sequence[Mapping[str, Any]], floor: float, titles: Mapping[str, str] | None = None
-) -> Figure:
-    """Training and test RMS error after every added effect, and the noise floor.
+def error_falling(steps: Sequence[tuple[str, float | None, float]], floor: float) -> Figure:
+    """Training and test RMS error after every step, and the noise floor.
 
     Args:
-        steps: of explanation.json: `effect` (None at first), `train_rmse_q_rad`,
-            `test_rmse_q_rad`.
+        steps: label, training and test error in rad, see `t2l.diagnose.results.errors_by_step`.
         floor: rad, the error of a perfect model.
-        titles: what to print for an effect.
     """
-    names = [(titles or {}).get(step["effect"], step["effect"]) for step in steps]
-    labels = ["model as\nit came", *(fill(f"+ {shown(name)}", 16) for name in names[1:])]
+    labels = [fill(shown(label), 16) for label, _, _ in steps]
     at = np.arange(len(steps))
     with styled():
         figure, axes = plt.subplots(figsize=(max(4.2, 1.4 * len(steps) + 1.2), 3.4))
-        for key, style, colour, label in (
-            ("test_rmse_q_rad", "o-", BLUE, "test"),
-            ("train_rmse_q_rad", "o:", SKY, "training"),
-        ):
-            axes.plot(at, [1e3 * s[key] for s in steps], style, color=colour, lw=2, label=label)
+        for column, style, colour, label in ((2, "o-", BLUE, "test"), (1, "o:", SKY, "training")):
+            errors = [1e3 * step[column] for step in steps if step[column] is not None]
+            axes.plot(at[: len(errors)], errors, style, color=colour, lw=2, label=label)
         text = f"noise floor, {1e3 * floor:.2g} mrad"
         axes.axhline(1e3 * floor, color=BLACK, ls="--", lw=1, label=text)
         axes.set_yscale("log")
