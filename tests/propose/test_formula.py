@@ -85,9 +85,10 @@ def test_what_repeats_gets_a_sine_of_the_clock_with_the_period_of_its_curve(begi
     law = Law(TORQUE, "hinge", "phase", "hinge")
     at, values = begin + turn * period / (2 * np.pi), 0.05 * np.sin(turn + 0.3)
     curve = Curve(law, tuple(at), tuple(values))
-    one = formula(Learned(curve, values - 1e-3, values + 1e-3))
+    shown = Learned(curve, values - 1e-3, values + 1e-3)
+    one = formula(shown)
     assert one.text == "c * np.sin(a * x + b)"
-    assert extent(one, curve) == pytest.approx((begin, begin + period), abs=1e-3)
+    assert extent(one, shown) == pytest.approx((begin, begin + period), abs=1e-3)
     np.testing.assert_allclose(one(at + 5 * period), values, atol=2e-3)
     saw = np.linspace(-1, 1, 40)
     assert formula(Learned(Curve(law, tuple(at), tuple(saw)), saw - 0.01, saw + 0.01)) is None

@@ -1,5 +1,7 @@
 """Constants of formulas are recovered through the simulation, beyond the curve too."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.propose.expression import Formula
 from t2l.propose.formula_fit import FAR, Simulation, formulas_of, together
+from t2l.propose.laws import seen
 from t2l.propose.proposal import LAW as FOUND
 from t2l.propose.proposal import Learned, Proposal
 from tests.diagnose.made import pendulum
@@ -22,7 +25,9 @@ def simulation(robot, shape, reach=(-0.3, 0.3)):
     predictor = Predictor(robot, machine(robot, [planted(LAW, POSITIONS, shape(POSITIONS))], 3))
     at = np.linspace(*reach, 9)
     every = [(predictor, np.ones(len(predictor.samples), bool))]
-    return Simulation(planted(LAW, at, 1.1 * shape(at)), Model(robot), every, np.inf)
+    curve = planted(LAW, at, 1.1 * shape(at))
+    torque = np.array(curve.torque)
+    return Simulation(Learned(curve, torque, torque), Model(robot), every, np.inf)
 
 
 def ripple(**values):
@@ -37,6 +42,16 @@ def test_constants_are_recovered_that_fit_the_curve_less_well(tmp_path):
     assert fitted.values == pytest.approx(truth, rel=0.03)
     before, after = judge.errors([begun, fitted])
     assert after < 1.1 * NOISE_RAD < 3 * NOISE_RAD < before
+
+
+def test_a_formula_is_simulated_as_far_as_the_recordings_go(tmp_path):
+    """Further than a curve says anything, from recordings that others go beyond."""
+    shape = ripple(a=0.05, b=5.0, c=0.0)
+    judge = simulation(pendulum(tmp_path), shape, reach=(-0.05, 0.05))
+    assert judge.errors([shape])[0] > 10 * NOISE_RAD
+    predictors = [predictor for predictor, _ in judge.sets]
+    far = replace(judge, one=replace(judge.one, seen=seen(LAW, predictors)))
+    assert far.errors([shape])[0] < 1.1 * NOISE_RAD
 
 
 def test_a_fit_goes_on_until_it_settles(tmp_path):

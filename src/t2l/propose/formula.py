@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, INERTIA, PHASE, SESSION, TENDON, TORQUE, Curve
+from t2l.effects.law import FRICTION, HYSTERESIS, INERTIA, PHASE, SESSION, TENDON, TORQUE
 from t2l.identify.block_bootstrap import improvement
 from t2l.identify.levels import NOTHING, PROMISING, TIED
 from t2l.propose.band import LEVEL
@@ -208,12 +208,12 @@ def _sine(turn: float, sine: float, cosine: float, begin: float = 0.0) -> Node:
     return product([Node("sum", float(np.hypot(sine, cosine))), applied("sin", angle)])
 
 
-def extent(formula: Formula, curve: Curve) -> tuple[float, float]:
+def extent(formula: Formula, one: Learned) -> tuple[float, float]:
     """Ends of what a formula says in the place of a curve: of one over a phase, its own period."""
-    if curve.law.follows == PHASE:
+    if one.curve.law.follows == PHASE:
         (frequency,) = (v for name, v in formula.values.items() if formula.units[name] == "1/s")
-        return curve.at[0], curve.at[0] + 2 * np.pi / abs(frequency)
-    return curve.reach
+        return one.curve.at[0], one.curve.at[0] + 2 * np.pi / abs(frequency)
+    return one.reach
 
 
 def _searched(x: np.ndarray, y: np.ndarray, repeats: bool) -> Iterator[Node]:

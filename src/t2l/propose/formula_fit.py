@@ -37,13 +37,13 @@ class Simulation:
     """What formulas leave of recordings in the place of a curve, all else in the model as it is.
 
     Attributes:
-        curve: that they stand for. They are simulated as far as it reaches.
+        one: of a proposal, that they stand for. They are simulated as far as it reaches.
         beside: the model without it.
         sets: predictors, and the samples of each, (nsample,) bool.
         limit: rad, the most that a formula may leave.
     """
 
-    curve: Curve
+    one: Learned
     beside: Model
     sets: Sets
     limit: float
@@ -60,7 +60,7 @@ class Simulation:
         rest = _without(proposal, one, beside)
         whole = replace(rest, learned=(*rest.learned, one.curve))
         limit = NEAR * max(proposal.noise_floor_rad, pooled_error(whole, sets))
-        return cls(one.curve, rest, sets, limit)
+        return cls(one, rest, sets, limit)
 
     def errors(self, formulas: Sequence[Formula]) -> list[float]:
         """RMS error in rad of each."""
@@ -112,7 +112,7 @@ class Simulation:
 
     def _left(self, formulas: Sequence[Formula], sets: Sets) -> np.ndarray:
         """(n, nsample) rad, measured minus predicted; `FAR` where a simulation runs away."""
-        curves = [_drawn(formula, self.curve) for formula in formulas]
+        curves = [_drawn(formula, self.one) for formula in formulas]
         finite = np.array([np.isfinite(curve.torque).all() for curve in curves])
         left = np.full((len(formulas), sum(mask.sum() for _, mask in sets)), FAR)
         if finite.any():
@@ -157,7 +157,7 @@ def together(proposal: Proposal, found: Mapping[Law, Formula], sets: Sets) -> di
         for one in proposal.learned:
             if one.curve.law in changed:
                 rest = _without(proposal, one, changed)
-                beside = Simulation(one.curve, rest, sets, np.inf)
+                beside = Simulation(one, rest, sets, np.inf)
                 changed[one.curve.law] = beside.fitted(changed[one.curve.law]).formula
         now = pooled_error(in_words(proposal, changed), sets)
         gain = 1 - (now / left) ** 2
@@ -177,15 +177,15 @@ def in_words(proposal: Proposal, formulas: Mapping[Law, Formula]) -> Model:
     curves = []
     for one in proposal.learned:
         found = formulas.get(one.curve.law)
-        curves.append(_drawn(found, one.curve) if found else one.curve)
+        curves.append(_drawn(found, one) if found else one.curve)
     return replace(proposal.model, learned=(*proposal.model.learned, *curves))
 
 
-def _drawn(formula: Formula, curve: Curve) -> Curve:
+def _drawn(formula: Formula, one: Learned) -> Curve:
     """What a formula says in the place of a curve; it may say what is not finite."""
-    at = np.linspace(*extent(formula, curve), 3 * GRID)
+    at = np.linspace(*extent(formula, one), 3 * GRID)
     with np.errstate(over="ignore", invalid="ignore"):
-        return replace(curve, at=tuple(at.tolist()), torque=tuple(formula(at).tolist()))
+        return replace(one.curve, at=tuple(at.tolist()), torque=tuple(formula(at).tolist()))
 
 
 def _residuals(models: Sequence[Model], predictor: Predictor, mask: np.ndarray) -> np.ndarray:

@@ -129,6 +129,18 @@ def ranges(
     return {law: ends for law, ends in found.items() if ends[-1] - ends[0] > MOVES}
 
 
+def seen(law: Law, predictors: Sequence[Predictor]) -> tuple[float, float] | None:
+    """Ends of what a law follows in recordings, as measured; None where it does not vary.
+
+    And of a tendon, whose joints are at their ends at other times.
+    """
+    found: list[float] = []
+    for predictor in predictors if law.kind != TENDON else ():
+        q = predictor.samples.q
+        found += ranges(predictor, q, derivatives(Series(predictor.samples), q)[1]).get(law, ())
+    return (min(found), max(found)) if found else None
+
+
 def lines(predictor: Predictor) -> set[Law]:
     """Laws that are straight lines only: over a load that follows from the joint's own position.
 

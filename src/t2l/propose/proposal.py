@@ -14,6 +14,7 @@ from t2l.propose.band import band
 from t2l.propose.bases import tabulated
 from t2l.propose.dictionary import moved, rest_in, weights_in
 from t2l.propose.found import Ceiling, Search
+from t2l.propose.laws import seen
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, refit
 from t2l.propose.search import Progress, search
@@ -29,11 +30,20 @@ class Learned:
 
     Attributes:
         low, high: (n,) ends of the 95 % interval at each value of the curve.
+        seen: the variable's ends in all recordings, also those that the curve is not learned from;
+            by default it goes no further there than the curve says something.
     """
 
     curve: Curve
     low: np.ndarray
     high: np.ndarray
+    seen: tuple[float, float] | None = None
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Ends of what a formula in the place of the curve must say."""
+        ends = np.array([self.curve.reach, self.seen or self.curve.reach])
+        return float(ends.min()), float(ends.max())
 
 
 @dataclass(frozen=True)
@@ -111,14 +121,17 @@ def finished(
     report: Predictor | None,
     mask: np.ndarray,
     report_mask: np.ndarray | None = None,
+    others: Sequence[Predictor] = (),
 ) -> Proposal:
     """The laws of a search fitted to all samples of `mask`, with bands, and reported.
 
     Args:
         model: to compare with.
         report_mask: (nsample,) bool of `report`, the samples that report; by default all.
+        others: of further recordings that formulas will be simulated on.
     """
     learned, changed = [], model
+    everywhere = [predictor, *others] if report is None else [predictor, report, *others]
     if found.laws:
         state = State(found.state.layout, found.state.u, found.state.laws)
         (last,) = refit([state], predictor, mask, iterations=2)
@@ -129,7 +142,7 @@ def finished(
             weights = state.u[weights_in(state.layout, effect)]
             curve = tabulated(effect, weights, state.u[rest_in(state.layout, effect)])
             ends = band(last, effect, rows, predictor.samples, mask, anchor)
-            learned.append(Learned(curve, *ends))
+            learned.append(Learned(curve, *ends, seen(effect.law, everywhere)))
         names = {effect.name for effect in found.laws}
         own = Layout([t for t in state.layout.terms if t.effect.name not in names])
         changed = from_vector(model, own, moved(state.layout, state.u, own), predictor.joints)

@@ -107,7 +107,8 @@ def reconsider(
 
     def told(model: Model, found: Search) -> Proposal:
         masks = evidence.train_mask[at], evidence.test_mask
-        return finished(model, found, predictor, evidence.test, *masks)
+        others = evidence.train, evidence.validation
+        return finished(model, found, predictor, evidence.test, *masks, others)
 
     @cache
     def alone_told() -> Proposal:
