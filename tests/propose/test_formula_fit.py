@@ -50,7 +50,7 @@ def test_a_formula_is_simulated_as_far_as_the_recordings_go(tmp_path):
     judge = simulation(pendulum(tmp_path), shape, reach=(-0.05, 0.05))
     assert judge.errors([shape])[0] > 10 * NOISE_RAD
     predictors = [predictor for predictor, _ in judge.sets]
-    far = replace(judge, one=replace(judge.one, seen=seen(LAW, predictors)))
+    far = replace(judge, one=replace(judge.one, seen=seen(predictors)[LAW]))
     assert far.errors([shape])[0] < 1.1 * NOISE_RAD
 
 

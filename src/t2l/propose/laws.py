@@ -129,16 +129,18 @@ def ranges(
     return {law: ends for law, ends in found.items() if ends[-1] - ends[0] > MOVES}
 
 
-def seen(law: Law, predictors: Sequence[Predictor]) -> tuple[float, float] | None:
-    """Ends of what a law follows in recordings, as measured; None where it does not vary.
+def seen(predictors: Sequence[Predictor]) -> dict[Law, tuple[float, float]]:
+    """Ends of what laws follow in recordings, as measured.
 
-    And of a tendon, whose joints are at their ends at other times.
+    Not of tendons, whose joints are at their ends at other times.
     """
-    found: list[float] = []
-    for predictor in predictors if law.kind != TENDON else ():
+    found: dict[Law, list[float]] = {}
+    for predictor in predictors:
         q = predictor.samples.q
-        found += ranges(predictor, q, derivatives(Series(predictor.samples), q)[1]).get(law, ())
-    return (min(found), max(found)) if found else None
+        dq = derivatives(Series(predictor.samples), q)[1]
+        for law, ends in ranges(predictor, q, dq).items():
+            found.setdefault(law, []).extend(ends)
+    return {law: (min(at), max(at)) for law, at in found.items() if law.kind != TENDON}
 
 
 def lines(predictor: Predictor) -> set[Law]:

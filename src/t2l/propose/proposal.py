@@ -131,18 +131,18 @@ def finished(
         others: of further recordings that formulas will be simulated on.
     """
     learned, changed = [], model
-    everywhere = [predictor, *others] if report is None else [predictor, report, *others]
     if found.laws:
         state = State(found.state.layout, found.state.u, found.state.laws)
         (last,) = refit([state], predictor, mask, iterations=2)
         rows, jacobian = state.rows(), last.jacobian[: mask.sum()]
+        everywhere = seen([predictor, *others, *([] if report is None else [report])])
         anchor = anchoring(state.layout, found.laws, jacobian)
         state.u = anchor @ state.u
         for effect in found.laws:
             weights = state.u[weights_in(state.layout, effect)]
             curve = tabulated(effect, weights, state.u[rest_in(state.layout, effect)])
             ends = band(last, effect, rows, predictor.samples, mask, anchor)
-            learned.append(Learned(curve, *ends, seen(effect.law, everywhere)))
+            learned.append(Learned(curve, *ends, everywhere.get(effect.law)))
         names = {effect.name for effect in found.laws}
         own = Layout([t for t in state.layout.terms if t.effect.name not in names])
         changed = from_vector(model, own, moved(state.layout, state.u, own), predictor.joints)
