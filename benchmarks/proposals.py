@@ -1,12 +1,12 @@
 """Effects taken out of t2l's library one at a time: what is proposed in their place.
 
-`python -m benchmarks proposals [--propose] [--processes N] [--test-seed N | --mixed] [CASE or KIND
-...]`: each case hides one effect, made by a generator that shares no code with t2l. `t2l explain`
-has all known effects but those that would name it (`--without`): it shows whether another name is
-adopted in its place, and what is learned. With `--mixed` a case hides an effect besides that the
-library keeps: it should be named. With `--propose` it is learned without any known effect. Each
-case is kept in results/bench/proposals until the code changes that explains it, so that an
-interrupted table goes on where it stopped.
+`python -m benchmarks proposals [--propose] [--processes N] [--test-seed N | --mixed]
+[--curves FILE] [CASE or KIND ...]`: each case hides one effect, made by a generator that shares no
+code with t2l. `t2l explain` has all known effects but those that would name it (`--without`): it
+shows whether another name is adopted in its place, and what is learned. With `--mixed` a case hides
+an effect besides that the library keeps: it should be named. With `--propose` it is learned without
+any known effect. Each case is kept in results/bench/proposals until the code changes that explains
+it, so that an interrupted table goes on where it stopped.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from time import perf_counter
 import pandas as pd
 import yaml
 
-from benchmarks import one_core
+from benchmarks import learned_curves, one_core
 from benchmarks.hidden import PROCESSES, code_key
 from benchmarks.hidden_effects import effects as fx
 from benchmarks.hidden_effects import real_effects as rx
@@ -324,12 +324,14 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--test-seed", type=int, metavar="N", help=seed)
     which.add_argument("--mixed", action="store_true", help="cases that hide a known effect too")
+    picture = "draw what was learned of functions of one variable, beside what is hidden"
+    parser.add_argument("--curves", type=Path, metavar="FILE", help=picture)
     given = parser.parse_args(arguments)
     command = "propose" if given.propose else "explain"
     every, of = (mixed(), "_mixed") if given.mixed else (cases(given.test_seed), "")
     if given.test_seed is not None:
         of = f"_test{given.test_seed}"
-    return run(every, given.names, given.processes, command, f"table{of}")
+    return run(every, given.names, given.processes, command, f"table{of}", given.curves)
 
 
 def run(
@@ -338,8 +340,13 @@ def run(
     processes: int = PROCESSES,
     command: str = "explain",
     name: str = "table",
+    curves: Path | None = None,
 ) -> pd.DataFrame:
-    """One row a case; the table by kind and a summary are printed above."""
+    """One row a case; the table by kind and a summary are printed above.
+
+    Args:
+        curves: picture to make of what was learned of functions of one variable.
+    """
     unknown = set(names) - set(every) - {removed.kind for removed in every.values()}
     if unknown:
         raise SystemExit(f"no case or kind {', '.join(sorted(unknown))}; there are {list(every)}")
@@ -350,6 +357,10 @@ def run(
         print(f"{len(results)} of {len(chosen)}: {result['case']}, {said(result)}", flush=True)
     table = pd.DataFrame([row(result) for result in results])
     table.to_csv(FOLDER / command / f"{name}.csv", index=False)
+    if curves is not None:
+        cases = [case_of(result["case"]) for result in results]
+        pairs = zip(cases, results, strict=True)
+        learned_curves.draw([(one.case, r) for one, r in pairs if one.one_variable], curves)
     print("\n" + by_kind(results).to_markdown(index=False))
     print("\n" + "\n".join(summary(results)) + "\n")
     return table

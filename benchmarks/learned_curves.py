@@ -1,0 +1,114 @@
+"""Learned curves beside the torque that is hidden, as a picture.
+
+The hidden torque is asked of the generator's own effect, at every value of the curve's variable.
+Where it does not follow one variable, only the curve is shown.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from textwrap import fill
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from benchmarks.hidden_effects.cases import ROBOTS, Case
+from benchmarks.hidden_effects.effects import HiddenEffect, Plant, State
+from benchmarks.hidden_effects.real_effects import Warming
+from t2l.effects.law import FRICTION
+from t2l.figures.style import COLOURS, styled, write
+from t2l.propose.expression import Formula
+
+COLUMNS = 5
+FAR = 1.0  # rad, of a motion after which dry friction slides
+SLOW = 1e-6  # rad/s, at which only friction resists
+LASTS_S = 60.0  # longer than any session
+
+
+def draw(results: Sequence[tuple[Case, dict]], path: Path) -> None:
+    """A panel for each curve of cases and what was proposed, as `benchmarks.proposals` keeps it."""
+    shown = [(case, curve) for case, result in results for curve in result["curves"]]
+    rows = -(-len(shown) // COLUMNS)
+    with styled():
+        figure, axes = plt.subplots(rows, COLUMNS, figsize=(2.6 * COLUMNS, 2.2 * rows))
+        for panel, (case, curve) in zip(axes.flat, shown, strict=False):
+            _panel(panel, case, curve)
+        for panel in axes.flat[len(shown) :]:
+            panel.axis("off")
+        handles, labels = axes.flat[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        figure.supylabel("torque [N·m]")
+        write(figure, [path])
+
+
+def _panel(panel: plt.Axes, case: Case, curve: dict) -> None:
+    x, y, low, high = (np.array(curve[key]) for key in ("at", "torque", "low", "high"))
+    panel.fill_between(x, low, high, color=COLOURS[0], alpha=0.3, lw=0, label="95 % band")
+    panel.plot(x, y, color=COLOURS[0], label="learned curve")
+    if curve["formula"]:
+        formula = Formula(*(curve["formula"][key] for key in ("text", "values", "units")))
+        panel.plot(x, formula(x) + 0 * x, "--", color=COLOURS[1], lw=1.2, label="its formula")
+    truth = hidden_torque(case, curve, x)
+    if truth is not None:
+        panel.plot(x, truth, ":", color="black", lw=1.5, label="hidden")
+    panel.set_title(fill(f"{_plain(case.name)}: {curve['kind']}, {curve['joint']}", 30), size=7)
+    if curve["follows"] == "constant":
+        panel.set_xticks([])
+    panel.set_xlabel(curve["follows"] + (f" [{curve['unit']}]" if curve["unit"] else ""), size=7)
+    panel.tick_params(labelsize=6)
+
+
+def _plain(name: str) -> str:
+    first, *rest = name.split("_")
+    return " ".join(rest if first.startswith("test") else [first, *rest])
+
+
+def hidden_torque(case: Case, curve: dict, x: np.ndarray) -> np.ndarray | None:
+    """What is hidden at values x (n,) of a curve's variable, N·m; None if it is no such torque."""
+    joints = ROBOTS[case.robot].joints
+    joint, (effect, *more) = joints.index(curve["joint"]), case.hidden
+    if more or curve["follows"] not in _STATES or curve["of"] != curve["joint"]:
+        return None
+    plant = Plant(joints, 1e-3, np.ones(len(joints)), np.ones(len(joints)))
+    try:
+        ways = [[_torque(effect, plant, joint, curve, at, way) for at in x] for way in (1, -1)]
+    except NotImplementedError:
+        return None
+    forward, backward = np.array(ways)
+    if curve["kind"] == FRICTION:
+        return (backward - forward) / 2
+    # dry friction cancels
+    return forward if curve["follows"] == "velocity" else (forward + backward) / 2
+
+
+def _torque(
+    effect: HiddenEffect, plant: Plant, joint: int, curve: dict, x: float, way: int
+) -> float:
+    """On a joint that has slid that way."""
+    n = len(plant.joints)
+    given = {"q": 0.0, "v": way * SLOW, "t": 0.0} | _STATES[curve["follows"]](x, way, effect)
+    effect.start(plant)
+    for begin in (given["q"] - way * FAR, given["q"]):
+        q, v = np.zeros(n), np.zeros(n)
+        q[joint], v[joint] = begin, given["v"]
+        torque = effect.torque(State(given["t"], q, v, q, v, np.zeros(n)))
+    return float(torque[joint])
+
+
+def _when(temperature: float, effect: HiddenEffect) -> float:
+    """s: when it is as warm."""
+    if not isinstance(effect, Warming):
+        raise NotImplementedError
+    t = np.linspace(0.0, LASTS_S, 10_000)
+    return float(np.interp(temperature, effect.temperature(t), t))
+
+
+_STATES = {
+    "constant": lambda x, way, effect: {},
+    "position": lambda x, way, effect: {"q": x},
+    "velocity": lambda x, way, effect: {"v": x},
+    "speed": lambda x, way, effect: {"v": way * x},
+    "time": lambda x, way, effect: {"t": x},
+    "session time": lambda x, way, effect: {"t": x},
+    "phase": lambda x, way, effect: {"t": x},
+    "temperature": lambda x, way, effect: {"t": _when(x, effect)},
+}
