@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from t2l.diagnose import forward_selection
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import as_json, explain, write_explanation
-from t2l.diagnose.ranking import NOTHING_MISSING
+from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.effects.registry import builtin
 from t2l.identify.model import Model, read_model
 from tests.diagnose.made import pendulum, swings
@@ -120,6 +121,24 @@ def test_the_story_and_the_model_are_written(interrupted, tmp_path):
     model = read_model(tmp_path / "model.yaml")
     assert model.robot == explanation.model.robot
     assert set(model.effects) == set(HIDDEN)
+
+
+def test_a_step_that_leads_back_ends_the_search(robot, recordings, tmp_path, monkeypatch):
+    """What is superfluous without its partner is taken back at once, and would come again."""
+    first = few(robot, {"coulomb_friction": HIDDEN["coulomb_friction"]})
+    monkeypatch.setattr(
+        forward_selection, "simplify", lambda grown, evidence: (first, ["command_delay"])
+    )
+    progress, told = until("never")
+    explanation = explain(first, gather(robot, recordings), tmp_path, progress)
+    assert not any(what.startswith("step 2") for what in told)
+    assert (explanation.verdict, len(explanation.steps)) == (UNEXPLAINED, 1)
+    assert "no known effect removes it" in explanation.sentence
+    assert explanation.model == first
+    before = files(tmp_path)
+    again = explain(first, gather(robot, recordings), tmp_path)
+    assert as_json(again) == as_json(explanation)
+    assert files(tmp_path) == before
 
 
 def recomputed(folder, model, recordings, substeps=1):

@@ -11,8 +11,9 @@ from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence, fine_enough
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
-from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling
+from t2l.diagnose.ranking import MISSING, UNEXPLAINED, Diagnosis, diagnose, telling
 from t2l.diagnose.settings import MOST_EFFECTS
+from t2l.diagnose.wording import unexplained
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.identify.refit import refitted
@@ -83,11 +84,14 @@ def explain(
 ) -> Explanation:
     """Adopt the first-ranked effect as long as the verdict is `missing_effect`.
 
+    An effect that is superfluous without its partner is taken back at once. A step that so leads
+    back to effects that the model had before ends the search.
+
     Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
     run goes on with the step it was in.
     """
     evidence = telling(model, evidence)
-    steps, key = [], fingerprint(model, evidence)
+    steps, key, had = [], fingerprint(model, evidence), [set(model.effects)]
     added, dropped, share = None, [], None
     for number in range(MOST_EFFECTS + 1):
         where = folder / "steps" / str(number)
@@ -105,7 +109,12 @@ def explain(
         if content["verdict"] != MISSING or number == MOST_EFFECTS:
             break
         added, share = (content["ranking"][0][key] for key in ("effect", "chosen_share"))
-        model, dropped = _adopted(model, added, evidence, where, key)
+        grown, dropped = _adopted(model, added, evidence, where, key)
+        if set(grown.effects) in had:
+            content = _unexplained(content, where)
+            break
+        model = grown
+        had.append(set(model.effects))
         evidence = fine_enough(model, evidence)
         key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
@@ -159,6 +168,14 @@ def _step(model, evidence, where, key, progress) -> dict:
     content = write_diagnosis(diagnosis, evidence, where)
     # last: its presence says that the step is whole
     write_text(key, where / "fingerprint")
+    return content
+
+
+def _unexplained(content: dict, where: Path) -> dict:
+    """A diagnosis whose first effect did not stand, kept as that."""
+    said = unexplained(content["baseline"]["test_rmse_q_rad"], content["noise_floor_rad"])
+    content = content | {"verdict": UNEXPLAINED, "sentence": said}
+    write_text(json.dumps(content, indent=2) + "\n", where / DIAGNOSIS)
     return content
 
 

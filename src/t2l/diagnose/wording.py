@@ -37,6 +37,12 @@ def headline(diagnosis: Diagnosis) -> str:
             f"The model lacks {best.effect.title}{uncertain}{tied}: with it the test error {after} "
             f"(noise {floor:.3g} mrad)."
         )
+    return unexplained(diagnosis.test_rmse_rad, diagnosis.noise_floor_rad)
+
+
+def unexplained(test_rmse_rad: float, noise_floor_rad: float) -> str:
+    """That no known effect explains an error."""
+    error, floor = 1e3 * test_rmse_rad, 1e3 * noise_floor_rad
     return (
         f"Unexplained: the test error of {error:.3g} mrad is {error / floor:.1f} times the "
         f"noise ({floor:.3g} mrad), and no known effect removes it."
