@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.hidden_effects.cases import ROBOTS, Case
 from benchmarks.hidden_effects.effects import HiddenEffect, Plant, State
 from benchmarks.hidden_effects.real_effects import Warming
-from t2l.effects.law import FRICTION
+from t2l.effects.law import FRICTION, TORQUE
 from t2l.figures.style import COLOURS, styled, write
 from t2l.propose.expression import Formula
 
@@ -27,6 +27,8 @@ LASTS_S = 60.0  # longer than any session
 def draw(results: Sequence[tuple[Case, dict]], path: Path) -> None:
     """A panel for each curve of cases and what was proposed, as `benchmarks.proposals` keeps it."""
     shown = [(case, curve) for case, result in results for curve in result["curves"]]
+    if not shown:
+        return
     rows = -(-len(shown) // COLUMNS)
     with styled():
         figure, axes = plt.subplots(rows, COLUMNS, figsize=(2.6 * COLUMNS, 2.2 * rows))
@@ -34,8 +36,10 @@ def draw(results: Sequence[tuple[Case, dict]], path: Path) -> None:
             _panel(panel, case, curve)
         for panel in axes.flat[len(shown) :]:
             panel.axis("off")
-        handles, labels = axes.flat[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        drawn = [panel.get_legend_handles_labels() for panel in axes.flat]
+        legend = {label: handle for pair in drawn for handle, label in zip(*pair, strict=True)}
+        place = {"loc": "outside upper center", "ncols": len(legend)}
+        figure.legend(legend.values(), legend.keys(), **place)
         figure.supylabel("torque [N·m]")
         write(figure, [path])
 
@@ -66,7 +70,9 @@ def hidden_torque(case: Case, curve: dict, x: np.ndarray) -> np.ndarray | None:
     """What is hidden at values x (n,) of a curve's variable, N·m; None if it is no such torque."""
     joints = ROBOTS[case.robot].joints
     joint, (effect, *more) = joints.index(curve["joint"]), case.hidden
-    if more or curve["follows"] not in _STATES or curve["of"] != curve["joint"]:
+    if more or curve["kind"] not in (TORQUE, FRICTION) or curve["follows"] not in _STATES:
+        return None
+    if curve["of"] != curve["joint"]:
         return None
     plant = Plant(joints, 1e-3, np.ones(len(joints)), np.ones(len(joints)))
     try:
@@ -83,14 +89,16 @@ def hidden_torque(case: Case, curve: dict, x: np.ndarray) -> np.ndarray | None:
 def _torque(
     effect: HiddenEffect, plant: Plant, joint: int, curve: dict, x: float, way: int
 ) -> float:
-    """On a joint that has slid that way."""
+    """On a joint that has slid that way, or as it moves."""
     n = len(plant.joints)
     given = {"q": 0.0, "v": way * SLOW, "t": 0.0} | _STATES[curve["follows"]](x, way, effect)
     effect.start(plant)
-    for begin in (given["q"] - way * FAR, given["q"]):
+    begin = given["q"] - np.sign(given["v"]) * FAR
+    # of what acts since the start, that is at 0
+    for at, t in ((begin, 0.0), (given["q"], given["t"])):
         q, v = np.zeros(n), np.zeros(n)
-        q[joint], v[joint] = begin, given["v"]
-        torque = effect.torque(State(given["t"], q, v, q, v, np.zeros(n)))
+        q[joint], v[joint] = at, given["v"]
+        torque = effect.torque(State(t, q, v, q, v, np.zeros(n)))
     return float(torque[joint])
 
 

@@ -357,12 +357,11 @@ def run(
         print(f"{len(results)} of {len(chosen)}: {result['case']}, {said(result)}", flush=True)
     table = pd.DataFrame([row(result) for result in results])
     table.to_csv(FOLDER / command / f"{name}.csv", index=False)
-    if curves is not None:
-        cases = [case_of(result["case"]) for result in results]
-        pairs = zip(cases, results, strict=True)
-        learned_curves.draw([(one.case, r) for one, r in pairs if one.one_variable], curves)
     print("\n" + by_kind(results).to_markdown(index=False))
     print("\n" + "\n".join(summary(results)) + "\n")
+    if curves is not None:
+        pairs = [(case_of(result["case"]), result) for result in results]
+        learned_curves.draw([(one.case, r) for one, r in pairs if one.one_variable], curves)
     return table
 
 

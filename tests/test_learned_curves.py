@@ -7,7 +7,7 @@ from benchmarks.hidden_effects import real_effects as rx
 from benchmarks.hidden_effects.cases import ARM, Case
 from benchmarks.learned_curves import draw, hidden_torque
 
-from t2l.effects.law import FRICTION, TORQUE
+from t2l.effects.law import FRICTION, MOTOR, TORQUE
 
 X = np.array([-2.0, 0.5, 3.0])
 
@@ -25,6 +25,8 @@ def curve(kind, follows):
         (rx.DirectionalFriction({"elbow": 0.3}, {"elbow": 0.1}), FRICTION, "constant", 0.2 + 0 * X),
         (rx.DirectionalFriction({"elbow": 0.3}, {"elbow": 0.1}), TORQUE, "constant", -0.1 + 0 * X),
         (rx.ParallelSpring({"elbow": 2.0}, 0.5), TORQUE, "position", 1.0 - 2.0 * X),
+        (fx.CoulombFriction({"elbow": 0.1}), TORQUE, "velocity", -0.1 * np.sign(X)),
+        (rx.TorqueSinceStart({"elbow": 0.1}, 0.25), TORQUE, "time", 0.1 * np.sin(np.pi * X / 2)),
         (rx.FrictionTemperature(level=0.1, per_kelvin=0.0), FRICTION, "temperature", 0.1 + 0 * X),
     ],
 )
@@ -34,6 +36,8 @@ def test_the_hidden_torque_is_the_generators(effect, kind, follows, torque):
 
 
 def test_what_is_no_torque_of_a_variable_is_not_shown():
+    share = Case("one", ARM, (rx.FrictionDrift(0.1, 0.2, 5.0),))
+    assert hidden_torque(share, curve(MOTOR, "session time"), X) is None
     for effect in (rx.BaseTilt(0.1, 0.0), rx.TorqueConstantDrift(1.0, 0.9, 5.0)):
         assert hidden_torque(Case("one", ARM, (effect,)), curve(TORQUE, "position"), X) is None
 

@@ -12,7 +12,7 @@ from t2l.diagnose.forward_selection import as_json, explain, write_explanation
 from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.effects.registry import builtin
 from t2l.identify.model import Model, read_model
-from tests.diagnose.made import pendulum, swings
+from tests.diagnose.made import pendulum, recording, swings, two_pendulums
 from tests.effects.test_registry import RUBBER
 
 HIDDEN = {
@@ -135,10 +135,23 @@ def test_a_step_that_leads_back_ends_the_search(robot, recordings, tmp_path, mon
     assert (explanation.verdict, len(explanation.steps)) == (UNEXPLAINED, 1)
     assert "no known effect removes it" in explanation.sentence
     assert explanation.model == first
+    (kept,) = [json.loads(p.read_text()) for p in tmp_path.glob("steps/0/diagnosis.json")]
+    assert not kept["ranking"][0]["justified"]
+    assert "taken back" in kept["ranking"][0]["why"]
     before = files(tmp_path)
     again = explain(first, gather(robot, recordings), tmp_path)
     assert as_json(again) == as_json(explanation)
     assert files(tmp_path) == before
+
+
+def test_an_effect_that_grows_to_another_joint_leads_to_no_model_before(tmp_path):
+    robot, torque = two_pendulums(tmp_path), {"left": 0.1, "right": 0.2}
+    evidence = gather(robot, [recording(robot, lambda t: np.zeros((len(t), 2)))])
+    one, both = (
+        forward_selection._terms(Model(robot, {"coulomb_friction": {"torque": on}}), evidence)
+        for on in ({"left": 0.1}, torque)
+    )
+    assert one != both
 
 
 def recomputed(folder, model, recordings, substeps=1):

@@ -21,8 +21,11 @@ AT = np.linspace(-1.0, 1.5, 30)
 NAME = "torque_hinge_position"
 
 
-def made(folder):
-    """A folder with a spring's curve, the proposal, and the samples it was learned from."""
+def made(folder, until_s=np.inf):
+    """A folder with a spring's curve, the proposal, and the samples it was learned from.
+
+    The first samples report.
+    """
     robot = pendulum(folder)
     law = Law(TORQUE, "hinge", "position", "hinge")
     curve = Curve(law, tuple(AT.tolist()), tuple((-0.1 * AT).tolist()))
@@ -34,7 +37,8 @@ def made(folder):
         LAW, model, ("hinge",), (learned,), 1e-4, 2e-3, 1e-4, None, None, (), ("a", "b"), ()
     )
     chosen = predictor, np.ones(len(predictor.samples), bool)
-    write_proposal(proposal, folder / "out", [chosen], predictor)
+    reports = predictor.samples.time < until_s
+    write_proposal(proposal, folder / "out", [chosen], predictor, report_mask=reports)
     return folder / "out", predictor
 
 
@@ -59,6 +63,17 @@ def test_the_page_shows_the_curve(folder):
     text = write_report(out).read_text()
     assert "a torque on hinge that falls with its position" in text
     assert 'data-plot="curve"' in text
+
+
+@pytest.mark.skipif(not formulas.installed(), reason="pyoperon is not installed")
+def test_a_formula_is_reported_on_the_samples_that_report(tmp_path):
+    out, predictor = made(tmp_path, until_s=0.3)
+    content = json.loads((out / "proposal.json").read_text())
+    model, early = read_model(out / "models" / f"formula_{NAME}.yaml"), predictor.samples.time < 0.3
+    left = error_of(model, predictor, early)
+    assert left != pytest.approx(error_of(model, predictor), rel=1e-3)
+    assert content["report"]["formulas_rmse_q_rad"] == pytest.approx(left)
+    assert content["curves"][0]["formula"]["report_rmse_q_rad"] == pytest.approx(left)
 
 
 def test_without_the_library_it_is_said(tmp_path, monkeypatch):

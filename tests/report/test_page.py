@@ -132,7 +132,7 @@ def test_the_error_falls_to_what_was_learned(tmp_path):
     # beside names that stand
     content["known"][0]["stands"] = True
     path.write_text(json.dumps(content))
-    assert payload(read_found(tmp_path))["falling"]["names"][2:] == ("+ curves", "+ formulas")
+    assert payload(read_found(tmp_path))["falling"]["names"][2:] == ("+ curves", "formulas instead")
 
 
 def test_names_that_explain_a_part_are_told_as_that_everywhere(tmp_path):

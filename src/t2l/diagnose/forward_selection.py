@@ -11,9 +11,9 @@ from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.evidence import Evidence, fine_enough
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
-from t2l.diagnose.ranking import MISSING, UNEXPLAINED, Diagnosis, diagnose, telling
+from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling, verdict_of
 from t2l.diagnose.settings import MOST_EFFECTS
-from t2l.diagnose.wording import unexplained
+from t2l.diagnose.wording import ended
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
 from t2l.identify.refit import refitted
@@ -91,7 +91,7 @@ def explain(
     run goes on with the step it was in.
     """
     evidence = telling(model, evidence)
-    steps, key, had = [], fingerprint(model, evidence), [set(model.effects)]
+    steps, key, had = [], fingerprint(model, evidence), [_terms(model, evidence)]
     added, dropped, share = None, [], None
     for number in range(MOST_EFFECTS + 1):
         where = folder / "steps" / str(number)
@@ -110,11 +110,11 @@ def explain(
             break
         added, share = (content["ranking"][0][key] for key in ("effect", "chosen_share"))
         grown, dropped = _adopted(model, added, evidence, where, key)
-        if set(grown.effects) in had:
-            content = _unexplained(content, where)
+        if _terms(grown, evidence) in had:
+            content = _nothing_stands(content, where)
             break
         model = grown
-        had.append(set(model.effects))
+        had.append(_terms(model, evidence))
         evidence = fine_enough(model, evidence)
         key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
@@ -171,16 +171,29 @@ def _step(model, evidence, where, key, progress) -> dict:
     return content
 
 
-def _unexplained(content: dict, where: Path) -> dict:
-    """A diagnosis whose first effect did not stand, kept as that."""
-    said = unexplained(content["baseline"]["test_rmse_q_rad"], content["noise_floor_rad"])
-    content = content | {"verdict": UNEXPLAINED, "sentence": said}
+def _terms(model: Model, evidence: Evidence) -> set:
+    """What a model has, and on which joints: an effect may grow from one to more."""
+    return {(term.effect.name, term.joints) for term in model.terms(evidence.train.joints)}
+
+
+def _nothing_stands(content: dict, where: Path) -> dict:
+    """A diagnosis whose first effect was taken back at once, kept as that."""
+    errors, floor = content["baseline"], content["noise_floor_rad"]
+    test, validation = (errors[f"{part}_rmse_q_rad"] for part in ("test", "validation"))
+    verdict = verdict_of(validation, floor, justified=False)
+    first, *rest = content["ranking"]
+    why = f"{first['why']} But alone it was superfluous, and was taken back."
+    content = content | {
+        "verdict": verdict,
+        "sentence": ended(verdict, test, validation, floor),
+        "ranking": [first | {"justified": False, "why": why}, *rest],
+    }
     write_text(json.dumps(content, indent=2) + "\n", where / DIAGNOSIS)
     return content
 
 
 def _finished(where: Path, key: str) -> dict | None:
-    """What `_step` wrote; None if it is not there, of another step, or not usable."""
+    """What a step found; None if it is not there, of another step, or not usable."""
     path, keys = where / DIAGNOSIS, ("verdict", "sentence", "noise_floor_rad", "baseline")
     try:
         if read_text(where / "fingerprint", "a fingerprint") != key:

@@ -87,7 +87,7 @@ def diagnose(
         shorter = with_beginnings(evidence, adopted, u, known)
         cheaper = with_coarser_ticks(shorter, adopted, u)
         ranking = _ranking(cheaper, adopted, u, effects, floor, train, before, progress)
-    verdict = _verdict(chosen_by, floor, ranking)
+    verdict = verdict_of(chosen_by, floor, bool(ranking) and ranking[0].justified)
     test = rms(residual(evidence.test, evidence.test_mask, test_q))
     return Diagnosis(model, joints, verdict, floor, train, chosen_by, test, ranking)
 
@@ -108,10 +108,11 @@ def telling(model: Model, evidence: Evidence) -> Evidence:
     return pooled(evidence) if silent else evidence
 
 
-def _verdict(error: float, floor: float, ranking: Sequence[Candidate]) -> str:
+def verdict_of(error: float, floor: float, justified: bool) -> str:
+    """Of a validation error and a noise floor, rad, and whether an effect earns its place."""
     if error <= AT_THE_FLOOR * floor:
         return NOTHING_MISSING
-    if ranking and ranking[0].justified:
+    if justified:
         return MISSING
     return NOTHING_MISSING if error <= NEAR_THE_FLOOR * floor else UNEXPLAINED
 

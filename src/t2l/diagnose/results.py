@@ -201,11 +201,13 @@ def errors_by_step(found: Found) -> list[tuple[str, float | None, float]]:
     steps = [(label, *both) for label, both in zip(labels, errors, strict=True)]
     if not found.proposal or not found.proposal["curves"]:
         return steps
-    how = "{} instead" if found.dropped or found.partial else "+ {}"
+    curves = "curves instead" if found.dropped or found.partial else "+ curves"
     report = found.proposal["report"]
-    learned = {"curves": report["rmse_q_rad"], "formulas": report.get("formulas_rmse_q_rad")}
-    more = [(how.format(name), None, left) for name, left in learned.items() if left is not None]
-    return steps + more
+    learned = {
+        curves: report["rmse_q_rad"],
+        "formulas instead": report.get("formulas_rmse_q_rad"),
+    }
+    return steps + [(name, None, left) for name, left in learned.items() if left is not None]
 
 
 def same_gains(compared: Compared) -> bool:

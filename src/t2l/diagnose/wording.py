@@ -12,40 +12,43 @@ from t2l.names import listed, with_minus
 
 def headline(diagnosis: Diagnosis) -> str:
     """What was found, in a sentence."""
+    if diagnosis.verdict != MISSING:
+        errors = diagnosis.test_rmse_rad, diagnosis.validation_rmse_rad
+        return ended(diagnosis.verdict, *errors, diagnosis.noise_floor_rad)
     error, floor = 1e3 * diagnosis.test_rmse_rad, 1e3 * diagnosis.noise_floor_rad
-    if diagnosis.verdict == NOTHING_MISSING:
-        if diagnosis.test_rmse_rad > NEAR_THE_FLOOR * diagnosis.validation_rmse_rad:
-            return (
-                "No effect is missing in what was fitted and chosen by, but the test error is "
-                f"{error:.3g} mrad (noise {floor:.3g} mrad): the test recordings show something "
-                "that the others do not. Fit to some like them too."
-            )
-        return (
-            f"No effect is missing: the test error of {error:.3g} mrad is what measurement "
-            f"noise and quantisation leave ({floor:.3g} mrad)."
-        )
-    if diagnosis.verdict == MISSING:
-        best = diagnosis.ranking[0]
-        titles = titles_of(diagnosis)
-        others = listed([titles[name] for name in best.tied_with])
-        tied = f", tied with {others}" if others else ""
-        uncertain = " (uncertain)" if best.certain is False else ""
-        after = "grows without bound"
-        if best.test_rmse_rad is not None:
-            after = f"goes from {error:.3g} to {1e3 * best.test_rmse_rad:.3g} mrad"
-        return (
-            f"The model lacks {best.effect.title}{uncertain}{tied}: with it the test error {after} "
-            f"(noise {floor:.3g} mrad)."
-        )
-    return unexplained(diagnosis.test_rmse_rad, diagnosis.noise_floor_rad)
-
-
-def unexplained(test_rmse_rad: float, noise_floor_rad: float) -> str:
-    """That no known effect explains an error."""
-    error, floor = 1e3 * test_rmse_rad, 1e3 * noise_floor_rad
+    best = diagnosis.ranking[0]
+    titles = titles_of(diagnosis)
+    others = listed([titles[name] for name in best.tied_with])
+    tied = f", tied with {others}" if others else ""
+    uncertain = " (uncertain)" if best.certain is False else ""
+    after = "grows without bound"
+    if best.test_rmse_rad is not None:
+        after = f"goes from {error:.3g} to {1e3 * best.test_rmse_rad:.3g} mrad"
     return (
-        f"Unexplained: the test error of {error:.3g} mrad is {error / floor:.1f} times the "
-        f"noise ({floor:.3g} mrad), and no known effect removes it."
+        f"The model lacks {best.effect.title}{uncertain}{tied}: with it the test error {after} "
+        f"(noise {floor:.3g} mrad)."
+    )
+
+
+def ended(
+    verdict: str, test_rmse_rad: float, validation_rmse_rad: float, noise_floor_rad: float
+) -> str:
+    """Likewise, where no effect is missing or none explains the error."""
+    error, floor = 1e3 * test_rmse_rad, 1e3 * noise_floor_rad
+    if verdict != NOTHING_MISSING:
+        return (
+            f"Unexplained: the test error of {error:.3g} mrad is {error / floor:.1f} times the "
+            f"noise ({floor:.3g} mrad), and no known effect removes it."
+        )
+    if test_rmse_rad > NEAR_THE_FLOOR * validation_rmse_rad:
+        return (
+            "No effect is missing in what was fitted and chosen by, but the test error is "
+            f"{error:.3g} mrad (noise {floor:.3g} mrad): the test recordings show something "
+            "that the others do not. Fit to some like them too."
+        )
+    return (
+        f"No effect is missing: the test error of {error:.3g} mrad is what measurement "
+        f"noise and quantisation leave ({floor:.3g} mrad)."
     )
 
 

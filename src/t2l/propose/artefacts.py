@@ -7,9 +7,11 @@ effects/NAME.py          a formula as an effect that a person may edit
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
@@ -37,6 +39,7 @@ def write_proposal(
     report: Predictor | None = None,
     known: list[dict[str, Any]] | None = None,
     sentence: str = "",
+    report_mask: np.ndarray | None = None,
 ) -> dict[str, Any]:
     """Write all of it, proposal.json last; what it holds is returned.
 
@@ -47,16 +50,23 @@ def write_proposal(
         known: known effects beside the curves, see `t2l.propose.reconsider`.
         sentence: what was found; by default as if nothing but the model came before. What formulas
             leave is added.
+        report_mask: (nsample,) bool of `report`, the samples that report; by default all.
     """
     _remove_before(folder)
     found = formulas_of(proposal, judged)
+
+    def reported(model: Model) -> float | None:
+        """None too where a formula runs away."""
+        left = np.nan if report is None else error_of(model, report, report_mask)
+        return left if np.isfinite(left) else None
+
     curves = [
-        _written(proposal, one, found.get(one.curve.law), folder, report)
+        _written(proposal, one, found.get(one.curve.law), folder, reported)
         for one in proposal.learned
     ]
     in_words = None
-    if report is not None and any(curve["formula"] for curve in curves):
-        in_words = error_of(_with_all_formulas(proposal, curves, folder), report)
+    if any(curve["formula"] for curve in curves):
+        in_words = reported(_with_all_formulas(proposal, curves, folder))
     content = {
         "verdict": proposal.verdict,
         "sentence": (sentence or headline(proposal)) + as_formulas(proposal, in_words),
@@ -114,7 +124,7 @@ def _written(
     one: Learned,
     found: Formula | None,
     folder: Path,
-    report: Predictor | None,
+    reported: Callable[[Model], float | None],
 ) -> dict[str, Any]:
     law = one.curve.law
     name = plain_name(law)
@@ -143,7 +153,7 @@ def _written(
         return content | {"note": MISSING}
     if found is None:
         return content | {"note": "no short formula fits within the band"}
-    return content | {"formula": _formula(proposal, one, found, folder, report)}
+    return content | {"formula": _formula(proposal, one, found, folder, reported)}
 
 
 def plain_name(law: Law) -> str:
@@ -152,7 +162,11 @@ def plain_name(law: Law) -> str:
 
 
 def _formula(
-    proposal: Proposal, one: Learned, found: Formula, folder: Path, report: Predictor | None
+    proposal: Proposal,
+    one: Learned,
+    found: Formula,
+    folder: Path,
+    reported: Callable[[Model], float | None],
 ) -> dict[str, Any]:
     law = one.curve.law
     name = effect_name(law)
@@ -169,7 +183,7 @@ def _formula(
         "text": found.text,
         "values": found.values,
         "units": found.units,
-        "report_rmse_q_rad": None if report is None else error_of(model, report),
+        "report_rmse_q_rad": reported(model),
     }
 
 

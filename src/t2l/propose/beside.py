@@ -73,7 +73,9 @@ def _said(
     told = replace(found, proposal=quoted)
     sentence = retracted(told) if found.dropped else headline(quoted)
     sentence = part_of_it(told) if found.partial else sentence
-    content = write_proposal(found.proposal, where, judged, evidence.test, known, sentence)
+    content = write_proposal(
+        found.proposal, where, judged, evidence.test, known, sentence, evidence.test_mask
+    )
     sentence = content["sentence"]
     if found.partial:
         names = explanation.model

@@ -37,7 +37,7 @@ class Simulation:
     """What formulas leave of recordings in the place of a curve, all else in the model as it is.
 
     Attributes:
-        one: of a proposal, that they stand for. They are simulated as far as it reaches.
+        one: the learned law that they stand for. They are simulated as far as it reaches.
         beside: the model without it.
         sets: predictors, and the samples of each, (nsample,) bool.
         limit: rad, the most that a formula may leave.
@@ -131,7 +131,8 @@ def formulas_of(proposal: Proposal, sets: Sets) -> dict[Law, Formula]:
         return {}
     found = {one.curve.law: [*candidates(one)] for one in proposal.learned}
     taken: dict[Law, Formula] = {}
-    # again beside the formulas: what the curves beside it leave may hide which one is right
+    # those that came near again beside the formulas: what the curves beside one leave may hide
+    # which of them is right
     for _ in range(min(len(found), 2)):
         for one in proposal.learned:
             law = one.curve.law

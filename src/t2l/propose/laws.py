@@ -135,7 +135,7 @@ def seen(predictors: Sequence[Predictor]) -> dict[Law, tuple[float, float]]:
     Not of tendons, whose joints are at their ends at other times.
     """
     found: dict[Law, list[float]] = {}
-    for predictor in predictors:
+    for predictor in dict.fromkeys(predictors):
         q = predictor.samples.q
         dq = derivatives(Series(predictor.samples), q)[1]
         for law, ends in ranges(predictor, q, dq).items():

@@ -30,8 +30,8 @@ class Learned:
 
     Attributes:
         low, high: (n,) ends of the 95 % interval at each value of the curve.
-        seen: the variable's ends in all recordings, also those that the curve is not learned from;
-            by default it goes no further there than the curve says something.
+        seen: the variable's ends in all recordings that formulas are simulated on; None for no
+            further than `Curve.reach`.
     """
 
     curve: Curve
@@ -135,7 +135,7 @@ def finished(
         state = State(found.state.layout, found.state.u, found.state.laws)
         (last,) = refit([state], predictor, mask, iterations=2)
         rows, jacobian = state.rows(), last.jacobian[: mask.sum()]
-        everywhere = seen([predictor, *others, *([] if report is None else [report])])
+        everywhere = seen([predictor, *others])
         anchor = anchoring(state.layout, found.laws, jacobian)
         state.u = anchor @ state.u
         for effect in found.laws:

@@ -115,7 +115,7 @@ def as_formulas(proposal: Proposal, left_rad: float | None) -> str:
     (left,) = _in_mrad(left_rad)
     if len(proposal.learned) == 1:
         return f" Its formula in place of the curve leaves {left} mrad."
-    return f" Formulas in place of the curves leave {left} mrad."
+    return f" Formulas in place of the curves that have one leave {left} mrad."
 
 
 def retracted(found: Reconsidered) -> str:
