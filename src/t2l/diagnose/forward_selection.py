@@ -110,11 +110,12 @@ def explain(
             break
         added, share = (content["ranking"][0][key] for key in ("effect", "chosen_share"))
         grown, dropped = _adopted(model, added, evidence, where, key)
-        if _terms(grown, evidence) in had:
+        terms = _terms(grown, evidence)
+        if terms in had:
             content = _nothing_stands(content, where)
             break
         model = grown
-        had.append(_terms(model, evidence))
+        had.append(terms)
         evidence = fine_enough(model, evidence)
         key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
