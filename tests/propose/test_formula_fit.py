@@ -112,4 +112,4 @@ def test_a_formula_is_chosen_beside_the_formulas_of_other_laws(tmp_path):
     found = formulas_of(proposal, [(predictor, np.ones(len(predictor.samples), bool))])
     assert found[LAW].text == "a * x"
     assert found[LAW].values["a"] == pytest.approx(-0.2, rel=0.01)
-    assert found[repeats].text == "c * np.sin(a * x + b)"
+    assert found[repeats].text == "c * sin(a * x + b)"

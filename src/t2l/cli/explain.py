@@ -9,6 +9,8 @@ ENTRIES = (
     EXPLANATION, MODEL, "steps/", "proposal/", "before/", "after/", "figures/", "report.html",
 )  # fmt: skip
 
+RESUME = "steps that are finished are kept; the same command goes on with the next"
+
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
 

@@ -4,7 +4,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from t2l.cli.inputs import add_extensions, add_force
+from t2l.cli.inputs import add_effects, add_extensions, add_force
 from t2l.cli.words import words
 
 HELP = "choose motions that tell effects apart, for t2l record"
@@ -29,10 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tell", type=words, metavar="EFFECT,EFFECT",
         help="effects to tell apart, see `t2l effects` (default: all that the model lacks)",
     )  # fmt: skip
-    parser.add_argument(
-        "--effects", action="append", type=Path, default=[], metavar="FILE",
-        help="Python file, or folder of them, with effects of your own; may be repeated",
-    )  # fmt: skip
+    add_effects(parser)
     parser.add_argument("--total-s", type=float, default=60.0, help="of all motions (default: 60)")
     parser.add_argument("--motion-s", type=float, default=6.0, help="of each motion (default: 6)")
     parser.add_argument(
@@ -109,13 +106,14 @@ def run(arguments: argparse.Namespace) -> None:
 def _model_and_effects(arguments: argparse.Namespace, setup):
     from t2l.errors import ConfigurationError
     from t2l.identify.model import Model, check_joints, read_model
+    from t2l.registry import python_files
     from t2l.robots.plant import mjcf_path
     from t2l.typed import suggestion
 
     own = tuple(path.resolve() for path in arguments.effects)
     model = Model(setup.robot.name, {}, own)
     if arguments.model is not None:
-        given = read_model(arguments.model)
+        given = read_model(arguments.model, trusted=python_files(own))
         if mjcf_path(given.robot).resolve() != mjcf_path(setup.robot.name).resolve():
             raise ConfigurationError(
                 f"{arguments.model}: robot: found {given.robot}; allowed: that of "

@@ -10,6 +10,8 @@ from pathlib import Path
 from t2l.cli.inputs import add_extensions
 from t2l.errors import ConfigurationError
 
+RESUME = "motions that were recorded are kept"
+
 HELP = "record motions of a robot, real or virtual"
 
 DESCRIPTION = """\
