@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from t2l.figures.heatmap import heatmap, height, matrix, width
+from t2l.figures.heatmap import error_norm, heatmap, height, matrix, width
 from t2l.figures.style import COLOURS, plain, short, styled
 from t2l.gains import Cell, Grid
 
@@ -67,10 +66,9 @@ def residual_error(
 
 
 def _map(axes: Axes, values: np.ndarray, grid: Grid, label: str) -> None:
-    low, high = np.nanmin(values), np.nanmax(values)
     heatmap(
         axes,
-        *(values, grid, "magma_r", LogNorm(low, max(high, low * 1.01))),
+        *(values, grid, "magma_r", error_norm(values.flat)),
         text=lambda value: f"{value:.2g}",
         label=label,
         region="SO",
