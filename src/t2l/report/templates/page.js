@@ -41,7 +41,7 @@ function lines(text, most) {
 }
 const HOVER_NAME = "<extra>%{fullData.name}</extra>";
 const MODELS = (data.models || []).map(plain);
-// a model that is drawn behind the other is dashed, in every plot
+// motions lie on one another: of two models the first is dashed
 const dashOf = model => MODEL.length > 1 && model === 0 ? "5px,2px" : "solid";
 
 const BAR = 30;
@@ -209,7 +209,7 @@ const PLOTS = {
     data.clouds.forEach((clouds, i) => {
       const [x, y] = clouds[joint].over[condition.name][key].map(floats);
       traces.push({ x, y, mode: "lines+markers", name: MODELS[i] + ", mean",
-        line: { color: MODEL[i], width: 2.5, dash: dashOf(i) }, marker: { size: 7, line: { color: "white", width: 1 } },
+        line: { color: MODEL[i], width: 2.5 }, marker: { size: 7, line: { color: "white", width: 1 } },
         hovertemplate: "%{x:.3g} " + condition.unit + "<br>%{y:.3g} " + (key === "error" ? "mrad" : "N·m") + HOVER_NAME });
       x.forEach((v, k) => rows.push([data.models[i] + ", mean", v, y[k]]));
     });
@@ -227,7 +227,7 @@ const PLOTS = {
   spectrum(choice) {
     const traces = data.spectra.map((joints, i) => {
       const [x, y] = joints[choice.joint].map(floats);
-      return { x, y, mode: "lines", name: MODELS[i], line: { color: MODEL[i], width: 2, dash: dashOf(i) },
+      return { x, y, mode: "lines", name: MODELS[i], line: { color: MODEL[i], width: 2 },
         hovertemplate: "%{x:.3g} Hz<br>%{y:.3g} mrad/√Hz" + HOVER_NAME };
     });
     const rows = traces.flatMap((t, i) => Array.from(t.x, (f, k) => [data.models[i], f, t.y[k]]));
