@@ -138,7 +138,14 @@ def test_the_final_parameters_have_their_intervals(tmp_path):
     cells = [re.sub(r"(<[^>]*>|\s)+", "|", row) for row in rows]
     expected = "Coulomb|friction|hinge|torque|0.0601|0.0595|to|0.0607|N·m|friction|torque"
     assert cells[0].replace("|", " ").split() == expected.split("|")
-    assert cells[1].replace("|", " ").split()[:6] == "command delay all delay 0.0601 not".split()
+    assert cells[1].replace("|", " ").split()[:6] == [
+        "command",
+        "delay",
+        "all",
+        "delay",
+        "0.0601",
+        "not",
+    ]
     # one that an earlier version wrote
     del content["parameters"]
     path.write_text(json.dumps(content))
