@@ -10,8 +10,10 @@ from tests.report.findings import compared
 from tests.scoreboard.planted import cloning, evidence
 
 CLICK = """<script>
-const table = [...document.querySelectorAll("table.sortable")].find(t => t.textContent.includes("kp80"));
-const header = name => [...table.tHead.rows[0].cells].find(cell => cell.textContent.startsWith(name));
+const tables = [...document.querySelectorAll("table.sortable")];
+const table = tables.find(one => one.textContent.includes("kp80"));
+const headers = [...table.tHead.rows[0].cells];
+const header = name => headers.find(cell => cell.textContent.startsWith(name));
 const order = () => [...table.tBodies[0].rows].map(row => row.cells[0].textContent);
 const orders = [order()];
 for (const name of ["Kp", "Kp", "recording"]) { header(name).click(); orders.push(order()); }
@@ -33,13 +35,14 @@ def test_a_click_on_a_header_sorts_by_value(tmp_path):
 
 
 FILTER = """<script>
-const seen = () => [...document.querySelectorAll("tbody tr:not(.group)")].filter(row => !row.hidden);
+const seen = () => [...document.querySelectorAll("tbody tr:not(.group):not([hidden])")];
 const groups = () => [...document.querySelectorAll("tr.group")].filter(row => !row.hidden).length;
 const told = { all: seen().length, groups: groups(), order: seen().map(row => row.id) };
 const words = document.getElementById("words");
 const say = text => { words.value = text; words.dispatchEvent(new Event("input")); };
 say("DISHRACK unloading");
-told.words = seen().every(row => row.textContent.toLowerCase().includes("dishrack")) && seen().length;
+told.words = seen().length;
+told.found = seen().every(row => row.textContent.toLowerCase().includes("dishrack"));
 told.groupsOfWords = groups();
 say("");
 for (const box of document.querySelectorAll("input.verdict"))
@@ -49,7 +52,8 @@ const p = [...document.querySelectorAll("thead th")].find(cell => cell.textConte
 p.click(); p.click();
 told.p = seen().map(row => row.querySelector("td.p").dataset.value).filter(Boolean).map(Number);
 told.chain = getComputedStyle(document.querySelector(".of")).display;
-told.width = [...document.querySelectorAll("td, th")].filter(cell => cell.scrollWidth > cell.clientWidth + 1).length;
+const cells = [...document.querySelectorAll("td, th")];
+told.width = cells.filter(cell => cell.scrollWidth > cell.clientWidth + 1).length;
 const style = getComputedStyle(document.querySelector("td"));
 told.breaks = [style.overflowWrap, style.wordBreak];
 document.getElementById("reset").click();
@@ -65,6 +69,7 @@ def test_the_scoreboard_sorts_filters_and_breaks_no_word(tmp_path):
     told = json.loads(data_of(browse(page, tmp_path, FILTER), "told"))
     assert told["all"] == len(table)
     assert told["groups"] == table.chain.nunique()
+    assert told["found"]
     assert 0 < told["words"] < len(table)
     assert 0 < told["groupsOfWords"] < told["groups"]
     assert told["verdicts"] == ["reproduced"]
