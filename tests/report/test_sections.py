@@ -111,6 +111,7 @@ def test_what_is_saved_is_what_was_found(page, read):
 
 def test_the_numbers_of_every_plot_are_saved_as_a_table(page, read):
     tables = {name: text for name, text in read["files"] if name.endswith(".csv")}
+    assert tables
     assert len(tables) == page.read_text().count('class="csv"')
     for name, text in tables.items():
         header, *rows = csv.reader(io.StringIO(text))
