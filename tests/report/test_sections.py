@@ -159,7 +159,15 @@ def test_one_pair_of_gains_is_no_map(tmp_path):
     assert "one pair of gains in all recordings" in text
     found = read_found(tmp_path)
     assert payload(found)["cell_limits"] == {}
+    # of two joints with gains of their own, each has one pair
+    content = json.loads((tmp_path / "comparison.json").read_text())
+    content["cells"] += [content["cells"][0] | {"joint": None, "kp": 50.0}]
+    content["logs"][0]["kp"] = [5.0, 50.0]
+    (tmp_path / "comparison.json").write_text(json.dumps(content))
+    found = read_found(tmp_path)
+    assert payload(found)["cell_limits"] == {}
     figure = error_by_cell(found.compared)
+    assert figure.axes[0].containers
     assert [len(axes.images) for axes in figure.axes] == [0]
     assert 'data-plot="cells"' in write_report(compared(tmp_path / "three")).read_text()
 

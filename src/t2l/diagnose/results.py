@@ -221,10 +221,11 @@ def same_gains(compared: Compared) -> bool:
 def mapped(compared: Compared) -> list[str | None]:
     """Joints with an error for more than one pair of gains, so that a map over gains says more.
 
-    None stands for all of them together.
+    None stands for all of them together, where they had the same gains.
     """
     counts = Counter(cell["joint"] for cell in compared.numbers["cells"])
-    return [joint for joint in (None, *compared.traces.joints) if counts[joint] > 1]
+    together = (None,) if same_gains(compared) else ()
+    return [joint for joint in (*together, *compared.traces.joints) if counts[joint] > 1]
 
 
 def noise_density(compared: Compared) -> float | None:

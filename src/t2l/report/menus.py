@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from t2l.diagnose.conditions import LABELS
-from t2l.diagnose.results import Compared, Found, mapped, same_gains
+from t2l.diagnose.results import Compared, Found, mapped
 from t2l.report.payload import conditions_of, recordings_to_show, worst
 from t2l.report.words import mrad
 
@@ -48,7 +48,7 @@ def _worst_joint(compared: Compared) -> int:
 
 def _of_cells(compared: Compared, joints: list, worst_joint: int) -> list[Menu]:
     shown = mapped(compared)
-    together = same_gains(compared) and len(joints) > 1 and None in shown
+    together = len(joints) > 1 and None in shown
     options = [(i, name) for i, name in joints if name in shown]
     if not options:
         return []

@@ -21,7 +21,13 @@ def saved(found: Found) -> list[Saved]:
     """The results that the page tells of, as they lie in its folder."""
     kept = []
     if found.model_yaml is not None:
-        kept.append(Saved(MODEL, "the final model, which t2l commands take", found.model_yaml))
+        kept.append(
+            Saved(
+                MODEL,
+                "the final model; its robot is found from the folder of this page",
+                found.model_yaml,
+            )
+        )
     if found.explanation is not None:
         what = "every step, and the parameters of the final model"
         kept.append(_json(EXPLANATION, what, found.explanation))
