@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib
@@ -55,9 +56,13 @@ def write(figure: Figure, paths: Sequence[Path | str]) -> None:
     for path in paths:
         # without dates, the same figure is the same file
         metadata = {"CreationDate": None} if str(path).endswith(".pdf") else None
+        drawn = BytesIO()
+        # in memory: on a full disk matplotlib fails while it fails, and hides what happened.
+        # With a resolution: where figures are written, the style's settings hold no more
+        kind = Path(path).suffix.removeprefix(".")
+        figure.savefig(drawn, format=kind, metadata=metadata, dpi=DPI)
         with whole(path) as draft:
-            # said here: where figures are written, the style's settings hold no more
-            figure.savefig(draft, metadata=metadata, dpi=DPI)
+            draft.write_bytes(drawn.getvalue())
     plt.close(figure)
 
 
