@@ -2,9 +2,10 @@
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from t2l.artefacts import read_json, read_text, reading, write_text
 from t2l.diagnose.artefacts import write_diagnosis
@@ -259,10 +260,17 @@ def as_json(explanation: Explanation) -> dict:
     }  # fmt: skip
 
 
-def write_explanation(explanation: Explanation, folder: Path) -> None:
-    """Write `explanation.json` and `model.yaml`."""
+def write_explanation(
+    explanation: Explanation, folder: Path, parameters: Sequence[dict[str, Any]] = ()
+) -> None:
+    """Write `explanation.json` and `model.yaml`.
+
+    Args:
+        parameters: of the final model, as `t2l.diagnose.final_parameters` finds them.
+    """
     stand = explanation.model.effects
     names = [step.effect for step in explanation.steps if step.effect in stand]
     comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
     write_model(explanation.model, folder / MODEL, comment)
-    write_text(json.dumps(as_json(explanation), indent=2) + "\n", folder / EXPLANATION)
+    content = as_json(explanation) | {"parameters": list(parameters)}
+    write_text(json.dumps(content, indent=2) + "\n", folder / EXPLANATION)
