@@ -38,6 +38,10 @@ class BackendError(T2LError):
     """The robot refuses a command, cannot be reached, or has left its limits."""
 
 
+class BeyondLimitError(BackendError):
+    """A joint was measured beyond a limit, and the robot was stopped."""
+
+
 class PositionControlled(ABC):
     """`n` robots under a position controller, τ = Kp (q_des − q) − Kd q̇.
 
@@ -197,8 +201,8 @@ class Backend(PositionControlled):
         """`sending` under watch.
 
         Raises:
-            BackendError: the robot does not go on, or a joint is measured beyond a limit; the
-                caller brings the robot to rest.
+            BackendError: the robot does not go on.
+            BeyondLimitError: a joint is measured beyond a limit; the caller brings it to rest.
         """
         for state in self.sending(q_des, period_s):
             measured = {s.name: getattr(state, s.name) for s in self.can.signals}
@@ -214,8 +218,8 @@ class Backend(PositionControlled):
         Whatever breaks a motion off, the robot is held where it is.
 
         Raises:
-            BackendError: the robot does not go on, or was stopped because a joint was measured
-                beyond a limit; the message says when.
+            BackendError: the robot does not go on; the message says when.
+            BeyondLimitError: a joint was measured beyond a limit; likewise.
         """
         try:
             self.start(motion.q_des[0], motion.kp, motion.kd)
@@ -225,9 +229,8 @@ class Backend(PositionControlled):
                 log = self.log_cycles(lambda: self._follow(motion), motion.duration_s)
                 # also what fell between two looks
                 objections = state_objections(self.robot, **log.measured)
-                time = 0.0
-                with _at(motion, lambda: time):
-                    for time, objection in zip(log.time, objections, strict=True):
+                for time, objection in zip(log.time, objections, strict=True):
+                    with _at(motion, lambda time=time: time):
                         _stop_for(objection)
                 held = round(self.can.control_rate_hz / motion.rate_hz)
                 rows = log.at(rows_of_commands(log.q_des, held))
@@ -272,7 +275,7 @@ class Backend(PositionControlled):
 
 def _stop_for(objection: str) -> None:
     if objection:
-        raise BackendError(f"the robot was stopped: found {objection}; {GENTLER}")
+        raise BeyondLimitError(f"the robot was stopped: found {objection}; {GENTLER}")
 
 
 @contextlib.contextmanager
@@ -281,4 +284,4 @@ def _at(motion: Motion, time_s: Callable[[], float]) -> Iterator[None]:
     try:
         yield
     except BackendError as error:
-        raise BackendError(f"{motion.name}, {time_s():.2f} s: {error}") from error
+        raise type(error)(f"{motion.name}, {time_s():.2f} s: {error}") from error

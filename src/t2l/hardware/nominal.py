@@ -1,4 +1,4 @@
-"""Motions as the nominal model makes them: the MJCF as it is, in the loop of the robot's controller.
+"""Motions as the nominal model makes them: the MJCF as it is, in the loop of a controller.
 
     τ_k = Kp (q_des − q_k) − Kd q̇_k + g(q_k),   held from tick to tick
 
