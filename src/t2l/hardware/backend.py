@@ -248,7 +248,10 @@ class Backend(PositionControlled):
                 time = begun
                 states.append(self.read())
                 commands = np.broadcast_to(command, (self.n, len(command)))
-                for look, _ in enumerate(self.watched(commands, period_s), 1):
+                looks = self.watched(commands, period_s)
+                # when the next is due, which may be the one that stops the robot
+                time = begun + min(1 / self.watched_hz, period_s)
+                for look, _ in enumerate(looks, 2):
                     time = begun + min(look / self.watched_hz, period_s)
         return {
             signal.name: np.array([getattr(state, signal.name)[0] for state in states])
