@@ -68,9 +68,7 @@ def test_a_command_that_is_held_for_long_is_a_step(tmp_path):
     hold = {"kind": "hold", "duration_s": 100, "ramp_s": 10}
     hold["amplitude_rad"] = [0, 0, 0, 0, 0, 0, 1.2]
     path = plan(tmp_path, {"kp": 9, "kd": 0.01}, 0, 0, excitation=hold, command_rate_hz=0.1)
-    with pytest.raises(
-        RecordingError, match=r"fr3_joint7 from 1\d\.\d\d s on: .* rad/s when"
-    ):
+    with pytest.raises(RecordingError, match=r"fr3_joint7 from 1\d\.\d\d s on: .* rad/s when"):
         read_plan(path)
 
 

@@ -110,7 +110,7 @@ def design(
         )
     information = sensitivity.information(recordings)
     progress("choosing", 0.9)
-    chosen = exchange(information, _motion_count(setup, wanted))
+    chosen = exchange(information, motion_count(setup, wanted))
     told = identifiability(sensitivity, [recordings[i] for i in chosen])
     return _experiment(safe, len(every), information, chosen, told)
 
@@ -122,7 +122,7 @@ def check_wanted(setup: Setup, wanted: Wanted) -> None:
         RecordingError: gains are missing, or make a joint ring.
         ConfigurationError: the times do not go together, or the tool starts outside of its box.
     """
-    _motion_count(setup, wanted)
+    motion_count(setup, wanted)
     loop = SampledLoop(setup.robot, setup.features, setup.start)
     for name, (kp, kd) in setup.gains().items():
         held = Motion(name, setup.start[None], setup.command_rate_hz, kp, kd)
@@ -135,8 +135,13 @@ def check_wanted(setup: Setup, wanted: Wanted) -> None:
         )
 
 
-def _motion_count(setup: Setup, wanted: Wanted) -> int:
-    """How many motions fit into the time: at least `FEWEST`, and no more than a plan may have."""
+def motion_count(setup: Setup, wanted: Wanted) -> int:
+    """How many motions fit into the time: at least `FEWEST`, and no more than a plan may have.
+
+    Raises:
+        RecordingError: commands are too rare for any motion.
+        ConfigurationError: a motion is too short for its slowest sine, or too few or many fit.
+    """
     rate, shortest = setup.command_rate_hz, shortest_s(setup.command_rate_hz)
     if shortest > LONGEST_S:
         raise RecordingError(
