@@ -165,6 +165,27 @@ def test_torque_is_clamped_and_what_is_too_fast_stopped_alone():
     assert (table.seed == 3).all()
 
 
+def test_what_is_too_fast_between_two_samples_is_stopped_at_the_next():
+    robot = calm(2)
+    read, reads = robot.read, []
+
+    def shown():
+        state = read()
+        reads.append(1)
+        # of 10 ticks a sample, in the middle of the 30th; `start` reads once
+        if len(reads) == 1 + 295:
+            state.dq[1, 0] = 2.7
+        return state
+
+    robot.read = shown
+    rollouts = reach(robot)
+    assert rollouts.stopped == ("", "velocity of fr3_joint1 2.7 rad/s; allowed: -2.62 to 2.62")
+    assert rollouts.success.tolist() == [True, False]
+    assert np.isfinite(rollouts.q[:, 0]).all()
+    assert np.isfinite(rollouts.q[:31, 1]).all()
+    assert np.isnan(rollouts.q[31:, 1]).all()
+
+
 def made(q, dq, stopped=""):
     """Rollouts of one robot with one joint: q and dq (nsample,), NaN after it was stopped."""
     q, dq = (np.array(values, float)[:, None, None] for values in (q, dq))

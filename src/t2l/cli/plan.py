@@ -35,7 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--effects", action="append", type=Path, default=[], metavar="FILE",
         help="Python file, or folder of them, with effects of your own; may be repeated",
     )  # fmt: skip
-    parser.add_argument("--total-s", type=float, default=60.0, help="of all motions (default: 60)")
+    parser.add_argument(
+        "--total-s", type=float, default=60.0,
+        help="of all motions, 3 to 100 of them (default: 60)",
+    )  # fmt: skip
     parser.add_argument("--motion-s", type=float, default=6.0, help="of each motion (default: 6)")
     parser.add_argument(
         "--most-rad", type=float, default=0.5,
