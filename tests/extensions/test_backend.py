@@ -86,7 +86,7 @@ def test_one_that_stops_answering_is_told_and_nothing_half_written(tmp_path):
 
 
 def test_one_that_is_measured_beyond_a_limit_is_stopped_and_nothing_half_written(tmp_path):
-    """So quick that each command, 20 ms after the one before, makes it jump; no model knows that."""
+    """It is so quick that it jumps to each command, which no model knows."""
     held = []
 
     class Held(BACKENDS.find("echo")):

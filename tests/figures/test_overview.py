@@ -50,7 +50,7 @@ def test_a_step_that_makes_a_joint_too_fast_is_made_smaller():
         table = step_responses(arm, Cell(512, 1))
     elbow, last = (part.q_des.max() for _, part in table.groupby("joint"))
     assert elbow == pytest.approx(STEP_RAD)
-    assert last == pytest.approx(STEP_RAD / 2)
+    assert last == pytest.approx(STEP_RAD / 4)
 
 
 def test_bands_are_over_configurations_and_seeds():

@@ -15,8 +15,8 @@ HELP = "record motions of a robot, real or virtual"
 DESCRIPTION = """\
 Move a robot at one or more settings of gains and write a recording of each. CONFIG.yaml says which
 robot and how; examples/record_fr3.yaml is one to start from. Before anything moves, commands are
-checked against the limits of positions, velocities and torques, and so is what a simulation makes of
-them under their gains. While it moves, a joint that is measured beyond a limit stops the robot.
+checked against the limits of positions, velocities and torques, and so is what a simulation makes
+of them under their gains. While it moves, a joint that is measured beyond a limit stops the robot.
 Nothing checks for obstacles: the robot must be able to move freely around its start, and to get
 there.
 """
