@@ -287,4 +287,5 @@ def _at(motion: Motion, time_s: Callable[[], float]) -> Iterator[None]:
     try:
         yield
     except BackendError as error:
-        raise type(error)(f"{motion.name}, {time_s():.2f} s: {error}") from error
+        kind = BeyondLimitError if isinstance(error, BeyondLimitError) else BackendError
+        raise kind(f"{motion.name}, {time_s():.2f} s: {error}") from error

@@ -149,11 +149,10 @@ def read_setup(path: Path | str) -> Setup:
     settings = backend.settings.model_construct(**own)
     try:
         features = backend.features(robot, settings)
-        _check_rates(found, features, path)
-    except InputError:
-        raise
+    # also of a file that the configuration names
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from None
+    _check_rates(found, features, path)
     start = robot.home if found.start_rad is None else found.start_rad
     return Setup(path, robot, backend, settings, features, start, found, content)
 
