@@ -2,14 +2,17 @@
 
 import hashlib
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from t2l.artefacts import read_json, read_text, reading, write_text
+from t2l.diagnose import confounded
 from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
-from t2l.diagnose.evidence import Evidence, fine_enough
+from t2l.diagnose.confounded import Confounded
+from t2l.diagnose.confounding import confounded_names
+from t2l.diagnose.evidence import Evidence, deciding, fine_enough
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling, verdict_of
 from t2l.diagnose.settings import MOST_EFFECTS
@@ -66,6 +69,8 @@ class Explanation:
     """The steps, where they ended, and the final model.
 
     `partial` are the names of the steps that the final model lacks, as they explain only a part.
+    `beforehand` are effects that could not be told apart before the first step, and `confounded`
+    those of the names found that cannot be told from others in the end.
     """
 
     steps: list[Step]
@@ -74,6 +79,13 @@ class Explanation:
     sentence: str
     model: Model
     partial: Partial | None = None
+    beforehand: tuple[Confounded, ...] = ()
+    confounded: tuple[Confounded, ...] = ()
+
+    @property
+    def names(self) -> Model:
+        """The model with all names that were found, adopted or not."""
+        return (self.partial or self).model
 
 
 def explain(
@@ -81,6 +93,7 @@ def explain(
     evidence: Evidence,
     folder: Path,
     progress: Progress = lambda what, fraction: None,
+    beforehand: Sequence[Confounded] = (),
 ) -> Explanation:
     """Adopt the first-ranked effect as long as the verdict is `missing_effect`.
 
@@ -89,6 +102,9 @@ def explain(
 
     Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
     run goes on with the step it was in.
+
+    Args:
+        beforehand: effects that the recordings do not tell apart, which are never certain.
     """
     evidence = telling(model, evidence)
     steps, key, had = [], fingerprint(model, evidence), [_terms(model, evidence)]
@@ -101,7 +117,7 @@ def explain(
             def told(what, fraction, number=number):
                 progress(f"step {number + 1}: {what}", fraction)
 
-            content = _step(model, evidence, where, key, told)
+            content = _step(model, evidence, where, key, told, beforehand)
         else:
             progress(f"step {number + 1}: kept from before", 1.0)
         baseline = content["baseline"]
@@ -119,8 +135,23 @@ def explain(
         evidence = fine_enough(model, evidence)
         key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
-        steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model
-    )
+        steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model,
+        beforehand=tuple(beforehand),
+    )  # fmt: skip
+
+
+def told_apart(explanation: Explanation, came: Model, evidence: Evidence) -> Explanation:
+    """The explanation, and in its sentence which names cannot be told from other effects.
+
+    Args:
+        came: the model as it came.
+    """
+    found = confounded_names(explanation.names, came, evidence)
+    if not found:
+        return explanation
+    said = confounded.sentences(found, came.known_effects(), deciding(evidence)[0].recordings)
+    sentence = " ".join([explanation.sentence, *said])
+    return replace(explanation, confounded=tuple(found), sentence=sentence)
 
 
 def _adopted(
@@ -162,11 +193,13 @@ def _model_with(where: Path, effect: str) -> Path:
     return path_of(where / "models", effect, ".yaml")
 
 
-def _step(model, evidence, where, key, progress) -> dict:
-    diagnosis: Diagnosis = diagnose(model, evidence, progress=progress, quick=True)
+def _step(model, evidence, where, key, progress, beforehand) -> dict:
+    diagnosis: Diagnosis = diagnose(
+        model, evidence, progress=progress, quick=True, beforehand=beforehand
+    )
     with writing(where / "fingerprint"):
         (where / "fingerprint").unlink(missing_ok=True)
-    content = write_diagnosis(diagnosis, evidence, where)
+    content = write_diagnosis(diagnosis, evidence, where, beforehand)
     # last: its presence says that the step is whole
     write_text(key, where / "fingerprint")
     return content
@@ -253,6 +286,10 @@ def as_json(explanation: Explanation) -> dict:
         "verdict": explanation.verdict,
         "sentence": explanation.sentence,
         "noise_floor_rad": explanation.noise_floor_rad,
+        "confounded": {
+            "beforehand": confounded.as_json(explanation.beforehand),
+            "names": confounded.as_json(explanation.confounded),
+        },
         "partial": None if partial is None else {
             "effects": list(partial.effects),
             "explained_fraction": partial.explained,
