@@ -9,6 +9,9 @@ ENTRIES = (
     EXPLANATION, MODEL, "steps/", "proposal/", "before/", "after/", "figures/", "report.html",
 )  # fmt: skip
 
+# format: of the whole, when names are found, curves are learned, and both are checked
+NAMED, LEARNED, COMPARED = 0.6, 0.9, 0.95
+
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
 
@@ -27,27 +30,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Explain, compare before and after, write, and tell the story."""
     from t2l.cli.beforehand import say_what_is_confounded
+    from t2l.cli.estimate import say_how_long
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.compare import compare, write
     from t2l.diagnose.evidence import gather
     from t2l.diagnose.forward_selection import explain, told_apart, write_explanation
     from t2l.diagnose.ranking import telling
     from t2l.figures.diagnosis import draw_explanation
+    from t2l.identify.progress import part
     from t2l.identify.step_size import substeps_for
     from t2l.propose.beside import proposed_beside
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        say_how_long(arguments.command, model, recordings)
         evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
         evidence = telling(model, evidence)
         beforehand = say_what_is_confounded(model, evidence)
         progress = progress_line()
-        explanation = explain(model, evidence, out, progress, beforehand)
-        explanation = proposed_beside(model, explanation, evidence, out, progress)
+        naming, learning = part(progress, 0.0, NAMED), part(progress, NAMED, LEARNED)
+        explanation = explain(model, evidence, out, naming, beforehand)
+        explanation = proposed_beside(model, explanation, evidence, out, learning)
+        progress("what is not told from the names", LEARNED)
         explanation = told_apart(explanation, model, evidence)
         write_explanation(explanation, out)
-        progress("comparing before and after", 0.9)
+        progress("comparing before and after", COMPARED)
         for name, which in (("before", model), ("after", explanation.names)):
             write(compare(which, [*recordings, *holdout]), out / name)
         draw_explanation(out)

@@ -19,10 +19,12 @@ class Confounded:
     Attributes:
         effect: its name.
         rivals: what it is not told from: single effects first, the most alike first.
+        more_missing: whether it leaves more than noise: what else is found may tell.
     """
 
     effect: str
     rivals: tuple[Rival, ...]
+    more_missing: bool = False
 
     def from_what(self, titles: Mapping[str, str]) -> str:
         """What it is not told from, in words: A; B together with C or D."""
@@ -54,7 +56,8 @@ def sentences(
         done |= {(entry.effect, *rival.effects) for rival in rivals}
         if rivals:
             what = Confounded(entry.effect, rivals).from_what(titles)
-            said.append(f"These recordings cannot tell {titles[entry.effect]} from {what}.")
+            now = ", while more is missing" if entry.more_missing else ""
+            said.append(f"These recordings cannot tell {titles[entry.effect]} from {what}{now}.")
     if not said:
         return []
     if len({(*r.kp, *r.kd) for r in recordings}) == 1:

@@ -1,9 +1,9 @@
 """Which effects the recordings cannot tell apart: said before any is named, and of each name after.
 
-An effect is confounded with others if they do what it does (`t2l.design.collinearity`): before the
-search, of each effect that alone explains at least half of what is missing and nearly as much as
-any, linearised at the model as it came; after it, of each that was adopted, at its fitted values,
-with the others fitted along.
+An effect is confounded with others if they do what it does (`t2l.design.collinearity`). Before the
+search that is asked of each effect that alone explains at least half of what is missing, and as
+much as any, linearised at the model as it came; after it, of each effect that was adopted, at its
+fitted values, with the others fitted along.
 """
 
 import numpy as np
@@ -36,9 +36,13 @@ def confounded_beforehand(model: Model, evidence: Evidence) -> list[Confounded]:
     parts = {name: responses.part(name, missing) for name in responses.index}
     parts = {name: part for name, part in parts.items() if np.mean(part**2) >= half}
     left = {name: max(_rms(missing - part), 1.0) for name, part in parts.items()}
-    most = PROMISING * min(left.values(), default=0.0)
+    most = AT_THE_FLOOR * min(left.values(), default=0.0)
     found = [
-        Confounded(name, tuple(responses.rivals(name, part, missing, PROMISING * left[name])))
+        Confounded(
+            name,
+            tuple(responses.rivals(name, part, missing, PROMISING * left[name])),
+            left[name] > AT_THE_FLOOR,
+        )
         for name, part in parts.items()
         if left[name] <= most
     ]
@@ -77,8 +81,8 @@ class _Linear:
         few = some(exact, mask, REFERENCE)[0].recordings
         sensitivity = Sensitivity(model, effects, few, noise, exact.substeps)
         self._predictor, self._mask, self._noise = sensitivity.predictor(recordings), mask, noise
-        columns = np.concatenate([part.columns for part in sensitivity.responses(recordings)])
-        self.columns, self.names = columns[mask], [c.effect.name for c in sensitivity.columns]
+        columns, self.names = sensitivity.spans(recordings)
+        self.columns = columns[mask]
         known = model.known_effects(joints)
         self.excludes = {
             one: {other for other in known if other in e.contains or one in known[other].contains}

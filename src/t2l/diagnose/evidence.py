@@ -159,6 +159,11 @@ def deciding(evidence: Evidence) -> tuple[Predictor, np.ndarray]:
     return _over_the_gains(both, mask, SHORTLISTED)
 
 
+def screened(predictor: Predictor) -> Predictor:
+    """A predictor of the few recordings that every effect is tried on."""
+    return _screened(predictor, _all(predictor))[0]
+
+
 def some(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor, np.ndarray]:
     """A predictor of `count` of the recordings, spread over their order, and its part of `mask`."""
     return _part(predictor, mask, np.arange(len(predictor.recordings)), count)

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.diagnose.wording import ended
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_model, write_model
+from t2l.identify.progress import Progress, pieces
 from t2l.identify.refit import refitted
 from t2l.names import path_of
 from t2l.registry import python_files
@@ -27,8 +28,6 @@ from t2l.typed import is_number
 from t2l.version import library
 
 ERRORS = tuple(f"{part}_rmse_q_rad" for part in ("train", "validation", "test"))
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -109,17 +108,17 @@ def explain(
     evidence = telling(model, evidence)
     steps, key, had = [], fingerprint(model, evidence), [_terms(model, evidence)]
     added, dropped, share = None, [], None
-    for number in range(MOST_EFFECTS + 1):
+    for number, step in zip(range(MOST_EFFECTS + 1), pieces(progress), strict=False):
         where = folder / "steps" / str(number)
         content = _finished(where, key)
         if content is None:
 
-            def told(what, fraction, number=number):
-                progress(f"step {number + 1}: {what}", fraction)
+            def told(what, fraction, number=number, step=step):
+                step(f"step {number + 1}: {what}", fraction)
 
             content = _step(model, evidence, where, key, told, beforehand)
         else:
-            progress(f"step {number + 1}: kept from before", 1.0)
+            step(f"step {number + 1}: kept from before", 1.0)
         baseline = content["baseline"]
         steps.append(Step(added, *(baseline[key] for key in ERRORS), tuple(dropped), share))
         if content["verdict"] != MISSING or number == MOST_EFFECTS:

@@ -10,13 +10,14 @@ from t2l.diagnose.confounded import Confounded
 from t2l.diagnose.evidence import Evidence, pooled
 from t2l.diagnose.judging import judge, judge_in_turn, residual, rms
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
-from t2l.diagnose.racing import Progress, fit_all, fit_fully
+from t2l.diagnose.racing import fit_all, fit_fully
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify.levels import AT_THE_FLOOR, MATERIAL
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
+from t2l.identify.progress import Progress
 from t2l.identify.uncertainty import uncertainty
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
