@@ -62,7 +62,7 @@ def test_under_one_pair_of_gains_inertia_and_damping_are_not_told_from_gains(rob
         if s.startswith(f"These recordings cannot tell {TITLES['controller_gains']}")
     )
     assert TITLES["armature"] in first or "more" in first
-    assert "All of them have one pair of gains (Kp, Kd)." in said
+    assert "All of them have one pair of gains (Kp, Kd): record others too." in said
     assert "--tell" in said[-1]
     assert "controller_gains" in said[-1]
 

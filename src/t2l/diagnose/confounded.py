@@ -61,7 +61,7 @@ def sentences(
     if not said:
         return []
     if len({(*r.kp, *r.kd) for r in recordings}) == 1:
-        said.append("All of them have one pair of gains (Kp, Kd).")
+        said.append("All of them have one pair of gains (Kp, Kd): record others too.")
     # of a plan no optional column is known beforehand
     names = [name for name in members(found) if not effects[name].needs]
     said.append(f"Motions and gains that can: t2l plan CONFIG.yaml --tell {','.join(names)}")
