@@ -34,8 +34,9 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.compare import compare, write
     from t2l.diagnose.evidence import gather
-    from t2l.diagnose.forward_selection import explain, told_apart, write_explanation
+    from t2l.diagnose.forward_selection import explain, write_explanation
     from t2l.diagnose.ranking import telling
+    from t2l.diagnose.told_apart import told_apart
     from t2l.figures.diagnosis import draw_explanation
     from t2l.identify.progress import part
     from t2l.identify.step_size import substeps_for

@@ -161,30 +161,6 @@ class Sensitivity:
             yield self._responses(recordings[first:last], first)
             first = last
 
-    def spans(self, recordings: Sequence[Recording]) -> tuple[np.ndarray, list[str]]:
-        """What each effect can do, (nsample, k), and the name of the effect of each column.
-
-        Beside its derivatives that is its response as a whole: tangent and secant hold a bend too.
-        """
-        parts = list(self.responses(recordings))
-        columns = [np.concatenate([part.columns for part in parts])]
-        wholes = np.concatenate([part.wholes for part in parts])
-        joint = np.concatenate([part.joint for part in parts])
-        names = [column.effect.name for column in self.columns]
-        for presence, whole in zip(self.presences, wholes.T, strict=True):
-            if len(presence.free):
-                # one that moves joints by each other is no sum of its parts
-                whole_only = presence.effect.coupled or not all(
-                    presence.layout.slots[i].joint is not None for i in presence.own
-                )
-                parts_of_it = (
-                    whole[:, None] if whole_only
-                    else np.where(joint[:, None] == np.unique(joint), whole[:, None], 0.0)
-                )  # fmt: skip
-                columns.append(parts_of_it)
-                names += [presence.effect.name] * parts_of_it.shape[1]
-        return np.concatenate(columns, axis=1), names
-
     def information(self, recordings: Sequence[Recording]) -> np.ndarray:
         """Fisher's information of each recording, (nrecording, ncolumn, ncolumn).
 

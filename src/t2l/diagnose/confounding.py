@@ -11,6 +11,7 @@ import numpy as np
 from t2l.design.collinearity import Responses, Rival
 from t2l.design.identifiability import REFERENCE
 from t2l.design.sensitivity import Sensitivity
+from t2l.design.spans import spans
 from t2l.diagnose.confounded import Confounded
 from t2l.diagnose.evidence import Evidence, deciding, fine_enough, some
 from t2l.diagnose.racing import LEAST_SIZE
@@ -81,7 +82,7 @@ class _Linear:
         few = some(exact, mask, REFERENCE)[0].recordings
         sensitivity = Sensitivity(model, effects, few, noise, exact.substeps)
         self._predictor, self._mask, self._noise = sensitivity.predictor(recordings), mask, noise
-        columns, self.names = sensitivity.spans(recordings)
+        columns, self.names = spans(sensitivity, recordings)
         self.columns = columns[mask]
         known = model.known_effects(joints)
         self.excludes = {

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from t2l.artefacts import read_json, read_text, reading, write_text
@@ -11,8 +11,7 @@ from t2l.diagnose import confounded
 from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.confounded import Confounded
-from t2l.diagnose.confounding import confounded_names
-from t2l.diagnose.evidence import Evidence, deciding, fine_enough
+from t2l.diagnose.evidence import Evidence, fine_enough
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling, verdict_of
 from t2l.diagnose.settings import MOST_EFFECTS
@@ -137,20 +136,6 @@ def explain(
         steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model,
         beforehand=tuple(beforehand),
     )  # fmt: skip
-
-
-def told_apart(explanation: Explanation, came: Model, evidence: Evidence) -> Explanation:
-    """The explanation, and in its sentence which names cannot be told from other effects.
-
-    Args:
-        came: the model as it came.
-    """
-    found = confounded_names(explanation.names, came, evidence)
-    if not found:
-        return explanation
-    said = confounded.sentences(found, came.known_effects(), deciding(evidence)[0].recordings)
-    sentence = " ".join([explanation.sentence, *said])
-    return replace(explanation, confounded=tuple(found), sentence=sentence)
 
 
 def _adopted(
