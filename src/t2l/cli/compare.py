@@ -21,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Compare, write, and say where most of the error is."""
+    from t2l.cli.estimate import say_how_long
     from t2l.cli.inputs import log_output, read_inputs
     from t2l.diagnose.compare import compare, write
     from t2l.figures.diagnosis import draw_comparison
@@ -28,6 +29,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, _ = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, recordings) as out:
+        say_how_long(arguments.command, model, recordings)
         comparison = compare(model, recordings)
         write(comparison, out)
         draw_comparison(out)

@@ -161,8 +161,13 @@ def gain_of_each(
 
 
 def progress_line() -> Callable[[str, float], None]:
-    """Report what is being done: one line that is rewritten on a terminal, else a line each."""
+    """Report what is being done: one line that is rewritten on a terminal, else a line each.
+
+    The percentage is that of the whole run, and never goes back.
+    """
     import time
+
+    from t2l.identify.progress import forward
 
     started, last = time.monotonic(), [""]
 
@@ -174,4 +179,4 @@ def progress_line() -> Callable[[str, float], None]:
             print(f"[{time.monotonic() - started:6.1f} s] {text}", file=sys.stderr, flush=True)
         last[0] = what
 
-    return report
+    return forward(report)
