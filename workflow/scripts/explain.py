@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+from t2l.diagnose.confounding import confounded_beforehand
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.final_parameters import final_parameters
-from t2l.diagnose.forward_selection import explain, write_explanation
+from t2l.diagnose.ranking import telling
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
+from t2l.identify.progress import forward
 from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
-from t2l.propose.beside import proposed_beside
+from t2l.propose.explained import explained
 
 with job(snakemake):
     section = snakemake.params.diagnosis
@@ -21,7 +22,5 @@ with job(snakemake):
     evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
     folder = Path(snakemake.output.explanation).parent
     report = lambda what, fraction: print(f"{100 * fraction:3.0f} %  {what}", flush=True)  # noqa: E731
-    explanation = explain(model, evidence, folder, report)
-    explanation = proposed_beside(model, explanation, evidence, folder, report)
-    parameters = final_parameters(model, explanation.model, evidence)
-    write_explanation(explanation, folder, parameters)
+    evidence = telling(model, evidence)
+    explained(model, evidence, folder, forward(report), confounded_beforehand(model, evidence))

@@ -10,8 +10,7 @@ ENTRIES = (
 )  # fmt: skip
 
 RESUME = "steps that are finished are kept; the same command goes on with the next"
-# format: of the whole, when names are found, curves are learned, and both are checked
-NAMED, LEARNED, COMPARED = 0.6, 0.9, 0.95
+EXPLAINED = 0.95  # format: of the whole, when only the comparison is left
 
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
@@ -35,14 +34,11 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.compare import compare, write
     from t2l.diagnose.evidence import gather
-    from t2l.diagnose.final_parameters import final_parameters
-    from t2l.diagnose.forward_selection import explain, write_explanation
     from t2l.diagnose.ranking import telling
-    from t2l.diagnose.told_apart import told_apart
     from t2l.figures.diagnosis import draw_explanation
     from t2l.identify.progress import part
     from t2l.identify.step_size import substeps_for
-    from t2l.propose.beside import proposed_beside
+    from t2l.propose.explained import explained
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
@@ -52,14 +48,8 @@ def run(arguments: argparse.Namespace) -> None:
         evidence = telling(model, evidence)
         beforehand = say_what_is_confounded(model, evidence)
         progress = progress_line()
-        naming, learning = part(progress, 0.0, NAMED), part(progress, NAMED, LEARNED)
-        explanation = explain(model, evidence, out, naming, beforehand)
-        explanation = proposed_beside(model, explanation, evidence, out, learning)
-        progress("what is not told from the names", LEARNED)
-        explanation = told_apart(explanation, model, evidence)
-        parameters = final_parameters(model, explanation.model, evidence)
-        write_explanation(explanation, out, parameters)
-        progress("comparing before and after", COMPARED)
+        explanation = explained(model, evidence, out, part(progress, 0.0, EXPLAINED), beforehand)
+        progress("comparing before and after", EXPLAINED)
         for name, which in (("before", model), ("after", explanation.names)):
             write(compare(which, [*recordings, *holdout]), out / name)
         draw_explanation(out)
