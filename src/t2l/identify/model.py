@@ -27,11 +27,10 @@ from typing import Annotated
 
 import mujoco
 import numpy as np
-import yaml
 from pydantic import Field
 
 from t2l.artefacts import write_text
-from t2l.documents import read_yaml
+from t2l.documents import is_text, read_yaml
 from t2l.effects.effect import Effect, Parameter, within
 from t2l.effects.law import Curve
 from t2l.effects.learned import LearnedTorque
@@ -289,7 +288,7 @@ def write_model(model: Model, path: Path | str, comment: str = "") -> None:
 
 def _name(text: str) -> str:
     """A string as YAML reads it back: quoted where it would become something else."""
-    plain = re.fullmatch(r"[A-Za-z_./][\w./-]*", text) and yaml.safe_load(text) == text
+    plain = re.fullmatch(r"[A-Za-z_./][\w./-]*", text) and is_text(text)
     return text if plain else json.dumps(text)
 
 

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from pydantic import BaseModel, Field, ValidationError, field_validator
 
-from t2l.documents import read_json
+from t2l.documents import check_regular, read_json
 from t2l.errors import RecordingError
 from t2l.recordings.checks import COMMANDED
 from t2l.recordings.metadata import LARGEST_RATE_HZ
@@ -159,6 +159,8 @@ def read_episodes(folder: Path, info: Info) -> dict[int, tuple[np.ndarray, dict[
     columns = [ACTION, STATE, "episode_index", "frame_index"]
     try:
         files = sorted(where.glob("*/*.parquet"))
+        for file in files:
+            check_regular(file, RecordingError)
         table = pa.concat_tables(pq.read_table(file, columns=columns) for file in files)
         missing = [name for name in columns if name not in table.column_names]
         if missing:
