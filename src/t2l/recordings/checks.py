@@ -184,13 +184,22 @@ def _check_clock(recording: Recording, path: Path | str) -> None:
             "times a second (command_rate_hz)",
             f"at most {MOST_COMMANDS_A_ROW} commands a row (is time in seconds?)",
         )
-    ticks = recording.duration_s * recording.control_rate_hz
+    check_ticks(recording.duration_s, recording.control_rate_hz, path, "column time")
+
+
+def check_ticks(duration_s: float, control_rate_hz: float, path: Path | str, where: str) -> None:
+    """Whether a recording is short enough to be simulated.
+
+    Raises:
+        RecordingError: it is not.
+    """
+    ticks = duration_s * control_rate_hz
     if ticks > MOST_TICKS:
         raise RecordingError(
             path,
-            "column time",
-            f"{recording.duration_s:.4g} s, {ticks:.3g} ticks of a control loop of "
-            f"{recording.control_rate_hz:g} Hz (control_rate_hz)",
+            where,
+            f"{duration_s:.4g} s, {ticks:.3g} ticks of a control loop of {control_rate_hz:g} Hz "
+            "(control_rate_hz)",
             f"at most {MOST_TICKS:.0e} ticks (is time in seconds?); cut the recording where it "
             "is longer",
         )
