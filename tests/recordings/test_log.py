@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 
 from t2l.errors import InputError, RecordingError
 from t2l.recordings import read_recording, read_recordings, write_recording
+from t2l.recordings.checks import MOST_RAD
 from t2l.recordings.metadata import as_written, check_metadata
 from t2l.robots import ROBOTS
-from t2l.typed import LARGEST
 from tests.conftest import ROOT
 from tests.recordings.made import recording, written
 
 FR3_GRID = ROOT / "../shared/data/fr3_gain_grid"
 
-finite = st.floats(min_value=-LARGEST, max_value=LARGEST)
+finite = st.floats(min_value=-MOST_RAD, max_value=MOST_RAD)
 measured = st.one_of(finite, st.just(float("nan")))
 gains = st.floats(min_value=1e-3, max_value=1e4)
 # rows may be minutes apart where commands are

@@ -21,7 +21,7 @@ import pyarrow.parquet as pq
 from numpy.typing import ArrayLike
 
 from t2l.errors import RecordingError
-from t2l.recordings.checks import COMMANDED
+from t2l.recordings.checks import COMMANDED, MOST_LEAD_RAD, MOST_RAD, RANGE_TOLERANCE_RAD
 from t2l.recordings.importers.lerobot_dataset import ACTION, find, read_episodes, read_info
 from t2l.sim.controllers.joint_pd import pd_torque, position_command
 
@@ -72,6 +72,7 @@ def retarget_dataset(
     own: Gains,
     other: Gains,
     torque_limit: np.ndarray,
+    ranges: np.ndarray,
     degrees: bool = False,
     action_indices: Sequence[int] | None = None,
     state_indices: Sequence[int] | None = None,
@@ -81,6 +82,7 @@ def retarget_dataset(
     Args:
         own: gains that it was recorded under.
         torque_limit: (njoint,) N·m, infinite where unknown.
+        ranges: (njoint, 2) rad, of the joints, infinite where unknown.
         degrees: positions and velocities of the data set are in degrees.
         action_indices, state_indices: where the joints are; by default found by name.
 
@@ -99,7 +101,7 @@ def retarget_dataset(
     for number, (_, features) in read_episodes(folder, info).items():
         read = {kind: features[key][:, at] * unit for kind, (key, at) in where.items()}
         q_des, q = read[COMMANDED], read["q"]
-        _check_numbers(folder, number, q_des, q)
+        _check_numbers(folder, number, joints, q_des, q, ranges)
         dq = read["dq"] if "dq" in read else _velocity(folder, number, q, info.fps)
         new = commands(q_des, q, dq, own, other)
         torques.append(np.abs(pd_torque(q_des, q, dq, own.kp, own.kd)))
@@ -174,12 +176,32 @@ def _velocity(folder: Path, episode: int, q: np.ndarray, fps: float) -> np.ndarr
     return np.gradient(q, 1 / fps, axis=0)
 
 
-def _check_numbers(folder: Path, episode: int, q_des: np.ndarray, q: np.ndarray) -> None:
-    for what, values in (("command", q_des), ("position", q)):
+def _check_numbers(
+    folder: Path,
+    episode: int,
+    joints: Sequence[str],
+    q_des: np.ndarray,
+    q: np.ndarray,
+    ranges: np.ndarray,
+) -> None:
+    """Refuse positions where the joints cannot be, and commands that no controller gives."""
+    for what, values, beyond in (
+        ("command", q_des, MOST_LEAD_RAD), ("position", q, RANGE_TOLERANCE_RAD)
+    ):  # fmt: skip
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if len(bad):
             place = f"episode {episode}, frame {bad[0]}"
             raise RecordingError(folder, place, f"no finite {what}", "numbers")
+        low, high = np.clip(ranges.T + [[-beyond], [beyond]], -MOST_RAD, MOST_RAD)
+        outside = (values < low) | (values > high)
+        if outside.any():
+            frame, joint = np.argwhere(outside)[0]
+            raise RecordingError(
+                folder, f"episode {episode}, frame {frame}, joint {joints[joint]}",
+                f"a {what} of {values[frame, joint]:.6g} rad",
+                f"{low[joint]:.4g} to {high[joint]:.4g} rad, by the joint's range in the model, in "
+                "the unit that the options say",
+            )  # fmt: skip
 
 
 def _check_torques(

@@ -32,6 +32,12 @@ MOST_TICKS = 10_000_000
 # bound: between rows: a thousand and more is a time in ms, a few is a log slower than its commands
 MOST_COMMANDS_A_ROW = 100
 
+# bound: of a position: beyond it single precision, which traces and data sets have, tells less than
+# 0.01 rad apart
+MOST_RAD = 1e5
+# bound: beyond its range, that a command may ask for: a controller leads by less than a turn
+MOST_LEAD_RAD = 2 * math.pi
+
 # bound: beyond a joint's range: sensors and mechanical stops are this exact
 RANGE_TOLERANCE_RAD = 0.05
 
@@ -122,7 +128,8 @@ def _check_values(recording: Recording, path: Path | str) -> None:
             allowed = "a finite number" + ("" if kind == COMMANDED else ", or nothing")
             column = f"{kind}.{recording.joints[joint]}"
             raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed)
-        large = np.abs(values) > LARGEST
+        most = MOST_RAD if kind in (COMMANDED, "q") else LARGEST
+        large = np.abs(values) > most
         if large.any():
             row, joint = np.argwhere(large)[0]
             column = f"{kind}.{recording.joints[joint]}"
@@ -130,7 +137,7 @@ def _check_values(recording: Recording, path: Path | str) -> None:
                 path,
                 f"row {row + 1}, column {column}",
                 f"{values[row, joint]:g}",
-                f"numbers up to {LARGEST:g}",
+                f"numbers up to {most:g}",
             )
         _check_allowed(kind, values, recording, path)
 
