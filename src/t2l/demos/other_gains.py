@@ -20,6 +20,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import ArrayLike
 
+from t2l.artefacts import parsing
+from t2l.documents import check_regular, read_json
 from t2l.errors import RecordingError
 from t2l.recordings.checks import COMMANDED, MOST_LEAD_RAD, MOST_RAD, RANGE_TOLERANCE_RAD
 from t2l.recordings.importers.lerobot_dataset import ACTION, find, read_episodes, read_info
@@ -29,6 +31,9 @@ from t2l.sim.controllers.joint_pd import pd_torque, position_command
 SLOWEST_HZ = 20
 # of the frames: where commands jump, a motor gives less than the law asks for
 SATURATED = 0.01
+STATS = "statistics of a LeRobot data set, by feature"
+# those of a camera's pictures and of many joints are some kB
+MOST_BYTES = 100_000_000
 ENTRIES = ("data/", "images/", "videos/", "meta/")
 _EPISODE, _FRAME = "episode_index", "frame_index"
 
@@ -90,6 +95,7 @@ def retarget_dataset(
         RecordingError: the data set cannot be read, or torques cannot be reconstructed from it.
     """
     info = read_info(folder)
+    _check_copied(folder)
     if info.fps < SLOWEST_HZ:
         raise RecordingError(
             folder / "meta" / "info.json", "key fps", f"{info.fps:g}",
@@ -146,18 +152,41 @@ def write_retargeted(found: Retargeted, source: Path, target: Path) -> None:
         _write_episode_stats(path, stats)
 
 
+def _check_copied(folder: Path) -> None:
+    """Whether all that is copied along can be, and what is rewritten be read.
+
+    Raises:
+        InputError: a pipe or a device is in the data set, or its statistics are none.
+    """
+    for path in sorted(folder.rglob("*")):
+        if not path.is_dir():
+            check_regular(path, RecordingError)
+    path = folder / "meta/stats.json"
+    if path.exists() and not isinstance(read_json(path, STATS, MOST_BYTES), dict):
+        raise RecordingError(path, "the file", "no object", STATS)
+    for path in sorted((folder / "meta/episodes").glob("*/*.parquet")):
+        _episodes(path)
+
+
+def _episodes(path: Path) -> pa.Table:
+    with parsing(path, f"a Parquet table with {_EPISODE}"):
+        table = pq.read_table(path)
+        table[_EPISODE]
+    return table
+
+
 def _before(actions: dict[int, list[np.ndarray]], number: int) -> int:
     return sum(map(len, actions.get(int(number), [])))
 
 
 def _write_stats(path: Path, stats: dict) -> None:
-    content = json.loads(path.read_text()) if path.exists() else {}
+    content = read_json(path, STATS, MOST_BYTES) if path.exists() else {}
     content[ACTION] = {key: np.asarray(value).tolist() for key, value in stats[ACTION].items()}
     path.write_text(json.dumps(content, indent=4) + "\n")
 
 
 def _write_episode_stats(path: Path, stats: dict[int, dict]) -> None:
-    table = pq.read_table(path)
+    table = _episodes(path)
     for i, field in enumerate(table.schema):
         kind = field.name.removeprefix(f"stats/{ACTION}/")
         if kind != field.name:
