@@ -26,7 +26,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.figures.diagnosis import draw_comparison
     from t2l.report import write_report
 
-    model, recordings, _ = read_inputs(arguments)
+    model, recordings, _ = read_inputs(arguments, fitted=False)
     with log_output(arguments, ENTRIES, model, recordings) as out:
         comparison = compare(model, recordings)
         write(comparison, out)

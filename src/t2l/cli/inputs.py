@@ -12,6 +12,7 @@ import numpy as np
 from t2l.errors import ConfigurationError
 from t2l.identify.model import Model
 from t2l.outputs import output_folder
+from t2l.recordings.checks import check_motion
 from t2l.recordings.recording import Recording
 
 
@@ -88,9 +89,12 @@ def log_output(
 
 
 def read_inputs(
-    arguments: argparse.Namespace,
+    arguments: argparse.Namespace, fitted: bool = True
 ) -> tuple[Model, list[Recording], list[Recording]]:
     """The model so far, the recordings, and those to hold out.
+
+    Args:
+        fitted: whether something is to be fitted to the recordings.
 
     Raises:
         T2LError: a file is wrong, the recordings do not belong together or do not fit the robot.
@@ -101,6 +105,8 @@ def read_inputs(
     model, recordings, holdout = read_recordings_and_model(
         arguments.logs, held, arguments.model, arguments.effects
     )
+    if fitted:
+        check_motion(recordings)
     names = tuple(getattr(arguments, "without", ()))
     if names:
         check_without(names, model)

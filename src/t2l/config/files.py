@@ -52,10 +52,29 @@ def diagnosed(section: Diagnosis) -> list[Problem]:
     ]
     if section.model:
         wanted.append(("diagnosis.model", section.model, "a model file", os.path.isfile))
-    return [
+    absent = [
         Problem(key, f"{describe(path)}, which is not there", allowed)
         for key, path, allowed, exists in wanted
         if not exists(path)
+    ]
+    return absent or _both(section)
+
+
+def _both(section: Diagnosis) -> list[Problem]:
+    """Recordings that are to be fitted and to be held out."""
+    fitted = {
+        file.resolve(): f"diagnosis.recordings[{i}]"
+        for i, path in enumerate(section.recordings)
+        for file in log.files(path)
+    }
+    return [
+        Problem(
+            f"diagnosis.holdout[{i}]",
+            f"{describe(str(both[0]))}, which is in {fitted[both[0].resolve()]} too",
+            "recordings that are not fitted",
+        )
+        for i, path in enumerate(section.holdout or [])
+        if (both := [file for file in log.files(path) if file.resolve() in fitted])
     ]
 
 

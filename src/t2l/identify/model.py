@@ -243,21 +243,26 @@ def _check_value(where: str, parameter: Parameter, value: object) -> None:
             )
 
 
-def check_joints(path: Path | str, model: Model, joints: tuple[str, ...]) -> None:
-    """Find values for joints that the recordings do not have.
+def check_joints(
+    path: Path | str, model: Model, joints: tuple[str, ...], whose: str = "the recordings have"
+) -> None:
+    """Find values for joints that are not there.
+
+    Args:
+        whose: joints they are, for messages.
 
     Raises:
-        ConfigurationError: such a joint.
+        ConfigurationError: a value for another joint.
     """
     for name, values in model.effects.items():
         for parameter, value in values.items():
             for joint in value if isinstance(value, dict) else ():
                 if joint not in joints:
                     raise ConfigurationError(
-                        f"{path}: effects.{name}.{parameter} names joint {joint!r}; the "
-                        f"recordings have {', '.join(joints)}"
+                        f"{path}: effects.{name}.{parameter} names joint {joint!r}; {whose} "
+                        f"{', '.join(joints)}"
                     )
-    check_curve_joints(path, model.learned, joints)
+    check_curve_joints(path, model.learned, joints, whose)
 
 
 def write_model(model: Model, path: Path | str, comment: str = "") -> None:

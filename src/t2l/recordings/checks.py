@@ -35,6 +35,8 @@ MOST_COMMANDS_A_ROW = 100
 # bound: of a position: beyond it single precision, which traces and data sets have, tells less than
 # 0.01 rad apart
 MOST_RAD = 1e5
+# numerics: no encoder is finer
+STILL_RAD = 1e-9
 # bound: beyond its range, that a command may ask for: a controller leads by less than a turn
 MOST_LEAD_RAD = 2 * math.pi
 
@@ -126,13 +128,13 @@ def _check_values(recording: Recording, path: Path | str) -> None:
             row, joint = np.argwhere(bad)[0]
             found = "nothing (NaN)" if np.isnan(values[row, joint]) else f"{values[row, joint]}"
             allowed = "a finite number" + ("" if kind == COMMANDED else ", or nothing")
-            column = f"{kind}.{recording.joints[joint]}"
+            column = _column(recording, kind, joint)
             raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed)
         most = MOST_RAD if kind in (COMMANDED, "q") else LARGEST
         large = np.abs(values) > most
         if large.any():
             row, joint = np.argwhere(large)[0]
-            column = f"{kind}.{recording.joints[joint]}"
+            column = _column(recording, kind, joint)
             raise RecordingError(
                 path,
                 f"row {row + 1}, column {column}",
@@ -140,6 +142,13 @@ def _check_values(recording: Recording, path: Path | str) -> None:
                 f"numbers up to {most:g}",
             )
         _check_allowed(kind, values, recording, path)
+
+
+def _column(recording: Recording, kind: str, joint: int) -> str:
+    """What a table calls the column of a quantity of a joint: one may stand for all joints."""
+    values = getattr(recording, kind)
+    shared = kind in SHARED and np.array_equal(values, values[:, :1] + 0 * values, equal_nan=True)
+    return kind if shared else f"{kind}.{recording.joints[joint]}"
 
 
 def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Path | str) -> None:
@@ -156,7 +165,7 @@ def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Pa
     bad = ~(fine | np.isnan(values))
     if bad.any():
         row, joint = np.argwhere(bad)[0]
-        column = f"{kind}.{recording.joints[joint]}"
+        column = _column(recording, kind, joint)
         found = f"{values[row, joint]:g}"
         raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed[kind])
 
@@ -229,6 +238,25 @@ def _check_enough(recording: Recording, path: Path | str) -> None:
                 f"measurements over {times[-1] - times[0]:.3g} s",
                 f"at least {LEAST_DURATION_S} s (is time in seconds?)",
             )
+
+
+def check_motion(recordings: Sequence[Recording]) -> None:
+    """Whether anything is asked of the machine, or happens to it, that a model could be fitted to.
+
+    Raises:
+        RecordingError: no command and no position of any joint differs from its first.
+    """
+    for signal in (COMMANDED, "q"):
+        values = np.concatenate([getattr(recording, signal) for recording in recordings])
+        if (np.nanmax(values, axis=0) - np.nanmin(values, axis=0) > STILL_RAD).any():
+            return
+    first = recordings[0]
+    raise RecordingError(
+        first.path or first.name,
+        f"columns {COMMANDED}.* and q.*" + (" of all recordings" if len(recordings) > 1 else ""),
+        "the same number in every row",
+        "recordings in which a joint moves, or is held at several places",
+    )
 
 
 def check_against_joint_ranges(
