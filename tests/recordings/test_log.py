@@ -238,3 +238,13 @@ def test_rows_of_one_stamp_are_written_as_one(tmp_path):
     time[7] = time[8]
     written_back = read_recording(write_recording(recording(time=time), tmp_path / "swing"))
     np.testing.assert_array_equal(written_back.time, np.delete(time, 7))
+
+
+@pytest.mark.parametrize("name", ["swing.csv", "swing.parquet", "swing.yaml"])
+def test_a_pipe_is_not_waited_for(tmp_path, name):
+    write_recording(recording(), tmp_path / "swing", "parquet" if "parquet" in name else "csv")
+    (tmp_path / name).unlink()
+    os.mkfifo(tmp_path / name)
+    for path in (tmp_path / "swing", tmp_path):
+        with pytest.raises(InputError, match=rf"{name}: the file: found a named pipe \(FIFO\)"):
+            read_recordings(path)

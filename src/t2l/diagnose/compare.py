@@ -114,10 +114,11 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
     predictor = Predictor(model.robot, recordings, substeps_for(model, recordings))
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
-    (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
+    request = Request(layout, u[None])
+    (q,), (dq,) = predictor.predict([request], velocity=True)
     q, dq = q[0], dq[0]
     names = unique_names(recordings)
-    check_finite(q, predictor)
+    check_finite(q, predictor, request)
     residual = samples.q - q
     missing = missing_torque(predictor, residual)
     under = conditions.features(predictor, q, dq)

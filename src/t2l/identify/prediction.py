@@ -168,22 +168,57 @@ class Predictor:
         ]
 
 
-def check_finite(q: np.ndarray, predictor: Predictor) -> None:
+def check_finite(q: np.ndarray, predictor: Predictor, request: Request) -> None:
     """Find a recording whose prediction q (nsample,) is not finite.
 
+    Args:
+        request: what was simulated, one variant.
+
     Raises:
-        DivergenceError: naming it, its gains and its rate.
+        DivergenceError: naming it, and the effects of the model without which it does not run away,
+            or else its gains and its rate.
     """
     bad = np.unique(predictor.samples.recording[~np.isfinite(q)])
-    if len(bad):
-        first = predictor.recordings[bad[0]]
-        others = f" (and of {len(bad) - 1} more)" if len(bad) > 1 else ""
+    if not len(bad):
+        return
+    first = predictor.recordings[bad[0]]
+    others = f" (and of {len(bad) - 1} more)" if len(bad) > 1 else ""
+    said = f"the simulation of {first.path or first.name}{others} diverges"
+    guilty = _without_which(predictor.of([first]), request)
+    if guilty:
         raise DivergenceError(
-            f"the simulation of {first.path or first.name}{others} diverges: with Kp up to "
-            f"{first.kp.max():g} and Kd up to {first.kd.max():g} at {first.control_rate_hz:g} Hz "
-            "the model runs away. Check these numbers in the recording's YAML, the inertias of "
-            "the robot's MJCF and the effects of the model."
+            f"{said} with {', '.join(guilty)} of the model, and does not without. Check these "
+            "values in the model file: the recording is not at fault."
         )
+    raise DivergenceError(
+        f"{said}: with Kp up to {first.kp.max():g} and Kd up to {first.kd.max():g} at "
+        f"{first.control_rate_hz:g} Hz the model runs away. Check these numbers in the recording's "
+        "YAML, the inertias of the robot's MJCF and the effects of the model."
+    )
+
+
+def _without_which(predictor: Predictor, request: Request) -> list[str]:
+    """Effects without one of which the simulation is finite; all, if it is so only without all."""
+    terms, values = request.layout.terms, request.layout.decode(request.u[:1])
+
+    def finite(rest: Sequence[Term]) -> bool:
+        layout = Layout(list(rest))
+        own = {
+            name: {key: value[0] for key, value in values[name].items()}
+            for name in (term.effect.name for term in rest)
+        }
+        u = layout.encode(own)
+        return bool(np.isfinite(predictor.predict([Request(layout, u[None])])[0][0]).all())
+
+    if not terms or not finite(()):
+        return []
+    names = [term.effect.name for term in terms]
+    alone = [
+        name
+        for i, name in enumerate(names)
+        if len(terms) == 1 or finite([*terms[:i], *terms[i + 1 :]])
+    ]
+    return alone or names
 
 
 def _structure(terms: Sequence[Term]) -> tuple:

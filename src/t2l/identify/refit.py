@@ -47,8 +47,9 @@ def refit(
     """
     layout, u = model.vector(recordings[0].joints)
     predictor = Predictor(model.robot, recordings, substeps)
-    q = predictor.predict([Request(layout, u[None])])[0][0]
-    check_finite(q, predictor)
+    request = Request(layout, u[None])
+    q = predictor.predict([request])[0][0]
+    check_finite(q, predictor, request)
     mask = np.ones(len(predictor.samples), bool)
     names = [slot.term.effect.name for slot in layout.slots]
     fits = {"": _fit(layout, u, np.ones(len(u), bool))}

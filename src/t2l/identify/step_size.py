@@ -25,7 +25,9 @@ def substeps_for(model: Model, recordings: Sequence[Recording]) -> int:
     for substeps in (*SUBSTEPS, 2 * SUBSTEPS[-1]):
         q = Predictor(model.robot, chosen, substeps).predict([request])[0][0]
         # half the step halves the error, so that the longer step's is twice the change
-        if last is not None and 2 * np.sqrt(np.nanmean((q - last) ** 2)) < NEGLIGIBLE * noise:
-            return substeps // 2
+        if last is not None:
+            change = (q - last)[np.isfinite(q - last)]
+            if len(change) and 2 * np.sqrt(np.mean(change**2)) < NEGLIGIBLE * noise:
+                return substeps // 2
         last = q
     return SUBSTEPS[-1]
