@@ -256,7 +256,14 @@ def _cells(errors: Errors, joints: Sequence[str]) -> list[dict[str, Any]]:
     parts += [(name, errors.where(errors.joint == j)) for j, name in enumerate(joints)]
     cells = []
     for joint, own in parts:
-        gains, cell = np.unique(np.stack([own.kp, own.kd]), axis=1, return_inverse=True)
+        # a recording has one pair of gains for each joint: few to sort, where samples are many
+        _, first, label = np.unique(
+            own.recording * len(joints) + own.joint, return_index=True, return_inverse=True
+        )
+        gains, cell = np.unique(
+            np.stack([own.kp[first], own.kd[first]]), axis=1, return_inverse=True
+        )
+        cell = cell[label]
         for i, (kp, kd) in enumerate(gains.T.tolist()):
             cells.append({"joint": joint, "kp": kp, "kd": kd, **own.where(cell == i).rms()})
     return cells
