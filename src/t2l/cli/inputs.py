@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,6 +15,9 @@ from t2l.identify.model import Model
 from t2l.outputs import output_folder
 from t2l.recordings.checks import check_motion
 from t2l.recordings.recording import Recording
+
+LONG_S = 20.0  # format: that a person waits without being told
+FIRST_S = 0.5  # format: after which what remains can be told
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
@@ -159,8 +163,6 @@ def gain_of_each(
 
 def progress_line() -> Callable[[str, float], None]:
     """Report what is being done: one line that is rewritten on a terminal, else a line each."""
-    import time
-
     started, last = time.monotonic(), [""]
 
     def report(what: str, fraction: float) -> None:
@@ -170,5 +172,19 @@ def progress_line() -> Callable[[str, float], None]:
         elif what != last[0]:
             print(f"[{time.monotonic() - started:6.1f} s] {text}", file=sys.stderr, flush=True)
         last[0] = what
+
+    return report
+
+
+def long_work(what: str, clock: Callable[[], float] = time.monotonic) -> Callable[[float], None]:
+    """Report which part of some work is done, and how long all of it takes, if that is long."""
+    started, line, said = clock(), progress_line(), [""]
+
+    def report(part: float) -> None:
+        elapsed = clock() - started
+        if not said[0] and elapsed > FIRST_S and part > 0 and elapsed / part > LONG_S:
+            said[0] = f"{what}, about {elapsed / part:.0f} s"
+        if said[0]:
+            line(said[0], part)
 
     return report

@@ -1,7 +1,7 @@
 """A model against recordings: every one simulated from its measured start, and what is left."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -97,7 +97,12 @@ class Comparison:
         return f"{error}{where}."
 
 
-def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -> Comparison:
+def compare(
+    model: Model,
+    recordings: Sequence[Recording],
+    noise: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Comparison:
     """Simulate every recording with its commands, gains and rates.
 
     Steps are as fine as this model needs for these recordings (`t2l.identify.step_size`), whoever
@@ -105,6 +110,7 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
 
     Args:
         noise: whether to estimate the noise floor and to look for contradictions beyond it.
+        progress: told now and then which part of the simulation is done.
 
     Raises:
         DivergenceError: a simulation runs away.
@@ -115,7 +121,7 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
     request = Request(layout, u[None])
-    (q,), (dq,) = predictor.predict([request], velocity=True)
+    (q,), (dq,) = predictor.predict([request], velocity=True, progress=progress)
     q, dq = q[0], dq[0]
     names = unique_names(recordings)
     check_finite(q, predictor, request)

@@ -1,7 +1,7 @@
 """Recordings predicted by a plant with effects: many variants of it in one batch."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -98,19 +98,29 @@ class Predictor:
         return self._models[key]
 
     def predict(
-        self, requests: Sequence[Request], velocity: bool = False
+        self,
+        requests: Sequence[Request],
+        velocity: bool = False,
+        progress: Callable[[float], None] | None = None,
     ) -> list[np.ndarray] | tuple[list[np.ndarray], list[np.ndarray]]:
         """Position at every sample, (m, nsample) for each request; NaN where it diverged.
 
-        With `velocity`, also the velocity, likewise.
+        With `velocity`, also the velocity, likewise. `progress` is told now and then which part of
+        the work is done.
         """
         q = [np.full((len(request.u), len(self.samples)), np.nan) for request in requests]
         dq = [np.full_like(values, np.nan) for values in q] if velocity else []
-        batches.run(self._jobs(requests, velocity), (q, dq), self.threads)
+        batches.run(self._jobs(requests, velocity, progress), (q, dq), self.threads)
         return (q, dq) if velocity else q
 
-    def _jobs(self, requests: Sequence[Request], velocity: bool) -> list[batches.Job]:
+    def _jobs(
+        self,
+        requests: Sequence[Request],
+        velocity: bool,
+        progress: Callable[[float], None] | None,
+    ) -> list[batches.Job]:
         """Batches to simulate, shared out among the threads."""
+        together = batches.Progress(progress) if progress else None
         parts = [
             (model, pieces, group, self._steps(model, group))
             for model, pieces in self._by_structure(requests)
@@ -130,6 +140,7 @@ class Predictor:
                 call = partial(
                     simulate, model, self.joints, group.schedule, self._substeps(model), variants,
                     group.wanted, velocity, beginning=group.beginning,
+                    progress=together.of(len(chunk) * steps) if together else None,
                 )  # fmt: skip
                 jobs.append(
                     batches.Job(

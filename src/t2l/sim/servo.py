@@ -34,6 +34,7 @@ from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
+_TELL_EVERY = 4096  # ticks between words on the progress, some tenths of a second
 
 
 class ServoLoop:
@@ -141,10 +142,15 @@ class ServoLoop:
         """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
         return np.repeat(values, self.nrec, axis=0)
 
-    def run(self) -> tuple[np.ndarray, np.ndarray]:
+    def run(
+        self, progress: Callable[[float], None] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Measured position and velocity, (nvariant, nrec, nsample, njoint) each.
 
         A simulation that diverges is NaN throughout.
+
+        Args:
+            progress: told now and then which part of the ticks is done.
         """
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
@@ -222,6 +228,8 @@ class ServoLoop:
                 running[error.ids] = all_run = False
             np.multiply(qvel, 0.5 * dt, out=half_step)
             qpos -= half_step
+            if progress is not None and tick % _TELL_EVERY == 0:
+                progress(tick / wanted[-1])
             if tick % _CHECK_EVERY == 0:
                 running &= ~diverged(batch)
                 all_run = running.all()
