@@ -8,7 +8,6 @@ from t2l.cli.main import main
 from t2l.recordings import write_recording
 from tests.diagnose.made import measured, pendulum, recording, swing
 
-
 GAINS = ["--kp", "1", "--kd", "1", "--control-rate-hz", "1000", "--gravity-compensation", "no"]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from t2l.errors import ConfigurationError
 from t2l.identify.model import Model
 from t2l.outputs import output_folder
-from t2l.recordings.checks import check_motion
+from t2l.recordings.motion import check_motion
 from t2l.recordings.recording import Recording
 
 LONG_S = 20.0  # format: that a person waits without being told

@@ -221,7 +221,8 @@ def _check_numbers(
         if len(bad):
             place = f"episode {episode}, frame {bad[0]}"
             raise RecordingError(folder, place, f"no finite {what}", "numbers")
-        low, high = np.clip(ranges.T + [[-beyond], [beyond]], -MOST_RAD, MOST_RAD)
+        low = np.maximum(ranges[:, 0] - beyond, -MOST_RAD)
+        high = np.minimum(ranges[:, 1] + beyond, MOST_RAD)
         outside = (values < low) | (values > high)
         if outside.any():
             frame, joint = np.argwhere(outside)[0]

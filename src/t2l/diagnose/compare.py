@@ -16,6 +16,7 @@ from t2l.diagnose.explained_variance import ExplainedVariance, explained_varianc
 from t2l.diagnose.files import COMPARISON, TRACES
 from t2l.diagnose.findings import Finding, findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
+from t2l.diagnose.traces import column, labels
 from t2l.errors import T2LError
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
@@ -101,7 +102,7 @@ def compare(
     model: Model,
     recordings: Sequence[Recording],
     noise: bool = True,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] = lambda part: None,
 ) -> Comparison:
     """Simulate every recording with its commands, gains and rates.
 
@@ -160,8 +161,8 @@ def compare(
 def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.Table:
     samples = predictor.samples
     columns = {
-        "recording": _labels(samples.recording, names),
-        "joint": _labels(samples.joint, predictor.joints),
+        "recording": labels(samples.recording, names),
+        "joint": labels(samples.joint, predictor.joints),
     }
     numbers = {
         "time": samples.time,
@@ -174,22 +175,8 @@ def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.T
     }
     if np.isnan(measured_dq).all():
         del numbers["dq"]
-    columns |= {name: _column(pa.float32(), values) for name, values in numbers.items()}
+    columns |= {name: column(pa.float32(), values) for name, values in numbers.items()}
     return pa.table(columns)
-
-
-# from memory: pa.array would import pandas, which takes a second
-def _column(kind: pa.DataType, values: np.ndarray) -> pa.Array:
-    memory = np.ascontiguousarray(values, kind.to_pandas_dtype())
-    return pa.Array.from_buffers(kind, len(memory), [None, pa.py_buffer(memory)])
-
-
-def _labels(index: np.ndarray, names: Sequence[str]) -> pa.DictionaryArray:
-    text = [name.encode() for name in names]
-    ends = np.cumsum([0, *map(len, text)], dtype=np.int32)
-    buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(text))]
-    known = pa.Array.from_buffers(pa.string(), len(text), buffers)
-    return pa.DictionaryArray.from_arrays(_column(pa.int32(), index), known)
 
 
 def unique_names(recordings: Sequence[Recording]) -> tuple[str, ...]:

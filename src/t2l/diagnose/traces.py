@@ -1,5 +1,6 @@
 """The samples of a comparison as `traces.parquet` holds them, and what plots make of them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -79,6 +80,22 @@ def _memory(array: pa.Array, kind: type) -> np.ndarray:
 def _labels(column: pa.ChunkedArray) -> tuple[tuple[str, ...], np.ndarray]:
     array = _whole(column)
     return tuple(array.dictionary.to_pylist()), _memory(array.indices, np.int32)
+
+
+# from memory: pa.array would import pandas, which takes a second
+def column(kind: pa.DataType, values: np.ndarray) -> pa.Array:
+    """A column of a table."""
+    memory = np.ascontiguousarray(values, kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(memory), [None, pa.py_buffer(memory)])
+
+
+def labels(index: np.ndarray, names: Sequence[str]) -> pa.DictionaryArray:
+    """A column of names, of their indices (n,)."""
+    text = [name.encode() for name in names]
+    ends = np.cumsum([0, *map(len, text)], dtype=np.int32)
+    buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(text))]
+    known = pa.Array.from_buffers(pa.string(), len(text), buffers)
+    return pa.DictionaryArray.from_arrays(column(pa.int32(), index), known)
 
 
 # format: samples of a periodogram: half of them is more points than a figure shows

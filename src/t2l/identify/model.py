@@ -246,13 +246,10 @@ def _check_value(where: str, parameter: Parameter, value: object) -> None:
 def check_joints(
     path: Path | str, model: Model, joints: tuple[str, ...], whose: str = "the recordings have"
 ) -> None:
-    """Find values for joints that are not there.
-
-    Args:
-        whose: joints they are, for messages.
+    """Find values for other joints; `whose` these are, for messages.
 
     Raises:
-        ConfigurationError: a value for another joint.
+        ConfigurationError: such a value.
     """
     for name, values in model.effects.items():
         for parameter, value in values.items():

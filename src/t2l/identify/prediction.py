@@ -101,7 +101,7 @@ class Predictor:
         self,
         requests: Sequence[Request],
         velocity: bool = False,
-        progress: Callable[[float], None] | None = None,
+        progress: Callable[[float], None] = lambda part: None,
     ) -> list[np.ndarray] | tuple[list[np.ndarray], list[np.ndarray]]:
         """Position at every sample, (m, nsample) for each request; NaN where it diverged.
 
@@ -117,10 +117,10 @@ class Predictor:
         self,
         requests: Sequence[Request],
         velocity: bool,
-        progress: Callable[[float], None] | None,
+        progress: Callable[[float], None],
     ) -> list[batches.Job]:
         """Batches to simulate, shared out among the threads."""
-        together = batches.Progress(progress) if progress else None
+        together = batches.Progress(progress)
         parts = [
             (model, pieces, group, self._steps(model, group))
             for model, pieces in self._by_structure(requests)
@@ -140,7 +140,7 @@ class Predictor:
                 call = partial(
                     simulate, model, self.joints, group.schedule, self._substeps(model), variants,
                     group.wanted, velocity, beginning=group.beginning,
-                    progress=together.of(len(chunk) * steps) if together else None,
+                    progress=together.of(len(chunk) * steps),
                 )  # fmt: skip
                 jobs.append(
                     batches.Job(

@@ -23,7 +23,7 @@ def simulate(
     velocity: bool = False,
     threads: int = 1,
     beginning: Beginning | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] = lambda part: None,
 ) -> tuple[np.ndarray, ...]:
     """Position (m, k) of each variant at each wanted sample, NaN where it diverged.
 
@@ -46,9 +46,7 @@ def simulate(
             beginning = beginning.of(estimated).within(VELOCITY_S)
         hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads)
     with blaming(_taking_part(variants), "to simulate it"):
-        q, dq, period = _run(
-            model, joints, schedule, substeps, variants, threads, hidden, progress
-        )
+        q, dq, period = _run(model, joints, schedule, substeps, variants, threads, hidden, progress)
     between, rate = _at(wanted, q, dq, period)
     return (between, rate) if velocity else (between,)
 
@@ -90,8 +88,14 @@ def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:
 
 
 def _run(
-    model, joints, schedule, substeps, variants, threads, hidden: np.ndarray | None = None,
-    progress: Callable[[float], None] | None = None,
+    model,
+    joints,
+    schedule,
+    substeps,
+    variants,
+    threads,
+    hidden: np.ndarray | None = None,
+    progress: Callable[[float], None] = lambda part: None,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Position and velocity of every variant, and the period from tick to tick, s."""
     loop = _loop(model, joints, schedule, substeps, variants, threads)

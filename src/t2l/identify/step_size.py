@@ -11,7 +11,7 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.recordings.checks import LEAST_SAMPLES
 from t2l.recordings.recording import Recording
 
-LONGEST_S = 60.0  # tuned: of a recording; errors of integration do not add up under feedback
+LONGEST_S = 60.0  # numerics: of a recording; errors of integration do not add up under feedback
 SUBSTEPS = (1, 2, 4, 8)  # numerics: tried in turn: each halves the step
 
 

@@ -35,8 +35,6 @@ MOST_COMMANDS_A_ROW = 100
 # bound: of a position: beyond it single precision, which traces and data sets have, tells less than
 # 0.01 rad apart
 MOST_RAD = 1e5
-# numerics: no encoder is finer
-STILL_RAD = 1e-9
 # bound: beyond its range, that a command may ask for: a controller leads by less than a turn
 MOST_LEAD_RAD = 2 * math.pi
 
@@ -238,25 +236,6 @@ def _check_enough(recording: Recording, path: Path | str) -> None:
                 f"measurements over {times[-1] - times[0]:.3g} s",
                 f"at least {LEAST_DURATION_S} s (is time in seconds?)",
             )
-
-
-def check_motion(recordings: Sequence[Recording]) -> None:
-    """Whether anything is asked of the machine, or happens to it, that a model could be fitted to.
-
-    Raises:
-        RecordingError: no command and no position of any joint differs from its first.
-    """
-    for signal in (COMMANDED, "q"):
-        values = np.concatenate([getattr(recording, signal) for recording in recordings])
-        if (np.nanmax(values, axis=0) - np.nanmin(values, axis=0) > STILL_RAD).any():
-            return
-    first = recordings[0]
-    raise RecordingError(
-        first.path or first.name,
-        f"columns {COMMANDED}.* and q.*" + (" of all recordings" if len(recordings) > 1 else ""),
-        "the same number in every row",
-        "recordings in which a joint moves, or is held at several places",
-    )
 
 
 def check_against_joint_ranges(

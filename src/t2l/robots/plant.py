@@ -41,8 +41,8 @@ def mjcf_path(robot: str) -> Path:
 def files(robot: str) -> list[Path]:
     """Every file that a robot's model is made of: its MJCF, what that includes, meshes, textures.
 
-    A file that is not there is left out, and so is what an unreadable MJCF names. What is there need
-    be no regular file.
+    A file that is not there is left out, and so is what an unreadable MJCF names. What is there
+    need be no regular file.
     """
     main = mjcf_path(robot).resolve()
     found: dict[Path, None] = {}

@@ -34,7 +34,6 @@ from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
-_TELL_EVERY = 4096  # ticks between words on the progress, some tenths of a second
 
 
 class ServoLoop:
@@ -142,16 +141,10 @@ class ServoLoop:
         """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
         return np.repeat(values, self.nrec, axis=0)
 
-    def run(
-        self, progress: Callable[[float], None] | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Measured position and velocity, (nvariant, nrec, nsample, njoint) each.
+    def run(self, progress: Callable[[float], None] = lambda part: None) -> tuple[np.ndarray, ...]:
+        """Measured position and velocity, (nvariant, nrec, nsample, njoint) each; NaN if it diverges.
 
-        A simulation that diverges is NaN throughout.
-
-        Args:
-            progress: told now and then which part of the ticks is done.
-        """
+        `progress` is told which part is done."""
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
         balance = self._balance()
@@ -228,9 +221,8 @@ class ServoLoop:
                 running[error.ids] = all_run = False
             np.multiply(qvel, 0.5 * dt, out=half_step)
             qpos -= half_step
-            if progress is not None and tick % _TELL_EVERY == 0:
-                progress(tick / wanted[-1])
             if tick % _CHECK_EVERY == 0:
+                progress(tick / wanted[-1])
                 running &= ~diverged(batch)
                 all_run = running.all()
                 qpos[~running] = np.nan

@@ -231,7 +231,7 @@ def test_positions_outside_the_joints_range_are_not_imported(dataset, tmp_path):
         *("--joints", "shoulder,elbow", "--kp", "30", "--kd", "2", "--control-rate-hz", "500"),
         *("--gravity-compensation", "no"),
     ]
-    with pytest.raises(SystemExit, match="which looks like degrees .*; allowed: -2 to 2 rad"):
+    with pytest.raises(SystemExit, match=r"which looks like degrees .*; allowed: -2 to 2 rad"):
         main(line)
     assert not (tmp_path / "out").exists()
     main([*line, "--degrees"])

@@ -57,9 +57,8 @@ def write_bag(
         for i in range(100):
             ns = BEGIN + (i - (i in repeated)) * 10_000_000
             q = np.array([9.0, 0.02 * i, 0.01 * i])
-            message = state(
-                header=stamped(clock(i, ns)), name=list(names), position=q, velocity=none, effort=2 * q
-            )
+            head = stamped(clock(i, ns))
+            message = state(header=head, name=list(names), position=q, velocity=none, effort=2 * q)
             late = ns + int(rng.integers(0, jitter_ns))
             writer.write(states, late, store.serialize_cdr(message, state.__msgtype__))
             if i % 2 == 0:

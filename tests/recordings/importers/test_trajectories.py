@@ -10,7 +10,8 @@ def point(since, at, position, velocity=None):
 
 
 def test_streamed_positions_are_held_as_they_come():
-    time, command = held_commands([point(t, t, q) for t, q in ((0, 1.0), (0.1, 2.0))], [0.0], 50, 9.0)
+    points = [point(t, t, q) for t, q in ((0, 1.0), (0.1, 2.0))]
+    time, command = held_commands(points, [0.0], 50, 9.0)
     assert time.tolist() == [0.0, 0.1]
     assert command[:, 0].tolist() == [1.0, 2.0]
 

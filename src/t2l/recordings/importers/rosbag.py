@@ -13,10 +13,8 @@ the network's jitter is not in them; a message without a stamp has the time at w
 received. Times are shifted to begin with the first command. Whatever is left out is said, with why.
 """
 
-import logging
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -26,24 +24,23 @@ from pydantic import Field
 from t2l.documents import check_regular, read_yaml
 from t2l.errors import RecordingError
 from t2l.recordings.checks import check_samples, check_ticks
+from t2l.recordings.importers.bag_messages import (
+    NANO,
+    TRAJECTORY,
+    Received,
+    accepted,
+    in_order,
+    say,
+)
 from t2l.recordings.importers.trajectories import Point, held_commands
 from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
 from t2l.recordings.recording import Recording
 from t2l.typed import Typed, describe, suggestion
 
-logger = logging.getLogger(__name__)
-
 STATE = "sensor_msgs/msg/JointState"
-TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 NUMBERS = "std_msgs/msg/Float64MultiArray"
 COMMANDS = (TRAJECTORY, NUMBERS, STATE)
-NANO = 1e-9  # format: a nanosecond in s
-
-# bound: no message overtakes others by more; a clock that NTP sets steps by 0.128 s or more
-MOST_LATE_S = 0.1
-# bound: of what a clock runs ahead of another between two messages, if neither was set
-MOST_AHEAD_S = 10.0
 
 
 class Topics(Typed):
@@ -71,16 +68,6 @@ class BagMapping:
     command: str
     names: tuple[str, ...]
     by_header: bool
-
-
-@dataclass(frozen=True)
-class Received:
-    """A message; `stamp` and `received` are ns by the sender's clock and the receiver's."""
-
-    stamp: int
-    received: int
-    kind: str
-    message: Any
 
 
 def read_bag_mapping(path: Path | str, **overrides: Any) -> BagMapping:
@@ -177,11 +164,11 @@ def _recording(
         if not found:
             topic = getattr(mapping, kind)
             raise RecordingError(bag, f"topic {topic}", "no message", f"at least one {kind}")
-    commands = _accepted(bag, commands, mapping)
+    commands = accepted(bag, mapping.command, commands)
     # before they become floating-point numbers, which hold no nanoseconds since 1970
     origin = min(one.stamp for one in (*states, *commands))
     measured = _measured(bag, states, origin, mapping)
-    latest = _latest(bag, mapping.command, commands)
+    latest = in_order(bag, mapping.command, commands)
     began, ended = (latest[0].stamp - origin) * NANO, measured["time"][-1]
     fastest = max(mapping.metadata[f"{loop}_rate_hz"] for loop in ("control", "command"))
     where = f"topics {mapping.command} and {mapping.state}, the first command to the last state"
@@ -192,9 +179,7 @@ def _recording(
         for point in _points(bag, (one.stamp - origin) * NANO, one.kind, one.message, mapping)
     ]
     first = measured["q"][0]
-    command_time, command = held_commands(
-        points, first, mapping.metadata["command_rate_hz"], ended
-    )
+    command_time, command = held_commands(points, first, mapping.metadata["command_rate_hz"], ended)
     time = np.unique(np.concatenate([command_time, measured["time"]]))
     time = time[(time >= command_time[0]) & (time <= ended)]
     if len(time) < 2:
@@ -206,8 +191,8 @@ def _recording(
     at = np.searchsorted(time, measured["time"])
     inside = measured["time"] >= time[0]
     early, late = np.sum(~inside), sum((one.stamp - origin) * NANO > ended for one in latest)
-    _say(bag, mapping.state, early, len(inside), "from before the first command")
-    _say(bag, mapping.command, late, len(latest), "from after the last state")
+    say(bag, mapping.state, early, len(inside), "from before the first command")
+    say(bag, mapping.command, late, len(latest), "from after the last state")
     signals = {}
     for kind in ("q", "dq", "tau"):
         values = measured[kind]
@@ -226,67 +211,9 @@ def _recording(
         raise RecordingError(bag, where, error.found, error.allowed) from None
 
 
-def _accepted(bag: Path, commands: list[Received], mapping: BagMapping) -> list[Received]:
-    """Those that a controller acts on: a trajectory needs points, one after the other."""
-
-    def fine(one: Received) -> bool:
-        if one.kind != TRAJECTORY:
-            return True
-        times = [
-            point.time_from_start.sec * 10**9 + point.time_from_start.nanosec  # format: ns
-            for point in one.message.points
-        ]
-        return bool(times) and all(a < b for a, b in pairwise([-1, *times]))
-
-    kept = [one for one in commands if fine(one)]
-    if not kept:
-        raise RecordingError(
-            bag, f"topic {mapping.command}", f"{len(commands)} trajectories without points in turn",
-            "at least one with a point, and with times that rise from point to point",
-        )  # fmt: skip
-    why = "without points, or with points whose times do not rise: no controller takes them"
-    _say(bag, mapping.command, len(commands) - len(kept), len(commands), why)
-    return kept
-
-
-def _latest(bag: Path, topic: str, found: list[Received]) -> list[Received]:
-    """In the order of their stamps, of those with one stamp the last.
-
-    Raises:
-        RecordingError: the clock of the stamps was set back in between.
-    """
-    newest = found[0]
-    for number, (before, one) in enumerate(pairwise(found), start=2):
-        back = (newest.stamp - one.stamp) * NANO
-        if back > MOST_LATE_S:
-            raise RecordingError(
-                bag, f"topic {topic}, message {number}",
-                f"a stamp {back:.4g} s before that of an earlier message: a clock was set back",
-                f"stamps that rise, but for {MOST_LATE_S:g} s; try clock: received, or cut the bag",
-            )  # fmt: skip
-        ahead = (one.stamp - before.stamp - (one.received - before.received)) * NANO
-        if ahead > MOST_AHEAD_S:
-            logger.warning(
-                "%s: topic %s: the stamp of message %d is %.4g s ahead of that before, though "
-                "%.4g s lie between their receptions: a clock may have been set; the command is "
-                "held in between",
-                bag, topic, number, (one.stamp - before.stamp) * NANO,
-                (one.received - before.received) * NANO,
-            )  # fmt: skip
-        newest = max(newest, one, key=lambda each: each.stamp)
-    latest = {one.stamp: one for one in found}
-    _say(bag, topic, len(found) - len(latest), len(found), "as the next has the same stamp")
-    return [latest[stamp] for stamp in sorted(latest)]
-
-
-def _say(bag: Path, topic: str, count: int, total: int, why: str) -> None:
-    if count:
-        logger.warning(
-            "%s: topic %s: %d of %d messages left out, %s", bag, topic, count, total, why
-        )
-
-
-def _measured(bag: Path, states: list[Received], origin: int, mapping: BagMapping) -> dict[str, Any]:
+def _measured(
+    bag: Path, states: list[Received], origin: int, mapping: BagMapping
+) -> dict[str, Any]:
     """Times (n,) s, increasing, and q, dq, tau (n, njoint); dq and tau None where not published.
 
     A driver may publish several groups of joints on one topic: messages without ours are skipped.
@@ -300,8 +227,8 @@ def _measured(bag: Path, states: list[Received], origin: int, mapping: BagMappin
             ", ".join(seen),
         )  # fmt: skip
     why = f"without {', '.join(mapping.names)}"
-    _say(bag, mapping.state, len(states) - len(ours), len(states), why)
-    latest = _latest(bag, mapping.state, ours)
+    say(bag, mapping.state, len(states) - len(ours), len(states), why)
+    latest = in_order(bag, mapping.state, ours)
     rows = [_row(one.message, mapping.names) for one in latest]
     q, dq, tau = (np.array(parts) for parts in zip(*rows, strict=True))
     return {
