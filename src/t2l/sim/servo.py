@@ -142,7 +142,7 @@ class ServoLoop:
         return np.repeat(values, self.nrec, axis=0)
 
     def run(self, progress: Callable[[float], None] = lambda part: None) -> tuple[np.ndarray, ...]:
-        """Measured position and velocity, (nvariant, nrec, nsample, njoint) each; NaN if it diverges.
+        """Measured position and velocity, (nvariant, nrec, nsample, njoint); NaN if it diverges.
 
         `progress` is told which part is done."""
         batch, schedule = self.batch, self.schedule
