@@ -10,6 +10,8 @@ from textwrap import fill
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import SubFigure
+from matplotlib.ticker import MaxNLocator
 
 from benchmarks.hidden_effects.cases import ROBOTS, Case
 from benchmarks.hidden_effects.effects import HiddenEffect, Plant, State
@@ -18,30 +20,72 @@ from t2l.effects.law import FRICTION, TORQUE
 from t2l.figures.style import COLOURS, styled, write
 from t2l.propose.expression import Formula
 
-COLUMNS = 5
+COLUMNS = 4
+WIDTH = 8.6  # inches: a page shows it at about 100 points an inch, and letters as large as its own
 FAR = 1.0  # rad, of a motion after which dry friction slides
 SLOW = 1e-6  # rad/s, at which only friction resists
 LASTS_S = 60.0  # longer than any session
 
 
 def draw(results: Sequence[tuple[Case, dict]], path: Path) -> None:
-    """A panel for each curve of cases and what was proposed, as `benchmarks.proposals` keeps it."""
+    """Curves of cases and what was proposed, as `benchmarks.proposals` keeps it.
+
+    A panel for each curve. Constants share one panel: their distance from what is hidden, which a
+    panel of its own would stretch until it looked large.
+    """
     shown = [(case, curve) for case, result in results for curve in result["curves"]]
     if not shown:
         return
-    rows = -(-len(shown) // COLUMNS)
+    constants = [pair for pair in shown if _constant(*pair) is not None]
+    curves = [pair for pair in shown if _constant(*pair) is None]
+    rows = -(-len(curves) // COLUMNS)
+    # apart, so that long names of constants do not push curves aside
+    heights = {"curves": 1.8 * rows + 0.3, "constants": 0.9 + 0.24 * len(constants)}
+    kept = {"curves": curves, "constants": constants}
+    heights = [heights[name] for name, pairs in kept.items() if pairs]
     with styled():
-        figure, axes = plt.subplots(rows, COLUMNS, figsize=(2.6 * COLUMNS, 2.2 * rows))
-        for panel, (case, curve) in zip(axes.flat, shown, strict=False):
-            _panel(panel, case, curve)
-        for panel in axes.flat[len(shown) :]:
-            panel.axis("off")
-        drawn = [panel.get_legend_handles_labels() for panel in axes.flat]
-        legend = {label: handle for pair in drawn for handle, label in zip(*pair, strict=True)}
-        place = {"loc": "outside upper center", "ncols": len(legend)}
-        figure.legend(legend.values(), legend.keys(), **place)
-        figure.supylabel("torque [N·m]")
+        figure = plt.figure(figsize=(WIDTH, sum(heights)))
+        parts = list(figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False).flat)
+        if constants:
+            _constants(parts[-1].subplots(), constants)
+        if curves:
+            _curves(parts[0], parts[0].subplots(rows, COLUMNS, squeeze=False), curves)
         write(figure, [path])
+
+
+def _curves(figure: SubFigure, axes: np.ndarray, curves: Sequence[tuple[Case, dict]]) -> None:
+    for panel, (case, curve) in zip(axes.flat, curves, strict=False):
+        _panel(panel, case, curve)
+    for panel in axes.flat[len(curves) :]:
+        panel.axis("off")
+    drawn = [panel.get_legend_handles_labels() for panel in axes.flat]
+    legend = {label: handle for pair in drawn for handle, label in zip(*pair, strict=True)}
+    place = {"loc": "outside upper center", "ncols": len(legend)}
+    figure.legend(legend.values(), legend.keys(), **place)
+    figure.supylabel("torque [N·m]", fontsize=9)
+
+
+def _constant(case: Case, curve: dict) -> float | None:
+    """What is hidden, N·m, where a curve is one number beside another that is not zero."""
+    if curve["follows"] != "constant":
+        return None
+    truth = hidden_torque(case, curve, np.zeros(1))
+    return None if truth is None or truth[0] == 0 else float(truth[0])
+
+
+def _constants(panel: plt.Axes, constants: Sequence[tuple[Case, dict]]) -> None:
+    """Learned over hidden, less one, in per cent, with the band; a row a curve."""
+    for row, (case, curve) in enumerate(constants):
+        truth = _constant(case, curve)
+        value, *ends = (100 * (curve[key][0] / truth - 1) for key in ("torque", "low", "high"))
+        panel.plot(ends, [row, row], color=COLOURS[0], alpha=0.3, lw=6, solid_capstyle="butt")
+        panel.plot(value, row, "o", color=COLOURS[0], ms=4)
+    panel.axvline(0, color="black", ls=":", lw=1.5)
+    panel.set_yticks(range(len(constants)), [_title(*pair) for pair in constants], fontsize=8)
+    panel.set_ylim(len(constants) - 0.4, -0.6)
+    panel.xaxis.set_major_locator(MaxNLocator(7))
+    panel.tick_params(axis="x", labelsize=8)
+    panel.set_xlabel("constants: learned over hidden, less 1 [%], with 95 % band", fontsize=8)
 
 
 def _panel(panel: plt.Axes, case: Case, curve: dict) -> None:
@@ -54,11 +98,18 @@ def _panel(panel: plt.Axes, case: Case, curve: dict) -> None:
     truth = hidden_torque(case, curve, x)
     if truth is not None:
         panel.plot(x, truth, ":", color="black", lw=1.5, label="hidden")
-    panel.set_title(fill(f"{_plain(case.name)}: {curve['kind']}, {curve['joint']}", 30), size=7)
+    panel.set_title(fill(_title(case, curve), 22), size=8)
     if curve["follows"] == "constant":
         panel.set_xticks([])
-    panel.set_xlabel(curve["follows"] + (f" [{curve['unit']}]" if curve["unit"] else ""), size=7)
-    panel.tick_params(labelsize=6)
+        panel.set_ylim(*sorted((0.0, 1.2 * y[0])))
+    panel.set_xlabel(curve["follows"] + (f" [{curve['unit']}]" if curve["unit"] else ""), size=8)
+    panel.xaxis.set_major_locator(MaxNLocator(4))
+    panel.yaxis.set_major_locator(MaxNLocator(4))
+    panel.tick_params(labelsize=8)
+
+
+def _title(case: Case, curve: dict) -> str:
+    return f"{_plain(case.name)}: {curve['kind']}, {curve['joint']}"
 
 
 def _plain(name: str) -> str:

@@ -11,8 +11,6 @@ from benchmarks.constants import SOURCE, census
 
 from tests.conftest import ROOT
 
-MOST_TUNED = 29
-
 
 @pytest.fixture(scope="module")
 def found():
@@ -32,10 +30,8 @@ def test_every_constant_has_its_reason(found):
     assert [c.name for c in without if "Parameter(" not in c.value] == []
 
 
-def test_tuned_constants_can_be_changed_and_get_no_more(found):
-    tuned = [c for c in found if c.kind == "tuned"]
-    assert all(c.named for c in tuned)
-    assert len(tuned) <= MOST_TUNED
+def test_tuned_constants_can_be_changed(found):
+    assert all(c.named for c in found if c.kind == "tuned")
 
 
 def written(folder: Path, text: str, package: str = "diagnose"):

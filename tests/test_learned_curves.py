@@ -52,3 +52,31 @@ def test_the_picture_is_drawn(tmp_path):
     case = Case("viscous_two_joint_arm", ARM, (fx.ViscousFriction({"elbow": 0.1}),))
     draw([(case, {"curves": [one]})], tmp_path / "curves.png")
     assert (tmp_path / "curves.png").stat().st_size > 10_000
+
+
+def test_constants_share_a_panel_and_letters_are_as_large_as_the_pages(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        "benchmarks.learned_curves.write", lambda figure, paths: drawn.append(figure)
+    )
+    friction = Case("test16_coulomb_friction", ARM, (fx.CoulombFriction({"elbow": 0.1}),))
+    ends = {"at": [0.0, 1.0], "unit": "", "formula": None}
+    one = curve(FRICTION, "constant") | ends | {
+        "torque": [0.101] * 2, "low": [0.099] * 2, "high": [0.103] * 2,
+    }  # fmt: skip
+    viscous = Case("test16_viscous_friction", ARM, (fx.ViscousFriction({"elbow": 0.1}),))
+    line = curve(TORQUE, "velocity") | {
+        "at": [-1.0, 1.0], "unit": "rad/s", "formula": None,
+        "torque": [0.1, -0.1], "low": [0.1, -0.1], "high": [0.1, -0.1],
+    }  # fmt: skip
+    draw([(friction, {"curves": [one]})] * 9 + [(viscous, {"curves": [line]})] * 15, tmp_path / "x")
+    (figure,) = drawn
+    assert figure.get_size_inches()[0] < 10
+    panels = [panel for part in figure.subfigs for panel in part.axes if panel.axison]
+    assert len(panels) == 16
+    texts = [t for p in panels for t in (*p.get_xticklabels(), *p.get_yticklabels(), p.title)]
+    assert min(text.get_fontsize() for text in texts) >= 8
+    # one per cent above what is hidden, with a band of two either way
+    points = [line.get_xdata() for line in panels[-1].lines if line.get_marker() == "o"]
+    assert len(points) == 9
+    np.testing.assert_allclose(points, 1.0)

@@ -1,5 +1,7 @@
 """The environment as lerobot's commands know it: what may follow `--env.`."""
 
+import re
+import sys
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +24,7 @@ from t2l.config.tasks import read_task
 from t2l.demos.dataset import ACTION, ENVIRONMENT, IMAGES, STATE, policy_features
 from t2l.errors import ConfigurationError, T2LError
 from t2l.gains import Cell
-from t2l.registry import load_extensions
+from t2l.registry import check_trusted, load_extensions, python_files
 from t2l.tasks import Demonstrated, make_task
 from t2l.tasks.cameras import check_cameras
 from t2l.typed import Integer, Invalid, Typed, check, refuse
@@ -105,6 +107,12 @@ class T2LEnvConfig(EnvConfig):
         own["actions"] = {key: value for key, value in own["actions"].items() if value is not None}
         given = {key: own[key] for key in Settings.model_fields if own[key] is not None}
         settings = check(Settings, given)
+        words = {word for argument in sys.argv for word in re.split(r"[^\w./-]+", argument)}
+        named = [path for path in settings.extensions if path in words]
+        # a saved configuration may hold extensions too
+        check_trusted(
+            python_files(settings.extensions), "env.extensions", python_files(named)
+        )  # fmt: skip
         load_extensions(settings.extensions)
         if problems := list(of_actions("actions", settings.actions)):
             raise Invalid(problems)

@@ -166,8 +166,7 @@ def _check_entry(folder: Path, entry: str, known: set) -> None:
     path = folder / entry.rstrip("/")
     if not os.path.lexists(path):
         return
-    if path.is_symlink():
-        raise OutputError(f"{path}: is a link, which may lead elsewhere; allowed: no such name")
+    _refuse_link(path)
     if path.is_dir() != entry.endswith("/"):
         kinds = ("a folder", "a file") if path.is_dir() else ("a file", "a folder")
         raise OutputError(f"{path}: is {kinds[0]} where {kinds[1]} is to be written; move it")
@@ -175,8 +174,14 @@ def _check_entry(folder: Path, entry: str, known: set) -> None:
         raise OutputError(f"{path}: is read by this command and would be replaced")
     if path.is_dir():
         for inside in path.rglob("*"):
+            _refuse_link(inside)
             if _identity(inside) in known:
                 raise OutputError(f"{inside}: is read by this command and could be replaced")
+
+
+def _refuse_link(path: Path) -> None:
+    if path.is_symlink():
+        raise OutputError(f"{path}: is a link, which may lead elsewhere; allowed: no such name")
 
 
 def _identity(path: Path | str) -> tuple[int, int] | None:

@@ -8,15 +8,24 @@ to the registry of that interface from then on.
 import importlib
 import importlib.util
 import inspect
+import os
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
 from t2l.errors import ConfigurationError
 from t2l.names import ALLOWED, is_plain
 from t2l.typed import describe, suggestion
+from t2l.waiting import by_a_person, told_if_slow
 
+TRUST = "T2L_TRUST"  # an environment variable: 1 lets every file run that something names
+WOULD_RUN = "Python that would run"
+AGREED = (
+    "a file that the command itself names, or, once you have read it, --trust of a command of t2l, "
+    f"or {TRUST}=1 in the environment"
+)
 _extensions: dict[Path, ModuleType] = {}
 
 
@@ -104,6 +113,45 @@ def python_files(paths: Iterable[Path | str]) -> list[Path]:
     return list(dict.fromkeys(file.resolve() for file in named))
 
 
+@contextmanager
+def trusting(everything: bool) -> Iterator[None]:
+    """Let every Python file run that something names, also in processes that the body starts."""
+    before = os.environ.get(TRUST)
+    if everything:
+        os.environ[TRUST] = "1"
+    try:
+        yield
+    finally:
+        if everything:
+            os.environ.pop(TRUST)
+            os.environ |= {} if before is None else {TRUST: before}
+
+
+def untrusted(files: Iterable[Path], named: Collection[Path] = ()) -> list[Path]:
+    """Those of `files` that nobody has agreed to run; one that is missing is told elsewhere.
+
+    Args:
+        files: absolute paths that something received names.
+        named: absolute paths that the person has named in the command.
+    """
+    if os.environ.get(TRUST) == "1":
+        return []
+    return [file for file in files if file not in named and file.is_file()]
+
+
+def check_trusted(files: Iterable[Path], where: str, named: Collection[Path] = ()) -> None:
+    """Find Python that nobody has agreed to run, before any of it does.
+
+    Args:
+        where: the files are named, for the message.
+
+    Raises:
+        ConfigurationError: such a file.
+    """
+    for file in untrusted(files, named):
+        raise ConfigurationError(f"{where}: found {file}, {WOULD_RUN}; allowed: {AGREED}")
+
+
 def import_file(path: Path, what: str) -> ModuleType:
     """The module of a Python file of the user's.
 
@@ -123,9 +171,12 @@ def import_file(path: Path, what: str) -> ModuleType:
     # nothing is to appear beside the file
     before, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
-        spec.loader.exec_module(module)
+        with told_if_slow(f"{what} file {path}, to import it"):
+            spec.loader.exec_module(module)
     # a file that ends the process on import is wrong as any other
-    except (Exception, SystemExit) as error:
+    except (Exception, SystemExit, KeyboardInterrupt) as error:
+        if by_a_person(error):
+            raise
         said = f"{type(error).__name__}: {' '.join(str(error).split())}"
         raise ConfigurationError(f"{what} file {path}: cannot be imported: {said}") from error
     finally:

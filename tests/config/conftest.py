@@ -25,6 +25,12 @@ def refused(config):
     return said
 
 
+@pytest.fixture(autouse=True)
+def trusted(monkeypatch):
+    """What a configuration names may run, as who runs it has said."""
+    monkeypatch.setenv(registry.TRUST, "1")
+
+
 @pytest.fixture
 def no_extensions(monkeypatch):
     """As in a process that has just started, and nothing is left behind."""

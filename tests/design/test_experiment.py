@@ -8,7 +8,7 @@ import yaml
 
 from t2l.cli.main import main
 from t2l.design.d_optimal import exchange, log_det
-from t2l.design.experiment import Wanted, design
+from t2l.design.experiment import Wanted, design, motion_count
 from t2l.design.identifiability import identifiability, of_log
 from t2l.design.library import library, recording
 from t2l.design.safety import SAFE, within_limits
@@ -17,7 +17,7 @@ from t2l.diagnose.evidence import gather
 from t2l.diagnose.ranking import MISSING, diagnose
 from t2l.hardware.guard import Workspace
 from t2l.hardware.limits import POSITION_MARGIN_RAD
-from t2l.hardware.plan import read_plan, read_setup
+from t2l.hardware.plan import check_simulated, read_plan, read_setup
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.recordings import read_recordings
@@ -163,15 +163,52 @@ def test_among_all_effects_it_is_named_too(planned, tmp_path, capsys):
         ({}, ["--motion-s", "0.1"], "--motion-s: found 0.1; allowed: 1 to"),
         ({"gains": None}, [], "key gains: found nothing"),
         ({"limits": None}, [], "key limits.velocity_rad_s: found nothing, and pendulum.xml"),
-        ({}, ["--workspace=5,5,5,6,6,6"], "found no motion around start_rad"),
+        ({}, ["--workspace=5,5,5,6,6,6"], "--workspace: found a box that the tool leaves at the"),
+        ({}, ["--total-s", "1"], "--total-s: found 1 with --motion-s 6; allowed: 18 to 600"),
+        ({}, ["--motion-s", "1"], r"--total-s: found 200 with --motion-s 1; allowed: 3 to 100"),
+        ({"excitation": {"kind": "hold"}}, [], "setup.yaml: key excitation: found it; allowed: no"),
+        ({"motions": [{}]}, [], "setup.yaml: key motions: found it; allowed: none"),
+        ({"command_rate_hz": 2}, [], "--motion-s: found 6 with command_rate_hz 2; allowed: 10 to"),
+        ({"command_rate_hz": 0.01}, [], "key command_rate_hz: found 0.01; allowed: from 0.033 up"),
+        ({"gains": {"kp": 20, "kd": 400}}, [], "kp20_kd400: hinge: found .* rings by itself"),
     ],
     ids=str,
 )  # fmt: skip
 def test_mistakes_are_named(tmp_path, change, options, message):
     path = configuration(tmp_path, **change)
+    total = [] if "--total-s" in options else ["--total-s", "200"]
     with pytest.raises(SystemExit, match=message):
-        main(["plan", str(path), *options, "--out", str(tmp_path / "out")])
-    assert not (tmp_path / "out/plan.yaml").exists()
+        main(["plan", str(path), *options, *total, "--out", str(tmp_path / "out")])
+    # before anything is simulated
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "box",
+    ["nan,-1,0,1,1,2", "-1,-1,0,1,1", "-1,-1,0,x,1,2", "1,1,2,-1,-1,0", "-inf,-1,0,1,1,2", ""],
+)
+def test_a_box_that_is_none_is_named_with_its_option(tmp_path, capsys, box):
+    path = configuration(tmp_path)
+    with pytest.raises(SystemExit):
+        main(["plan", str(path), f"--workspace={box}", "--out", str(tmp_path / "out")])
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert f"argument --workspace: found '{box}'; allowed: x,y,z,x,y,z, six finite numbers" in said
+
+
+def test_the_time_is_not_exceeded(setup, effects):
+    for total_s, motion_s, count in ((9, 3, 3), (11.9, 3, 3), (12, 3, 4), (0.3 * 10, 0.1 * 10, 3)):
+        wanted = Wanted(effects, total_s, motion_s, most_rad=0.5, noise_rad=1e-4)
+        assert motion_count(setup, wanted) == count
+
+
+def test_a_plan_by_a_model_that_damps_more_is_one_that_t2l_record_takes(tmp_path):
+    """The model has friction enough to hide a resonance that the MJCF alone would show."""
+    setup = read_setup(configuration(tmp_path, gains={"kp": 20, "kd": 0.005}))
+    model = Model(setup.robot.name, {"viscous_friction": {"damping": {"hinge": 1.0}}})
+    wild = [c for c in library(setup, 4.0, 2.0) if c.shape in ("chirp", "fast_multisine")]
+    safe = within_limits(setup, model, wild)
+    assert safe.candidates
+    check_simulated(setup, [c.motion(setup) for c in safe.candidates])
 
 
 def test_a_curve_of_the_model_acts_in_the_simulation_too(tmp_path):

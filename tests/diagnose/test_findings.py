@@ -49,7 +49,7 @@ def test_the_error_of_a_slow_joint_is_found_and_said():
 @pytest.mark.parametrize(
     ("where", "expected"),
     [
-        (lambda f, p: f["torque"] > 0, "with positive torque"),
+        (lambda f, p: f["torque"] > 0, "with positive commanded torque"),
         (lambda f, p: f["direction"] < 0, "moving in the negative direction"),
         (lambda f, p: p.samples.recording == 0, "at Kp 10"),
     ],

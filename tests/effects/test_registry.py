@@ -61,7 +61,7 @@ def test_a_users_effect_is_diagnosed_adopted_and_kept(tmp_path, rubber):
     adopted = adopt(diagnosis, "rubber")
     assert adopted.effects["rubber"]["stiffness"]["hinge"] == pytest.approx(k, rel=0.01)
     write_model(adopted, tmp_path / "models" / "found.yaml", "by a test")
-    again = read_model(tmp_path / "models" / "found.yaml")
+    again = read_model(tmp_path / "models" / "found.yaml", trusted=(rubber,))
     assert again.robot == adopted.robot
     assert again.effect_files == (rubber,)
     np.testing.assert_allclose(

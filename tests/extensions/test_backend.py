@@ -75,12 +75,31 @@ def test_one_that_stops_answering_is_told_and_nothing_half_written(tmp_path):
 
         def send(self, q_des, period_s):
             self.sent += 1
-            if self.sent > 50:
+            # 20 ticks of each command
+            if self.sent > 50 * 20:
                 raise BackendError("found no answer; allowed: an answer within a second")
             super().send(q_des, period_s)
 
     with pytest.raises(BackendError, match=r"plan.yaml: kp64_kd4, 1.00 s: found no answer"):
         record_plan(replace(plan(tmp_path), backend=Deaf), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_one_that_is_measured_beyond_a_limit_is_stopped_and_nothing_half_written(tmp_path):
+    """It is so quick that it jumps to each command, which no model knows."""
+    held = []
+
+    class Held(BACKENDS.find("echo")):
+        def hold(self):
+            held.append(True)
+
+    quick = replace(plan(tmp_path, lag_s=0.002), backend=Held)
+    beyond = (
+        r"plan.yaml: kp64_kd4, 0.\d\d s: .* stopped: found velocity of fr3_joint\d .* rad/s; all"
+    )
+    with pytest.raises(BackendError, match=beyond):
+        record_plan(quick, tmp_path / "out")
+    assert held
     assert not (tmp_path / "out").exists()
 
 

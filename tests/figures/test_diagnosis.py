@@ -56,6 +56,19 @@ def test_cells_have_kd_upward_and_kp_to_the_right(one):
     assert [t.get_text() for t in panel.get_xticklabels()] == ["5", "20", "80"]
 
 
+def test_colours_of_errors_begin_at_the_noise(one):
+    norm = figures.error_by_cell(one).axes[0].images[0].norm
+    floor = 1e3 * one[0].numbers["noise_floor_rad"]
+    assert norm.vmin == pytest.approx(floor)
+    assert norm.vmax >= 10 * floor
+
+
+def test_axes_say_which_torque_they_show(one):
+    labels = [panel.get_xlabel() for panel in figures.residual_by_condition(one).axes]
+    assert "commanded torque [N·m]" in labels
+    assert "torque [N·m]" not in labels
+
+
 def test_friction_shows_as_a_step_in_the_velocity(one):
     line = figures.residual_by_condition(one).axes[0].lines[0]
     velocity, torque = line.get_data()

@@ -2,6 +2,7 @@ import os
 import subprocess
 import sys
 
+import matplotlib.pyplot as plt
 import mujoco
 import numpy as np
 import pandas as pd
@@ -11,8 +12,9 @@ from matplotlib.image import imread
 from t2l.figures import frames
 from t2l.figures.fidelity import fidelity
 from t2l.figures.frames import filmstrips
-from t2l.figures.heatmap import replay_success, success_and_loss
-from t2l.figures.style import write
+from t2l.figures.heatmap import error_norm, heatmap, replay_success, success_and_loss
+from t2l.figures.identification import over_true
+from t2l.figures.style import DPI, write
 from t2l.figures.tracking import tracking
 from t2l.gains import Cell, Grid
 
@@ -39,6 +41,71 @@ def test_heatmaps_have_kd_upward_and_kp_to_the_right(cells):
 def test_a_missing_cell_stays_blank(cells):
     figure = success_and_loss(cells[cells.kp != 512], GRID, "title")
     assert figure.axes[0].images[0].get_array().mask[:, 2].all()
+
+
+def test_small_differences_of_errors_have_similar_colours():
+    # told apart only against the noise: both are near it
+    norm = error_norm([2e-4, 6e-4], floor=2e-4)
+    assert norm(2e-4) == 0
+    assert norm(6e-4) < 0.5
+    # without a known floor the scale spans a decade, and more where errors do
+    norm = error_norm([5.0, 6.0, np.nan])
+    assert norm(6.0) - norm(5.0) < 0.1
+    assert error_norm([1.0, 1000.0])(1.0) == 0
+    assert error_norm([1.0, 1000.0])(1000.0) == 1
+
+
+def test_losses_that_are_alike_look_alike(cells):
+    alike = cells.assign(validation_loss=0.01 + 1e-4 * np.arange(len(cells)))
+    image = success_and_loss(alike, GRID, "title").axes[1].images[0]
+    shade = image.norm(np.asarray(image.get_array()))
+    assert shade.max() - shade.min() < 0.05
+
+
+def test_a_single_cell_is_a_number_and_no_map():
+    grid = Grid(kp=(32,), kd=(2,), compliant_up_to_kp=128, overdamped_from_kd=32)
+    figure, axes = plt.subplots()
+    norm = error_norm([0.25])
+    heatmap(axes, np.array([[0.25]]), grid, "magma_r", norm, "{:.2f}".format, "loss")
+    assert not axes.images
+    assert axes.texts[0].get_text() == "loss\n0.25\nat Kp 32, Kd 2"
+    plt.close(figure)
+
+
+def _over_true(kp, kd):
+    rows = [
+        (p, d, f"arm_joint{j}", name, 1.0, 1.0, j * p / d)
+        for p in kp for d in kd for j in (1, 2) for name in ("Kp", "armature", "breakaway")
+    ]  # fmt: skip
+    columns = ["kp", "kd", "joint", "parameter", "identified", "true", "ratio"]
+    return pd.DataFrame(rows, columns=columns).sample(frac=1, random_state=0)
+
+
+def test_identified_over_true_is_a_map_for_each_parameter_and_joint(tmp_path):
+    table = _over_true((16, 64, 512), (2, 8)).iloc[:-1]
+    figure = over_true(table)
+    maps = [panel for panel in figure.axes if panel.images]
+    assert len(maps) == 6
+    assert {panel.get_title() for panel in maps[:2]} == {"joint1", "joint2"}
+    for panel in maps:
+        assert panel.images[0].get_array().shape == (2, 3)
+        assert panel.images[0].origin == "lower"
+    # letters as large as the page's own where it is 8.6 inches wide
+    sizes = [t.get_fontsize() for p in maps for t in (*p.get_xticklabels(), p.title, p.yaxis.label)]
+    assert min(sizes) >= 8
+    wide = over_true(_over_true(tuple(range(1, 8)), tuple(range(1, 8))))
+    assert wide.get_size_inches()[0] < 10
+    write(figure, [tmp_path / "figure.png"])
+    assert imread(tmp_path / "figure.png").shape[1] == round(DPI * figure.get_size_inches()[0])
+    plt.close(wide)
+
+
+def test_identified_over_true_of_one_cell_has_its_numbers():
+    figure = over_true(_over_true((16,), (8,)))
+    (panel,) = [panel for panel in figure.axes if panel.images]
+    assert panel.images[0].get_array().shape == (3, 2)
+    assert {text.get_text() for text in panel.texts} == {"2", "4"}
+    plt.close(figure)
 
 
 def _fidelity_table():

@@ -1,11 +1,12 @@
 import numpy as np
 import pandas as pd
+import pytest
 
 from t2l.figures.decoupling import stiffness_over_training
 from t2l.figures.regimes import regimes
 from t2l.figures.responses import responses
 from t2l.figures.sample_efficiency import sample_efficiency
-from t2l.gains import Grid
+from t2l.gains import Cell, Grid
 from t2l.hardware import open_backend
 from t2l.hardware.steps import COLUMNS, STEP_RAD, step_responses
 from t2l.robots import make_robot
@@ -41,6 +42,15 @@ def test_an_overdamped_stiff_arm_settles_where_it_is_stepped_to():
     assert [axes.get_title() for axes in figure.axes[:4]] == [
         f"{GRID.region(cell)}: {cell}" for cell in GRID.corners
     ]
+
+
+def test_a_step_that_makes_a_joint_too_fast_is_made_smaller():
+    robot = make_robot("fr3")
+    with open_backend({"backend": "virtual"}, robot) as arm:
+        table = step_responses(arm, Cell(512, 1))
+    elbow, last = (part.q_des.max() for _, part in table.groupby("joint"))
+    assert elbow == pytest.approx(STEP_RAD)
+    assert last == pytest.approx(STEP_RAD / 4)
 
 
 def test_bands_are_over_configurations_and_seeds():

@@ -15,8 +15,10 @@ import yaml
 from t2l.actions import ACTIONS
 from t2l.gains import Cell
 from t2l.hardware import BackendError, franka
+from t2l.hardware.backend import BeyondLimitError
 from t2l.hardware.franka import AiofrankaRobot
 from t2l.hardware.guard import Workspace
+from t2l.hardware.motion import Motion
 from t2l.hardware.plan import read_plan
 from t2l.hardware.recorder import record_plan
 from t2l.recordings import read_recordings
@@ -69,11 +71,11 @@ def failing_in_the_middle(fail):
             self.recorded = 1
             return super().log_cycles(act, duration_s)
 
-        def send(self, q_des, period_s):
+        def sending(self, q_des, period_s):
             self.recorded += self.recorded > 0
             if self.recorded == 37:
                 fail(self)
-            super().send(q_des, period_s)
+            yield from super().sending(q_des, period_s)
 
     return Failing
 
@@ -126,9 +128,11 @@ def test_an_arm_is_stopped_and_nothing_half_written(tmp_path, error):
     expected = KeyboardInterrupt if isinstance(error, KeyboardInterrupt) else BackendError
     with pytest.raises(expected):
         record_plan(plan, tmp_path / "out")
-    moving, braked = speeds
+    # it is held at once, and once more before it is released
+    moving, *braked = speeds
     assert moving > 0.1
-    assert braked < 0.02
+    assert len(braked) == 2
+    assert max(braked) < 0.02
     assert not arms[0].controller.running
     assert not (tmp_path / "out").exists()
 
@@ -142,15 +146,32 @@ def test_a_lost_connection_is_told_and_nothing_half_written(tmp_path, monkeypatc
     assert not (tmp_path / "out").exists()
 
 
-def test_an_arm_beyond_its_limits_is_stopped():
-    class Slow(type(ROBOT)):
-        groups = (replace(ROBOT.groups[0], velocity_limit=(0.05,) * len(ROBOT.joints)),)
+class Slow(type(ROBOT)):
+    """An arm whose joints may hardly move."""
 
-    with AiofrankaRobot(Slow()) as arm:
-        arm.start(START, 128.0, 16.0)
-        arm.send(START + 0.1, 0.1)
-        with pytest.raises(BackendError, match=r"stopped: velocity of fr3_joint\d .* -0.05 to"):
-            arm.read()
+    groups = (replace(ROBOT.groups[0], velocity_limit=(0.15,) * len(ROBOT.joints)),)
+
+
+def test_an_arm_beyond_its_limits_is_stopped_between_two_commands(tmp_path):
+    """Each is held for a second, and the arm too fast soon after the last was given."""
+    q_des = np.repeat(START, 2, axis=0)
+    q_des[1, 6] += 0.2
+    gains = [np.full(7, gain) for gain in (128.0, 16.0)]
+    speeds = []
+
+    class Watched(AiofrankaRobot):
+        def hold(self):
+            super().hold()
+            speeds.append(np.abs(self.read().dq).max())
+
+    begun = time.perf_counter()
+    with Watched(Slow()) as arm:
+        # so near that the approach is slow enough
+        beyond = r"stuck, 1\.\d\d s: .*stopped: found velocity of fr3_joint7 0\.1\d+ rad/s; .*-0.15"
+        with pytest.raises(BeyondLimitError, match=beyond):
+            arm.record(Motion("stuck", q_des, 1.0, *gains))
+        assert time.perf_counter() - begun < 10
+    assert max(speeds) < 0.02
 
 
 def test_a_request_to_terminate_stops_the_arm(tmp_path):

@@ -55,7 +55,7 @@ def test_what_was_complete_before_the_robot_broke_is_kept(tmp_path):
 
         def send(self, q_des, period_s):
             self.commands += 1
-            if self.commands > 150:
+            if self.commands > 150 * 20:
                 raise BackendError("a reflex")
             super().send(q_des, period_s)
 

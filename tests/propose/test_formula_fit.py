@@ -31,7 +31,7 @@ def simulation(robot, shape, reach=(-0.3, 0.3)):
 
 
 def ripple(**values):
-    return Formula("a * np.sin(b * x) + c", values, {"a": "N·m", "b": "1/rad", "c": "N·m"})
+    return Formula("a * sin(b * x) + c", values, {"a": "N·m", "b": "1/rad", "c": "N·m"})
 
 
 def test_constants_are_recovered_that_fit_the_curve_less_well(tmp_path):
@@ -58,7 +58,7 @@ def test_a_fit_goes_on_until_it_settles(tmp_path):
     """Where constants do much the same a fit is slow, and not yet worse than another formula."""
     truth = {"a": -3.0, "b": 0.03, "c": 0.03}
     units = {"a": "1/rad", "b": "N·m", "c": "N·m"}
-    decay = Formula("b * np.exp(a * x) + c", {"a": -0.3, "b": 0.1, "c": -0.04}, units)
+    decay = Formula("b * exp(a * x) + c", {"a": -0.3, "b": 0.1, "c": -0.04}, units)
     shape = Formula(decay.text, truth, units)
     fitted = simulation(pendulum(tmp_path), shape).fitted(decay).formula
     assert fitted.values == pytest.approx(truth, rel=0.03)
@@ -67,7 +67,7 @@ def test_a_fit_goes_on_until_it_settles(tmp_path):
 def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path):
     judge = simulation(pendulum(tmp_path), lambda x: 0.05 * x)
     line = {"text": "a * x", "units": {"a": "N·m/rad"}}
-    wild = Formula("a * np.exp(b * x)", {"a": 1.0, "b": 1e5}, {"a": "N·m", "b": "1/rad"})
+    wild = Formula("a * exp(b * x)", {"a": 1.0, "b": 1e5}, {"a": "N·m", "b": "1/rad"})
     errors = judge.errors([wild, Formula(values={"a": 0.05}, **line)])
     assert errors[0] == FAR
     assert errors[1] < 1.1 * NOISE_RAD
@@ -112,4 +112,4 @@ def test_a_formula_is_chosen_beside_the_formulas_of_other_laws(tmp_path):
     found = formulas_of(proposal, [(predictor, np.ones(len(predictor.samples), bool))])
     assert found[LAW].text == "a * x"
     assert found[LAW].values["a"] == pytest.approx(-0.2, rel=0.01)
-    assert found[repeats].text == "c * np.sin(a * x + b)"
+    assert found[repeats].text == "c * sin(a * x + b)"

@@ -71,6 +71,6 @@ def test_a_curve_that_has_a_formula_counts_as_the_constants_of_it(tmp_path):
     samples = samples_of(robot, [wave])
     found = search(Model(robot), samples)
     units = {"a": "1/rad", "b": "", "c": "N·m"}
-    formula = Formula("c * np.sin(a * x + b)", {"a": 3.0, "b": 0.4, "c": 0.1}, units)
+    formula = Formula("c * sin(a * x + b)", {"a": 3.0, "b": 0.4, "c": 0.1}, units)
     assert freedom(found, samples) > 3.5
     assert freedom(found, samples, {law: formula}) == pytest.approx(3.0, abs=0.05)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from t2l.effects.law import LIMIT, Curve, Law
-from t2l.effects.registry import load
 from t2l.identify.model import Model
-from t2l.propose.effect_file import effect_name, effect_text
+from t2l.propose.artefacts import formula_law, with_formula
 from t2l.propose.expression import Formula
 from t2l.propose.proposal import LAW, NOTHING
 from tests.diagnose.made import pendulum, predict, recording, swing
@@ -52,19 +51,18 @@ def test_a_limit_that_is_never_reached_is_not_proposed(tmp_path):
 def test_its_formula_and_its_export_move_the_robot_as_the_curve_does(tmp_path):
     robot = pendulum(tmp_path)
     values = {"a": 0.6, "b": -0.1}
-    path, name = tmp_path / "own.py", effect_name(OVER_VELOCITY)
     units = {"a": "N·m", "b": "N·m/(rad/s)"}
-    path.write_text(effect_text(OVER_VELOCITY, Formula("a + b * x", values, units)))
-    assert name in load([path])
-    effects = {name: {key: {"hinge": value} for key, value in values.items()}}
+    formula = formula_law(OVER_VELOCITY, Formula("a + b * x", values, units))
+    spoken = with_formula(Model(robot), formula, values)
     learned = (limit(0.6, 6.0),)
     one = recording(robot, swing(), kp=60.0, kd=0.5)
-    by_formula = predict(one, model=Model(robot, effects, (path,)))
+    by_formula = predict(one, model=spoken)
     by_curve = predict(one, model=Model(robot, learned=learned))
     np.testing.assert_allclose(by_formula, by_curve, atol=1e-9)
-    for part in ({"effects": effects, "files": (path,)}, {"effects": {}, "learned": learned}):
-        content, error, log = exported(tmp_path / "out", robot, **part)
-        model = Model(robot, part["effects"], part.get("files", ()), part.get("learned", ()))
+    for model in (spoken, Model(robot, learned=learned)):
+        content, error, log = exported(
+            tmp_path / "out", robot, model.effects, learned=model.learned, formulas=model.formulas
+        )  # fmt: skip
         moved = np.sqrt(np.mean((predict(log, model=model) - predict(log)) ** 2))
         assert not content["not_carried"]
         assert moved > 1e-3

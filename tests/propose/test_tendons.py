@@ -8,12 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from t2l.effects.law import TENDON, TORQUE, Curve, Law
-from t2l.effects.registry import load
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
+from t2l.propose.artefacts import formula_law, with_formula
 from t2l.propose.bases import penalty, straight, tabulated, tendon_of
 from t2l.propose.dictionary import weights_in
-from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
 from t2l.propose.found import Search
 from t2l.propose.freedom import freedom
@@ -132,17 +131,17 @@ def test_its_formula_and_its_export_move_the_robot_as_the_curve_does(robot, tmp_
     law = Law(TENDON, "right", follows, "left")
     curve = Curve(law, (-30.0, 30.0), (3.2, -2.8), RATIO)
     values, units = {"a": 0.2, "b": -0.1}, {"a": "N·m", "b": f"N·m/({law.unit})"}
-    path, name = tmp_path / "own.py", effect_name(law)
-    path.write_text(effect_text(law, Formula("a + b * x", values, units), RATIO))
-    assert name in load([path])
-    effects = {name: values}
+    formula = formula_law(law, Formula("a + b * x", values, units), RATIO)
+    spoken = with_formula(Model(robot), formula, values)
     one = recording(robot, commands)
-    by_formula = predict(one, model=Model(robot, effects, (path,)))
+    by_formula = predict(one, model=spoken)
     by_curve = predict(one, model=Model(robot, learned=(curve,)))
     np.testing.assert_allclose(by_formula, by_curve, atol=1e-9)
-    for part in ({"effects": effects, "files": (path,)}, {"effects": {}, "learned": (curve,)}):
-        content, error, log = exported(tmp_path / "out", robot, **part, commands=commands)
-        model = Model(robot, part["effects"], part.get("files", ()), part.get("learned", ()))
+    for model in (spoken, Model(robot, learned=(curve,))):
+        content, error, log = exported(
+            tmp_path / "out", robot, model.effects, learned=model.learned, commands=commands,
+            formulas=model.formulas,
+        )  # fmt: skip
         moved = np.sqrt(np.mean((predict(log, model=model) - predict(log)) ** 2))
         assert not content["not_carried"]
         assert moved > 1e-3

@@ -112,7 +112,13 @@ def explained(folder: Path) -> Path:
         "verdict": "unexplained",
         "noise_floor_rad": 5e-5,
         "sentence": "Unexplained: something is left",
-    }
+        "parameters": [
+            {
+                "effect": "coulomb_friction", "title": "Coulomb friction", "joint": "hinge",
+                "parameter": "torque", **PARAMETER,
+            }
+        ],
+    }  # fmt: skip
     (folder / "explanation.json").write_text(json.dumps(explanation))
     return folder
 

@@ -70,7 +70,7 @@ def test_a_browser_draws_two_robots_that_move_and_are_coloured_by_the_error(fold
     assert data_of(dom, "errors") == "0"
     assert data_of(dom, "playing") == "Pause"
     assert data_of(dom, "plots") == data_of(dom, "plots-drawn")
-    assert re.search(r"Coulomb friction</td><td class=.n.>93 %", dom)
+    assert re.search(r"Coulomb friction</td>\s*<td class=.n.[^>]*>93 %", dom)
     looked = json.loads(data_of(dom, "looked"))
     for moment in ("least", "most"):
         assert all(half["pixels"] > 500 for half in looked[moment])

@@ -154,13 +154,36 @@ def test_torque_is_clamped_and_what_is_too_fast_stopped_alone():
     last = np.flatnonzero(np.isfinite(rollouts.q[:, 1, 0]))[-1]
     assert 0 < last < 99
     assert np.isfinite(rollouts.q[:, 0]).all()
-    np.testing.assert_array_equal(np.array(sent)[last:, 1], rollouts.q[[last] * (100 - last), 1])
+    # a command is given again at each of the ten ticks of a sample, to look at the robot between
+    held = np.array(sent)[10 * last :: 10, 1]
+    np.testing.assert_array_equal(held, rollouts.q[[last] * (100 - last), 1])
     assert rollouts.success.tolist() == [True, False]
     table = rollout_table(policy, CELL, 3, rollouts, rollouts)
     assert table.trajectory_error.tolist() == [0.0, 0.0]
     assert table.duration_s.tolist() == [1.0, last / 100]
     assert table.jitter_failure.tolist() == [False, True]
     assert (table.seed == 3).all()
+
+
+def test_what_is_too_fast_between_two_samples_is_stopped_at_the_next():
+    robot = calm(2)
+    read, reads = robot.read, []
+
+    def shown():
+        state = read()
+        reads.append(1)
+        # of 10 ticks a sample, in the middle of the 30th; `start` reads once
+        if len(reads) == 1 + 295:
+            state.dq[1, 0] = 2.7
+        return state
+
+    robot.read = shown
+    rollouts = reach(robot)
+    assert rollouts.stopped == ("", "velocity of fr3_joint1 2.7 rad/s; allowed: -2.62 to 2.62")
+    assert rollouts.success.tolist() == [True, False]
+    assert np.isfinite(rollouts.q[:, 0]).all()
+    assert np.isfinite(rollouts.q[:31, 1]).all()
+    assert np.isnan(rollouts.q[31:, 1]).all()
 
 
 def made(q, dq, stopped=""):

@@ -1,5 +1,7 @@
 import yaml
 
+from t2l.registry import TRUST
+
 BOMB = "a0: &a0 [x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 8)}]\n" for i in range(1, 40)
 )
@@ -90,7 +92,8 @@ def test_an_expert_that_cannot_is_named_before_the_first_job(empty_project):
     assert empty_project.run("--", measured).returncode == 0
 
 
-def test_a_camera_that_sees_nothing_is_named_before_the_first_job(empty_project):
+def test_a_camera_that_sees_nothing_is_named_before_the_first_job(empty_project, monkeypatch):
+    monkeypatch.setenv(TRUST, "1")
     extension = empty_project.folder / "sky.py"
     extension.write_text(BLIND)
     path = empty_project.folder / "config/tasks/block_stack.yaml"

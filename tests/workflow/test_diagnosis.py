@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.hidden_effects.generator import record, write
 
+from t2l.registry import TRUST
 from tests.conftest import ROOT
 
 EFFECT = """
@@ -19,8 +20,9 @@ PENDULUM = ROOT / "benchmarks/hidden_effects/robots/pendulum.xml"
 
 
 @pytest.fixture
-def clean_project(empty_project):
+def clean_project(empty_project, monkeypatch):
     """Three recordings of a pendulum that hides nothing."""
+    monkeypatch.setenv(TRUST, "1")
     folder = empty_project.folder
     shutil.copy(PENDULUM, folder / "pendulum.xml")
     for kp, kd in ((5.0, 0.3), (20.0, 0.8), (80.0, 2.0)):

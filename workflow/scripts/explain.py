@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from t2l.diagnose.evidence import gather
+from t2l.diagnose.final_parameters import final_parameters
 from t2l.diagnose.forward_selection import explain, write_explanation
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.identify.step_size import substeps_for
@@ -22,4 +23,5 @@ with job(snakemake):
     report = lambda what, fraction: print(f"{100 * fraction:3.0f} %  {what}", flush=True)  # noqa: E731
     explanation = explain(model, evidence, folder, report)
     explanation = proposed_beside(model, explanation, evidence, folder, report)
-    write_explanation(explanation, folder)
+    parameters = final_parameters(model, explanation.model, evidence)
+    write_explanation(explanation, folder, parameters)

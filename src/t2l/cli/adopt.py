@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from t2l.cli.inputs import add_extensions, add_force
+from t2l.cli.inputs import add_effects, add_extensions, add_force
 
 HELP = "add effects that a diagnosis found to the model"
 
@@ -15,11 +15,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Several effects keep the values that each was fitted with alone; `t2l explain` and the "
         "next diagnosis fit them together. A curve or a formula of t2l propose is adopted alike."
     )
-    parser.add_argument("effects", nargs="+", metavar="EFFECT")
+    parser.add_argument("names", nargs="+", metavar="EFFECT")
     parser.add_argument(
         "--diagnosis", type=Path, required=True, help="folder of t2l diagnose or propose"
     )
     parser.add_argument("--out", type=Path, required=True, metavar="MODEL.yaml")
+    add_effects(parser)
     add_extensions(parser)
     add_force(parser)
 
@@ -47,13 +48,13 @@ def run(arguments: argparse.Namespace) -> None:
     if not available:
         raise ConfigurationError(f"--diagnosis {folder}: no diagnosis in that folder")
     merged, models = None, folder / "models"
-    for name in arguments.effects:
+    for name in arguments.names:
         if name not in available:
             raise ConfigurationError(
                 f"{name}: not in the diagnosis {folder}; it holds {', '.join(available)}"
             )
         path = path_of(models, name, ".yaml")
-        model = read_model(path)
+        model = read_model(path, trusted=python_files(arguments.effects))
         learned = [curve for curve in model.learned if plain_name(curve.law) == name]
         if name not in model.effects and not learned:
             held = ", ".join(model.effects) or "none"
@@ -67,8 +68,8 @@ def run(arguments: argparse.Namespace) -> None:
         folder / DIAGNOSIS,
         folder / PROPOSAL,
         *models.glob("*.yaml"),
-        *python_files(arguments.extensions),
+        *python_files((*arguments.effects, *arguments.extensions)),
     ]
     with output_file(arguments.out, "t2l adopt", inputs, arguments.force) as out:
-        write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.effects)}")
+        write_model(merged, out, f"adopted from {folder}: {', '.join(arguments.names)}")
     print(f"Written to {arguments.out}")

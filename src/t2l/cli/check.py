@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from t2l.cli.inputs import add_extensions, add_force
+from t2l.cli.inputs import add_effects, add_extensions, add_force
 
 HELP = "fit a model's effects to a new log and say which have drifted"
 
@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="recordings that the model was made from",
     )  # fmt: skip
     parser.add_argument("--out", type=Path, help="folder for check.json")
+    add_effects(parser)
     add_extensions(parser)
     add_force(parser)
 
@@ -50,7 +51,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.recordings.motion import check_motion
 
     model, new, old = read_recordings_and_model(
-        arguments.logs, arguments.reference, arguments.model, aside="--reference"
+        arguments.logs, arguments.reference, arguments.model, arguments.effects, "--reference"
     )
     check_motion(new)
     if not model.effects:

@@ -9,6 +9,8 @@ ENTRIES = (
     EXPLANATION, MODEL, "steps/", "proposal/", "before/", "after/", "figures/", "report.html",
 )  # fmt: skip
 
+RESUME = "steps that are finished are kept; the same command goes on with the next"
+
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
 
@@ -29,6 +31,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.compare import compare, write
     from t2l.diagnose.evidence import gather
+    from t2l.diagnose.final_parameters import final_parameters
     from t2l.diagnose.forward_selection import explain, write_explanation
     from t2l.figures.diagnosis import draw_explanation
     from t2l.identify.step_size import substeps_for
@@ -41,7 +44,8 @@ def run(arguments: argparse.Namespace) -> None:
         progress = progress_line()
         explanation = explain(model, evidence, out, progress)
         explanation = proposed_beside(model, explanation, evidence, out, progress)
-        write_explanation(explanation, out)
+        parameters = final_parameters(model, explanation.model, evidence)
+        write_explanation(explanation, out, parameters)
         progress("comparing before and after", 0.9)
         after = (explanation.partial or explanation).model
         for name, which in (("before", model), ("after", after)):

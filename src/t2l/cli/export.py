@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from t2l.cli.inputs import add_extensions, add_force
+from t2l.cli.inputs import add_effects, add_extensions, add_force
 from t2l.cli.words import numbers, words
 
 HELP = "write a model as plain MJCF, with a Python callback for what MJCF lacks"
@@ -15,7 +15,7 @@ the exported robot is from t2l's prediction. With recordings (--logs), gains and
 and a refit of the model gives ranges for domain randomisation.
 """
 
-ENTRIES = ("model.xml", "robot.py", "export.json")
+ENTRIES = ("model.xml", "robot.py", "robot.json", "export.json")
 WITHOUT_LOGS = ("kp", "kd", "control_rate_hz", "gravity_compensation")
 
 
@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     without.add_argument("--control-rate-hz", type=float)
     without.add_argument("--gravity-compensation", choices=("yes", "no"))
     parser.add_argument("--out", type=Path, required=True, help="folder for the exported model")
+    add_effects(parser)
     add_extensions(parser)
     add_force(parser)
 
@@ -59,7 +60,9 @@ def run(arguments: argparse.Namespace) -> None:
     recordings, found, alike = [], None, []
     _check_options(arguments)
     if arguments.logs:
-        model, recordings, _ = read_recordings_and_model(arguments.logs, (), arguments.model)
+        model, recordings, _ = read_recordings_and_model(
+            arguments.logs, (), arguments.model, arguments.effects
+        )
         first = recordings[0]
         controller = Controller(
             first.joints,
@@ -69,7 +72,7 @@ def run(arguments: argparse.Namespace) -> None:
             bool(first.gravity_compensation),
         )
     else:
-        model = read_model(arguments.model)
+        model = read_model(arguments.model, trusted=python_files(arguments.effects))
         controller = _controller(arguments, model)
     tables = [recording.path for recording in recordings]
     inputs = [

@@ -29,13 +29,22 @@ def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
             help="recording or folder to report the error of, for nothing else; may be repeated",
         )  # fmt: skip
     parser.add_argument("--model", type=Path, help="the model so far (default: the MJCF as it is)")
+    add_effects(parser)
+    add_extensions(parser)
+    parser.add_argument("--out", type=Path, required=True, help="folder for what is found")
+    add_force(parser)
+
+
+def add_effects(parser: argparse.ArgumentParser) -> None:
+    """--effects and --trust, alike in every command that reads a model."""
     parser.add_argument(
         "--effects", action="append", type=Path, default=[], metavar="FILE",
         help="Python file, or folder of them, with effects of your own; may be repeated",
     )  # fmt: skip
-    add_extensions(parser)
-    parser.add_argument("--out", type=Path, required=True, help="folder for what is found")
-    add_force(parser)
+    parser.add_argument(
+        "--trust", action="store_true",
+        help="run Python files that the model names and --effects does not",
+    )  # fmt: skip
 
 
 def add_without(parser: argparse.ArgumentParser) -> None:

@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 
 from t2l.cli import (
     adopt,
@@ -24,7 +25,8 @@ from t2l.cli import (
 )
 from t2l.cli.extras import extra_of
 from t2l.errors import T2LError
-from t2l.registry import load_extensions
+from t2l.registry import load_extensions, trusting
+from t2l.waiting import STATUS, interruptible
 
 COMMANDS = {
     "compare": compare,
@@ -44,6 +46,8 @@ COMMANDS = {
     "import-rosbag": import_rosbag,
 }
 
+RESUME = "nothing is half-written; the same command begins again"
+
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command that the arguments name; a mistake of the user ends with its message."""
@@ -56,9 +60,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
             )
         )
     parsed = parser.parse_args(arguments)
+    command = COMMANDS[parsed.command]
+    interrupted = f"t2l {parsed.command}: interrupted; {getattr(command, 'RESUME', RESUME)}"
+    # a robot that moves is stopped first, however long that takes
+    watched = nullcontext() if command is record else interruptible(interrupted)
     try:
-        load_extensions(getattr(parsed, "extensions", []))
-        COMMANDS[parsed.command].run(parsed)
+        with watched, trusting(getattr(parsed, "trust", False)):
+            load_extensions(getattr(parsed, "extensions", []))
+            command.run(parsed)
         sys.stdout.flush()
     except BrokenPipeError:
         # whoever reads, such as `head`, has seen enough; nothing is left to flush at exit
@@ -80,4 +89,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except MemoryError:
         sys.exit(f"t2l {parsed.command}: not enough memory for recordings of this size")
     except KeyboardInterrupt:
-        sys.exit(130)
+        print(f"\n{interrupted}", file=sys.stderr)
+        sys.exit(STATUS)

@@ -2,10 +2,12 @@
 
 import argparse
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
-from t2l.cli.inputs import add_extensions, add_force
+from t2l.cli.inputs import add_effects, add_extensions, add_force
 from t2l.cli.words import words
+from t2l.errors import MOST_CHARACTERS
 
 HELP = "choose motions that tell effects apart, for t2l record"
 
@@ -29,11 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tell", type=words, metavar="EFFECT,EFFECT",
         help="effects to tell apart, see `t2l effects` (default: all that the model lacks)",
     )  # fmt: skip
+    add_effects(parser)
     parser.add_argument(
-        "--effects", action="append", type=Path, default=[], metavar="FILE",
-        help="Python file, or folder of them, with effects of your own; may be repeated",
+        "--total-s", type=float, default=60.0,
+        help="of all motions, 3 to 100 of them (default: 60)",
     )  # fmt: skip
-    parser.add_argument("--total-s", type=float, default=60.0, help="of all motions (default: 60)")
     parser.add_argument("--motion-s", type=float, default=6.0, help="of each motion (default: 6)")
     parser.add_argument(
         "--most-rad", type=float, default=0.5,
@@ -59,8 +61,8 @@ def run(arguments: argparse.Namespace) -> None:
     """
     from t2l.cli.inputs import progress_line
     from t2l.design.artefacts import write_experiment
-    from t2l.design.experiment import Wanted, design
-    from t2l.errors import ConfigurationError
+    from t2l.design.experiment import Wanted, check_wanted, design
+    from t2l.errors import ConfigurationError, RecordingError
     from t2l.figures.design import expected_errors, experiment_motions
     from t2l.figures.style import write
     from t2l.hardware.plan import read_plan, read_setup
@@ -69,6 +71,9 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.robots.plant import files
 
     setup = read_setup(arguments.config)
+    for key in ("excitation", "motions"):
+        if getattr(setup.found, key) is not None:
+            raise RecordingError(setup.path, f"key {key}", "it", "none: t2l plan chooses motions")
     _check_numbers(arguments)
     if arguments.workspace and not setup.robot.groups[0].tool_site:
         raise ConfigurationError(
@@ -84,6 +89,7 @@ def run(arguments: argparse.Namespace) -> None:
         effects, arguments.total_s, arguments.motion_s, arguments.most_rad,
         1e-3 * arguments.noise_mrad, arguments.workspace,
     )  # fmt: skip
+    check_wanted(setup, wanted)
     with output_folder(arguments.out, "t2l plan", ENTRIES, inputs, arguments.force) as out:
         progress = progress_line()
         experiment = design(setup, model, wanted, progress)
@@ -109,13 +115,14 @@ def run(arguments: argparse.Namespace) -> None:
 def _model_and_effects(arguments: argparse.Namespace, setup):
     from t2l.errors import ConfigurationError
     from t2l.identify.model import Model, check_joints, read_model
+    from t2l.registry import python_files
     from t2l.robots.plant import mjcf_path
     from t2l.typed import suggestion
 
     own = tuple(path.resolve() for path in arguments.effects)
     model = Model(setup.robot.name, {}, own)
     if arguments.model is not None:
-        given = read_model(arguments.model)
+        given = read_model(arguments.model, trusted=python_files(own))
         if mjcf_path(given.robot).resolve() != mjcf_path(setup.robot.name).resolve():
             raise ConfigurationError(
                 f"{arguments.model}: robot: found {given.robot}; allowed: that of "
@@ -156,9 +163,15 @@ def _check_numbers(arguments: argparse.Namespace) -> None:
 def _box(text: str):
     from t2l.hardware.guard import Workspace
 
-    numbers = tuple(float(word) for word in words(text))
-    if len(numbers) != 6 or any(a >= b for a, b in zip(numbers[:3], numbers[3:], strict=True)):
+    try:
+        numbers = tuple(float(word) for word in words(text))
+    except ValueError:
+        numbers = ()
+    low, high = numbers[:3], numbers[3:]
+    # a comparison with what is no number is false
+    if len(numbers) != 6 or not all(-inf < a < b < inf for a, b in zip(low, high, strict=True)):
         raise argparse.ArgumentTypeError(
-            f"found {text!r}; allowed: x,y,z,x,y,z, lower corner first"
+            f"found {text[:MOST_CHARACTERS]!r}; allowed: x,y,z,x,y,z, six finite numbers in m, "
+            "each of the lower corner below that of the upper"
         )
-    return Workspace(numbers[:3], numbers[3:])
+    return Workspace(low, high)

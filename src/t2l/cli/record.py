@@ -10,13 +10,17 @@ from pathlib import Path
 from t2l.cli.inputs import add_extensions
 from t2l.errors import ConfigurationError
 
+RESUME = "motions that were recorded are kept"
+
 HELP = "record motions of a robot, real or virtual"
 
 DESCRIPTION = """\
 Move a robot at one or more settings of gains and write a recording of each. CONFIG.yaml says which
-robot and how; examples/record_fr3.yaml is one to start from. All commands are checked against the
-limits of positions, velocities and torques before anything moves. Nothing checks for obstacles: the
-robot must be able to move freely around its start, and to get there.
+robot and how; examples/record_fr3.yaml is one to start from. Before anything moves, commands are
+checked against the limits of positions, velocities and torques, and so is what a simulation makes
+of them under their gains. While it moves, a joint that is measured beyond a limit stops the robot.
+Nothing checks for obstacles: the robot must be able to move freely around its start, and to get
+there.
 """
 
 
@@ -34,8 +38,9 @@ def run(arguments: argparse.Namespace) -> None:
     """Check the configuration, then record.
 
     Raises:
-        ConfigurationError: the configuration is wrong.
-        BackendError: the robot stopped; what was recorded before is kept.
+        ConfigurationError: the configuration is wrong, or a motion is beyond a limit.
+        BackendError: the robot stopped, or was stopped beyond a limit; what was recorded before is
+            kept.
     """
     from t2l.hardware.plan import read_plan
     from t2l.hardware.recorder import needed_bytes, record_plan

@@ -9,7 +9,7 @@ from t2l.config.models.diagnosis import Diagnosis
 from t2l.errors import InputError
 from t2l.published.grids import ADDRESS, read_grids
 from t2l.recordings import log
-from t2l.registry import python_files
+from t2l.registry import AGREED, WOULD_RUN, python_files, untrusted
 from t2l.typed import Problem, describe
 
 RECORDING = "a recording, or a folder with at least one"
@@ -17,12 +17,14 @@ PYTHON = "a Python file, or a folder with at least one"
 
 
 def extended(extensions: Sequence[str] | None) -> list[Problem]:
-    """What is to be loaded and is not there."""
-    return [
+    """What is to be loaded and is not there, or that nobody has agreed to run."""
+    paths = extensions or []
+    missing = [
         Problem(f"extensions[{i}]", f"{describe(path)}, which is not there", PYTHON)
-        for i, path in enumerate(extensions or [])
+        for i, path in enumerate(paths)
         if not _has_python(path)
     ]
+    return missing or _would_run("extensions", paths)
 
 
 def published(section: Attenuation) -> list[Problem]:
@@ -40,7 +42,7 @@ def published(section: Attenuation) -> list[Problem]:
 
 
 def diagnosed(section: Diagnosis) -> list[Problem]:
-    """What a diagnosis is to read and is not there."""
+    """What a diagnosis is to read and is not there, or to run and nobody has agreed to."""
     wanted = [
         (f"diagnosis.{key}[{i}]", path, allowed, exists)
         for key, allowed, exists in (
@@ -57,7 +59,10 @@ def diagnosed(section: Diagnosis) -> list[Problem]:
         for key, path, allowed, exists in wanted
         if not exists(path)
     ]
-    return absent or _both(section)
+    return absent or [
+        *_both(section),
+        *_would_run("diagnosis.effects", section.effects or []),
+    ]
 
 
 def _both(section: Diagnosis) -> list[Problem]:
@@ -76,6 +81,10 @@ def _both(section: Diagnosis) -> list[Problem]:
         for i, path in enumerate(section.holdout or [])
         if (both := [file for file in log.files(path) if file.resolve() in fitted])
     ]
+
+
+def _would_run(key: str, paths: Sequence[str]) -> list[Problem]:
+    return [Problem(key, f"{file}, {WOULD_RUN}", AGREED) for file in untrusted(python_files(paths))]
 
 
 def _has_recording(path: str) -> bool:

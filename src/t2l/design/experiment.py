@@ -8,13 +8,18 @@ import numpy as np
 from t2l.design.d_optimal import exchange, log_det
 from t2l.design.expected import Identifiability
 from t2l.design.identifiability import identifiability
-from t2l.design.library import Candidate, library, recording
-from t2l.design.safety import Safe, within_limits
+from t2l.design.library import Candidate, library, recording, shortest_s
+from t2l.design.safety import WORKSPACE_MARGIN_M, Safe, leaves, tool_places, within_limits
 from t2l.design.sensitivity import Sensitivity
 from t2l.effects.effect import Effect
-from t2l.errors import ConfigurationError
+from t2l.errors import ConfigurationError, RecordingError
+from t2l.hardware.excitation_kinds import LONGEST_S
 from t2l.hardware.guard import Workspace
+from t2l.hardware.limits import check_loop
+from t2l.hardware.motion import Motion
+from t2l.hardware.nominal import SampledLoop
 from t2l.hardware.plan import Setup
+from t2l.hardware.plan_file import MOST_GAINS
 from t2l.identify.model import Model
 from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
@@ -76,8 +81,10 @@ def design(
     """The D-optimal choice of safe motions.
 
     Raises:
-        ConfigurationError: no motion is safe, or no effect can be simulated.
+        ConfigurationError: as of `check_wanted`; or no motion is safe, or no effect can be
+            simulated.
     """
+    check_wanted(setup, wanted)
     progress("keeping motions within limits", 0.0)
     every = library(setup, wanted.motion_s, wanted.most_rad)
     safe = within_limits(setup, model, every, wanted.workspace)
@@ -103,10 +110,58 @@ def design(
         )
     information = sensitivity.information(recordings)
     progress("choosing", 0.9)
-    count = max(FEWEST, round(wanted.total_s / wanted.motion_s))
-    chosen = exchange(information, count)
+    chosen = exchange(information, motion_count(setup, wanted))
     told = identifiability(sensitivity, [recordings[i] for i in chosen])
     return _experiment(safe, len(every), information, chosen, told)
+
+
+def check_wanted(setup: Setup, wanted: Wanted) -> None:
+    """Find what cannot come to an experiment, before anything is simulated.
+
+    Raises:
+        RecordingError: gains are missing, or make a joint ring.
+        ConfigurationError: the times do not go together, or the tool starts outside of its box.
+    """
+    motion_count(setup, wanted)
+    loop = SampledLoop(setup.robot, setup.features, setup.start)
+    for name, (kp, kd) in setup.gains().items():
+        held = Motion(name, setup.start[None], setup.command_rate_hz, kp, kd)
+        check_loop(setup.robot, loop, held, setup.path)
+    if wanted.workspace and leaves(wanted.workspace, setup, setup.start[None]):
+        x, y, z = tool_places(setup, setup.start[None])[0]
+        raise ConfigurationError(
+            f"--workspace: found a box that the tool leaves at the start, x {x:.3f}, y {y:.3f}, "
+            f"z {z:.3f} m; allowed: one with that at least {WORKSPACE_MARGIN_M} m inside"
+        )
+
+
+def motion_count(setup: Setup, wanted: Wanted) -> int:
+    """How many motions fit into the time: at least `FEWEST`, and no more than a plan may have.
+
+    Raises:
+        RecordingError: commands are too rare for any motion.
+        ConfigurationError: a motion is too short for its slowest sine, or too few or many fit.
+    """
+    rate, shortest = setup.command_rate_hz, shortest_s(setup.command_rate_hz)
+    if shortest > LONGEST_S:
+        raise RecordingError(
+            setup.path, "key command_rate_hz", f"{rate:g}",
+            f"from {rate * shortest / LONGEST_S:.2g} up, for motions of {LONGEST_S} s at most",
+        )  # fmt: skip
+    if wanted.motion_s < shortest:
+        raise ConfigurationError(
+            f"--motion-s: found {wanted.motion_s:g} with command_rate_hz {rate:g}; allowed: "
+            f"{shortest:g} to {LONGEST_S}"
+        )
+    # a whole number may be a rounding short of itself
+    count = int(wanted.total_s / wanted.motion_s + 1e-9)
+    if not FEWEST <= count <= MOST_GAINS:
+        least, most = FEWEST * wanted.motion_s, MOST_GAINS * wanted.motion_s
+        raise ConfigurationError(
+            f"--total-s: found {wanted.total_s:g} with --motion-s {wanted.motion_s:g}; allowed: "
+            f"{least:g} to {most:g}, for {FEWEST} to {MOST_GAINS} motions of that length"
+        )
+    return count
 
 
 def _experiment(

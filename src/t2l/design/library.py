@@ -90,9 +90,18 @@ def library(setup: Setup, duration_s: float, most_rad: float) -> list[Candidate]
     ]  # fmt: skip
 
 
+def shortest_s(rate_hz: float) -> float:
+    """The shortest motions whose slowest sine commands at a rate can follow."""
+    return SWEEPS / _fastest_hz(rate_hz)
+
+
+def _fastest_hz(rate_hz: float) -> float:
+    return min(FASTEST_HZ, rate_hz / SAMPLES_PER_PERIOD)
+
+
 def _shapes(duration_s: float, rate_hz: float) -> Iterator[tuple[str, dict[str, Any]]]:
     """Excitations by name, without amplitudes."""
-    fastest = min(FASTEST_HZ, rate_hz / SAMPLES_PER_PERIOD)
+    fastest = _fastest_hz(rate_hz)
     slowest = SWEEPS / duration_s
     ramp = min(1.0, duration_s / 4)
 

@@ -18,6 +18,7 @@ from t2l.hardware.limits import (
     velocity_bounds,
 )
 from t2l.hardware.motion import Motion
+from t2l.hardware.nominal import respond
 from t2l.hardware.plan import Setup
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
@@ -57,8 +58,6 @@ def within_limits(
         workspace: a box for the tool, in the frame of the robot's base.
     """
     inverse = setup.robot.spec(gravity_compensation=True).compile()
-    if workspace and _leaves(workspace, setup, setup.start[None]):
-        return Safe([], np.zeros(0))
     left = list(enumerate(candidates))
     safe: dict[int, tuple[Candidate, float]] = {}
     for _ in range(TRIES):
@@ -97,7 +96,8 @@ def _used(
         "torque": _narrowed(torque_bounds(robot)),
     }
     used, peaks = [], []
-    for motion, (q, dq) in zip(motions, _simulated(setup, model, motions), strict=True):
+    answers = zip(motions, _simulated(setup, model, motions), _nominal(setup, motions), strict=True)
+    for motion, (q, dq), nominal in answers:
         rows = len(q) // len(motion.q_des)
         torque = motion.kp * (np.repeat(motion.q_des, rows, axis=0) - q) - motion.kd * dq
         steps = np.gradient(motion.q_des, 1 / motion.rate_hz, axis=0)
@@ -106,12 +106,32 @@ def _used(
             ("q", motion.q_des), ("q", q), ("dq", dq), ("dq", steps), ("torque", torque),
             ("torque", predicted_torque(motion, needed)),
         )  # fmt: skip
-        part = np.max([_part(limits[key], value) for key, value in values], axis=0)
+        part = np.max([nominal, *(_part(limits[key], value) for key, value in values)], axis=0)
         peaks.append(float(part.max()))
-        if workspace and (part <= 1.0).all() and _leaves(workspace, setup, q):
+        if workspace and (part <= 1.0).all() and leaves(workspace, setup, q):
             part = np.full_like(part, 1.0 + np.finfo(float).eps)
         used.append(part)
     return np.array(used), np.array(peaks)
+
+
+def _nominal(setup: Setup, motions: Sequence[Motion]) -> list[np.ndarray]:
+    """How much of its limits each joint uses in the simulation that `t2l record` looks at.
+
+    What is refused there is not safe here, whatever the model knows more.
+
+    Args:
+        motions: of one duration.
+    """
+    robot = setup.robot
+    q_des, kp, kd = (
+        np.stack([getattr(motion, key) for motion in motions]) for key in ("q_des", "kp", "kd")
+    )
+    found = respond(robot, setup.features, q_des, setup.command_rate_hz, kp, kd)
+    limits = position_bounds(robot), velocity_bounds(robot), torque_bounds(robot)
+    return [
+        np.max([_part(bounds, values) for bounds, values in zip(limits, one, strict=True)], axis=0)
+        for one in zip(found.q, found.dq, found.torque, strict=True)
+    ]
 
 
 def _simulated(
@@ -141,9 +161,14 @@ def _part(bounds: Bounds, values: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(values).all(axis=0), part, np.inf)
 
 
-def _leaves(workspace: Workspace, setup: Setup, q: np.ndarray) -> bool:
+def leaves(workspace: Workspace, setup: Setup, q: np.ndarray) -> bool:
     """Whether the tool comes too close to the faces of a box, or beyond, at q (n, njoint)."""
-    place = ToolKinematics(setup.robot, len(q)).pose(q)[:, :3]
+    place = tool_places(setup, q)
     low = np.array(workspace.lower) + WORKSPACE_MARGIN_M
     high = np.array(workspace.upper) - WORKSPACE_MARGIN_M
     return bool(((place < low) | (place > high)).any())
+
+
+def tool_places(setup: Setup, q: np.ndarray) -> np.ndarray:
+    """Where the tool is at q (n, njoint), (n, 3) m in the frame of the base."""
+    return ToolKinematics(setup.robot, len(q)).pose(q)[:, :3]

@@ -97,6 +97,7 @@ def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
     if diagnosis.verdict == NOTHING_MISSING:
         return []
     where = findings(predictor, residual, under, top=4)  # format: on the page
+    where.sort(key=lambda finding: -finding.share)
     follows = explained_variance(predictor, residual, under, missing)[:3]
     return [entry.sentence for entry in (*where, *follows)]
 

@@ -24,6 +24,13 @@ UNITS = {
     "constant": "",
 }
 CONDITIONS = tuple(UNITS)
+# what figures and menus call a condition, where its name alone does not say which torque it is
+LABELS = {
+    "torque": "commanded torque",
+    "torque rate": "rate of the commanded torque",
+    "gravity": "gravity load",
+    "load": "direction × size of the commanded torque",
+}
 
 
 def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, np.ndarray]:

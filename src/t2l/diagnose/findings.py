@@ -20,8 +20,11 @@ QUANTILES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9)  # numerics: near which round 
 SIZES = {
     "velocity": ("below {}", "above {}"),
     "acceleration": ("with acceleration below {}", "with acceleration above {}"),
-    "torque": ("with torque below {}", "with torque above {}"),
-    "torque rate": ("with torque changing slower than {}", "with torque changing faster than {}"),
+    "torque": ("with commanded torque below {}", "with commanded torque above {}"),
+    "torque rate": (
+        "with commanded torque changing slower than {}",
+        "with commanded torque changing faster than {}",
+    ),
     "gravity": ("with gravity load below {}", "with gravity load above {}"),
     "command velocity": (
         "while the command is slower than {}",
@@ -35,7 +38,7 @@ FAMILIES = (
 )
 SIGNS = {
     "direction": ("moving in the positive direction", "moving in the negative direction"),
-    "torque": ("with positive torque", "with negative torque"),
+    "torque": ("with positive commanded torque", "with negative commanded torque"),
     "gravity": ("with positive gravity load", "with negative gravity load"),
 }
 REST = "at rest"

@@ -2,9 +2,10 @@
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from t2l.artefacts import read_json, read_text, reading, write_text
 from t2l.diagnose.artefacts import write_diagnosis
@@ -15,7 +16,7 @@ from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling, verdict_
 from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.diagnose.wording import ended
 from t2l.errors import T2LError, writing
-from t2l.identify.model import Model, read_model, write_model
+from t2l.identify.model import Model, read_again, write_model
 from t2l.identify.refit import refitted
 from t2l.names import path_of
 from t2l.registry import python_files
@@ -95,7 +96,7 @@ def explain(
     added, dropped, share = None, [], None
     for number in range(MOST_EFFECTS + 1):
         where = folder / "steps" / str(number)
-        content = _finished(where, key)
+        content = _finished(where, key, model)
         if content is None:
 
             def told(what, fraction, number=number):
@@ -128,22 +129,20 @@ def _adopted(
 ) -> tuple[Model, list[str]]:
     """The model with `effect`, less what that made superfluous; kept with the step."""
     kept, record = where / MODEL, where / "adopted.json"
-    found = _adopted_before(where, key, model.without)
+    found = _adopted_before(where, key, model)
     if found is not None:
         return found
-    grown = read_model(_model_with(where, effect), model.without)
+    grown = read_again(_model_with(where, effect), model)
     found, dropped = simplify(grown, evidence) if model.effects else (grown, [])
     finer = fine_enough(found, evidence)
     if finer is not evidence:
         found = refitted(found, finer.train, finer.train_mask)
     write_model(found, kept, f"the model after {effect} was adopted")
     write_text(json.dumps({"fingerprint": key, "dropped": dropped}) + "\n", record)
-    return read_model(kept, model.without), dropped
+    return read_again(kept, model), dropped
 
 
-def _adopted_before(
-    where: Path, key: str, without: tuple[str, ...]
-) -> tuple[Model, list[str]] | None:
+def _adopted_before(where: Path, key: str, model: Model) -> tuple[Model, list[str]] | None:
     """What `_adopted` kept of the same step; None if that is not there or not usable."""
     path = where / "adopted.json"
     try:
@@ -153,7 +152,7 @@ def _adopted_before(
             return None
         if not all(isinstance(name, str) for name in dropped):
             return None
-        return read_model(where / MODEL, without), dropped
+        return read_again(where / MODEL, model), dropped
     except T2LError:
         return None
 
@@ -193,7 +192,7 @@ def _nothing_stands(content: dict, where: Path) -> dict:
     return content
 
 
-def _finished(where: Path, key: str) -> dict | None:
+def _finished(where: Path, key: str, model: Model) -> dict | None:
     """What a step found; None if it is not there, of another step, or not usable."""
     path, keys = where / DIAGNOSIS, ("verdict", "sentence", "noise_floor_rad", "baseline")
     try:
@@ -211,7 +210,7 @@ def _finished(where: Path, key: str) -> dict | None:
                 share = content["ranking"][0]["chosen_share"]
                 if share is not None and not is_number(share):
                     return None
-                if effect not in read_model(_model_with(where, effect)).effects:
+                if effect not in read_again(_model_with(where, effect), model).effects:
                     return None
     except T2LError:
         return None
@@ -261,10 +260,17 @@ def as_json(explanation: Explanation) -> dict:
     }  # fmt: skip
 
 
-def write_explanation(explanation: Explanation, folder: Path) -> None:
-    """Write `explanation.json` and `model.yaml`."""
+def write_explanation(
+    explanation: Explanation, folder: Path, parameters: Sequence[dict[str, Any]] = ()
+) -> None:
+    """Write `explanation.json` and `model.yaml`.
+
+    Args:
+        parameters: of the final model, as `t2l.diagnose.final_parameters` finds them.
+    """
     stand = explanation.model.effects
     names = [step.effect for step in explanation.steps if step.effect in stand]
     comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
     write_model(explanation.model, folder / MODEL, comment)
-    write_text(json.dumps(as_json(explanation), indent=2) + "\n", folder / EXPLANATION)
+    content = as_json(explanation) | {"parameters": list(parameters)}
+    write_text(json.dumps(content, indent=2) + "\n", folder / EXPLANATION)

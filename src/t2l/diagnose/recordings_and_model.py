@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from t2l.identify.model import Model, check_joints, read_model
 from t2l.recordings.checks import check_against_joint_ranges
 from t2l.recordings.log import read_recordings
 from t2l.recordings.recording import Recording
+from t2l.registry import python_files
 from t2l.robots import plant
 
 logger = logging.getLogger(__name__)
@@ -28,7 +30,8 @@ def read_recordings_and_model(
 
     Args:
         model_path: a model file; without it the robot of the first recording as its MJCF says.
-        effect_files: files or folders with effects of the user's own.
+        effect_files: files or folders with effects of the user's own; only they may run where the
+            model names such files.
         aside: the option that names those to hold out, for messages.
 
     Raises:
@@ -40,8 +43,8 @@ def read_recordings_and_model(
     load_effects(files)
     model = Model(recordings[0].robot, {}, files)
     if model_path is not None:
-        given = read_model(model_path)
-        model = Model(given.robot, given.effects, (*given.effect_files, *files), given.learned)
+        given = read_model(model_path, trusted=python_files(files))
+        model = replace(given, effect_files=(*given.effect_files, *files))
     check_recordings_and_model(model, model_path, recordings, held, aside)
     return model, recordings, held
 

@@ -131,6 +131,13 @@ class _Partial(TypedDict):
     test_rmse_q_rad: FiniteFloat
 
 
+class _Fitted(_Parameter):
+    effect: str
+    title: str
+    joint: str | None
+    parameter: str
+
+
 class Explanation(TypedDict):
     """Of explanation.json."""
 
@@ -139,6 +146,7 @@ class Explanation(TypedDict):
     sentence: str
     noise_floor_rad: FiniteFloat
     partial: NotRequired[_Partial | None]
+    parameters: NotRequired[list[_Fitted]]
 
 
 class _Formula(TypedDict):

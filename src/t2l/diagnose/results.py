@@ -1,6 +1,7 @@
 """What `t2l compare`, `diagnose` and `explain` left in a folder."""
 
 import os
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -215,6 +216,16 @@ def same_gains(compared: Compared) -> bool:
     return all(
         len(set(log["kp"])) == 1 and len(set(log["kd"])) == 1 for log in compared.numbers["logs"]
     )
+
+
+def mapped(compared: Compared) -> list[str | None]:
+    """Joints with an error for more than one pair of gains, so that a map over gains says more.
+
+    None stands for all of them together, where they had the same gains.
+    """
+    counts = Counter(cell["joint"] for cell in compared.numbers["cells"])
+    together = (None,) if same_gains(compared) else ()
+    return [joint for joint in (*together, *compared.traces.joints) if counts[joint] > 1]
 
 
 def noise_density(compared: Compared) -> float | None:

@@ -2,11 +2,12 @@
 
 import traceback
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from inspect import getfile
 
 from t2l.effects.effect import Effect
 from t2l.errors import EffectError, T2LError
+from t2l.waiting import by_a_person, told_if_slow
 
 
 @contextmanager
@@ -21,13 +22,15 @@ def blaming(effects: Iterable[Effect], doing: str) -> Iterator[None]:
         EffectError: naming effect, file, line and exception. An exception that no effect of the
             user's takes part in is passed on as it is.
     """
+    own = [effect for effect in effects if not shipped(effect)]
+    named = ", ".join(described(effect) for effect in own)
     try:
-        yield
-    except (T2LError, KeyboardInterrupt, GeneratorExit):
+        with told_if_slow(f"effect {named}, {doing}") if own else nullcontext():
+            yield
+    except (T2LError, GeneratorExit):
         raise
-    except (Exception, SystemExit) as error:
-        own = [effect for effect in effects if not shipped(effect)]
-        if not own:
+    except (Exception, SystemExit, KeyboardInterrupt) as error:
+        if not own or by_a_person(error):
             raise
         files = {getfile(type(effect)): effect for effect in own}
         said = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
@@ -37,8 +40,7 @@ def blaming(effects: Iterable[Effect], doing: str) -> Iterator[None]:
                 name = files[frame.filename].name
                 where = f"{frame.filename}, line {frame.lineno}"
                 raise EffectError(f"effect {name} ({where}): {doing} failed: {said}") from None
-        listed = ", ".join(f"{effect.name} ({file})" for file, effect in files.items())
-        raise EffectError(f"effect {listed}: {doing} failed: {said}") from None
+        raise EffectError(f"effect {named}: {doing} failed: {said}") from None
 
 
 def shipped(effect: Effect) -> bool:

@@ -7,6 +7,7 @@ the damping Kd − Kp h/2 at q' gives the torque Kp (q_des − q) − Kd q̇ of 
 
 import dis
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import FunctionType
@@ -170,7 +171,9 @@ def _sources(function: FunctionType) -> dict[str, str]:
         if isinstance(used, FunctionType):
             found |= {} if used is function else _sources(used)
         elif isinstance(used, int | float):
-            found[name] = f"{name} = {used!r}\n"
+            # a number that is not finite has no name of its own
+            number = repr(used) if math.isfinite(used) else f'float("{used}")'
+            found[name] = f"{name} = {number}\n"
         elif used is not None:
             raise EffectError(
                 f"{inspect.getfile(function)}: {function.__name__} is to be exported, and uses "

@@ -1,6 +1,8 @@
 """What a learned torque is: where it acts, what it follows, and its curve."""
 
+import re
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 
@@ -40,6 +42,20 @@ ALLOWED = {
     TENDON: ("position", "velocity"),
 }  # fmt: skip
 OTHERS = ("position", "velocity")  # that may be another joint's
+CLOCKS = ("time", SESSION)
+ACTS = {
+    FRICTION: "dry friction",
+    MOTOR: "a share of the motor torque",
+    LIMIT: "a limit of the motor torque",
+}
+VARIABLES = {
+    "speed": "speed",
+    "commanded torque size": "commanded torque's size",
+    "load": "load by gravity",
+    "time": "time since the start",
+    SESSION: "time of the session",
+}
+LONGEST_NAME = 80  # bound: of a plain name, to which a file's ending and a digest may be added
 # numerics: points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
 GRID = 513
 
@@ -61,6 +77,35 @@ class Law:
         """Plain, unique among laws."""
         others = f"_of_{self.of}" if self.of != self.joint else ""
         return f"learned_{self.kind}_{self.joint}_{self.follows.replace(' ', '_')}{others}"
+
+    def plain_name(self, what: str) -> str:
+        """A name that may be a file's, such as `formula_torque_elbow_position`.
+
+        Args:
+            what: it begins with.
+        """
+        wanted = self.name.replace("learned", what, 1)
+        plain = re.sub(r"[^A-Za-z0-9_]", "_", wanted)[:LONGEST_NAME]
+        # joints of any names may be alike in the letters that are left
+        return plain if plain == wanted else f"{plain}_{sha256(wanted.encode()).hexdigest()[:8]}"
+
+    @property
+    def words(self) -> str:
+        """It without its curve: "a torque on elbow that follows its position"."""
+        if self.kind == HYSTERESIS:
+            return f"a torque on {self.joint} that remembers the way it came (hysteresis)"
+        if self.follows == PHASE:
+            return f"a torque on {self.joint} that repeats by the clock"
+        if self.follows == "constant":
+            what = "constant dry friction" if self.kind == FRICTION else "a constant torque"
+            return f"{what} on {self.joint}"
+        if self.kind == TENDON:
+            what = {"position": "positions", "velocity": "velocities"}[self.follows]
+            both = f"{self.joint} and {self.of} together"
+            return f"a torque on {both} that follows their {what}"
+        its = "the" if self.follows in CLOCKS else "its"
+        variable = f"{its} {VARIABLES.get(self.follows, self.follows)}"
+        return f"{ACTS.get(self.kind, 'a torque')} on {self.joint} that follows {variable}"
 
     @property
     def unit(self) -> str:

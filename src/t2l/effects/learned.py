@@ -1,4 +1,4 @@
-"""A torque that was learned from recordings: a tabulated curve over one variable.
+"""A torque that was learned from recordings: a law of one variable, as a tabulated curve.
 
 Seven kinds of law, each of one variable x:
 
@@ -17,13 +17,14 @@ distance; after each reversal the same curve at twice its size follows (Masing's
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from t2l.effects.armature import LIGHTEST, add_armature
 from t2l.effects.coulomb_friction import export_friction
-from t2l.effects.effect import Effect
-from t2l.effects.exported import JOINT
+from t2l.effects.effect import Effect, Values
+from t2l.effects.exported import JOINT, Exported
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
 from t2l.effects.law import (
     FRICTION,
@@ -50,7 +51,42 @@ from t2l.effects.torque_speed_limit import TorqueSpeedLimit, limit_by_velocity
 from t2l.sim.servo import ServoLoop
 
 
-class LearnedTorque(Effect):
+class Lawful(Effect):
+    """An effect that is a law: it says what acts at a value of the law's variable."""
+
+    law: Law
+
+    def __init__(self, law: Law):
+        self.law = law
+        self.needs, self.order = law.needs, order(law)
+
+    def carried(self, to: Exported, values: Values) -> dict[str, Any]:
+        """What `learned_value` of an exported robot needs, and the `ratio` of a tendon."""
+        raise NotImplementedError
+
+    def export(self, to, joints, values):
+        law = self.law
+        if law.given:
+            to.cannot_carry(self.name, f"a simulator has no {law.follows}")
+            return
+        own = self.carried(to, values)
+        if law.kind == LIMIT:
+            to.call(self.name, learned_limit, joints, own, MOTOR_SIGNAL)
+            return
+        own |= {"follows": law.follows, "of": to.joints.index(law.of)}
+        if law.kind == TENDON:
+            own["joint"] = to.joints.index(law.joint)
+            to.call(self.name, learned_tendon, joints, own)
+            return
+        if law.kind == FRICTION:
+            # the MJCF's own friction stays beside what is added
+            export_friction(to, joints, np.zeros(len(joints)))
+        demanded_here = law.kind == TORQUE and law.follows == "commanded torque"
+        on = MOTOR_SIGNAL if demanded_here else JOINT
+        to.call(self.name, learned_law, joints, own | {"kind": law.kind}, on)
+
+
+class LearnedTorque(Lawful):
     """A tabulated law; it has no parameters to fit."""
 
     title = "learned torque"
@@ -60,8 +96,8 @@ class LearnedTorque(Effect):
     source = "the recordings that it was learned from"
 
     def __init__(self, curve: Curve):
-        self.curve, self.law = curve, curve.law
-        self.name, self.needs, self.order = curve.law.name, curve.law.needs, order(curve.law)
+        super().__init__(curve.law)
+        self.curve, self.name = curve, curve.law.name
 
     def starts(self, scales):
         return [{}]
@@ -80,39 +116,21 @@ class LearnedTorque(Effect):
         looked_up(loop, rows, law, grid, np.tile(torque, (count, 1)), ratio=curve.ratio)
 
     def export(self, to, joints, values):
-        law, curve = self.law, self.curve
-        if law.kind == INERTIA:
+        curve = self.curve
+        if self.law.kind == INERTIA:
             for joint in to.each(joints):
                 joint.armature += curve.inertia
             return
-        if law.given:
-            to.cannot_carry(self.name, f"a simulator has no {law.follows}")
-            return
-        if law.kind == HYSTERESIS:
+        if self.law.kind == HYSTERESIS:
             radii, weights = curve.weights
             own = {"radii": radii, "weights": weights}
             to.call(self.name, learned_hysteresis, joints, own)
             return
-        grid, torque = curve.table()
-        if law.kind == LIMIT:
-            to.call(self.name, learned_limit, joints, {"at": grid, "torque": torque}, MOTOR_SIGNAL)
-            return
-        if law.kind == TENDON:
-            own = {"joint": to.joints.index(law.joint), "of": to.joints.index(law.of)}
-            own |= {"ratio": curve.ratio, "follows": law.follows, "at": grid, "torque": torque}
-            to.call(self.name, learned_tendon, joints, own)
-            return
-        own = {
-            "kind": law.kind,
-            "follows": law.follows,
-            "of": to.joints.index(law.of),
-            "at": grid,
-            "torque": torque,
-        }
-        if law.kind == FRICTION:
-            export_friction(to, joints, np.zeros(len(joints)))
-        demanded_here = law.kind == TORQUE and law.follows == "commanded torque"
-        to.call(self.name, learned_law, joints, own, MOTOR_SIGNAL if demanded_here else JOINT)
+        super().export(to, joints, values)
+
+    def carried(self, to, values):
+        grid, torque = self.curve.table()
+        return {"at": grid, "torque": torque, "ratio": self.curve.ratio}
 
 
 def order(law: Law) -> int:
@@ -136,7 +154,6 @@ def looked_up(
         stretch: (nrow,) of the period of a phase, as a share of the grid's length.
         ratio: (nrow,) of a tendon, as of `Curve`.
     """
-    joint = loop.joints.index(law.joint)
     length = max(grid[-1] - grid[0], 1e-12) * (1 + stretch)
     per_step = (len(grid) - 1) / length
     flat, first = tables.ravel(), np.arange(len(tables)) * len(grid)
@@ -153,16 +170,34 @@ def looked_up(
         below += 1
         return left + place * (flat.take(below) - left)
 
+    acting(loop, rows, law, look_up, ratio, turn=(grid[0], length))
+
+
+def acting(
+    loop: ServoLoop,
+    rows: slice,
+    law: Law,
+    says: Callable[[np.ndarray], np.ndarray],
+    ratio: np.ndarray | float = 0.0,
+    turn: tuple[float, np.ndarray | float] = (0.0, np.inf),
+) -> None:
+    """Add a law that says (nrow,) of its variable (nrow,).
+
+    Args:
+        ratio: (nrow,) of a tendon, as of `Curve`.
+        turn: of a phase, as of `variable`.
+    """
+    joint = loop.joints.index(law.joint)
     if law.kind == LIMIT:
-        limit_by_velocity(loop, rows, np.array([joint]), lambda tick, x: look_up(x[:, 0])[:, None])
+        limit_by_velocity(loop, rows, np.array([joint]), lambda tick, x: says(x[:, 0])[:, None])
         return
     if law.kind == TENDON:
-        pull(loop, rows, law, ratio, look_up)
+        pull(loop, rows, law, ratio, says)
         return
-    value = variable(loop, rows, law, turn=(grid[0], length))
+    value = variable(loop, rows, law, turn=turn)
 
     def at(tick, q, dq, motor) -> np.ndarray:
-        return look_up(value(tick, q, dq, motor))
+        return says(value(tick, q, dq, motor))
 
     if law.kind == MOTOR:
 
@@ -230,13 +265,11 @@ def variable(
     loop: ServoLoop,
     rows: slice,
     law: Law,
-    effect: str = "",
     turn: tuple[float, np.ndarray | float] = (0.0, np.inf),
 ) -> Callable:
     """The variable (nrow,) of a law, called with (tick, q, dq, motor torque of the rows).
 
     Args:
-        effect: name of the effect that follows it; by default the law's.
         turn: where a phase begins, and the period after which it does so anew, which may be
             (nrow,); by default never, so that it is the clock.
 
@@ -245,8 +278,7 @@ def variable(
     """
     of, half = loop.joints.index(law.of), 0.5 * loop.period_s
     if law.column:
-        name = effect or law.name
-        return lambda tick, q, dq, motor: loop.logged(law.column, tick, name)[rows, of]
+        return lambda tick, q, dq, motor: loop.logged(law.column, tick, law.name)[rows, of]
     if law.follows == SESSION:
         return lambda tick, q, dq, motor: loop.clock_s(tick)[rows, 0]
     if law.follows == PHASE:

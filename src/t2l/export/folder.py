@@ -10,12 +10,12 @@ from t2l.artefacts import write_text
 from t2l.effects.term import Layout
 from t2l.export.mjcf import Controller, export
 from t2l.export.ranges import ranges
-from t2l.export.robot_template import robot_text
+from t2l.export.robot_files import robot_data, robot_text
 from t2l.identify.model import Model
 from t2l.identify.uncertainty import Uncertainty
 
-MJCF, ROBOT, SUMMARY = "model.xml", "robot.py", "export.json"
-ENTRIES = (MJCF, ROBOT, SUMMARY)
+MJCF, ROBOT, DATA, SUMMARY = "model.xml", "robot.py", "robot.json", "export.json"
+ENTRIES = (MJCF, ROBOT, DATA, SUMMARY)
 
 
 def write_export(
@@ -26,7 +26,7 @@ def write_export(
     found: Uncertainty | None,
     folder: Path,
 ) -> dict[str, Any]:
-    """Write model.xml, robot.py and export.json; what the last holds is returned.
+    """Write model.xml, robot.py, robot.json and export.json; what the last holds is returned.
 
     Args:
         u: values of the effects.
@@ -57,7 +57,8 @@ def write_export(
         "ranges": ranges(model, controller, found) if found is not None else None,
     }
     write_text(to.spec.to_xml(), folder / MJCF)
-    write_text(robot_text(to, f"{content['robot']} as t2l knows it."), folder / ROBOT)
+    write_text(robot_text(to), folder / ROBOT)
+    write_text(json.dumps(robot_data(to)) + "\n", folder / DATA)
     write_summary(content, folder)
     return content
 

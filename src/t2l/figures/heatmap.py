@@ -1,6 +1,6 @@
 """Heatmaps over a grid of cells: Kp to the right, Kd upward."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
@@ -16,6 +16,7 @@ from t2l.gains import Grid
 if TYPE_CHECKING:
     import pandas as pd
 
+LEAST_SPAN = 10.0  # format: of a colour scale of errors: a decade, as on a logarithmic axis
 COLUMNS = ("kp", "kd", "replay_success", "replays", "validation_loss", "success", "rollouts")
 
 
@@ -38,10 +39,9 @@ def success_and_loss(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
             percent=True,
         )
         losses = matrix(cells, "validation_loss", grid)
-        low, high = np.nanmin(losses), np.nanmax(losses)
         heatmap(
             axes[1],
-            *(losses, grid, "magma_r", LogNorm(low, max(high, low * 1.01))),
+            *(losses, grid, "magma_r", error_norm(losses.flat)),
             text=lambda v: f"{v:.2g}".lstrip("0"),
             label="validation loss [normalised MSE]",
         )
@@ -68,6 +68,28 @@ def replay_success(cells: "pd.DataFrame", grid: Grid, title: str) -> Figure:
     return figure
 
 
+def error_limits(values: Iterable[float], floor: float | None = None) -> tuple[float, float]:
+    """Where the colours of errors begin and end on a logarithmic scale, so that they mean a size.
+
+    They begin at the noise floor, if it is known, and span `LEAST_SPAN` at least: errors that
+    differ by little have colours that differ by little.
+
+    Args:
+        values: errors; what is not above zero counts as none.
+        floor: an error that is noise, in the same unit.
+    """
+    known = [float(value) for value in values if value > 0]
+    high = max(known, default=floor or 1.0)
+    if floor:
+        return floor, max(high, LEAST_SPAN * floor)
+    return min(min(known, default=high), high / LEAST_SPAN), high
+
+
+def error_norm(values: Iterable[float], floor: float | None = None) -> LogNorm:
+    """The colour scale of `error_limits`; what lies outside has the colour of its end."""
+    return LogNorm(*error_limits(values, floor), clip=True)
+
+
 def matrix(table: "pd.DataFrame", column: str, grid: Grid) -> np.ndarray:
     """A column as (nkd, nkp): the mean over a cell's rows, NaN where it has none."""
     by_cell = table.groupby(["kp", "kd"])[column].mean()
@@ -88,9 +110,19 @@ def heatmap(
 ) -> None:
     """Draw values (nkd, nkp) with their text, blank where NaN; with a label, a colour bar too.
 
+    A single cell has nothing to be compared with: its number is written, and no map is drawn.
+
     Args:
         region: to outline, as `Grid.region` names it: of the overdamped ones.
     """
+    if values.size == 1:
+        axes.set_axis_off()
+        value = "nothing" if np.isnan(values.item()) else text(values.item())
+        said = [label] if label else []
+        said += [value, f"at Kp {plain(grid.kp[0])}, Kd {plain(grid.kd[0])}"]
+        middle = {"ha": "center", "va": "center", "transform": axes.transAxes}
+        axes.text(0.5, 0.5, "\n".join(said), fontsize=9, **middle)
+        return
     image = axes.imshow(values, origin="lower", cmap=colours, norm=norm, aspect="auto")
     for (row, column), value in np.ndenumerate(values):
         if np.isnan(value):

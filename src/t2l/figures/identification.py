@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 
-from t2l.figures.heatmap import heatmap, height, matrix, width
+from t2l.figures.heatmap import error_norm, heatmap, height, matrix, width
 from t2l.figures.style import COLOURS, plain, short, styled
 from t2l.gains import Cell, Grid
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CELL_COLUMNS = ("kp", "kd", "mse_rad2", "s_star", "loss", "on_bound")
-NUMBERED = 16  # cells at most whose numbers can be read side by side
 # what was made small, and in what steps, by whether gains were free
 SEARCHES = {
     "free": ("generation of CMA-ES", "least spectral error [rad² + (rad/s)²]"),
@@ -67,10 +66,9 @@ def residual_error(
 
 
 def _map(axes: Axes, values: np.ndarray, grid: Grid, label: str) -> None:
-    low, high = np.nanmin(values), np.nanmax(values)
     heatmap(
         axes,
-        *(values, grid, "magma_r", LogNorm(low, max(high, low * 1.01))),
+        *(values, grid, "magma_r", error_norm(values.flat)),
         text=lambda value: f"{value:.2g}",
         label=label,
         region="SO",
@@ -78,47 +76,89 @@ def _map(axes: Axes, values: np.ndarray, grid: Grid, label: str) -> None:
 
 
 def over_true(table: "pd.DataFrame") -> Figure:
-    """Identified over true values: a panel a parameter, a row a joint, a column a cell.
+    """Identified over true values: a row a parameter, a column a joint, in each a map over gains.
+
+    Of a single cell one map, a row a parameter and a column a joint, with its numbers.
 
     Args:
         table: columns `t2l.stats.identification.COLUMNS`.
     """
+    names = list(dict.fromkeys(table.parameter))
+    joints = short(list(dict.fromkeys(table.joint)))
+    kp, kd = (sorted(table[key].unique()) for key in ("kp", "kd"))
+    by = table.set_index(["parameter", "joint", "kd", "kp"]).ratio.to_dict()
+    ratios = np.array(
+        [[[[by.get((n, j, d, p), np.nan) for p in kp] for d in kd] for j in joints] for n in names]
+    )
     with styled():
-        names = list(dict.fromkeys(table.parameter))
-        joints = short(list(dict.fromkeys(table.joint)))
-        cells = list(dict.fromkeys(zip(table.kp, table.kd, strict=True)))
-        columns, numbered = (len(names) + 1) // 2, len(cells) <= NUMBERED
-        figure, axes = plt.subplots(
-            *(2, columns),
-            figsize=(
-                1.2 + (0.42 if numbered else 0.12) * len(cells) * columns,
-                2.2 + 0.5 * len(joints),
-            ),
-            sharex=True, sharey=True, squeeze=False,
-        )  # fmt: skip
-        for panel in axes.flat[len(names) :]:
-            panel.set_axis_off()
-        for panel, name in zip(axes.flat, names, strict=False):
-            part = table[table.parameter == name]
-            ratio = part.pivot_table("ratio", "joint", ["kp", "kd"], sort=False)
-            values = ratio.reindex(list(joints))[cells].to_numpy()
-            image = panel.imshow(
-                np.log2(np.maximum(values, 2.0**-6)), cmap="RdBu_r", vmin=-2, vmax=2, aspect="auto"
-            )
-            for (row, column), value in np.ndenumerate(values) if numbered else ():
-                text = f"{value:.2g}".removeprefix("0") if value < 100 else "≥100"
-                panel.text(column, row, text, ha="center", va="center", fontsize=5)
-            panel.set_title(name, fontsize=8)
-            panel.set_yticks(range(len(joints)), list(joints.values()), fontsize=7)
-            labels = [f"{plain(kp)}, {plain(kd)}" for kp, kd in cells]
-            panel.set_xticks(range(len(cells)), labels, rotation=90, fontsize=6 if numbered else 5)
-            panel.spines[:].set_visible(False)
-        for panel in axes[-1]:
-            panel.set_xlabel("cell Kp, Kd", fontsize=8)
-        bar = figure.colorbar(image, ax=axes, shrink=0.7, label="identified over true")
+        if ratios[0, 0].size == 1:
+            figure, image = _one_cell(ratios[..., 0, 0], names, list(joints.values()))
+        else:
+            figure, image = _maps(ratios, names, list(joints.values()), kp, kd)
+        bar = figure.colorbar(image, ax=figure.axes, shrink=0.6, aspect=30, pad=0.01)
         bar.set_ticks([-2, -1, 0, 1, 2], labels=["≤ ¼", "½", "1", "2", "≥ 4"])
-        figure.suptitle("Identified over true", fontsize=11)
+        bar.set_label("identified over true")
+        bar.outline.set_visible(False)
     return figure
+
+
+# of a ratio: white is right, a factor of four either way has full colour
+_RATIO = {"cmap": "RdBu_r", "vmin": -2, "vmax": 2, "aspect": "auto"}
+
+
+def _ratio(values: np.ndarray) -> np.ndarray:
+    """Powers of two, so that half and double are as far from one."""
+    return np.log2(np.maximum(values, 2.0**-6))
+
+
+def _one_cell(
+    ratios: np.ndarray, names: Sequence[str], joints: Sequence[str]
+) -> tuple[Figure, AxesImage]:
+    """(nparameter, njoint) with their numbers."""
+    size = (2.4 + 0.75 * len(joints), 1.2 + 0.36 * len(names))
+    figure, panel = plt.subplots(figsize=size)
+    image = panel.imshow(_ratio(ratios), **_RATIO)
+    for (row, column), value in np.ndenumerate(ratios):
+        text = "–" if np.isnan(value) else f"{value:.2g}" if value < 100 else "≥ 100"
+        light = 0.25 < value < 4 or np.isnan(value)
+        colour = "black" if light else "white"
+        panel.text(column, row, text, ha="center", va="center", fontsize=8, color=colour)
+    panel.set_xticks(range(len(joints)), joints)
+    panel.set_yticks(range(len(names)), names)
+    panel.spines[:].set_visible(False)
+    return figure, image
+
+
+def _maps(
+    ratios: np.ndarray,
+    names: Sequence[str],
+    joints: Sequence[str],
+    kp: Sequence[float],
+    kd: Sequence[float],
+) -> tuple[Figure, AxesImage]:
+    """(nparameter, njoint, nkd, nkp): small maps whose axes are written once."""
+    shape = ratios.shape[:2]
+    size = (1.9 + 1.0 * shape[1], 0.9 + 1.0 * shape[0])
+    figure, axes = plt.subplots(*shape, figsize=size, sharex=True, sharey=True, squeeze=False)
+    for (row, column), panel in np.ndenumerate(axes):
+        image = panel.imshow(_ratio(ratios[row, column]), origin="lower", **_RATIO)
+        panel.set_xticks(_some(kp), [plain(kp[i]) for i in _some(kp)], fontsize=8)
+        panel.set_yticks(_some(kd), [plain(kd[i]) for i in _some(kd)], fontsize=8)
+        panel.spines[:].set_color("0.8")
+        panel.spines[:].set_visible(True)
+        panel.tick_params(length=2, color="0.6")
+        if row == 0:
+            panel.set_title(joints[column], fontsize=9)
+        if column == 0:
+            panel.set_ylabel(names[row].replace(" ", "\n"), fontsize=9)
+    figure.supxlabel("in each map, to the right: stiffness Kp [N·m/rad]", fontsize=9)
+    figure.supylabel("in each map, upward: damping Kd [N·m·s/rad]", fontsize=9)
+    return figure, image
+
+
+def _some(gains: Sequence[float]) -> list[int]:
+    """The first, the middle and the last: more would touch one another below so small a map."""
+    return sorted({0, (len(gains) - 1) // 2, len(gains) - 1})
 
 
 def overlays(traces: Sequence["pd.DataFrame"]) -> Figure:

@@ -3,11 +3,10 @@
 from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
-import numpy as np
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from t2l.figures.heatmap import heatmap, height, matrix, width
+from t2l.figures.heatmap import error_norm, heatmap, height, matrix, width
 from t2l.figures.style import styled
 from t2l.gains import Grid
 
@@ -55,10 +54,8 @@ def regimes(
                 region=region,
             )
         error = matrix(learned, "trajectory_error", transfer_grid)
-        positive = error[np.isfinite(error) & (error > 0)]
-        low, high = (positive.min(), positive.max()) if len(positive) else (0.1, 1.0)
         heatmap(
-            *(axes[2], error, transfer_grid, "magma_r", LogNorm(low, max(high, 1.01 * low))),
+            *(axes[2], error, transfer_grid, "magma_r", error_norm(error.flat)),
             text="{:.2g}".format,
             label="trajectory error E [rad² + (rad/s)²]",
             region="SO",

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib
@@ -19,6 +20,7 @@ from t2l.names import heading
 # Okabe and Ito (2008): told apart by readers with any colour vision
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 
+DPI = 200  # format: of PNG: sharp where a page shows 100 points an inch
 MOST_CHARACTERS = 40  # of a name in a figure
 _RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -30,7 +32,6 @@ _SETTINGS = {
     "axes.spines.right": False,
     "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
     "figure.constrained_layout.use": True,
-    "savefig.dpi": 200,
     "legend.frameon": False,
     "pdf.fonttype": 42,
     # names of recordings and joints are no formulas
@@ -55,8 +56,13 @@ def write(figure: Figure, paths: Sequence[Path | str]) -> None:
     for path in paths:
         # without dates, the same figure is the same file
         metadata = {"CreationDate": None} if str(path).endswith(".pdf") else None
+        drawn = BytesIO()
+        # in memory: on a full disk matplotlib fails while it fails, and hides what happened.
+        # With a resolution: where figures are written, the style's settings hold no more
+        kind = Path(path).suffix.removeprefix(".")
+        figure.savefig(drawn, format=kind, metadata=metadata, dpi=DPI)
         with whole(path) as draft:
-            figure.savefig(draft, metadata=metadata)
+            draft.write_bytes(drawn.getvalue())
     plt.close(figure)
 
 

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from t2l.figures.heatmap import heatmap, height, matrix, width
+from t2l.figures.heatmap import error_norm, heatmap, height, matrix, width
 from t2l.figures.style import COLOURS, short, styled, title
 from t2l.gains import Cell, Grid
 
@@ -50,9 +50,7 @@ def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
                 values = matrix(table, key, grid)
                 norm = Normalize(0, 1)
                 if key != "jitter_rate":
-                    positive = values[np.isfinite(values) & (values > 0)]
-                    low, high = (positive.min(), positive.max()) if len(positive) else (0.1, 1.0)
-                    norm = LogNorm(low, max(high, 1.01 * low))
+                    norm = error_norm(values.flat)
                 panel = axes[row, column]
                 heatmap(
                     panel, values, grid, "magma_r", norm, text, label,

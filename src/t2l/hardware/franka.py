@@ -7,7 +7,7 @@ under watch, and coming to rest when anything goes wrong.
 
 import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import wraps
 from importlib.metadata import version
 from typing import Annotated, Any
@@ -21,7 +21,6 @@ from t2l.hardware.cycles import Cycles
 from t2l.hardware.excitation import SMOOTH_STEP_PEAK_VELOCITY, smooth_step
 from t2l.hardware.features import Features, State
 from t2l.hardware.franka_connection import ADDRESS, SIMULATION, connect
-from t2l.hardware.limits import state_objections
 from t2l.robots import Robot, make_robot
 from t2l.typed import Typed, refuse
 
@@ -151,24 +150,38 @@ class AiofrankaRobot(Backend):
         self._due = time.perf_counter()
         return self.read()
 
-    @_told
+    @property
+    def watched_hz(self) -> float:
+        """See `Backend.watched_hz`: each cycle, as far as the computer keeps up."""
+        return CONTROL_RATE_HZ
+
     def send(self, q_des: np.ndarray, period_s: float) -> None:
-        """See `Backend.send`.
+        """See `Backend.send`."""
+        for _ in self.sending(q_des, period_s):
+            pass
+
+    def sending(self, q_des: np.ndarray, period_s: float) -> Iterator[State]:
+        """See `Backend.sending`.
 
         A command is never sent earlier than a period after the one before: what a stalled computer
         did not send in time comes late, where catching up would make the arm jump. A simulated arm
         that the computer keeps from its cycles gets its commands by these.
         """
-        self._check_running()
-        self.controller.q_desired = self._each(q_des)
+        self._give(q_des)
         enough = self._cycles() + HELD * period_s * CONTROL_RATE_HZ
         now = time.perf_counter()
         self._due = due = max(self._due + period_s, now + period_s / 2)
-        time.sleep(max(0.0, due - now))
-        while self.controller.running and self._cycles() < enough:
-            if time.perf_counter() > due + LONGEST_STALL_S:
+        while now < due or self._cycles() < enough:
+            if now > due + LONGEST_STALL_S:
                 raise _stopped(f"its control loop stands still for {LONGEST_STALL_S:g} s")
-            time.sleep(1 / CONTROL_RATE_HZ)
+            time.sleep(min(due - now, 1 / CONTROL_RATE_HZ) if now < due else 1 / CONTROL_RATE_HZ)
+            yield self.read()
+            now = time.perf_counter()
+
+    @_told
+    def _give(self, q_des: np.ndarray) -> None:
+        self._check_running()
+        self.controller.q_desired = self._each(q_des)
 
     @_told
     def read(self) -> State:
@@ -176,10 +189,7 @@ class AiofrankaRobot(Backend):
         self._check_running()
         found = self._arm.state
         values = (found["qpos"], found["qvel"], self.controller.last_command)
-        state = State(*(np.array(value, float)[None] for value in values))
-        if objection := state_objections(self.robot, state.q, state.dq)[0]:
-            raise BackendError(f"the arm was stopped: {objection}")
-        return state
+        return State(*(np.array(value, float)[None] for value in values))
 
     @_told
     def log_cycles(self, act: Callable[[], object], duration_s: float) -> Cycles:
@@ -225,8 +235,8 @@ class AiofrankaRobot(Backend):
         """Send commands (n, njoint) rad at the rate of approaches, and watch the arm."""
         for command in q_des:
             try:
-                self.send(command, 1 / APPROACH_RATE_HZ)
-                self.read()
+                for _ in self.watched(command, 1 / APPROACH_RATE_HZ):
+                    pass
             except BackendError as error:
                 raise BackendError(f"{what}: {error}") from error
 
@@ -234,6 +244,7 @@ class AiofrankaRobot(Backend):
         speed = np.abs(self._arm.state["qvel"]).max()
         return self.controller.running and speed > RESTING_RAD_S
 
+    @_told
     def _cycles(self) -> int:
         """That the control loop has made since it started."""
         return self.controller.loop_stats()["count"]

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.gains import Cell
 from t2l.hardware.excitation import envelope, multisine, study_sine
+from t2l.hardware.features import Features
 from t2l.hardware.limits import (
     POSITION_MARGIN_RAD,
     position_bounds,
@@ -11,9 +12,8 @@ from t2l.hardware.limits import (
     velocity_bounds,
 )
 from t2l.hardware.motion import COMMAND_RATE_HZ, Motion
-from t2l.robots import Robot, plant
-from t2l.sim.schedule import Schedule
-from t2l.sim.servo import ServoLoop
+from t2l.hardware.nominal import respond
+from t2l.robots import Robot
 
 # of what breaks a joint loose: below it, a motion shows little but friction
 PEAK_OVER_BREAKAWAY = 3.0
@@ -25,7 +25,6 @@ SAFE = 0.8
 SMALLER = 0.9
 _PARTS = SMALLER ** np.arange(30)
 _LOOP_HZ = 1000
-_EVERY = 5  # ticks between looks at the predicted motion
 _SEED = 20
 
 
@@ -87,31 +86,14 @@ def _within_limits(robot: Robot, offsets: np.ndarray, kp: np.ndarray, kd: np.nda
 def _beyond(robot: Robot, offsets: np.ndarray, kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
     """Which joints a motion takes beyond a limit, (nmotion, njoint), of (nmotion, ncommand, njoint)
     offsets from home."""
-    held = round(_LOOP_HZ / COMMAND_RATE_HZ)
-    q_des = robot.home + np.repeat(offsets, held, axis=1)
-    shape = (len(offsets), len(robot.joints))
-    looks = np.arange(0, q_des.shape[1], _EVERY)
-    schedule = Schedule(
-        period_s=1 / _LOOP_HZ,
-        commands=q_des.transpose(1, 0, 2),
-        kp=np.broadcast_to(kp, shape),
-        kd=np.broadcast_to(kd, shape),
-        start_q=np.broadcast_to(robot.home, shape),
-        start_dq=np.zeros(shape),
-        compensated=np.ones(len(offsets), bool),
-        balanced=np.zeros(len(offsets), bool),
-        sample_ticks=looks,
-    )
-    model = plant.load(robot.name, robot.joints).compile()
-    q, dq = (signal[0] for signal in ServoLoop(model, robot.joints, schedule, 1, 1).run())
-    torque = kp * (q_des[:, looks] - q) - kd * dq
+    found = respond(robot, Features(_LOOP_HZ), robot.home + offsets, COMMAND_RATE_HZ, kp, kd)
     positions = position_bounds(robot, POSITION_MARGIN_RAD)
-    beyond = np.zeros(shape, bool)
+    beyond = np.zeros((len(offsets), len(robot.joints)), bool)
     for bounds, values in (
-        (positions, q_des),
-        (positions, q),
-        (velocity_bounds(robot), dq / SAFE),
-        (torque_bounds(robot), torque / SAFE),
+        (positions, found.q_des),
+        (positions, found.q),
+        (velocity_bounds(robot), found.dq / SAFE),
+        (torque_bounds(robot), found.torque / SAFE),
     ):
         # what ran away is beyond everything
         beyond |= (bounds.outside(values) | np.isnan(values)).any(axis=1)

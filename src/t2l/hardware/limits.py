@@ -9,7 +9,11 @@ import numpy as np
 
 from t2l.errors import RecordingError
 from t2l.hardware.motion import Motion
+from t2l.hardware.nominal import Response, SampledLoop
 from t2l.robots import Robot
+
+# what keeps a joint within a limit that it was found beyond, or that a simulation finds it beyond
+GENTLER = "a slower or smaller motion keeps it there, or gains that damp more"
 
 # a command this close to the end of a range leaves no room to overshoot
 POSITION_MARGIN_RAD = 0.05
@@ -39,8 +43,12 @@ class Bounds:
 
     def objections(self, what: str, values: np.ndarray) -> list[str]:
         """For each row of `values` (n, len(names)) the first that lies outside, or ""."""
+        outside = self.outside(values)
+        # asked at every tick of a loop, and of a robot that keeps its limits
+        if not outside.any():
+            return [""] * len(values)
         texts = []
-        for row, out in zip(values, self.outside(values), strict=True):
+        for row, out in zip(values, outside, strict=True):
             i = int(np.argmax(out))
             found = f"{what} {self.names[i]} {row[i]:.4g} {self.unit}"
             texts.append(f"{found}; allowed: {self.allowed(i)}" if out[i] else "")
@@ -63,15 +71,28 @@ def torque_bounds(robot: Robot) -> Bounds:
     return Bounds(robot.joints, -robot.torque_limit, robot.torque_limit, "N·m")
 
 
-def state_objections(robot: Robot, q: np.ndarray, dq: np.ndarray) -> list[str]:
-    """For each of n robots the first joint that is out of its range or too fast, or "".
+def state_objections(
+    robot: Robot,
+    q: np.ndarray | None = None,
+    dq: np.ndarray | None = None,
+    tau: np.ndarray | None = None,
+) -> list[str]:
+    """For each of n robots, or instants, the first joint that is beyond a limit, or "".
 
     Args:
-        q, dq: (n, njoint) measured, rad and rad/s.
+        q, dq, tau: (n, njoint) measured, rad, rad/s and N·m; None of what is not. At least one is.
     """
+    parts = (
+        ("position of", position_bounds, q),
+        ("velocity of", velocity_bounds, dq),
+        ("torque of", torque_bounds, tau),
+    )
     return first_of(
-        position_bounds(robot).objections("position of", q),
-        velocity_bounds(robot).objections("velocity of", dq),
+        *(
+            bounds(robot).objections(what, values)
+            for what, bounds, values in parts
+            if values is not None
+        )
     )
 
 
@@ -103,6 +124,63 @@ def check_motion(robot: Robot, motion: Motion, torque: np.ndarray, path: Path) -
             where = f"{motion.name}: {robot.joints[joint]} at {motion.time[row]:.2f} s"
             found = f"{values[row, joint]:.4g} {bounds.unit}{how}"
             raise RecordingError(path, where, found, f"{bounds.allowed(joint)} {bounds.unit}{more}")
+
+
+def check_loop(robot: Robot, loop: SampledLoop, motion: Motion, path: Path) -> None:
+    """Whether the gains of a motion damp every swing of the nominal model.
+
+    Args:
+        loop: at the start of the motion.
+
+    Raises:
+        RecordingError: they make a joint swing by itself.
+    """
+    if found := loop.ringing(motion.kp, motion.kd):
+        i = found.joint
+        raise RecordingError(
+            path,
+            f"{motion.name}: {robot.joints[i]}",
+            f"kp {motion.kp[i]:g} and kd {motion.kd[i]:g}, under which the simulated joint rings "
+            f"by itself at {found.frequency_hz:.3g} Hz, ever more",
+            found.allowed,
+        )
+
+
+def check_responses(
+    robot: Robot, motions: Sequence[Motion], response: Response, path: Path
+) -> None:
+    """Whether motions stay within what may be measured of a robot, by the nominal model.
+
+    Args:
+        motions: those of the response.
+
+    Raises:
+        RecordingError: a simulated position, velocity or torque beyond its limit, with joint,
+            time, value and limit.
+    """
+    parts = (
+        (position_bounds(robot), response.q),
+        (velocity_bounds(robot), response.dq),
+        (torque_bounds(robot), response.torque),
+    )
+    for number, motion in enumerate(motions):
+        for bounds, values in parts:
+            if (outside := bounds.outside(values[number])).any():
+                # the first moment says when it is stopped, the largest value what it would come to
+                joint = int(np.argwhere(outside)[0][1])
+                times = response.time[outside[:, joint]]
+                middle = np.nan_to_num((bounds.high[joint] + bounds.low[joint]) / 2)
+                worst = _farthest(values[number, :, joint], middle)
+                where = f"{motion.name}: {robot.joints[joint]} from {times[0]:.2f} s on"
+                found = f"up to {worst:.4g} {bounds.unit} when simulated under these gains"
+                allowed = f"{bounds.allowed(joint)} {bounds.unit}; {GENTLER}"
+                raise RecordingError(path, where, found, allowed)
+
+
+def _farthest(values: np.ndarray, middle: float) -> float:
+    """Of values (n,) the one that is farthest from the middle of its bounds, if there is any."""
+    known = values[np.isfinite(values)]
+    return float(known[np.argmax(np.abs(known - middle))]) if len(known) else np.nan
 
 
 def motion_torque(

@@ -1,7 +1,7 @@
 """What `t2l record` is to do: a YAML, checked as a whole, with every command computed."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,9 @@ from t2l.gains import Cell
 from t2l.hardware import excitation_kinds
 from t2l.hardware.backend import Backend
 from t2l.hardware.features import Features
-from t2l.hardware.limits import check_motion, motion_torque
+from t2l.hardware.limits import check_loop, check_motion, check_responses, motion_torque
 from t2l.hardware.motion import Motion
+from t2l.hardware.nominal import SampledLoop, respond
 from t2l.hardware.plan_file import MOST_GAINS, Driven, Gains, Limits, NamedMotion, PlanFile
 from t2l.hardware.registry import BACKENDS
 from t2l.recordings.keys import checked
@@ -24,6 +25,9 @@ from t2l.registry import Registry
 from t2l.robots import ROBOTS, Robot, make_robot, plant
 from t2l.robots.from_file import RobotFromFile
 from t2l.typed import Typed
+
+# numerics: commands of joints that are simulated side by side: 8 bytes each, and a few copies
+_AT_ONCE = 20_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +87,11 @@ class Plan:
 def read_plan(path: Path | str) -> Plan:
     """Read a configuration and check all that it asks of the robot.
 
+    Every motion is simulated under its gains, by the nominal model.
+
     Raises:
-        RecordingError: a key is missing, unknown or wrong, or a motion is beyond a limit.
+        RecordingError: a key is missing, unknown or wrong, a motion is beyond a limit, its
+            simulation is, or its gains make a joint ring.
         ConfigurationError: the back end does not drive the robot.
     """
     setup = read_setup(path)
@@ -95,7 +102,35 @@ def read_plan(path: Path | str) -> Plan:
         for motion in group:
             check_motion(robot, motion, torque, path)
     flat = tuple(motion for _, group in motions for motion in group)
+    check_simulated(setup, flat)
     return Plan(path, robot, setup.backend, setup.settings, flat)
+
+
+def check_simulated(setup: Setup, motions: Sequence[Motion]) -> None:
+    """Whether the nominal model makes motions within all limits, under gains that damp it.
+
+    Raises:
+        RecordingError: a joint rings, or a position, velocity or torque is beyond its limit.
+    """
+    robot, features, path = setup.robot, setup.features, setup.path
+    loops: dict[bytes, SampledLoop] = {}
+    for motion in motions:
+        start = motion.q_des[0]
+        key = start.tobytes()
+        loops[key] = loops.get(key) or SampledLoop(robot, features, start)
+        check_loop(robot, loops[key], motion, path)
+    ticks = features.control_rate_hz / setup.command_rate_hz
+    for length in sorted({len(motion.q_des) for motion in motions}):
+        alike = [motion for motion in motions if len(motion.q_des) == length]
+        size = max(1, int(_AT_ONCE / (length * ticks * len(robot.joints))))
+        for first in range(0, len(alike), size):
+            some = alike[first : first + size]
+            q_des, kp, kd = (
+                np.stack([getattr(motion, name) for motion in some])
+                for name in ("q_des", "kp", "kd")
+            )
+            response = respond(robot, features, q_des, setup.command_rate_hz, kp, kd)
+            check_responses(robot, some, response, path)
 
 
 def read_setup(path: Path | str) -> Setup:
@@ -114,11 +149,10 @@ def read_setup(path: Path | str) -> Setup:
     settings = backend.settings.model_construct(**own)
     try:
         features = backend.features(robot, settings)
-        _check_rates(found, features, path)
-    except InputError:
-        raise
+    # also of a file that the configuration names
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from None
+    _check_rates(found, features, path)
     start = robot.home if found.start_rad is None else found.start_rad
     return Setup(path, robot, backend, settings, features, start, found, content)
 

@@ -8,7 +8,7 @@ from t2l.names import is_plain
 from t2l.recordings.per_joint import per_joint
 from t2l.typed import Integer, Number, Typed, refuse
 
-# twice the study's grid; checking so many of the longest recordings takes seconds
+# twice the study's grid; to simulate so many of the longest recordings takes minutes
 MOST_GAINS = 100
 
 

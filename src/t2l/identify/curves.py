@@ -17,16 +17,21 @@ DIGITS = 6  # format: of a number, of the range of a curve
 SHARE = "of the motor torque"
 
 
-class CurveEntry(Typed):
-    """One entry of `learned` in a model file."""
+class LawEntry(Typed):
+    """Where a law acts and what it follows, as a model file says it."""
 
     kind: Literal["torque", "friction", "hysteresis", "motor", "inertia", "limit", "tendon"]
     joint: str
     follows: str
     of: str | None = None
+    ratio: Number | None = None
+
+
+class CurveEntry(LawEntry):
+    """One entry of `learned` in a model file."""
+
     at: Annotated[tuple[Number, ...], AsTuple]
     torque: Annotated[tuple[Number, ...], AsTuple]
-    ratio: Number | None = None
 
 
 def read_curves(entries: Sequence[CurveEntry]) -> tuple[Curve, ...]:
@@ -38,24 +43,37 @@ def read_curves(entries: Sequence[CurveEntry]) -> tuple[Curve, ...]:
     curves = []
     for number, entry in enumerate(entries):
         where = f"learned.{number}"
-        law = Law(entry.kind, entry.joint, entry.follows, entry.of or entry.joint)
-        if law.follows not in ALLOWED[law.kind]:
-            raise ConfigurationError(
-                f"{where}.follows: found {describe(law.follows)}; allowed for {law.kind}: "
-                f"{', '.join(ALLOWED[law.kind])}"
-            )
-        _check_tendon(where, law, entry.ratio)
-        if law.of != law.joint and not (law.kind in (TORQUE, TENDON) and law.follows in OTHERS):
-            raise ConfigurationError(
-                f"{where}.of: found {describe(law.of)}; allowed: {law.joint}, or another joint for "
-                f"a torque or tendon that follows {' or '.join(OTHERS)}"
-            )
+        law = read_law(where, entry)
         _check_values(where, law, entry.at, entry.torque)
         if law in [curve.law for curve in curves]:
             raise ConfigurationError(f"{where}: found the same law twice; allowed: one curve each")
         values = (tuple(map(float, column)) for column in (entry.at, entry.torque))
         curves.append(Curve(law, *values, float(entry.ratio or 0.0)))
     return tuple(curves)
+
+
+def read_law(where: str, entry: LawEntry) -> Law:
+    """The law of an entry.
+
+    Args:
+        where: the entry stands, for messages.
+
+    Raises:
+        ConfigurationError: what it follows, or whose, is not allowed.
+    """
+    law = Law(entry.kind, entry.joint, entry.follows, entry.of or entry.joint)
+    if law.follows not in ALLOWED[law.kind]:
+        raise ConfigurationError(
+            f"{where}.follows: found {describe(law.follows)}; allowed for {law.kind}: "
+            f"{', '.join(ALLOWED[law.kind])}"
+        )
+    _check_tendon(where, law, entry.ratio)
+    if law.of != law.joint and not (law.kind in (TORQUE, TENDON) and law.follows in OTHERS):
+        raise ConfigurationError(
+            f"{where}.of: found {describe(law.of)}; allowed: {law.joint}, or another joint for "
+            f"a torque or tendon that follows {' or '.join(OTHERS)}"
+        )
+    return law
 
 
 def _check_tendon(where: str, law: Law, ratio: float | None) -> None:
@@ -122,24 +140,38 @@ def _check_limit(where: str, curve: Curve) -> None:
         )
 
 
-def check_curve_joints(
-    path: Path | str, curves: Sequence[Curve], joints: Sequence[str], whose: str
+def check_law_joints(
+    path: Path | str, key: str, laws: Sequence[Law], joints: Sequence[str], whose: str
 ) -> None:
-    """Find curves of joints that are not there.
+    """Find laws of joints that are not there.
 
     Args:
+        key: of the model file that holds them.
         whose: joints they are, for messages.
 
     Raises:
         ConfigurationError: such a joint.
     """
-    for number, curve in enumerate(curves):
-        for key, name in (("joint", curve.law.joint), ("of", curve.law.of)):
+    for number, law in enumerate(laws):
+        for which, name in (("joint", law.joint), ("of", law.of)):
             if name not in joints:
                 raise ConfigurationError(
-                    f"{path}: learned.{number}.{key} names joint {name!r}; {whose} "
+                    f"{path}: {key}.{number}.{which} names joint {name!r}; {whose} "
                     f"{', '.join(joints)}"
                 )
+
+
+def law_lines(
+    law: Law, ratio: float, name: Callable[[str], str], number: Callable[..., str]
+) -> list[str]:
+    """Lines of YAML of where a law acts and what it follows, as the first of an entry."""
+    return [
+        f"- kind: {law.kind}",
+        f"  joint: {name(law.joint)}",
+        f"  follows: {law.follows}",
+        f"  of: {name(law.of)}",
+        *([f"  ratio: {number(ratio)}"] if law.kind == TENDON else []),
+    ]
 
 
 def as_lines(
@@ -153,11 +185,7 @@ def as_lines(
         far = np.abs(curve.at).max() / np.ptp(curve.at)
         at = [number(value, DIGITS + max(0, ceil(log10(far)))) for value in curve.at]
         lines += [
-            f"- kind: {law.kind}",
-            f"  joint: {name(law.joint)}",
-            f"  follows: {law.follows}",
-            f"  of: {name(law.of)}",
-            *([f"  ratio: {number(curve.ratio)}"] if law.kind == TENDON else []),
+            *law_lines(law, curve.ratio, name, number),
             f"  at: [{', '.join(at)}]" + (f"  # {law.unit}" if law.unit else ""),
             f"  torque: [{', '.join(map(number, curve.torque))}]  # {law.torque_unit or SHARE}",
         ]

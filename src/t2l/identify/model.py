@@ -6,7 +6,7 @@ effects:
     torque: {shoulder: 0.52, elbow: 0.61}            # N·m
   command_delay:
     delay: 0.012                                     # s
-effect_files: [my_effects/rubber.py]                 # optional, relative to this file
+effect_files: [my_effects/rubber.py]                 # optional, relative to this file; Python
 learned:                                             # optional, curves that t2l propose learned
 - kind: torque                                       # torque, friction, hysteresis or motor
   joint: elbow
@@ -14,12 +14,22 @@ learned:                                             # optional, curves that t2l
   of: elbow
   at: [-0.5, 0.0, 0.5]                               # rad
   torque: [0.1, 0.0, -0.1]                           # N·m
+formulas:                                            # optional, values under effects
+- kind: torque
+  joint: elbow
+  follows: position
+  of: elbow
+  formula: a * sin(b * x)                            # in x, what it follows, and constants
+  constants:
+    a: {unit: N·m, lower: -0.5, upper: 0.5}          # bounds of fits
+    b: {unit: 1/rad, lower: -90, upper: 90}
 """
 
 import json
+import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -27,18 +37,22 @@ from typing import Annotated
 
 import mujoco
 import numpy as np
+import yaml
 from pydantic import Field
 
 from t2l.artefacts import write_text
 from t2l.documents import is_text, read_yaml
 from t2l.effects.effect import Effect, Parameter, within
+from t2l.effects.formula import FormulaLaw, FormulaTorque
 from t2l.effects.law import Curve
 from t2l.effects.learned import LearnedTorque
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
-from t2l.identify.curves import DIGITS, CurveEntry, as_lines, check_curve_joints, read_curves
+from t2l.identify.curves import DIGITS, CurveEntry, as_lines, check_law_joints, read_curves
+from t2l.identify.formulas import FormulaEntry, formula_lines, read_formulas
 from t2l.recordings.recording import Recording
+from t2l.registry import check_trusted, python_files
 from t2l.robots import ROBOTS
 from t2l.robots.plant import compiled, load, mjcf_path
 from t2l.typed import AsTuple, Invalid, Number, Typed, check, describe
@@ -56,6 +70,7 @@ class Model:
         effect_files: files of effects of the user's own.
         learned: curves that were learned from recordings.
         without: names of effects that are not to be known; no file holds them.
+        formulas: laws that are effects too, of their own names.
     """
 
     robot: str
@@ -63,10 +78,12 @@ class Model:
     effect_files: tuple[Path, ...] = ()
     learned: tuple[Curve, ...] = ()
     without: tuple[str, ...] = ()
+    formulas: tuple[FormulaLaw, ...] = ()
 
     def known_effects(self, joints: tuple[str, ...] = ()) -> dict[str, Effect]:
         """Every effect this model may use, within what is possible for `joints` of the robot."""
-        known = load_effects(self.effect_files)
+        own = {formula.name: FormulaTorque(formula) for formula in self.formulas}
+        known = load_effects(self.effect_files) | own
         known = {name: effect for name, effect in known.items() if name not in self.without}
         if not joints:
             return known
@@ -81,11 +98,12 @@ class Model:
         self, joints: tuple[str, ...], recordings: Sequence[Recording] = ()
     ) -> list[Effect]:
         """Known effects that some joint does not have yet, and that the recordings can fit."""
-        everywhere = self.everywhere(joints)
+        # a formula is of the joints of its law alone
+        has = self.everywhere(joints) | {formula.name for formula in self.formulas}
         return [
             effect
             for name, effect in self.known_effects(joints).items()
-            if name not in everywhere and (not recordings or effect.may_act(recordings))
+            if name not in has and (not recordings or effect.may_act(recordings))
         ]
 
     def terms(self, joints: tuple[str, ...]) -> list[Term]:
@@ -144,7 +162,10 @@ def merged_with(merged: Model | None, model: Model, name: str) -> Model:
     effects = {**base.effects, **({name: model.effects[name]} if name in model.effects else {})}
     files = tuple(dict.fromkeys((*base.effect_files, *model.effect_files)))
     learned = {curve.law: curve for curve in (*model.learned, *base.learned)}
-    return Model(base.robot, effects, files, tuple(learned.values()))
+    formulas = {one.name: one for one in (*model.formulas, *base.formulas) if one.name in effects}
+    return Model(
+        base.robot, effects, files, tuple(learned.values()), formulas=tuple(formulas.values())
+    )
 
 
 def _joints_with_values(values, effect: Effect, joints: tuple[str, ...]) -> tuple[int, ...]:
@@ -160,15 +181,18 @@ def _as_array(value, term: Term, parameter: Parameter, joints: tuple[str, ...]) 
     return np.array([value])
 
 
-def read_model(path: Path | str, without: tuple[str, ...] = ()) -> Model:
+def read_model(
+    path: Path | str, without: tuple[str, ...] = (), trusted: Collection[Path] = ()
+) -> Model:
     """Read a model file.
 
     Args:
         without: names of effects that are not to be known, which no file holds.
+        trusted: absolute paths of Python files that may run if the model names them.
 
     Raises:
         ConfigurationError: the file is missing or not YAML; a key, robot, effect, parameter or
-            value is not allowed.
+            value is not allowed; it names a Python file that is not trusted.
     """
     path = Path(path)
     content = read_yaml(path, "a model file")
@@ -176,12 +200,26 @@ def read_model(path: Path | str, without: tuple[str, ...] = ()) -> Model:
         found = check(ModelFile, content)
         robot = _read_robot(found.robot, path.parent)
         files = tuple((path.parent / file).resolve() for file in found.effect_files or ())
-        effects = found.effects or {}
-        _check_effects(effects, load_effects(files))
+        check_trusted(python_files(files), "effect_files", trusted)
+        formulas = read_formulas(found.formulas or ())
+        model = Model(robot, found.effects or {}, files, without=without, formulas=formulas)
+        _check_effects(model.effects, Model(robot, {}, files, formulas=formulas).known_effects())
+        _check_formulas(model)
         learned = read_curves(found.learned or ())
     except (Invalid, ConfigurationError) as error:
         raise ConfigurationError(f"{path}: {error}") from None
-    return Model(robot, effects, files, learned, without)
+    return replace(model, learned=learned)
+
+
+def read_again(path: Path, model: Model) -> Model:
+    """A model that was written in the course of a run that began with `model`.
+
+    The folder may have come from elsewhere: no other Python file than those of `model` is run.
+
+    Raises:
+        ConfigurationError: as `read_model`.
+    """
+    return read_model(path, model.without, python_files(model.effect_files))
 
 
 class ModelFile(Typed):
@@ -191,6 +229,7 @@ class ModelFile(Typed):
     effects: dict[str, dict[str, Number | dict[str, Number]]] | None = None
     effect_files: Annotated[tuple[str, ...], AsTuple] | None = None
     learned: Annotated[tuple[CurveEntry, ...], AsTuple] | None = None
+    formulas: Annotated[tuple[FormulaEntry, ...], AsTuple] | None = None
 
 
 def _read_robot(robot: str, folder: Path) -> str:
@@ -229,6 +268,21 @@ def _check_effects(effects: object, known: Mapping[str, Effect]) -> None:
                 joints, first = set(values[p.name]), p.name
 
 
+def _check_formulas(model: Model) -> None:
+    for number, formula in enumerate(model.formulas):
+        if formula.name not in model.effects:
+            raise ConfigurationError(
+                f"formulas.{number}: found no values; allowed: one for each of its constants under "
+                f"effects.{formula.name}"
+            )
+        for name, value in model.effects[formula.name].items():
+            if isinstance(value, dict) and set(value) != {formula.law.joint}:
+                raise ConfigurationError(
+                    f"effects.{formula.name}.{name}: found values for {', '.join(value)}; "
+                    f"allowed: for {formula.law.joint}, the joint of formulas.{number}"
+                )
+
+
 def _check_value(where: str, parameter: Parameter, value: object) -> None:
     if parameter.per_joint != isinstance(value, dict) or value == {}:
         wanted = "one number for each joint" if parameter.per_joint else "one number"
@@ -259,7 +313,8 @@ def check_joints(
                         f"{path}: effects.{name}.{parameter} names joint {joint!r}; {whose} "
                         f"{', '.join(joints)}"
                     )
-    check_curve_joints(path, model.learned, joints, whose)
+    for key, laws in (("learned", model.learned), ("formulas", model.formulas)):
+        check_law_joints(path, key, [one.law for one in laws], joints, whose)
 
 
 def write_model(model: Model, path: Path | str, comment: str = "") -> None:
@@ -267,12 +322,12 @@ def write_model(model: Model, path: Path | str, comment: str = "") -> None:
     path = Path(path)
     known, here = model.known_effects(), path.resolve().parent
     robot = model.robot if model.robot in ROBOTS.names() else os.path.relpath(model.robot, here)
-    lines = [f"# {line}" for line in comment.splitlines()]
+    lines = [f"# {_comment(comment)}"] if comment else []
     lines += [f"robot: {_name(robot)}"]
     lines += ["effects:" if model.effects else "effects: {}"]
     for name, values in model.effects.items():
         effect = known[name]
-        lines += [f"  {_name(name)}:  # {effect.summary}"]
+        lines += [f"  {_name(name)}:  # {_comment(effect.summary)}"]
         for p in effect.parameters:
             value = values[p.name]
             text = (
@@ -280,18 +335,27 @@ def write_model(model: Model, path: Path | str, comment: str = "") -> None:
                 if isinstance(value, Mapping)
                 else _number(value)
             )
-            lines += [f"    {_name(p.name)}: {text}  # {p.unit}, {p.meaning}"]
+            lines += [f"    {_name(p.name)}: {text}  # {_comment(f'{p.unit}, {p.meaning}')}"]
     if model.effect_files:
         files = [_name(os.path.relpath(file, here)) for file in model.effect_files]
         lines += [f"effect_files: [{', '.join(files)}]"]
     lines += as_lines(model.learned, _name, _number)
+    present = [formula for formula in model.formulas if formula.name in model.effects]
+    lines += formula_lines(present, _name, _number)
     write_text("\n".join(lines) + "\n", path)
 
 
 def _name(text: str) -> str:
     """A string as YAML reads it back: quoted where it would become something else."""
     plain = re.fullmatch(r"[A-Za-z_./][\w./-]*", text) and is_text(text)
-    return text if plain else json.dumps(text)
+    if plain:
+        return text
+    return yaml.safe_dump(text, default_style='"', allow_unicode=True, width=math.inf).strip()
+
+
+def _comment(text: str) -> str:
+    """Text that ends with its line: names in it may hold a line break, or what YAML refuses."""
+    return "".join(c if c.isprintable() else json.dumps(c)[1:-1] for c in text)
 
 
 def _number(value: float, digits: int = DIGITS) -> str:

@@ -74,6 +74,22 @@ def refitted(model: Model, predictor: Predictor, mask: np.ndarray) -> Model:
     return from_vector(model, fit.layout, fit.u, predictor.joints)
 
 
+def at_its_values(model: Model, predictor: Predictor, mask: np.ndarray) -> Uncertainty:
+    """How well the samples of `mask`, which the model was fitted to, determine its own values.
+
+    Raises:
+        DivergenceError: the simulation of the model runs away.
+    """
+    layout, u = model.vector(predictor.joints)
+    fit = _fit(layout, u, np.ones(len(u), bool))
+    # the round that looks at the start, and no step away from it
+    run([fit], predictor, mask, 0)
+    if not np.isfinite(fit.loss):
+        request = Request(layout, u[None])
+        check_finite(predictor.predict([request])[0][0], predictor, request)
+    return uncertainty(fit, predictor, mask)
+
+
 def _fit(layout: Layout, u: np.ndarray, free: np.ndarray) -> LeastSquares:
     stated = np.array([slot.parameter.size for slot in layout.slots], float)
     size = np.maximum(stated, LEAST_SIZE * np.abs(u) + 1e-9)

@@ -2,12 +2,12 @@
 
 proposal.json            verdict, curves with bands, formulas, what each law could explain
 models/NAME.yaml         the model with a curve, or a formula, adopted
-effects/NAME.py          a formula as an effect that a person may edit
 """
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +15,19 @@ import numpy as np
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.files import PROPOSAL
+from t2l.effects.formula import Constant, FormulaLaw
 from t2l.effects.law import INERTIA, TENDON, Law
-from t2l.effects.registry import load as load_effects
 from t2l.errors import ArtefactError, writing
 from t2l.identify.model import Model, write_model
 from t2l.identify.prediction import Predictor
 from t2l.names import is_plain, path_of
-from t2l.propose.effect_file import effect_name, effect_text
 from t2l.propose.expression import Formula
 from t2l.propose.formula import installed
 from t2l.propose.formula_fit import Sets, formulas_of
 from t2l.propose.proposal import Learned, Proposal, error_of
-from t2l.propose.wording import as_formulas, headline, named, told, variable
+from t2l.propose.wording import as_formulas, headline, told, variable
 
+BOUND = 10.0  # bound: times a constant: as far as later fits may move it
 CEILINGS = 12  # format: told of
 MISSING = "no formula was searched: pyoperon is not installed; allowed: pip install 't2l[propose]'"
 
@@ -66,7 +66,7 @@ def write_proposal(
     ]
     in_words = None
     if any(curve["formula"] for curve in curves):
-        in_words = reported(_with_all_formulas(proposal, curves, folder))
+        in_words = reported(_with_all_formulas(proposal, found))
     content = {
         "verdict": proposal.verdict,
         "sentence": (sentence or headline(proposal)) + as_formulas(proposal, in_words),
@@ -86,7 +86,7 @@ def write_proposal(
         "curves": curves,
         "ceilings": [
             {
-                "law": named(c.law),
+                "law": c.law.words,
                 "kind": c.law.kind,
                 "joint": c.law.joint,
                 "follows": c.law.follows,
@@ -111,12 +111,9 @@ def _remove_before(folder: Path) -> None:
     with writing(folder / PROPOSAL):
         (folder / PROPOSAL).unlink(missing_ok=True)
     for name in names:
-        for path in (
-            path_of(folder / "models", name, ".yaml"),
-            path_of(folder / "effects", name, ".py"),
-        ):
-            with writing(path):
-                path.unlink(missing_ok=True)
+        path = path_of(folder / "models", name, ".yaml")
+        with writing(path):
+            path.unlink(missing_ok=True)
 
 
 def _written(
@@ -128,7 +125,7 @@ def _written(
 ) -> dict[str, Any]:
     law = one.curve.law
     name = plain_name(law)
-    comment = f"the model so far with {named(law)}, as t2l propose learned it"
+    comment = f"the model so far with {law.words}, as t2l propose learned it"
     write_model(proposal.with_some([law]), path_of(folder / "models", name, ".yaml"), comment)
     content = {
         "name": name,
@@ -158,7 +155,7 @@ def _written(
 
 def plain_name(law: Law) -> str:
     """A curve's name as a file's."""
-    return effect_name(law).replace("formula_", "learned_", 1)
+    return law.plain_name("learned")
 
 
 def _formula(
@@ -169,44 +166,49 @@ def _formula(
     reported: Callable[[Model], float | None],
 ) -> dict[str, Any]:
     law = one.curve.law
-    name = effect_name(law)
-    path = path_of(folder / "effects", name, ".py")
-    write_text(effect_text(law, found, one.curve.ratio), path)
-    alone = with_formula(proposal.model, law, found.values, path)
-    comment = f"the model so far with a formula of {named(law)}"
-    write_model(alone, path_of(folder / "models", name, ".yaml"), comment)
-    model = with_formula(proposal.without(one), law, found.values, path)
+    formula = formula_law(law, found, one.curve.ratio)
+    alone = with_formula(proposal.model, formula, found.values)
+    comment = f"the model so far with a formula of {law.words}"
+    write_model(alone, path_of(folder / "models", formula.name, ".yaml"), comment)
     return {
-        "effect": name,
-        "file": f"effects/{path.name}",
+        "effect": formula.name,
         "sentence": found.sentence(),
         "text": found.text,
         "values": found.values,
         "units": found.units,
-        "report_rmse_q_rad": reported(model),
+        "report_rmse_q_rad": reported(with_formula(proposal.without(one), formula, found.values)),
     }
 
 
-def _with_all_formulas(proposal: Proposal, curves: Sequence[dict], folder: Path) -> Model:
+def _with_all_formulas(proposal: Proposal, found: Mapping[Law, Formula]) -> Model:
     """The model with all that was learned, each law as its formula if it has one."""
-    laws = [one.curve.law for one in proposal.learned]
-    found = {law: c["formula"] for law, c in zip(laws, curves, strict=True) if c["formula"]}
-    model = proposal.with_some([law for law in laws if law not in found])
-    for law, formula in found.items():
-        model = with_formula(model, law, formula["values"], folder / formula["file"])
+    model = proposal.with_some(
+        [one.curve.law for one in proposal.learned if one.curve.law not in found]
+    )
+    for one in proposal.learned:
+        if formula := found.get(one.curve.law):
+            law = formula_law(one.curve.law, formula, one.curve.ratio)
+            model = with_formula(model, law, formula.values)
     return model
 
 
-def with_formula(model: Model, law: Law, constants: Mapping[str, float], path: Path) -> Model:
-    """A model with the formula of a law, whose effect file is `path`."""
-    name = effect_name(law)
-    effect = load_effects([path])[name]
+def formula_law(law: Law, found: Formula, ratio: float = 0.0) -> FormulaLaw:
+    """A formula that was found as one of a model; `ratio` of a tendon, as of its curve."""
+    reach = {name: BOUND * abs(value) + 1e-6 for name, value in found.values.items()}
+    constants = {name: Constant(found.units[name], -most, most) for name, most in reach.items()}
+    return FormulaLaw(law, found.text, constants, ratio)
+
+
+def with_formula(model: Model, formula: FormulaLaw, constants: Mapping[str, float]) -> Model:
+    """A model with a formula at values of its constants."""
+    alone = formula.law.kind == TENDON
     values = {
-        p.name: {law.joint: float(constants[p.name])} if p.per_joint else float(constants[p.name])
-        for p in effect.parameters
+        name: float(value) if alone else {formula.law.joint: float(value)}
+        for name, value in constants.items()
     }
-    files = (*model.effect_files, path.resolve())
-    return Model(model.robot, {**model.effects, name: values}, files, model.learned)
+    others = (one for one in model.formulas if one.name != formula.name)
+    effects = {**model.effects, formula.name: values}
+    return replace(model, effects=effects, formulas=(*others, formula))
 
 
 def proposed(folder: Path) -> list[str]:

@@ -15,7 +15,7 @@ from t2l.diagnose.forward_selection import Explanation, Partial, as_json, finger
 from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.errors import T2LError, writing
 from t2l.identify.levels import AT_THE_FLOOR
-from t2l.identify.model import Model, read_model, write_model
+from t2l.identify.model import Model, read_again, write_model
 from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
 from t2l.propose.reconsider import Reconsidered, reconsider
@@ -41,9 +41,9 @@ def proposed_beside(
         DivergenceError: a simulation of the model runs away.
     """
     where, key = folder / PROPOSED, _key(model, explanation, evidence)
-    before = _before(where, key, model.without)
+    before = _before(where, key, model)
     if before is not None:
-        return replace(explanation, model=read_model(where / MODEL, model.without), **before)
+        return replace(explanation, model=read_again(where / MODEL, model), **before)
     evidence = fine_enough(explanation.model, evidence)
     quiet = AT_THE_FLOOR * explanation.noise_floor_rad
     found = reconsider(model, explanation.model, evidence, quiet, progress)
@@ -98,19 +98,19 @@ def _key(model: Model, explanation: Explanation, evidence: Evidence) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _before(where: Path, key: str, without: tuple[str, ...]) -> dict[str, Any] | None:
+def _before(where: Path, key: str, model: Model) -> dict[str, Any] | None:
     """What an earlier run of the same found; None if there is none, or it is not whole."""
     keys = ("fingerprint", "verdict", "sentence", "partial")
     try:
         record = read_json(where / RECORD, "a record", keys)
         whole = os.path.lexists(where / PROPOSAL) and record["fingerprint"] == key
-        read_model(where / MODEL)
+        read_again(where / MODEL, model)
         with reading(where / RECORD, "a record"):
             partial = record["partial"] and Partial(
                 tuple(record["partial"]["effects"]),
                 float(record["partial"]["explained_fraction"]),
                 float(record["partial"]["test_rmse_q_rad"]),
-                read_model(where / PARTIAL, without),
+                read_again(where / PARTIAL, model),
             )
     except T2LError:
         return None
@@ -123,16 +123,16 @@ def _before(where: Path, key: str, without: tuple[str, ...]) -> dict[str, Any] |
 def _kept(explanation: Explanation, where: Path, key: str) -> Explanation:
     """The explanation as its files have it, so that a second run need not do the same again."""
     write_model(explanation.model, where / MODEL, "the model as t2l explain leaves it")
-    partial, without = explanation.partial, explanation.model.without
+    partial = explanation.partial
     if partial:
         comment = f"not adopted, as they explain only a part: {', '.join(partial.effects)}"
         write_model(partial.model, where / PARTIAL, comment)
-        partial = replace(partial, model=read_model(where / PARTIAL, without))
+        partial = replace(partial, model=read_again(where / PARTIAL, explanation.model))
     else:
         with writing(where / PARTIAL):
             (where / PARTIAL).unlink(missing_ok=True)
     content = as_json(explanation)
     said = {name: content[name] for name in ("verdict", "sentence", "partial")}
     write_text(json.dumps({"fingerprint": key, **said}) + "\n", where / RECORD)
-    kept = read_model(where / MODEL, without)
+    kept = read_again(where / MODEL, explanation.model)
     return replace(explanation, model=kept, partial=partial)

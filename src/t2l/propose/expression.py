@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.effects.expression import evaluate, parse
+
 FUNCTIONS = {"sin": np.sin, "exp": np.exp}
 Unit = tuple[int, int]  # exponents of N·m and of the variable's unit
 
@@ -116,7 +118,7 @@ def applied(name: str, part: Node) -> Node:
 
 @dataclass
 class Formula:
-    """Text of Python in x and named constants.
+    """Text in x and named constants, in the grammar of `t2l.effects.expression`.
 
     Attributes:
         values: of the constants, by name.
@@ -129,12 +131,11 @@ class Formula:
 
     def __call__(self, x: np.ndarray, values: dict[str, float] | None = None) -> np.ndarray:
         """At x (n,)."""
-        names = {"np": np, "abs": np.abs, "x": x, **(values or self.values)}
-        return np.broadcast_to(eval(self.text, {"__builtins__": {}}, names), np.shape(x))
+        return evaluate(parse(self.text, self.values), np.asarray(x), values or self.values)
 
     def sentence(self, digits: int = 3) -> str:
         """For people: "a·sin(b·x + c), a = 0.05 N·m, …"."""
-        text = self.text.replace("np.", "").replace(" * ", "·").replace("**2", "²")
+        text = self.text.replace(" * ", "·").replace("**2", "²")
         text = text.replace("abs(x)", "|x|")
         constants = (
             f"{name} = {value:.{digits}g}{' ' if self.units[name] else ''}{self.units[name]}"
@@ -179,9 +180,7 @@ def _factor(part: Node, unit: str, to: Formula) -> str:
     if _square_of_x(part):
         return "x**2"
     inner = _text(part if part.kind == "sum" else part.parts[0], (0, 0), unit, to)
-    return {"sum": f"({inner})", "square": f"({inner})**2"}.get(
-        part.kind, f"np.{part.kind}({inner})"
-    )
+    return {"sum": f"({inner})", "square": f"({inner})**2"}.get(part.kind, f"{part.kind}({inner})")
 
 
 def _constant(value: float, has: Unit, unit: str, to: Formula) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, LIMIT, MOTOR, PHASE, SESSION, TENDON, Curve, Law
+from t2l.effects.law import HYSTERESIS, PHASE, TENDON, Curve
 from t2l.identify.levels import MATERIAL, TIED
 from t2l.names import listed
 from t2l.propose.decision import NEAR
@@ -15,49 +15,23 @@ from t2l.propose.reconsider import Reconsidered
 MONOTONE = 1 - 2 * MATERIAL
 # format: of an explained part, and what it is called
 FRACTIONS = ((0.29, 0.38, "a third"), (0.45, 0.55, "half"), (0.62, 0.71, "two thirds"))
-ACTS = {
-    FRICTION: "dry friction",
-    MOTOR: "a share of the motor torque",
-    LIMIT: "a limit of the motor torque",
-}
-VARIABLES = {
-    "speed": "speed",
-    "commanded torque size": "commanded torque's size",
-    "load": "load by gravity",
-    "time": "time since the start",
-    SESSION: "time of the session",
-}
-
-
-def named(law: Law) -> str:
-    """A law without its curve: "a torque on elbow that follows its position"."""
-    if law.kind == HYSTERESIS:
-        return f"a torque on {law.joint} that remembers the way it came (hysteresis)"
-    if law.follows == PHASE:
-        return f"a torque on {law.joint} that repeats by the clock"
-    if law.follows == "constant":
-        what = "constant dry friction" if law.kind == FRICTION else "a constant torque"
-        return f"{what} on {law.joint}"
-    if law.kind == TENDON:
-        what = {"position": "positions", "velocity": "velocities"}[law.follows]
-        return f"a torque on {law.joint} and {law.of} together that follows their {what}"
-    return f"{ACTS.get(law.kind, 'a torque')} on {law.joint} that follows {_variable(law)}"
 
 
 def told(curve: Curve) -> str:
     """A law with what its curve does: "a torque on elbow that grows with its position"."""
     law = curve.law
     if law.follows == PHASE:
-        return f"{named(law)} every {curve.at[-1] - curve.at[0]:.3g} s"
+        return f"{law.words} every {curve.at[-1] - curve.at[0]:.3g} s"
     if law.kind == TENDON:
-        return f"{named(law)} ({variable(curve)})"
+        return f"{law.words} ({variable(curve)})"
     if law.kind == HYSTERESIS or law.follows == "constant":
-        return named(law)
+        return law.words
     change = np.diff(curve.torque)
     way, net = np.abs(change).sum(), change.sum()
     if abs(net) < MONOTONE * way:
-        return named(law)
-    return named(law).replace("follows", "grows with" if net > 0 else "falls with")
+        return law.words
+    does = "grows with" if net > 0 else "falls with"
+    return law.words.replace(" that follows ", f" that {does} ")
 
 
 def variable(curve: Curve) -> str:
@@ -187,10 +161,4 @@ def _nearest(proposal: Proposal) -> str:
         return ""
     nearest = proposal.ceilings[0]
     share = 1 - (nearest.rmse_rad / proposal.choice_baseline_rad) ** 2
-    return f" The nearest is {named(nearest.law)}: {part(share)} of what it was chosen by."
-
-
-def _variable(law: Law) -> str:
-    if law.follows in ("time", SESSION):
-        return f"the {VARIABLES[law.follows]}"
-    return f"its {VARIABLES.get(law.follows, law.follows)}"
+    return f" The nearest is {nearest.law.words}: {part(share)} of what it was chosen by."

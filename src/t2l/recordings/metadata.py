@@ -15,7 +15,7 @@ from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.robots import ROBOTS
 from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion, switch
 
-JOINTS_ALLOWED = "a list of different joint names, in the order of the columns"
+JOINTS_ALLOWED = "a list of different joint names in printable characters, in the columns' order"
 COMPENSATION_ALLOWED = f"true or false, or {CONTINUOUS}"
 
 # bound: the slowest loop that holds a joint, and faster than any that a computer runs
@@ -23,7 +23,9 @@ LEAST_CONTROL_RATE_HZ, LARGEST_RATE_HZ = 1, 100_000
 
 
 def _joint_names(value: Any) -> tuple[str, ...]:
-    fine = isinstance(value, list) and value and all(isinstance(n, str) and n for n in value)
+    fine = isinstance(value, list) and value
+    # they appear in messages, on terminals and in files of every format
+    fine = fine and all(isinstance(n, str) and n and n.isprintable() for n in value)
     if not fine or len(set(value)) < len(value):
         raise refuse(JOINTS_ALLOWED)
     return tuple(value)

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from t2l.diagnose.results import Compared, Found, same_gains
+from t2l.diagnose.conditions import LABELS
+from t2l.diagnose.results import Compared, Found, mapped
 from t2l.report.payload import conditions_of, recordings_to_show, worst
 from t2l.report.words import mrad
 
@@ -28,12 +29,12 @@ class Menu:
 
 
 def menus(found: Found) -> dict[str, list[Menu]]:
-    """The menus of each plot of a comparison."""
+    """The menus of each plot of a comparison; none for a map that would have one cell only."""
     compared = found.compared[0]
     joints = list(enumerate(compared.traces.joints))
     worst_joint = _worst_joint(compared)
     return {
-        "cells": [_of_cells(compared, joints, worst_joint)],
+        "cells": _of_cells(compared, joints, worst_joint),
         "overlay": _of_overlay(found, joints),
         "conditions": _of_conditions(compared, joints, worst_joint),
         "spectrum": [Menu("spectrum", "joint", "joint", joints, worst_joint)],
@@ -45,10 +46,16 @@ def _worst_joint(compared: Compared) -> int:
     return shares.index(max(shares))
 
 
-def _of_cells(compared: Compared, joints: list, worst_joint: int) -> Menu:
-    together = same_gains(compared) and len(joints) > 1
-    options = [(-1, "all together"), *joints] if together else joints
-    return Menu("cells", "joint", "joint", options, -1 if together else worst_joint)
+def _of_cells(compared: Compared, joints: list, worst_joint: int) -> list[Menu]:
+    shown = mapped(compared)
+    together = len(joints) > 1 and None in shown
+    options = [(i, name) for i, name in joints if name in shown]
+    if not options:
+        return []
+    chosen = worst_joint if worst_joint in dict(options) else options[0][0]
+    if together:
+        options, chosen = [(-1, "all together"), *options], -1
+    return [Menu("cells", "joint", "joint", options, chosen)]
 
 
 def _of_overlay(found: Found, joints: list) -> list[Menu]:
@@ -72,9 +79,10 @@ def _of_conditions(compared: Compared, joints: list, worst_joint: int) -> list[M
     names = conditions_of(compared.traces)
     followed = [f["condition"] for f in compared.numbers["follows"] if f["condition"] in names]
     first = names.index(followed[0]) if followed else 0
+    labels = [LABELS.get(name, name) for name in names]
     quantities = [("torque", "missing torque"), ("error", "position error")]
     return [
         Menu("conditions", "joint", "joint", joints, worst_joint),
-        Menu("conditions", "condition", "against", list(enumerate(names)), first),
+        Menu("conditions", "condition", "against", list(enumerate(labels)), first),
         Menu("conditions", "quantity", "show", quantities, "torque"),
     ]

@@ -1,5 +1,7 @@
 """The page itself: one HTML file that needs nothing but a browser."""
 
+import re
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,8 @@ from t2l.figures.style import COLOURS
 from t2l.names import listed, with_minus
 from t2l.report import words
 from t2l.report.menus import menus
-from t2l.report.payload import COARSEST, payload
+from t2l.report.payload import COARSEST, payload, unmapped
+from t2l.report.saved import saved
 from t2l.report.view import LIMITS, view
 
 
@@ -36,17 +39,21 @@ def render(found: Found) -> str:
     """The page as HTML."""
     template = _environment().get_template(f"{_story(found)}.html")
     seen = view(found) if found.compared else None
+    kept = saved(found)
     return template.render(
         found=found,
         CERTAIN=CERTAIN,
         titles=titles_of(found),
-        data=payload(found) | {"colours": COLOURS, "view": seen},
+        data=payload(found)
+        | {"colours": COLOURS, "view": seen, "files": {file.name: file.text for file in kept}},
+        files=[(file.name, file.what) for file in kept],
         view=seen,
         view_limits=LIMITS,
         three=_asset("vendor", "three.min.js") if seen else "",
         view_script=_asset("templates", "view.js") if seen else "",
         style=_asset("templates", "page.css"),
         script=_asset("templates", "page.js"),
+        tables=_asset("templates", "tables.js"),
         plotly=Markup(get_plotlyjs()),
         **(_of_comparison(found) if found.compared else {"robot": "the robot"}),
     )
@@ -69,6 +76,7 @@ def _of_comparison(found: Found) -> dict[str, Any]:
         "joints": first.traces.joints,
         "both": len(found.compared) == 2,
         "menus": menus(found),
+        "unmapped": unmapped(first),
         "coarsest": COARSEST,
     }
 
@@ -88,9 +96,30 @@ def _environment() -> Environment:
         for filter in (
             words.estimate, words.gains, listed, words.mrad, words.number, percent,
             words.capital, words.sentence, words.span, words.title_in, with_minus,
+            by_share, by_value, contents,
         )
     }  # fmt: skip
     return environment
+
+
+def contents(story: str) -> list[tuple[str, Markup]]:
+    """Id and heading of every section of a story, as `pieces.html` writes them."""
+    found = re.findall(r'<h2 id="([^"]+)">(.*?) <a class="anchor"', story)
+    return [(name, Markup(heading)) for name, heading in found]
+
+
+def by_value(
+    entries: Iterable[Mapping[str, Any]], key: str, largest_first: bool = False
+) -> list[Mapping[str, Any]]:
+    """Entries in order of a number, those without it last."""
+    known = [entry for entry in entries if entry[key] is not None]
+    unknown = [entry for entry in entries if entry[key] is None]
+    return sorted(known, key=lambda entry: entry[key], reverse=largest_first) + unknown
+
+
+def by_share(joints: Iterable[str], numbers: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """Names of joints, the one that holds most of the squared error first."""
+    return sorted(joints, key=lambda joint: -numbers[joint]["share"])
 
 
 def _asset(folder: str, name: str) -> Markup:

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from t2l.diagnose.conditions import CONDITIONS, UNITS
-from t2l.diagnose.results import Compared, Found, errors_by_step, noise_density
+from t2l.diagnose.conditions import CONDITIONS, LABELS, UNITS
+from t2l.diagnose.results import Compared, Found, errors_by_step, mapped, noise_density
 from t2l.diagnose.traces import Traces, binned, spectrum
-from t2l.effects.law import MOTOR
+from t2l.effects.law import LIMIT, MOTOR
+from t2l.figures.heatmap import error_limits
 
 OVERLAY_SAMPLES = 60_000  # in all overlays together
 COARSEST = 4  # every n-th sample; rather than coarser, fewer recordings are shown
@@ -32,16 +33,17 @@ def curve(one: dict[str, Any]) -> dict[str, Any]:
     """A learned curve with its band."""
     unit = f" [{one['unit']}]" if one["unit"] else ""
     share = one["kind"] == MOTOR
+    title = "most delivered torque [N·m]" if one["kind"] == LIMIT else "delivered torque [N·m]"
     return {
         "title": f"{one['variable']}{unit}",
-        "torque_title": "share of the motor torque" if share else "torque [N·m]",
+        "torque_title": "delivered over commanded torque, less 1" if share else title,
         "torque_unit": "" if share else " N·m",
         **{key: packed(one[key]) for key in ("at", "torque", "low", "high")},
     }
 
 
 def ranking(step) -> list[dict[str, Any]]:
-    """Candidates as they are ranked, with their improvement on validation data in per cent."""
+    """Candidates, with the largest improvement on validation data first, in per cent."""
     entries = step.diagnosis["ranking"]
     first = step.adopted or (entries[0]["effect"] if entries else None)
     missing = step.diagnosis["verdict"] == "missing_effect"
@@ -57,7 +59,7 @@ def ranking(step) -> list[dict[str, Any]]:
             if entry["effect"] in tied
             else "other",
         }
-        for entry in entries
+        for entry in sorted(entries, key=lambda entry: -entry["improvement"]["fraction"])
     ]
 
 
@@ -84,11 +86,15 @@ def _comparison(found: Found) -> dict[str, Any]:
         "overlays": [
             [_overlay(found, i, joint, step) for joint in range(len(traces.joints))] for i in shown
         ],
-        "conditions": [{"name": name, "unit": UNITS[name]} for name in conditions_of(traces)],
+        "conditions": [
+            {"name": name, "label": LABELS.get(name, name), "unit": UNITS[name]}
+            for name in conditions_of(traces)
+        ],
         "cells": [
             [_cell(cell, traces.joints) for cell in compared.numbers["cells"]]
             for compared in found.compared
         ],
+        "cell_limits": _cell_limits(found),
         "clouds": [_clouds(compared) for compared in found.compared],
         "spectra": [
             [_spectrum(compared.traces, joint) for joint in range(len(traces.joints))]
@@ -130,6 +136,29 @@ def _overlay(found: Found, recording: int, joint: int, step: int) -> dict[str, A
         "command": packed(traces.columns["q_des"][at]),
         "measured": packed(traces.columns["q"][at]),
         "simulated": [packed(c.traces.columns["q_sim"][at]) for c in found.compared],
+    }
+
+
+def unmapped(compared: Compared) -> list[str]:
+    """Joints that have one pair of gains in all recordings: a map over gains would be one cell."""
+    return [joint for joint in compared.traces.joints if joint not in mapped(compared)]
+
+
+def _cell_limits(found: Found) -> dict[int, tuple[float, float]]:
+    """By joint, -1 for all together: the errors in mrad at which the colours of a map end."""
+    first, joints = found.compared[0], found.compared[0].traces.joints
+    floor = first.numbers["noise_floor_rad"]
+    return {
+        -1 if joint is None else joints.index(joint): error_limits(
+            [
+                1e3 * cell["rmse_q_rad"]
+                for compared in found.compared
+                for cell in compared.numbers["cells"]
+                if cell["joint"] == joint
+            ],
+            floor and 1e3 * floor,
+        )
+        for joint in mapped(first)
     }
 
 

@@ -1,14 +1,17 @@
 """The scoreboard as a page: what each verdict rests on, one claim below the other."""
 
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from t2l.scoreboard.table import CHAINS, counts, printable_scoreboard
 from t2l.stats.verdict import Verdict
+
+LONGEST_WORD = 20  # format: characters that the narrowest column of text holds
 
 
 def render(table: pd.DataFrame, studies: Sequence[str], robot: str) -> str:
@@ -26,6 +29,7 @@ def render(table: pd.DataFrame, studies: Sequence[str], robot: str) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["breakable"] = breakable
     printed = printable_scoreboard(table).rename(columns=str.lower)
     rows = table.assign(shown=printed.ours, shown_p=printed.p).to_dict("records")
     return environment.get_template("scoreboard.html").render(
@@ -34,5 +38,26 @@ def render(table: pd.DataFrame, studies: Sequence[str], robot: str) -> str:
         verdicts=[str(verdict) for verdict in Verdict],
         studies=list(studies),
         robot=robot,
-        style=Markup((files("t2l.report") / "templates" / "page.css").read_text()),
+        style=_template("page.css"),
+        tables=_template("tables.js"),
     )
+
+
+def breakable(text: str) -> Markup:
+    """Text of which no word is broken: one too long for a column behind slashes and underscores.
+
+    A browser breaks behind a hyphen too, and so within 6.9e-231: what has a digit stays whole.
+    """
+    return Markup(" ").join(_whole(word) for word in text.split(" "))
+
+
+def _whole(word: str) -> Markup:
+    if len(word) > LONGEST_WORD:
+        return Markup(re.sub(r"(?<=.)([/_]+)(?=.)", r"\1<wbr>", str(escape(word))))
+    if re.search(r"\d", word) and "-" in word:
+        return Markup('<span class="whole">{}</span>').format(word)
+    return escape(word)
+
+
+def _template(name: str) -> Markup:
+    return Markup((files("t2l.report") / "templates" / name).read_text())

@@ -13,6 +13,7 @@ from t2l.gains import Cell
 from t2l.hardware.backend import PositionControlled
 from t2l.hardware.features import State
 from t2l.hardware.guard import Guard, Workspace
+from t2l.hardware.limits import first_of, state_objections
 from t2l.policies import Policy
 from t2l.rl.constraints import LIMITS, Limits, violations
 from t2l.rl.interface import observe, steps_held
@@ -66,7 +67,8 @@ def deploy(
     """Run a policy from every start to its goal, as many side by side as there are robots.
 
     Commands are sent at `LOG_RATE_HZ`, whatever the policy's rate, and checked each time. One that
-    must not be sent is not: its robot is held where it is, and its rollout ends.
+    must not be sent is not: its robot is held where it is, and its rollout ends. So it does where a
+    joint is measured beyond a limit, as often as the robot shows it (`PositionControlled.sending`).
     Whatever else ends the deployment, an error or Ctrl-C, the robot is brought to rest first.
 
     Args:
@@ -110,6 +112,8 @@ class _Run:
         # the task is judged in a model that is put where the robot is
         self.mirror = make_batch(task.model, robot.n)
         self.stopped = [""] * robot.n
+        # what was found between two samples, to be stopped for at the next
+        self.found = [""] * robot.n
 
     def through(self, starts: np.ndarray, hold: int, decisions: int) -> Rollouts:
         kp, kd = self.cell.kp, self.cell.kd
@@ -146,8 +150,9 @@ class _Run:
             before = torque
             logged["q_des"].append(_without(q_des, ~self.running))
             logged["violated"].append(found & self.running[:, None])
-            self.robot.send(q_des, 1 / LOG_RATE_HZ)
-            state = self.robot.read()
+            for state in self.robot.sending(q_des, 1 / LOG_RATE_HZ):
+                beyond = state_objections(self.task.robot, state.q, state.dq)
+                self.found = first_of(self.found, beyond)
         if not self.running.all():
             self.robot.hold()
         success = self.task.success(self.remaining(state)) & self.running
@@ -175,7 +180,7 @@ class _Run:
 
     def stop_where_needed(self, q_des: np.ndarray, state: State) -> None:
         objections = self.guard.objections(q_des, state.q, state.dq)
-        self.stopped = [old or new for old, new in zip(self.stopped, objections, strict=True)]
+        self.stopped = first_of(self.stopped, self.found, objections)
 
 
 def _without(values: np.ndarray, robots: np.ndarray) -> np.ndarray:

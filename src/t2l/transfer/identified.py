@@ -32,6 +32,11 @@ class IdentifiedRobot(PositionControlled):
         self._simulator.step(q_des, round(period_s * self._rate_hz))
         self._q_des = q_des
 
+    @property
+    def watched_hz(self) -> float:
+        """See `PositionControlled.watched_hz`: at each step."""
+        return self._rate_hz
+
     def hold(self) -> None:
         """Nothing to brake."""
 

@@ -53,7 +53,7 @@ class Configuration(Typed):
     extensions: Annotated[Paths | None, Given] = Field(
         None,
         description="Python files, or folders of them, with robots, tasks, action spaces, "
-        "policies, algorithms and back ends of your own",
+        "policies, algorithms and back ends of your own; they run where T2L_TRUST=1 is set",
     )
     tasks: Annotated[list[Name], Field(min_length=1, max_length=100), Unique] = Field(
         ["block_stack"],

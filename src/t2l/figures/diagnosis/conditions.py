@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from t2l.diagnose.conditions import UNITS
+from t2l.diagnose.conditions import LABELS, UNITS
 from t2l.diagnose.results import Compared
 from t2l.diagnose.traces import binned
 from t2l.figures.diagnosis.panels import GREY, colours, joints_by_error, place, placed_by_hand
@@ -38,8 +38,8 @@ def residual_by_condition(compared: Sequence[Compared]) -> Figure:
                         label=shown(traces.joints[joint]) if len(compared) == 1 else one.label,
                     )
             panel.axhline(0, color=GREY, lw=0.6, zorder=0)
-            unit = UNITS[condition]
-            panel.set_xlabel(f"{condition} [{unit}]" if unit else condition)
+            unit, label = UNITS[condition], LABELS.get(condition, condition)
+            panel.set_xlabel(f"{label} [{unit}]" if unit else label)
         for panel in axes[:, 0]:
             panel.set_ylabel("missing torque [N·m]")
         handles, labels = axes.flat[0].get_legend_handles_labels()

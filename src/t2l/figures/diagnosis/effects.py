@@ -40,13 +40,15 @@ def error_falling(steps: Sequence[tuple[str, float | None, float]], floor: float
 
 
 def ranking(diagnosis: Mapping[str, Any]) -> Figure:
-    """Fall of the validation error with each effect, with 95 % intervals, the first above.
+    """Fall of the validation error with each effect, with 95 % intervals, the largest above.
 
     Args:
         diagnosis: content of diagnosis.json.
     """
-    entries = list(diagnosis["ranking"])
-    first = entries[0] if entries and diagnosis["verdict"] == "missing_effect" else None
+    ranked = list(diagnosis["ranking"])
+    first = ranked[0] if ranked and diagnosis["verdict"] == "missing_effect" else None
+    entries = sorted(ranked, key=lambda entry: -entry["improvement"]["fraction"])
+    marks = {}
     with styled():
         figure, axes = plt.subplots(figsize=(6.2, 1.0 + 0.21 * max(len(entries), 3)))
         for row, entry in enumerate(entries):
@@ -60,7 +62,14 @@ def ranking(diagnosis: Mapping[str, Any]) -> Figure:
             elif first is not None and entry["effect"] in first["tied_with"]:
                 colour = COLOURS[4]
             axes.plot([low, high], [row, row], color=colour, lw=1.6)
-            axes.plot(value, row, "<" if improvement[2] < LEAST_SHOWN else "o", color=colour, ms=5)
+            off = improvement[2] < LEAST_SHOWN
+            mark = axes.plot(value, row, "<" if off else "o", color=colour, ms=5, ls="none")[0]
+            what = {BLUE: "ranked first", COLOURS[4]: "explains as well"}.get(colour, "other")
+            marks.setdefault("worse than the axis" if off else what, mark)
+        if first is not None or "worse than the axis" in marks:
+            figure.legend(
+                marks.values(), marks.keys(), loc="outside upper center", ncols=4, fontsize=7
+            )
         axes.axvline(0, color=GREY, lw=0.6, zorder=0)
         axes.set_yticks(
             range(len(entries)), [shown(entry["title"]) for entry in entries], fontsize=8

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from t2l.diagnose.results import Compared, same_gains
-from t2l.figures.diagnosis.panels import place, placed_by_hand, plain_ticks
-from t2l.figures.heatmap import heatmap
+from t2l.diagnose.results import Compared, mapped, same_gains
+from t2l.figures.diagnosis.panels import BLACK, colours, place, placed_by_hand, plain_ticks
+from t2l.figures.heatmap import error_norm, heatmap
 from t2l.figures.style import shown, styled
 from t2l.gains import Grid
 
@@ -17,12 +16,19 @@ MOST_NUMBERS = 25  # in a joint's panel of cells; more take long to draw and are
 
 
 def error_by_cell(compared: Sequence[Compared]) -> Figure:
-    """RMS error by gains: all joints together and each joint; of two models one above the other."""
+    """RMS error by gains: all joints together and each joint; of two models one above the other.
+
+    Where no joint had more than one pair of gains, the error by joint.
+    """
+    if not mapped(compared[0]):
+        return _by_joint(compared)
     joints: list[str | None] = list(compared[0].traces.joints)
     alike = same_gains(compared[0])
     if alike and len(joints) > 1:
         joints = [None, *joints]
-    norm = _norm([1e3 * c["rmse_q_rad"] for one in compared for c in one.numbers["cells"]])
+    floor = compared[0].numbers["noise_floor_rad"]
+    errors = [1e3 * c["rmse_q_rad"] for one in compared for c in one.numbers["cells"]]
+    norm = error_norm(errors, floor and 1e3 * floor)
     grids = {joint: _grid(compared[0], joint) for joint in joints}
     columns = len(joints) if len(joints) <= 4 else (len(joints) + 1) // 2
     per_model = -(-len(joints) // columns)
@@ -68,9 +74,28 @@ def error_by_cell(compared: Sequence[Compared]) -> Figure:
     return figure
 
 
-def _norm(values: Sequence[float]) -> LogNorm:
-    known = [value for value in values if value > 0] or [1.0]
-    return LogNorm(min(known), max(max(known), 1.01 * min(known)))
+def _by_joint(compared: Sequence[Compared]) -> Figure:
+    """RMS error of each joint, the largest above: a map over gains would be one cell."""
+    numbers = [one.numbers["joints"] for one in compared]
+    joints = sorted(numbers[0], key=lambda joint: numbers[0][joint]["rmse_q_rad"])
+    floor = compared[0].numbers["noise_floor_rad"]
+    with styled():
+        figure, axes = plt.subplots(figsize=(6.0, 1.2 + 0.22 * len(compared) * len(joints)))
+        high = 0.8 / len(compared)
+        for i, (one, colour) in enumerate(zip(compared, colours(compared), strict=True)):
+            errors = [1e3 * one.numbers["joints"][joint]["rmse_q_rad"] for joint in joints]
+            at = np.arange(len(joints)) + high * ((len(compared) - 1) / 2 - i)
+            bars = axes.barh(at, errors, 0.9 * high, color=colour, label=one.label)
+            axes.bar_label(bars, [f"{error:.3g}" for error in errors], padding=3, fontsize=7)
+        if floor:
+            text = f"noise floor, {1e3 * floor:.2g} mrad"
+            axes.axvline(1e3 * floor, color=BLACK, ls="--", lw=1, label=text)
+        axes.set_yticks(range(len(joints)), [shown(joint) for joint in joints], fontsize=8)
+        axes.margins(x=0.12)
+        axes.set_xlim(left=0)
+        axes.set_xlabel("RMS position error [mrad], with one pair of gains")
+        axes.legend(fontsize=8)
+    return figure
 
 
 def _grid(compared: Compared, joint: str | None) -> Grid:

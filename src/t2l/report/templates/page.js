@@ -27,7 +27,24 @@ function decades(low, high) {
 }
 const power = v => digits(10 ** v, 1);
 const narrow = () => window.innerWidth < 600;
+// Plotly reads tags in text, and names come from files that somebody sent
+const plain = text => String(text).replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;");
+// in lines of about so many characters
+function lines(text, most) {
+  const wrapped = [];
+  for (const word of String(text).split(" ")) {
+    const last = wrapped.length - 1;
+    if (last >= 0 && (wrapped[last] + " " + word).length <= most) wrapped[last] += " " + word;
+    else wrapped.push(word);
+  }
+  return wrapped.map(plain).join("<br>");
+}
+const HOVER_NAME = "<extra>%{fullData.name}</extra>";
+const MODELS = (data.models || []).map(plain);
+// motions lie on one another: of two models the first is dashed
+const dashOf = model => MODEL.length > 1 && model === 0 ? "5px,2px" : "solid";
 
+const BAR = 30;
 function layout(extra) {
   const axis = { gridcolor: RULE, zerolinecolor: "#c3cad2", linecolor: "#c3cad2", automargin: true,
     ticks: "outside", tickcolor: "#c3cad2", ticklen: 4 };
@@ -37,28 +54,35 @@ function layout(extra) {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", height: 380,
     margin: { l: 60, r: 16, t: 12, b: 48 }, hovermode: "closest",
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)" },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: "#59636e", activecolor: BLUE },
   };
   for (const [key, value] of Object.entries(extra))
     base[key] = /^[xy]axis/.test(key) ? { ...axis, ...value, ...titled(value) } : value;
+  // above the legend there is room for the tool bar
+  base.margin = { ...base.margin, t: base.margin.t + BAR };
+  base.height += BAR;
   return base;
 }
 
+// Each returns traces, layout, and the numbers behind them: { columns, rows }, for a spreadsheet.
 const PLOTS = {
   falling() {
-    const f = data.falling, line = (y, name, colour, dash) => ({ x: f.names, y, name, mode: "lines+markers",
-      line: { color: colour, width: 2.5, dash }, marker: { size: 9 },
-      hovertemplate: "%{x}<br>" + name + " %{y:.3g} mrad<extra></extra>" });
+    const f = data.falling, last = f.names.length - 1;
+    const line = (y, name, colour, dash) => ({ x: y.map((_, i) => i), y, name, mode: "lines+markers",
+      line: { color: colour, width: 2.5, dash }, marker: { size: 9 }, text: f.names.map(plain),
+      hovertemplate: "%{text}<br>%{y:.3g} mrad" + HOVER_NAME });
     const all = [...f.train, ...f.test, f.floor].filter(v => v > 0).map(Math.log10);
     const low = Math.min(...all) - 0.15, high = Math.max(...all) + 0.12, ticks = decades(low, high);
-    return [[line(f.test, "test", BLUE), line(f.train, "training", SKY, "dot")],
-      layout({ height: 340,
-        xaxis: { type: "category", range: [-0.3, f.names.length - 0.7] },
+    const floor = { x: [-0.4, last + 0.4], y: [f.floor, f.floor], name: `noise floor, ${digits(f.floor)} mrad`, mode: "lines",
+      line: { color: INK, width: 1.5, dash: "dash" }, hoverinfo: "skip" };
+    return [[line(f.test, "test", BLUE), line(f.train, "training", SKY, "dot"), floor],
+      layout({ height: 340, margin: { l: 60, r: 16, t: 24, b: 48 },
+        xaxis: { range: [-0.4, last + 0.4], tickvals: f.names.map((_, i) => i), zeroline: false,
+          ticktext: f.names.map(name => lines(name, narrow() ? 10 : 20)) },
         yaxis: { type: "log", title: { text: "RMS position error [mrad]" },
-          range: [low, high], tickvals: ticks.map(v => 10 ** v), ticktext: ticks.map(power) },
-        shapes: [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: f.floor, y1: f.floor,
-          line: { color: INK, width: 1.5, dash: "dash" } }],
-        annotations: [{ xref: "paper", x: 0.01, xanchor: "left", yanchor: "bottom", showarrow: false,
-          y: Math.log10(f.floor), text: `noise floor ${digits(f.floor)} mrad` }] })];
+          range: [low, high], tickvals: ticks.map(v => 10 ** v), ticktext: ticks.map(power) } }),
+      { columns: ["model", "test error [mrad]", "training error [mrad]", "noise floor [mrad]"],
+        rows: f.names.map((name, i) => [name, f.test[i], f.train[i], f.floor]) }];
   },
 
   curve(_, element) {
@@ -66,91 +90,104 @@ const PLOTS = {
     const at = floats(c.at), low = floats(c.low), high = floats(c.high);
     const edge = y => ({ x: at, y, mode: "lines", line: { width: 0 }, hoverinfo: "skip", showlegend: false });
     return [[edge(low), { ...edge(high), fill: "tonexty", fillcolor: BLUE + "33", name: "95 % band", showlegend: true },
-      { x: at, y: floats(c.torque), mode: "lines", name: "learned torque", line: { color: BLUE, width: 2.5 },
-        hovertemplate: `%{x:.4g}<br>%{y:.4g}${c.torque_unit}<extra></extra>` }],
-      layout({ height: 320, xaxis: { title: { text: c.title } },
-        yaxis: { title: { text: c.torque_title }, zeroline: true } })];
+      { x: at, y: floats(c.torque), mode: "lines", name: "learned curve", line: { color: BLUE, width: 2.5 },
+        hovertemplate: `%{x:.4g}<br>%{y:.4g}${c.torque_unit}` + HOVER_NAME }],
+      layout({ height: 320, margin: { l: 60, r: 16, t: 24, b: 48 }, xaxis: { title: { text: plain(c.title) } },
+        yaxis: { title: { text: c.torque_title }, zeroline: true } }),
+      { columns: [c.title, c.torque_title, "95 % band from", "to"],
+        rows: Array.from(at, (x, i) => [x, floats(c.torque)[i], low[i], high[i]]) }];
   },
 
   ranking(_, element) {
-    const entries = data.rankings[element.dataset.step].slice().reverse();
-    const kinds = { best: [data.falling ? "adopted" : "ranked first", BLUE], tied: ["explains as well", YELLOW], other: ["other candidates", GREY] };
+    const given = data.rankings[element.dataset.step], entries = given.slice().reverse();
     const low = Math.max(-40, Math.min(0, ...entries.map(e => Math.min(e.improvement, e.ci95[0]))) - 4);
-    const traces = Object.entries(kinds).map(([kind, [name, colour]]) => {
-      const own = entries.filter(e => e.kind === kind);
-      // what lies left of the axis is drawn at its edge
-      const inside = v => Math.max(v, low);
-      return { name, mode: "markers", cliponaxis: false, y: own.map(e => e.title), x: own.map(e => inside(e.improvement)),
-        marker: { color: colour, size: 10,
-          symbol: own.map(e => e.improvement < low ? "triangle-left" : "circle") },
-        error_x: { type: "data", symmetric: false, color: colour, thickness: 2, width: 4,
+    // what lies left of the axis is drawn at its edge, with a mark of its own
+    const off = e => e.improvement < low, inside = v => Math.max(v, low);
+    const kinds = [
+      [data.falling ? "adopted" : "ranked first", BLUE, "circle", e => e.kind === "best" && !off(e)],
+      ["explains as well", YELLOW, "circle", e => e.kind === "tied" && !off(e)],
+      ["other candidates", GREY, "circle", e => e.kind === "other" && !off(e)],
+      [`worse than ${digits(low)} %`, GREY, "triangle-left", off]];
+    const traces = kinds.map(([name, color, symbol, belongs]) => {
+      const own = entries.filter(belongs);
+      return { name, mode: "markers", cliponaxis: false, y: own.map(e => entries.indexOf(e)), x: own.map(e => inside(e.improvement)),
+        marker: { color, symbol, size: 10 },
+        error_x: { type: "data", symmetric: false, color, thickness: 2, width: 4,
           array: own.map(e => Math.max(0, e.ci95[1] - inside(e.improvement))),
           arrayminus: own.map(e => Math.max(0, inside(e.improvement) - inside(e.ci95[0]))) },
-        customdata: own.map(e => [e.improvement, e.ci95[0], e.ci95[1]]),
-        hovertemplate: "%{y}<br>%{customdata[0]:.1f} % (%{customdata[1]:.1f} to %{customdata[2]:.1f})<extra></extra>" };
+        customdata: own.map(e => [e.improvement, e.ci95[0], e.ci95[1], plain(e.title)]),
+        hovertemplate: "%{customdata[3]}<br>%{customdata[0]:.1f} % (%{customdata[1]:.1f} to %{customdata[2]:.1f})" + HOVER_NAME };
     }).filter(t => t.x.length);
-    return [traces, layout({ height: 110 + 24 * entries.length,
-      margin: { l: 60, r: 16, t: 34, b: 48 },
+    return [traces, layout({ height: 110 + 24 * entries.length, margin: { l: 60, r: 16, t: 34, b: 48 },
       xaxis: { title: { text: narrow() ? "fall of the validation error [%]"
-        : "fall of the validation error [%], with 95 % interval" }, range: [low, 102], zeroline: true },
-      yaxis: { type: "category", categoryorder: "array", categoryarray: entries.map(e => e.title),
-        range: [-0.7, entries.length - 0.3], ticks: "", dtick: 1,
-        tickfont: { size: narrow() ? 11 : 13 } } })];
+        : "fall of the validation error [%], with 95 % interval" }, range: [low - 0.025 * (102 - low), 102], zeroline: true },
+      yaxis: { tickvals: entries.map((_, i) => i), ticktext: entries.map(e => narrow() ? lines(e.title, 22) : plain(e.title)),
+        range: [-0.7, entries.length - 0.3], ticks: "", zeroline: false, tickfont: { size: narrow() ? 11 : 13 } } }),
+      { columns: ["effect", "fall of the validation error [%]", "95 % interval from", "to", "kind"],
+        rows: given.map(e => [e.title, e.improvement, ...e.ci95, e.kind]) }];
   },
 
   overlay(choice) {
     const o = data.overlays[choice.recording][choice.joint];
-    const t = floats(o.time), measured = floats(o.measured);
+    const t = floats(o.time), measured = floats(o.measured), command = floats(o.command);
     const traces = [
-      { x: t, y: floats(o.command), name: "commanded", line: { color: GREY, width: 1, shape: "hv" } },
+      { x: t, y: command, name: "commanded", line: { color: GREY, width: 1, shape: "hv" } },
       { x: t, y: measured, name: "measured", line: { color: BLACK, width: 2 } }];
+    const columns = ["time [s]", "commanded [rad]", "measured [rad]"], numbers = [t, command, measured];
     o.simulated.forEach((packed, i) => {
-      const q = floats(packed);
-      traces.push({ x: t, y: q, name: data.models[i], line: { color: MODEL[i], width: 2, dash: i ? "solid" : "4px,2px" } });
-      traces.push({ x: t, y: measured.map((v, k) => 1e3 * (v - q[k])), yaxis: "y2", showlegend: false,
-        name: data.models[i], line: { color: MODEL[i], width: 1.5 },
-        hovertemplate: "%{x:.3f} s<br>%{y:.3g} mrad<extra></extra>" });
+      const q = floats(packed), error = Array.from(measured, (v, k) => 1e3 * (v - q[k]));
+      const look = { name: MODELS[i], legendgroup: i };
+      traces.push({ ...look, x: t, y: q, line: { color: MODEL[i], width: 2, dash: dashOf(i) } });
+      traces.push({ ...look, x: t, y: error, yaxis: "y2", showlegend: false,
+        line: { color: MODEL[i], width: 1.5, dash: dashOf(i) }, hovertemplate: "%{x:.3f} s<br>%{y:.3g} mrad" + HOVER_NAME });
+      columns.push(`${data.models[i]} [rad]`, `error of the ${data.models[i]} [mrad]`);
+      numbers.push(q, error);
     });
     for (const trace of traces) {
       trace.mode = "lines";
-      trace.hovertemplate ??= "%{x:.3f} s<br>%{y:.5f} rad<extra>" + trace.name + "</extra>";
+      trace.hovertemplate ??= "%{x:.3f} s<br>%{y:.5f} rad" + HOVER_NAME;
     }
     return [traces, layout({ height: 520, margin: { l: 60, r: 16, t: 40, b: 48 },
       xaxis: { title: { text: "time [s]" }, anchor: "y2" },
       yaxis: { title: { text: "position [rad]" }, domain: [0.4, 1] },
-      yaxis2: { title: { text: "error [mrad]" }, domain: [0, 0.33], zeroline: true } })];
+      yaxis2: { title: { text: "error [mrad]" }, domain: [0, 0.33], zeroline: true } }),
+      { columns, rows: Array.from(t, (_, k) => numbers.map(values => values[k])) }];
   },
 
   cells(choice, element) {
     const joint = Number(choice.joint), model = Number(element.dataset.model);
     const own = m => data.cells[m].filter(c => c[0] === joint);
-    const values = data.cells.flatMap((_, m) => own(m).map(c => c[3])).filter(v => v > 0).map(Math.log10);
-    const low = Math.min(...values), high = Math.max(low + 0.05, ...values);
+    const [low, high] = data.cell_limits[joint].map(Math.log10);
     const list = i => [...new Set(own(model).map(c => c[i]))].sort((a, b) => a - b);
     const kp = list(1), kd = list(2);
     // as they are told above: gains that were computed have many digits
     const gain = v => String(Number(v.toPrecision(6)));
     const z = kd.map(() => kp.map(() => null)), text = kd.map(() => kp.map(() => ""));
     for (const [, p, d, v] of own(model)) {
-      z[kd.indexOf(d)][kp.indexOf(p)] = Math.log10(v);
+      z[kd.indexOf(d)][kp.indexOf(p)] = v > 0 ? Math.log10(v) : low;
       text[kd.indexOf(d)][kp.indexOf(p)] = digits(v, 2);
     }
     const ticks = decades(low, high);
     return [[{ type: "heatmap", x: kp.map(gain), y: kd.map(gain), z, text, xgap: 1, ygap: 1,
       texttemplate: "%{text}", textfont: { size: 12 }, colorscale: MAGMA,
-      zmin: low - 0.08 * (high - low), zmax: high + 0.2 * (high - low), hoverongaps: false,
+      zmin: low, zmax: high + 0.2 * (high - low), hoverongaps: false,
       hovertemplate: "Kp %{x}, Kd %{y}<br>%{text} mrad<extra></extra>",
-      colorbar: { title: { text: "mrad", side: "top" }, thickness: 12, outlinewidth: 0, len: 0.9,
+      colorbar: { title: { text: "mrad", side: "top" }, thickness: 12, outlinewidth: 0, len: 1,
         tickvals: ticks, ticktext: ticks.map(power) } }],
-      layout({ height: 130 + 40 * Math.max(4, kd.length), margin: { l: 50, r: 8, t: 30, b: 48 },
-        title: { text: data.models.length > 1 ? data.models[model] : "", font: { size: 13 }, x: 0.08, y: 0.98 },
+      layout({ height: 130 + 40 * Math.max(4, kd.length), margin: { l: 50, r: 8, t: 34, b: 48 },
+        title: { text: MODELS.length > 1 ? MODELS[model] : "", font: { size: 13 }, x: 0, xref: "paper", xanchor: "left",
+          y: 1, yref: "paper", yanchor: "bottom", pad: { b: 8 } },
         xaxis: { type: "category", title: { text: "stiffness Kp [N·m/rad]" }, showgrid: false, ticks: "" },
-        yaxis: { type: "category", title: { text: "damping Kd [N·m·s/rad]" }, showgrid: false, ticks: "" } })];
+        yaxis: { type: "category", title: { text: "damping Kd [N·m·s/rad]" }, showgrid: false, ticks: "" } }),
+      { columns: ["model", "joint", "Kp [N·m/rad]", "Kd [N·m·s/rad]", "RMS error [mrad]"],
+        rows: own(model).map(([j, ...rest]) => [data.models[model], j < 0 ? "all" : data.joints[j], ...rest]) }];
   },
 
   conditions(choice) {
     const joint = Number(choice.joint), condition = data.conditions[choice.condition];
-    const key = choice.quantity, traces = [];
+    const key = choice.quantity, traces = [], rows = [];
+    const across = condition.label + (condition.unit ? ` [${condition.unit}]` : "");
+    const up = key === "error" ? "position error [mrad]" : "missing torque [N·m]";
     const extremes = [], sides = [];
     const middle = (values, part) => {
       const sorted = values.slice().sort(), last = sorted.length - 1;
@@ -163,14 +200,18 @@ const PLOTS = {
       extremes.push(...middle(y, 0.005));
       sides.push(...middle(x, 0.003));
       const spread = condition.name === "direction" ? x.map((v, k) => v + 0.36 * (((k * 0.618) % 1) - 0.5)) : x;
-      traces.push({ x: spread, y, mode: "markers", name: data.models[i] + ", samples", legendgroup: i, hoverinfo: "skip",
-        showlegend: false, marker: { color: MODEL[i], size: 3.5, opacity: 0.22 } });
+      const dots = { mode: "markers", name: MODELS[i] + ", samples", legendgroup: `samples ${i}`, hoverinfo: "skip" };
+      traces.push({ ...dots, x: spread, y, showlegend: false, marker: { color: MODEL[i], size: 3.5, opacity: 0.22 } });
+      // their mark in the legend, where so small and pale a dot could not be seen
+      traces.push({ ...dots, x: [null], y: [null], marker: { color: MODEL[i], size: 6, opacity: 0.5 } });
+      x.forEach((v, k) => rows.push([data.models[i] + ", sample", v, y[k]]));
     });
     data.clouds.forEach((clouds, i) => {
       const [x, y] = clouds[joint].over[condition.name][key].map(floats);
-      traces.push({ x, y, mode: "lines+markers", name: data.models[i] + ", mean", legendgroup: i,
+      traces.push({ x, y, mode: "lines+markers", name: MODELS[i] + ", mean",
         line: { color: MODEL[i], width: 2.5 }, marker: { size: 7, line: { color: "white", width: 1 } },
-        hovertemplate: "%{x:.3g} " + condition.unit + "<br>%{y:.3g} " + (key === "error" ? "mrad" : "N·m") + "<extra></extra>" });
+        hovertemplate: "%{x:.3g} " + condition.unit + "<br>%{y:.3g} " + (key === "error" ? "mrad" : "N·m") + HOVER_NAME });
+      x.forEach((v, k) => rows.push([data.models[i] + ", mean", v, y[k]]));
     });
     const low = Math.min(...extremes), high = Math.max(...extremes), room = 0.06 * (high - low) || 1;
     const left = Math.min(...sides), right = Math.max(...sides), beside = 0.03 * (right - left) || 1;
@@ -178,17 +219,18 @@ const PLOTS = {
       ? { tickvals: [-1, 0, 1], ticktext: ["negative", "at rest", "positive"], range: [-1.5, 1.5] }
       : { range: [left - beside, right + beside] };
     return [traces, layout({ height: 420, margin: { l: 60, r: 16, t: 36, b: 48 },
-      xaxis: { title: { text: condition.name + (condition.unit ? ` [${condition.unit}]` : "") }, zeroline: true, ...named },
-      yaxis: { title: { text: key === "error" ? "position error [mrad]" : "missing torque [N·m]" },
-        range: [low - room, high + room], zeroline: true } })];
+      xaxis: { title: { text: across }, zeroline: true, ...named },
+      yaxis: { title: { text: up }, range: [low - room, high + room], zeroline: true } }),
+      { columns: ["series", across, up], rows }];
   },
 
   spectrum(choice) {
     const traces = data.spectra.map((joints, i) => {
       const [x, y] = joints[choice.joint].map(floats);
-      return { x, y, mode: "lines", name: data.models[i], line: { color: MODEL[i], width: 2 },
-        hovertemplate: "%{x:.3g} Hz<br>%{y:.3g} mrad/√Hz<extra></extra>" };
+      return { x, y, mode: "lines", name: MODELS[i], line: { color: MODEL[i], width: 2 },
+        hovertemplate: "%{x:.3g} Hz<br>%{y:.3g} mrad/√Hz" + HOVER_NAME };
     });
+    const rows = traces.flatMap((t, i) => Array.from(t.x, (f, k) => [data.models[i], f, t.y[k]]));
     if (data.noise_density) {
       const x = traces[0].x;
       traces.push({ x: [x[0], x[x.length - 1]], y: [data.noise_density, data.noise_density], mode: "lines",
@@ -202,22 +244,51 @@ const PLOTS = {
         tickvals: ticks.map(v => 10 ** v), ticktext: ticks.map(power) };
     };
     return [traces, layout({ height: 380, margin: { l: 60, r: 16, t: 36, b: 48 },
-      xaxis: axis("x", "frequency [Hz]"), yaxis: axis("y", "position error [mrad/√Hz]") })];
+      xaxis: axis("x", "frequency [Hz]"), yaxis: axis("y", "position error [mrad/√Hz]") }),
+      { columns: ["model", "frequency [Hz]", "position error [mrad/√Hz]"], rows }];
   },
 };
 
+function choiceFor(plot) {
+  const choice = {};
+  for (const select of document.querySelectorAll(`select[data-for="${plot}"]`)) choice[select.dataset.key] = select.value;
+  return choice;
+}
 const drawn = new Set();
 function draw(element) {
-  const choice = {};
-  for (const select of document.querySelectorAll(`select[data-for="${element.dataset.plot}"]`))
-    choice[select.dataset.key] = select.value;
-  const [traces, arrangement] = PLOTS[element.dataset.plot](choice, element);
-  const config = { responsive: true, displayModeBar: false };
+  const plot = element.dataset.plot;
+  const [traces, arrangement] = PLOTS[plot](choiceFor(plot), element);
+  const config = { responsive: true, displayModeBar: true, displaylogo: false,
+    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+    toImageButtonOptions: { format: "png", filename: plot, scale: 2 } };
   return Plotly.react(element, traces, arrangement, config).then(() => {
     drawn.add(element);
     body.dataset.plotsDrawn = drawn.size;
   });
 }
+
+function save(name, text, type) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: type + ";charset=utf-8" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+const quoted = value => {
+  const text = value === null || value === undefined ? "" : String(value);
+  return /[",\n\r]/.test(text) ? '"' + text.replaceAll('"', '""') + '"' : text;
+};
+const csv = ({ columns, rows }) => [columns, ...rows].map(row => row.map(quoted).join(",")).join("\n") + "\n";
+for (const button of document.querySelectorAll("button.download"))
+  button.addEventListener("click", () => save(button.dataset.file, data.files[button.dataset.file],
+    button.dataset.file.endsWith(".json") ? "application/json" : "text/plain"));
+for (const button of document.querySelectorAll("button.csv"))
+  button.addEventListener("click", () => {
+    const plots = [...button.closest("figure").querySelectorAll("[data-plot]")];
+    const tables = plots.map(element => PLOTS[element.dataset.plot](choiceFor(element.dataset.plot), element)[2]);
+    const name = plots[0].dataset.plot + (plots[0].dataset.step ?? plots[0].dataset.number ?? "");
+    save(`${name}.csv`, csv({ columns: tables[0].columns, rows: tables.flatMap(table => table.rows) }), "text/csv");
+  });
 
 const elements = [...document.querySelectorAll("[data-plot]")];
 body.dataset.plots = elements.length;
@@ -227,3 +298,13 @@ for (const select of document.querySelectorAll("select[data-for]"))
   select.addEventListener("change", () => {
     for (const element of elements) if (element.dataset.plot === select.dataset.for) draw(element);
   });
+
+// the contents show where the reader is
+const links = new Map([...document.querySelectorAll("nav a")].map(link => [link.hash.slice(1), link]));
+const places = [...document.querySelectorAll("h2[id]")];
+function here() {
+  const passed = places.filter(place => place.getBoundingClientRect().top < window.innerHeight / 3);
+  for (const [id, link] of links) link.classList.toggle("here", id === passed.at(-1)?.id);
+}
+window.addEventListener("scroll", here, { passive: true });
+here();

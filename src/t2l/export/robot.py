@@ -1,83 +1,88 @@
-"""The text of robot.py, which stands beside an exported MJCF and needs MuJoCo and numpy only."""
-
-import math
-
-from t2l.effects.exported import Exported
-from t2l.errors import EffectError
-
-HEAD = '''"""{title}
+"""A robot that t2l exported: model.xml, and robot.json with what MJCF has no element of.
 
     robot = Robot()
-    robot.start(q, dq, q_des)        # rad, rad/s, rad: {count} joints
+    robot.start(q, dq, q_des)        # rad, rad/s, rad, of robot.joints
     while True:
-        robot.step(q_des)            # one period of the control loop, {period:g} s
+        robot.step(q_des)            # one period of the control loop, robot.period_s
         robot.q, robot.dq
 
-Written by t2l export. It needs MuJoCo and numpy, not t2l.
-{lost}"""
+It needs MuJoCo and numpy, not t2l. All names and numbers of the model are in robot.json, which is
+read and never executed; functions that it names stand below.
+"""
 
+import json
 from copy import copy
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-JOINTS = {joints!r}
-ENCODER_OFFSET = np.array({offset})  # rad, measured minus true
-CONSTANT = np.array({constant})  # N·m of the actuators' torque that act on the joints themselves
-# joint, other joint of the model, share of the latter's position that the encoder adds
-READ_TOO = {read_too}
-# gravity, and (mass, its place) of links, that gravity compensation goes by if not the model's
-COMPENSATED = {compensated}
-# what runs before each timestep: function, joints, values
-CALLBACKS = {callbacks}
+FUNCTIONS = {}  # by name, that callbacks call
 
 
 class Robot:
     """The exported robot: MuJoCo steps model.xml, and callbacks add what MJCF has no element of."""
 
     def __init__(self, model=None):
-        path = Path(__file__).with_name("model.xml")
+        path, data = (Path(__file__).with_name(name) for name in ("model.xml", "robot.json"))
         self.model = mujoco.MjModel.from_xml_path(str(path)) if model is None else model
         self.data = mujoco.MjData(self.model)
         self.period_s = self.model.opt.timestep
-        joints = [self.model.joint(name) for name in JOINTS]
+        own = json.loads(data.read_text(encoding="utf-8"))
+        self.joints = own["joints"]
+        self.encoder_offset = np.array(own["encoder_offset"])  # rad, measured minus true
+        # N·m of the actuators' torque that act on the joints themselves
+        self.constant = np.array(own["constant"])
+        # joint, other joint of the model, share of the latter's position that the encoder adds
+        self.read_too = own["read_too"]
+        # gravity, and (mass, its place) of links, that gravity compensation goes by if not the
+        # model's
+        self.compensated_links = own["compensated"]
+        # what runs before each timestep: function, joints, values
+        self.callbacks = [
+            (FUNCTIONS[call["function"]], np.array(call["joints"], int), _arrays(call["values"]))
+            for call in own["callbacks"]
+        ]
+        joints = [self.model.joint(name) for name in self.joints]
         self.ids = np.array([joint.id for joint in joints])
         self.qadr = np.array([joint.qposadr[0] for joint in joints])
         self.dofs = np.array([joint.dofadr[0] for joint in joints])
-        self.actuators = np.array([self.model.actuator(name).id for name in JOINTS])
+        self.actuators = np.array([self.model.actuator(name).id for name in self.joints])
         # which positions and velocities an encoder adds up
-        self.reads = np.zeros((len(JOINTS), self.model.nv))
-        self.reads[np.arange(len(JOINTS)), self.dofs] = 1.0
-        for i, name, share in READ_TOO:
+        self.reads = np.zeros((len(self.joints), self.model.nv))
+        self.reads[np.arange(len(self.joints)), self.dofs] = 1.0
+        for i, name, share in self.read_too:
             self.reads[i, self.model.joint(name).dofadr[0]] = share
-        if COMPENSATED:
+        if self.compensated_links:
             self.compensated = copy(self.model)
-            self.compensated.opt.gravity, links = COMPENSATED
+            self.compensated.opt.gravity, links = self.compensated_links
             for name, (mass, place) in links.items():
                 body = self.compensated.body(name)
                 body.mass, body.ipos = mass, place
             self.compensation = mujoco.MjData(self.compensated)
         # friction that callbacks add to: of a joint, or of an element beside the joint's own
         kind = mujoco.mjtObj.mjOBJ_TENDON
-        found = [mujoco.mj_name2id(self.model, kind, f"{{name}}/friction") for name in JOINTS]
+        found = [mujoco.mj_name2id(self.model, kind, f"{name}/friction") for name in self.joints]
         self.elements = [
             (self.model.dof_frictionloss, dof)
             if tendon < 0
             else (self.model.tendon_frictionloss, tendon)
-            for dof, tendon in zip(self.dofs, found)
+            for dof, tendon in zip(self.dofs, found, strict=True)
         ]
         # what callbacks change for one step
         self.fields = [
-            self.model.jnt_stiffness, self.model.qpos_spring, self.model.dof_damping,
-            self.model.dof_frictionloss, self.model.tendon_frictionloss,
+            self.model.jnt_stiffness,
+            self.model.qpos_spring,
+            self.model.dof_damping,
+            self.model.dof_frictionloss,
+            self.model.tendon_frictionloss,
         ]
 
     def start(self, q, dq, q_des):
         """Begin at measured positions and velocities, under a command that holds since long."""
         data, model = self.data, self.model
         mujoco.mj_resetData(model, data)
-        self.tick, self.states = 0, [{{}} for _ in CALLBACKS]
+        self.tick, self.states = 0, [{} for _ in self.callbacks]
         # MuJoCo's positions are half a step of velocity ahead of the loop's
         data.qpos[self.qadr] = np.asarray(q) + 0.5 * self.period_s * np.asarray(dq)
         data.qvel[self.dofs], data.ctrl[:] = dq, q_des
@@ -87,7 +92,7 @@ class Robot:
             if joint not in self.ids:
                 data.qpos[model.jnt_qposadr[joint]] = self._bent(joint)
         data.qpos[self.qadr] -= self._reading(data.qpos) - data.qpos[self.qadr]
-        for i, name in enumerate(JOINTS):
+        for name in self.joints:
             actuator = model.actuator(name)
             if actuator.actadr[0] >= 0:
                 data.act[actuator.actadr[0]] = data.ctrl[actuator.id]
@@ -101,16 +106,17 @@ class Robot:
         """Advance by one period of the control loop under a command."""
         data, own = self.data, [field.copy() for field in self.fields]
         data.ctrl[:] = q_des
-        if CALLBACKS or READ_TOO or COMPENSATED:
+        if self.callbacks or self.read_too or self.compensated_links:
             mujoco.mj_step1(self.model, data)
             mujoco.mj_fwdActuation(self.model, data)
             given = data.qfrc_actuator[self.dofs]
             self._signals(given)
-            for (function, joints, values), self.state in zip(CALLBACKS, self.states):
+            for i, (function, joints, values) in enumerate(self.callbacks):
+                self.state = self.states[i]
                 function(self, joints, values)
             self._apply(given)
         mujoco.mj_step(self.model, data)
-        for field, values in zip(self.fields, own):
+        for field, values in zip(self.fields, own, strict=True):
             field[:] = values
         self.tick += 1
 
@@ -143,7 +149,7 @@ class Robot:
         """What callbacks see; `given` is what the actuators give, N·m."""
         data, model, at = self.data, self.model, self.actuators
         # in the middle of the step, for which the torque is held
-        self.angle = data.qpos[self.qadr] - ENCODER_OFFSET
+        self.angle = data.qpos[self.qadr] - self.encoder_offset
         self.load = data.qfrc_bias[self.dofs]
         self.gravity = data.qfrc_gravcomp[self.dofs]
         self.passive = data.qfrc_passive[self.dofs]
@@ -159,97 +165,29 @@ class Robot:
         np.divide(data.actuator_force[at] - biased, self.kp, out=self.target, where=self.kp != 0)
         # actuators read the position of the motor, encoders perhaps that of the link
         elsewhere = self.kp * (self.q - self.position) + self.kd * (self.dq - self.velocity)
-        self.motor = given - CONSTANT - elsewhere
-        if COMPENSATED:
+        self.motor = given - self.constant - elsewhere
+        if self.compensated_links:
             self.compensation.qpos = data.qpos - 0.5 * self.period_s * data.qvel
             mujoco.mj_step1(self.compensated, self.compensation)
             self.motor += self.compensation.qfrc_gravcomp[self.dofs] - self.gravity
-        self.torque = CONSTANT.copy()
+        self.torque = self.constant.copy()
         self.friction = np.array([field[i] for field, i in self.elements])
-        self.stiffness, self.pull, self.damping = np.zeros((3, len(JOINTS)))
+        self.stiffness, self.pull, self.damping = np.zeros((3, len(self.joints)))
 
     def _apply(self, given):
         """Write what callbacks have changed into data and model."""
         data, model = self.data, self.model
         data.qfrc_applied[self.dofs] = self.motor + self.torque - given
-        for (field, i), level in zip(self.elements, self.friction):
+        for (field, i), level in zip(self.elements, self.friction, strict=True):
             field[i] = max(level, 0.0)
         pull = self.pull + model.jnt_stiffness[self.ids] * model.qpos_spring[self.qadr]
         model.jnt_stiffness[self.ids] += self.stiffness
         model.qpos_spring[self.qadr] = pull / np.maximum(model.jnt_stiffness[self.ids], 1e-12)
         model.dof_damping[self.dofs] += self.damping
-'''
 
 
-def robot_text(to: Exported, title: str) -> str:
-    """robot.py of an exported robot."""
-    calls = ",\n".join(
-        f"    ({call.function.__name__}, np.array({list(call.joints)}), {_literal(call.values)})"
-        for call in to.callbacks
-    )
-    sources = _sources(to)
-    lost = "".join(f"\nNot carried: {effect} ({why})." for effect, why in to.lost)
-    head = HEAD.format(
-        title=title,
-        count=len(to.joints),
-        period=to.period_s,
-        joints=list(to.joints),
-        offset=to.encoder_offset.tolist(),
-        constant=to.constant.tolist(),
-        read_too=[entry[1:] for entry in to.read_too],
-        compensated=_compensated(to),
-        callbacks="[]" if not to.callbacks else "None  # below",
-        lost=f"{lost}\n" if lost else "",
-    )
-    if not to.callbacks:
-        return head
-    functions = "\n\n".join(sources)
-    return f"{head}\n\n{functions}\n\nCALLBACKS = [\n{calls},\n]\n"
-
-
-def _compensated(to: Exported) -> tuple[list[float], dict[str, tuple[float, list[float]]]] | None:
-    """What robot.py's gravity compensation goes by, where that is not the exported model."""
-    if not to.compensates_another:
-        return None
-    known, real = to.known_to_loop, to.spec.compile()
-    other = [
-        body
-        for body in range(known.nbody)
-        if known.body_mass[body] != real.body_mass[body]
-        or (known.body_ipos[body] != real.body_ipos[body]).any()
-    ]
-    links = {
-        known.body(body).name: (float(known.body_mass[body]), known.body_ipos[body].tolist())
-        for body in other
-    }
-    return known.opt.gravity.tolist(), links
-
-
-def _sources(to: Exported) -> list[str]:
-    """Texts of the callbacks and of what they use.
-
-    Raises:
-        EffectError: two of the same name differ.
-    """
-    found: dict[str, tuple[str, str]] = {}
-    for call in to.callbacks:
-        for name, text in call.sources.items():
-            effect, known = found.setdefault(name, (call.effect, text))
-            if text != known:
-                raise EffectError(
-                    f"effects {effect} and {call.effect}: to export them, found two functions or "
-                    f"numbers {name!r} that differ; allowed: one of a name"
-                )
-    return [text for _, text in found.values()]
-
-
-def _literal(values) -> str:
-    return "{" + ", ".join(f'"{name}": {_number(value)}' for name, value in values.items()) + "}"
-
-
-def _number(value) -> str:
-    if hasattr(value, "tolist"):
-        listed = value.tolist()
-        return f"np.array([{', '.join(map(_number, listed))}])" if value.ndim else _number(listed)
-    finite = not isinstance(value, float) or math.isfinite(value)
-    return repr(value) if finite else f'float("{value}")'
+def _arrays(values):
+    """Lists of JSON as arrays."""
+    if isinstance(values, dict):
+        return {name: _arrays(value) for name, value in values.items()}
+    return np.array(values) if isinstance(values, list) else values

@@ -1,16 +1,16 @@
-"""A formula as an effect: the file can be loaded, moves the robot, and is exported as it acts."""
+"""A formula in a model moves the robot, is written and read, and is exported as it acts."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from t2l.effects.formula import FormulaTorque
 from t2l.effects.law import ALLOWED, COLUMNS, FRICTION, GIVEN, MOTOR, TORQUE, UNITS, Curve, Law
-from t2l.effects.registry import load
 from t2l.export.folder import write_export
 from t2l.export.mjcf import Controller
 from t2l.identify.model import Model
-from t2l.propose.effect_file import effect_name, effect_text
+from t2l.propose.artefacts import formula_law, with_formula
 from t2l.propose.expression import Formula
 from tests.diagnose.made import measured, pendulum, predict, recording, swing
 from tests.export.test_export import exported
@@ -29,15 +29,14 @@ def test_an_exported_formula_moves_the_robot_as_ours(tmp_path, kind, follows):
     robot, law = pendulum(tmp_path), Law(kind, "hinge", follows, "hinge")
     values = {"a": 0.03, "b": 0.02}
     units = {"a": "N·m", "b": f"N·m/({UNITS[follows]})"}
-    path = tmp_path / "own.py"
-    path.write_text(effect_text(law, Formula("a + b * x", values, units)))
-    name = effect_name(law)
-    assert set(load([path])) >= {name}
-    effects = {name: {key: {"hinge": value} for key, value in values.items()}}
-    content, error, log = exported(tmp_path / "out", robot, effects, files=(path,))
+    formula = formula_law(law, Formula("a + b * x", values, units))
+    model = with_formula(Model(robot), formula, values)
+    content, error, log = exported(
+        tmp_path / "out", robot, model.effects, formulas=model.formulas
+    )  # fmt: skip
     assert not content["not_carried"]
     plain = measured(log).q
-    moved = np.sqrt(np.mean((measured(log, model=Model(robot, effects, (path,))).q - plain) ** 2))
+    moved = np.sqrt(np.mean((measured(log, model=model).q - plain) ** 2))
     assert moved > 1e-3
     assert error < max(0.01 * moved, 3e-5)
 
@@ -56,17 +55,15 @@ def test_so_does_an_exported_curve(tmp_path, kind, follows):
 def test_what_follows_a_column_moves_as_its_curve_and_is_not_exported(tmp_path, kind, follows):
     robot, law = pendulum(tmp_path), Law(kind, "hinge", follows, "hinge")
     values = {"a": 0.01, "b": 0.005}
-    path, name = tmp_path / "own.py", effect_name(law)
-    path.write_text(effect_text(law, Formula("a + b * x", values, dict.fromkeys(values, ""))))
-    effect = load([path])[name]
-    effects = {name: {key: {"hinge": value} for key, value in values.items()}}
+    formula = formula_law(law, Formula("a + b * x", values, dict.fromkeys(values, "")))
+    effect = FormulaTorque(formula)
     learned = (Curve(law, (5.0, 25.0), (0.035, 0.135)),)
 
     bare = recording(robot, swing())
     assert not effect.may_act([bare])
     one = replace(bare, **{COLUMNS[follows]: 8.0 + 10 * bare.time[:, None]})
     assert effect.may_act([one])
-    models = Model(robot, effects, (path,)), Model(robot, learned=learned)
+    models = with_formula(Model(robot), formula, values), Model(robot, learned=learned)
     by_formula, by_curve = (predict(one, model=model) for model in models)
     assert np.abs(by_formula - predict(one)).max() > 1e-3
     np.testing.assert_allclose(by_formula, by_curve, atol=1e-6)
