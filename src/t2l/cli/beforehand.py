@@ -1,8 +1,10 @@
-"""What a log cannot tell, said before anything is fitted to it."""
+"""What a log cannot tell, said before the first effect is named."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
+from t2l.diagnose.confounded import Confounded
+from t2l.diagnose.evidence import Evidence
 from t2l.identify.model import Model
 from t2l.recordings.recording import Recording
 
@@ -22,3 +24,16 @@ def say_what_cannot_be_told(model: Model, recordings: Sequence[Recording], out: 
         print(sentence, flush=True)
     if len(sentences) > MOST_SAID:
         print(f"and {len(sentences) - MOST_SAID} more, see {out / ENTRY}", flush=True)
+
+
+def say_what_is_confounded(model: Model, evidence: Evidence) -> list[Confounded]:
+    """Print which effects the samples that fit and choose do not tell apart; returns them."""
+    from t2l.diagnose.confounded import sentences
+    from t2l.diagnose.confounding import confounded_beforehand
+    from t2l.diagnose.evidence import deciding
+
+    found = confounded_beforehand(model, evidence)
+    recordings = deciding(evidence)[0].recordings
+    for sentence in sentences(found, model.known_effects(), recordings):
+        print(sentence, flush=True)
+    return found

@@ -24,7 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Diagnose, write, and say what is missing."""
-    from t2l.cli.beforehand import say_what_cannot_be_told
+    from t2l.cli.beforehand import say_what_cannot_be_told, say_what_is_confounded
+    from t2l.cli.estimate import say_how_long
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.artefacts import write_diagnosis
     from t2l.diagnose.evidence import gather
@@ -35,12 +36,14 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        say_how_long(arguments.command, model, recordings)
         say_what_cannot_be_told(model, [*recordings, *holdout], out)
         evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
         evidence = telling(model, evidence)
+        beforehand = say_what_is_confounded(model, evidence)
         progress = progress_line()
-        diagnosis = diagnose(model, evidence, progress=progress)
-        content = write_diagnosis(diagnosis, evidence, out)
+        diagnosis = diagnose(model, evidence, progress=progress, beforehand=beforehand)
+        content = write_diagnosis(diagnosis, evidence, out, beforehand)
         draw_diagnosis(out)
         write_report(out)
         progress("done", 1.0)

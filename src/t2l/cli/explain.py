@@ -10,6 +10,8 @@ ENTRIES = (
 )  # fmt: skip
 
 RESUME = "steps that are finished are kept; the same command goes on with the next"
+# format: of the whole, when names are found, curves are learned, and both are checked
+NAMED, LEARNED, COMPARED = 0.6, 0.9, 0.95
 
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
@@ -28,46 +30,58 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Explain, compare before and after, write, and tell the story."""
+    from t2l.cli.beforehand import say_what_is_confounded
+    from t2l.cli.estimate import say_how_long
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.diagnose.compare import compare, write
     from t2l.diagnose.evidence import gather
     from t2l.diagnose.final_parameters import final_parameters
     from t2l.diagnose.forward_selection import explain, write_explanation
+    from t2l.diagnose.ranking import telling
+    from t2l.diagnose.told_apart import told_apart
     from t2l.figures.diagnosis import draw_explanation
+    from t2l.identify.progress import part
     from t2l.identify.step_size import substeps_for
     from t2l.propose.beside import proposed_beside
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        say_how_long(arguments.command, model, recordings)
         evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
+        evidence = telling(model, evidence)
+        beforehand = say_what_is_confounded(model, evidence)
         progress = progress_line()
-        explanation = explain(model, evidence, out, progress)
-        explanation = proposed_beside(model, explanation, evidence, out, progress)
+        naming, learning = part(progress, 0.0, NAMED), part(progress, NAMED, LEARNED)
+        explanation = explain(model, evidence, out, naming, beforehand)
+        explanation = proposed_beside(model, explanation, evidence, out, learning)
+        progress("what is not told from the names", LEARNED)
+        explanation = told_apart(explanation, model, evidence)
         parameters = final_parameters(model, explanation.model, evidence)
         write_explanation(explanation, out, parameters)
-        progress("comparing before and after", 0.9)
-        after = (explanation.partial or explanation).model
-        for name, which in (("before", model), ("after", after)):
+        progress("comparing before and after", COMPARED)
+        for name, which in (("before", model), ("after", explanation.names)):
             write(compare(which, [*recordings, *holdout]), out / name)
         draw_explanation(out)
         write_report(out)
         progress("done", 1.0)
     titles = {name: effect.title for name, effect in model.known_effects().items()}
+    untold = {entry.effect for entry in explanation.confounded}
     for step in explanation.steps:
         print(
             f"{titles.get(step.effect, 'model as it came'):41s} training "
             f"{1e3 * step.train_rmse_rad:8.4g} mrad, test {1e3 * step.test_rmse_rad:8.4g}"
-            f"{_sure(step.chosen_share)}"
+            f"{_sure(step.chosen_share, step.effect in untold)}"
         )
     print(explanation.sentence)
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
 
 
-def _sure(share: float | None) -> str:
+def _sure(share: float | None, untold: bool) -> str:
     if share is None:
-        return ""
+        return ", not told from other effects" if untold else ""
     from t2l.diagnose.settings import CERTAIN
 
     uncertain = "" if share >= CERTAIN else ", uncertain"
+    uncertain = ", but not told from other effects" if untold else uncertain
     return f", chosen in {100 * share:.0f} % of resamples{uncertain}"

@@ -171,7 +171,12 @@ def gain_of_each(
 
 
 def progress_line() -> Callable[[str, float], None]:
-    """Report what is being done: one line that is rewritten on a terminal, else a line each."""
+    """Report what is being done: one line that is rewritten on a terminal, else a line each.
+
+    The percentage is that of the whole run, and never goes back.
+    """
+    from t2l.identify.progress import forward
+
     started, last = time.monotonic(), [""]
 
     def report(what: str, fraction: float) -> None:
@@ -182,7 +187,7 @@ def progress_line() -> Callable[[str, float], None]:
             print(f"[{time.monotonic() - started:6.1f} s] {text}", file=sys.stderr, flush=True)
         last[0] = what
 
-    return report
+    return forward(report)
 
 
 def long_work(what: str, clock: Callable[[], float] = time.monotonic) -> Callable[[float], None]:

@@ -26,8 +26,10 @@ def run(arguments: argparse.Namespace) -> None:
     """Propose, write, and say what was learned."""
     import numpy as np
 
+    from t2l.cli.estimate import say_how_long
     from t2l.cli.inputs import log_output, progress_line, read_inputs
     from t2l.identify.prediction import Predictor
+    from t2l.identify.progress import part
     from t2l.identify.step_size import substeps_for
     from t2l.propose.artefacts import write_proposal
     from t2l.propose.proposal import propose
@@ -35,11 +37,12 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        say_how_long(arguments.command, model, recordings)
         substeps = substeps_for(model, recordings)
         predictor = Predictor(model.robot, recordings, substeps)
         report = predictor.of(holdout) if holdout else None
         progress = progress_line()
-        proposal = propose(model, predictor, report, progress=progress)
+        proposal = propose(model, predictor, report, progress=part(progress, 0.0, 0.9))
         progress("looking for formulas", 0.9)
         every = np.ones(len(predictor.samples), bool)
         content = write_proposal(proposal, out, [(predictor, every)], report)

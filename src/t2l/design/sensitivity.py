@@ -128,6 +128,7 @@ class Sensitivity:
     Args:
         reference: recordings, as the model predicts them, by which plausible sizes are chosen.
         noise_rad: standard deviation of a measured position.
+        substeps: as of a `Predictor`.
 
     Attributes:
         presences: the effects at their plausible sizes; those with which every simulation runs away
@@ -141,11 +142,12 @@ class Sensitivity:
         effects: Sequence[Effect],
         reference: Sequence[Recording],
         noise_rad: float = NOISE_RAD,
+        substeps: int = 1,
     ):
-        self.model, self.noise_rad = model, noise_rad
+        self.model, self.noise_rad, self.substeps = model, noise_rad, substeps
         self.joints = reference[0].joints
         self._adopted = model.vector(self.joints)
-        fitting = predicted(self._predictor(reference), *self._adopted)
+        fitting = predicted(self.predictor(reference), *self._adopted)
         self.presences = list(self._at_plausible_sizes(effects, fitting))
         self.columns = [c for presence in self.presences for c in _columns(presence)]
 
@@ -172,14 +174,16 @@ class Sensitivity:
                 found[number] = rows.T @ rows
         return found
 
-    def _predictor(self, recordings: Sequence[Recording]) -> Predictor:
+    def predictor(self, recordings: Sequence[Recording]) -> Predictor:
+        """What simulates recordings on ticks that are fine enough for derivatives."""
         rate = max(r.control_rate_hz for r in recordings)
         return Predictor(
-            self.model.robot, recordings, coarseness=max(1, int(rate / LOOP_HZ + 1e-6))
-        )
+            self.model.robot, recordings, self.substeps,
+            coarseness=max(1, int(rate / LOOP_HZ + 1e-6)),
+        )  # fmt: skip
 
     def _responses(self, recordings: Sequence[Recording], first: int) -> Responses:
-        predictor = self._predictor(recordings)
+        predictor = self.predictor(recordings)
         samples = predictor.samples
         layout, u = self._adopted
         asked = [Request(p.layout, p.points()) for p in self.presences]

@@ -2,11 +2,13 @@
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from t2l.artefacts import read_json, reading, write_text
-from t2l.diagnose import conditions, wording
+from t2l.diagnose import conditions, confounded, wording
+from t2l.diagnose.confounded import Confounded
 from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.explained_variance import explained_variance
 from t2l.diagnose.files import DIAGNOSIS
@@ -34,9 +36,15 @@ def diagnosed_effects(folder: Path) -> list[str]:
         return [str(entry["effect"]) for entry in content["ranking"]]
 
 
-def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> dict[str, Any]:
+def write_diagnosis(
+    diagnosis: Diagnosis,
+    evidence: Evidence,
+    folder: Path,
+    beforehand: Sequence[Confounded] = (),
+) -> dict[str, Any]:
     """Write ``diagnosis.json`` and, for each effect, the model with it in ``models/``.
 
+    `beforehand` are effects that the recordings do not tell apart.
     Models that the ``diagnosis.json`` before names, and this one does not, are removed.
 
     Returns:
@@ -64,6 +72,7 @@ def write_diagnosis(diagnosis: Diagnosis, evidence: Evidence, folder: Path) -> d
         "test_recordings": [r.name for r in evidence.test.recordings],
         "remaining": remaining,
         "separating_experiment": _experiment(diagnosis, evidence),
+        "confounded": confounded.as_json(beforehand),
     }
     content = wording.as_json(diagnosis, extra)
     # last: its presence says that the folder is whole

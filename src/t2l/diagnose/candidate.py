@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.diagnose.confounded import Confounded
 from t2l.diagnose.settings import CERTAIN, LEAST_SHARE
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
@@ -35,6 +36,7 @@ class Candidate:
         why: a sentence for people.
         chosen_share: in what share of the resamples of what is screened it explains as well as
             anything; None where these are too few to tell.
+        confounded: what the recordings do not tell it from, if there is anything.
     """
 
     effect: Effect
@@ -51,6 +53,7 @@ class Candidate:
     why: str = ""
     test_rmse_rad: float | None = None
     chosen_share: float | None = None
+    confounded: Confounded | None = None
 
     @property
     def term(self) -> Term:
@@ -59,7 +62,12 @@ class Candidate:
 
     @property
     def certain(self) -> bool | None:
-        """Whether it explains as well as anything in at least half of the resamples."""
+        """Whether it explains as well as anything in at least half of the resamples.
+
+        Never where the recordings do not tell it from other effects.
+        """
+        if self.confounded is not None:
+            return False
         return None if self.chosen_share is None else self.chosen_share >= CERTAIN
 
     @property

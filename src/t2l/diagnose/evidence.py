@@ -149,6 +149,21 @@ def validation_blocks(evidence: Evidence) -> np.ndarray:
     return blocks(samples.recording[mask], samples.time[mask])
 
 
+def deciding(evidence: Evidence) -> tuple[Predictor, np.ndarray]:
+    """Training and validation samples together, of some recordings if there are many."""
+    train, choose = evidence.train, evidence.validation
+    if choose is train:
+        return _over_the_gains(train, evidence.train_mask | evidence.validation_mask, SHORTLISTED)
+    both = train.of([*train.recordings, *choose.recordings])
+    mask = np.concatenate([evidence.train_mask, evidence.validation_mask])
+    return _over_the_gains(both, mask, SHORTLISTED)
+
+
+def screened(predictor: Predictor) -> Predictor:
+    """A predictor of the few recordings that every effect is tried on."""
+    return _screened(predictor, _all(predictor))[0]
+
+
 def some(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor, np.ndarray]:
     """A predictor of `count` of the recordings, spread over their order, and its part of `mask`."""
     return _part(predictor, mask, np.arange(len(predictor.recordings)), count)

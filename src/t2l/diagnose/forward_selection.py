@@ -2,14 +2,16 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from t2l.artefacts import read_json, read_text, reading, write_text
+from t2l.diagnose import confounded
 from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
+from t2l.diagnose.confounded import Confounded
 from t2l.diagnose.evidence import Evidence, fine_enough
 from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling, verdict_of
@@ -17,6 +19,7 @@ from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.diagnose.wording import ended
 from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_again, write_model
+from t2l.identify.progress import Progress, pieces
 from t2l.identify.refit import refitted
 from t2l.names import path_of
 from t2l.registry import python_files
@@ -25,8 +28,6 @@ from t2l.typed import is_number
 from t2l.version import library
 
 ERRORS = tuple(f"{part}_rmse_q_rad" for part in ("train", "validation", "test"))
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,8 @@ class Explanation:
     """The steps, where they ended, and the final model.
 
     `partial` are the names of the steps that the final model lacks, as they explain only a part.
+    `beforehand` are effects that could not be told apart before the first step, and `confounded`
+    those of the names found that cannot be told from others in the end.
     """
 
     steps: list[Step]
@@ -75,6 +78,13 @@ class Explanation:
     sentence: str
     model: Model
     partial: Partial | None = None
+    beforehand: tuple[Confounded, ...] = ()
+    confounded: tuple[Confounded, ...] = ()
+
+    @property
+    def names(self) -> Model:
+        """The model with all names that were found, adopted or not."""
+        return (self.partial or self).model
 
 
 def explain(
@@ -82,6 +92,7 @@ def explain(
     evidence: Evidence,
     folder: Path,
     progress: Progress = lambda what, fraction: None,
+    beforehand: Sequence[Confounded] = (),
 ) -> Explanation:
     """Adopt the first-ranked effect as long as the verdict is `missing_effect`.
 
@@ -90,21 +101,24 @@ def explain(
 
     Each step is kept in ``folder/steps/<n>`` with what it was made from, so that an interrupted
     run goes on with the step it was in.
+
+    Args:
+        beforehand: effects that the recordings do not tell apart, which are never certain.
     """
     evidence = telling(model, evidence)
     steps, key, had = [], fingerprint(model, evidence), [_terms(model, evidence)]
     added, dropped, share = None, [], None
-    for number in range(MOST_EFFECTS + 1):
+    for number, step in zip(range(MOST_EFFECTS + 1), pieces(progress), strict=False):
         where = folder / "steps" / str(number)
         content = _finished(where, key, model)
         if content is None:
 
-            def told(what, fraction, number=number):
-                progress(f"step {number + 1}: {what}", fraction)
+            def told(what, fraction, number=number, step=step):
+                step(f"step {number + 1}: {what}", fraction)
 
-            content = _step(model, evidence, where, key, told)
+            content = _step(model, evidence, where, key, told, beforehand)
         else:
-            progress(f"step {number + 1}: kept from before", 1.0)
+            step(f"step {number + 1}: kept from before", 1.0)
         baseline = content["baseline"]
         steps.append(Step(added, *(baseline[key] for key in ERRORS), tuple(dropped), share))
         if content["verdict"] != MISSING or number == MOST_EFFECTS:
@@ -120,8 +134,9 @@ def explain(
         evidence = fine_enough(model, evidence)
         key = hashlib.sha256((key + added).encode()).hexdigest()
     return Explanation(
-        steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model
-    )
+        steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model,
+        beforehand=tuple(beforehand),
+    )  # fmt: skip
 
 
 def _adopted(
@@ -161,11 +176,13 @@ def _model_with(where: Path, effect: str) -> Path:
     return path_of(where / "models", effect, ".yaml")
 
 
-def _step(model, evidence, where, key, progress) -> dict:
-    diagnosis: Diagnosis = diagnose(model, evidence, progress=progress, quick=True)
+def _step(model, evidence, where, key, progress, beforehand) -> dict:
+    diagnosis: Diagnosis = diagnose(
+        model, evidence, progress=progress, quick=True, beforehand=beforehand
+    )
     with writing(where / "fingerprint"):
         (where / "fingerprint").unlink(missing_ok=True)
-    content = write_diagnosis(diagnosis, evidence, where)
+    content = write_diagnosis(diagnosis, evidence, where, beforehand)
     # last: its presence says that the step is whole
     write_text(key, where / "fingerprint")
     return content
@@ -252,6 +269,10 @@ def as_json(explanation: Explanation) -> dict:
         "verdict": explanation.verdict,
         "sentence": explanation.sentence,
         "noise_floor_rad": explanation.noise_floor_rad,
+        "confounded": {
+            "beforehand": confounded.as_json(explanation.beforehand),
+            "names": confounded.as_json(explanation.confounded),
+        },
         "partial": None if partial is None else {
             "effects": list(partial.effects),
             "explained_fraction": partial.explained,

@@ -1,6 +1,6 @@
 """Every effect fitted on a few recordings, the likeliest on more, the first on all of them."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +32,7 @@ from t2l.identify.fitting import (
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import AT_THE_FLOOR, NEGLIGIBLE, PROMISING, TIED
 from t2l.identify.prediction import Predictor, Request
+from t2l.identify.progress import Progress
 from t2l.identify.rough import search
 
 DIAGONAL_FROM_JOINTS = 4  # tuned: joints from which the search moves them all at once
@@ -41,7 +42,6 @@ LEAST_SIZE = 1e-3  # numerics: of an adopted parameter, for finite differences
 CLOSE_BY = 0.25  # tuned: of the spread of that search, where a fit to all recordings has ended
 SETTLED = 1 - TIED  # derived: of the loss before; a fit that ends above is at its minimum
 
-Progress = Callable[[str, float], None]
 Origin = Mapping[tuple, float]  # elements of u by slot key
 
 

@@ -6,16 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.diagnose.candidate import Candidate, alike, mark_ties, promote, rank
+from t2l.diagnose.confounded import Confounded
 from t2l.diagnose.evidence import Evidence, pooled
 from t2l.diagnose.judging import judge, judge_in_turn, residual, rms
 from t2l.diagnose.multi_fidelity import with_beginnings, with_coarser_ticks
-from t2l.diagnose.racing import Progress, fit_all, fit_fully
+from t2l.diagnose.racing import fit_all, fit_fully
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify.levels import AT_THE_FLOOR, MATERIAL
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
+from t2l.identify.progress import Progress
 from t2l.identify.uncertainty import uncertainty
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
@@ -54,6 +56,7 @@ def diagnose(
     effects: Sequence[Effect] | None = None,
     progress: Progress = lambda what, fraction: None,
     quick: bool = False,
+    beforehand: Sequence[Confounded] = (),
 ) -> Diagnosis:
     """Fit the model so far plus each effect on the training samples; judge on validation.
 
@@ -63,6 +66,7 @@ def diagnose(
         effects: candidates; by default every known one that some joint does not have yet.
         progress: called with a sentence and the fraction done.
         quick: try no effect if the error is at the noise floor already.
+        beforehand: effects that the recordings do not tell apart, which are never certain.
 
     Raises:
         DivergenceError: a simulation of the model so far runs away.
@@ -87,6 +91,10 @@ def diagnose(
         shorter = with_beginnings(evidence, adopted, u, known)
         cheaper = with_coarser_ticks(shorter, adopted, u)
         ranking = _ranking(cheaper, adopted, u, effects, floor, train, before, progress)
+    for candidate in ranking:
+        candidate.confounded = next(
+            (entry for entry in beforehand if entry.effect == candidate.effect.name), None
+        )
     verdict = verdict_of(chosen_by, floor, bool(ranking) and ranking[0].justified)
     test = rms(residual(evidence.test, evidence.test_mask, test_q))
     return Diagnosis(model, joints, verdict, floor, train, chosen_by, test, ranking)

@@ -101,6 +101,21 @@ class _Errors(TypedDict):
     test_rmse_q_rad: FiniteFloat
 
 
+class _Rival(TypedDict):
+    effects: list[str]
+    collinearity: FiniteFloat
+
+
+class _Confounded(TypedDict):
+    effect: str
+    not_told_from: list[_Rival]
+
+
+class _AllConfounded(TypedDict):
+    beforehand: list[_Confounded]
+    names: list[_Confounded]
+
+
 class _Experiment(TypedDict):
     sentence: str
 
@@ -118,6 +133,7 @@ class Diagnosis(TypedDict):
     test_recordings: NotRequired[list[str]]
     remaining: NotRequired[list[str]]
     separating_experiment: NotRequired[_Experiment | None]
+    confounded: NotRequired[list[_Confounded]]
 
 
 class _Step(_Errors):
@@ -147,6 +163,7 @@ class Explanation(TypedDict):
     noise_floor_rad: FiniteFloat
     partial: NotRequired[_Partial | None]
     parameters: NotRequired[list[_Fitted]]
+    confounded: NotRequired[_AllConfounded]
 
 
 class _Formula(TypedDict):

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from t2l.diagnose import confounded
 from t2l.diagnose.candidate import LEAST_IMPROVEMENT, Candidate
 from t2l.diagnose.ranking import MISSING, NEAR_THE_FLOOR, NOTHING_MISSING, Diagnosis
 from t2l.identify.block_bootstrap import Improvement
@@ -21,6 +22,9 @@ def headline(diagnosis: Diagnosis) -> str:
     others = listed([titles[name] for name in best.tied_with])
     tied = f", tied with {others}" if others else ""
     uncertain = " (uncertain)" if best.certain is False else ""
+    if best.confounded:
+        what = best.confounded.from_what(titles)
+        uncertain = f" (uncertain: these recordings cannot tell it from {what})"
     after = "grows without bound"
     if best.test_rmse_rad is not None:
         after = f"goes from {error:.3g} to {1e3 * best.test_rmse_rad:.3g} mrad"
@@ -91,12 +95,16 @@ def why(candidate: Candidate, correlations: dict[str, float], titles: dict[str, 
     return (
         f"{effect.signature[0].upper()}{effect.signature[1:]}.{seen} With {effect.title} "
         f"the validation error falls by {100 * gain.fraction:.0f} % "
-        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together} {chosen(candidate)}"
+        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together} "
+        f"{chosen(candidate, titles)}"
     )
 
 
-def chosen(candidate: Candidate) -> str:
-    """How often it is selected, in a sentence."""
+def chosen(candidate: Candidate, titles: dict[str, str]) -> str:
+    """How often it is selected, and what it is not told from, in a sentence."""
+    if candidate.confounded:
+        what = candidate.confounded.from_what(titles)
+        return f"But these recordings cannot tell it from {what}."
     if candidate.chosen_share is None:
         return "The recordings are too short to tell how sure the choice is."
     sure = "" if candidate.certain else ", less than half: this is uncertain"
@@ -148,6 +156,7 @@ def _candidate(candidate: Candidate, joints: tuple[str, ...]) -> dict[str, Any]:
         "justified": candidate.justified,
         "chosen_share": candidate.chosen_share,
         "certain": candidate.certain,
+        "confounded": confounded.as_json(filter(None, [candidate.confounded])),
         "parameters": parameters,
         "tied_with": candidate.tied_with,
         "partner": candidate.partner,

@@ -16,10 +16,10 @@ from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.errors import T2LError, writing
 from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.model import Model, read_again, write_model
+from t2l.identify.progress import Progress
 from t2l.propose.artefacts import write_proposal
 from t2l.propose.proposal import LAW
 from t2l.propose.reconsider import Reconsidered, reconsider
-from t2l.propose.search import Progress
 from t2l.propose.wording import headline, part_of_it, retracted
 
 RECORD = "beside.json"

@@ -8,6 +8,7 @@ from t2l.diagnose.evidence import Evidence
 from t2l.effects.law import Law
 from t2l.effects.term import Slot
 from t2l.identify.model import Model
+from t2l.identify.progress import Progress
 from t2l.propose.decision import NEAR, Decision, decide
 from t2l.propose.elimination import eliminate
 from t2l.propose.expression import Formula
@@ -16,7 +17,7 @@ from t2l.propose.freedom import freedom, independent
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.proposal import error_of
 from t2l.propose.refit import State
-from t2l.propose.search import Progress, search
+from t2l.propose.search import search
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Learning:
     validated: Callable[[Search], float]
     alone_rad: tuple[Callable[[], float], ...]
     names_rad: float
-    progress: Progress
+    searches: Iterator[Progress]
 
     def alone_leave(self, enough: float) -> bool:
         """Whether laws alone leave as little, as curves or in words: these may reach further."""
@@ -93,7 +94,7 @@ def offers(
     sets = (evidence.validation, evidence.validation_mask), (evidence.train, evidence.train_mask)
     if all(error_of(final, *each) <= quiet for each in sets):
         return
-    beside = search(final, samples, learning.progress)
+    beside = search(final, samples, next(learning.searches))
     decision = None
     if adopted:
         came = error_of(original, samples.predictor, samples.chosen)
@@ -115,7 +116,7 @@ def _in_place(
     if beside.laws:
         if decision.named:
             return
-        learning.progress("testing the names beside the curves", 0.8)
+        next(learning.searches)("testing the names beside the curves", 0.0)
         found, dropped = eliminate(beside, adopted, learning.samples)
     if len(dropped) < len(adopted):
         # names that need laws beside them stand for nothing that laws alone do as well; without

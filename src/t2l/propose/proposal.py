@@ -10,6 +10,7 @@ from t2l.effects.term import Layout
 from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
+from t2l.identify.progress import Progress
 from t2l.propose.band import band
 from t2l.propose.bases import tabulated
 from t2l.propose.dictionary import moved, rest_in, weights_in
@@ -17,7 +18,7 @@ from t2l.propose.found import Ceiling, Search
 from t2l.propose.laws import seen
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.refit import State, refit
-from t2l.propose.search import Progress, search
+from t2l.propose.search import search
 from t2l.propose.shared_constants import anchoring
 from t2l.propose.split import split
 

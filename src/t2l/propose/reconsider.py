@@ -27,6 +27,7 @@ from t2l.diagnose.evidence import Evidence
 from t2l.effects.law import Law
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
+from t2l.identify.progress import Progress, pieces
 from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import Decision, each_goes_half_way
 from t2l.propose.expression import Formula
@@ -35,7 +36,7 @@ from t2l.propose.found import Search
 from t2l.propose.learning_samples import LearningSamples
 from t2l.propose.offers import Learning, adopted_in, offers, without_laws
 from t2l.propose.proposal import Proposal, error_of, finished, pooled_error
-from t2l.propose.search import Progress, search
+from t2l.propose.search import search
 from t2l.propose.split import few, split
 
 
@@ -97,13 +98,15 @@ def reconsider(
         error_of(model, evidence.test, evidence.test_mask) for model in (original, final)
     )
 
+    searches = pieces(progress)
+
     @cache
     def at_first() -> float:
         return _fitted_and_chosen(original, evidence)
 
     @cache
     def alone() -> Search:
-        return search(original, samples, progress)
+        return search(original, samples, next(searches))
 
     def told(model: Model, found: Search) -> Proposal:
         masks = evidence.train_mask[at], evidence.test_mask
@@ -126,7 +129,7 @@ def reconsider(
         samples, alone, formulas,
         lambda found: left(told(final, found).with_curves),
         tuple(cache(lambda way=way: left(way())) for way in ways),
-        left(final), progress,
+        left(final), searches,
     )  # fmt: skip
 
     def confirms(proposal: Proposal, names: Model, replaced: bool, alone: bool) -> bool:

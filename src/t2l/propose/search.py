@@ -24,6 +24,7 @@ from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
+from t2l.identify.progress import Progress, pieces
 from t2l.identify.scales import scales
 from t2l.propose.bases import SIZE, effect_of, penalty, straight, tendon_of
 from t2l.propose.decision import each_goes_half_way
@@ -61,8 +62,6 @@ MOST_LAWS = MOST_EFFECTS  # more is a model that fits anything
 # derived: laws that wait for another: a heavier link lacks weight, inertia and friction, of which
 # the first shows alone and the rest may only together
 AHEAD = 2
-
-Progress = Callable[[str, float], None]
 
 
 def search(
@@ -110,12 +109,13 @@ def search(
 
     draft = coarser(predictor, state)
     earned, seen, rounds = replace(found), [set()], 0
+    curves = pieces(progress)
     while len(found.laws) < MOST_LAWS:
         # one that leaves only noise would not be worth taking, with those that wait for it
         worth = earned.is_material(found.noise_floor_rad)
         if not (worth and found.left_more_than_noise):
             break
-        progress(f"learning curve {len(found.laws) + 1}", len(found.laws) / MOST_LAWS)
+        next(curves)(f"learning curve {len(found.laws) + 1}", 0.0)
         taken = _take_one(found, samples, draft, ends, made, [*motor.values()])
         if taken is None:
             break

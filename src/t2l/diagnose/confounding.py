@@ -1,0 +1,118 @@
+"""Which effects the recordings cannot tell apart: said before any is named, and of each name after.
+
+An effect is confounded with others if they do what it does (`t2l.design.collinearity`). Before the
+search that is asked of each effect that alone explains at least half of what is missing, and as
+much as any, linearised at the model as it came; after it, of each effect that was adopted, at its
+fitted values, with the others fitted along.
+"""
+
+import numpy as np
+
+from t2l.design.collinearity import Responses, Rival
+from t2l.design.identifiability import REFERENCE
+from t2l.design.sensitivity import Sensitivity
+from t2l.design.spans import spans
+from t2l.diagnose.confounded import Confounded
+from t2l.diagnose.evidence import Evidence, deciding, fine_enough, some
+from t2l.diagnose.racing import LEAST_SIZE
+from t2l.effects.term import Layout
+from t2l.identify.fitting import run
+from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING
+from t2l.identify.model import Model
+from t2l.identify.noise_floor import noise_floor
+from t2l.identify.prediction import Request
+
+
+def confounded_beforehand(model: Model, evidence: Evidence) -> list[Confounded]:
+    """Effects that alone explain most of what is missing, and that others may stand for.
+
+    None where nothing is missing.
+    """
+    linear = _Linear(model, evidence)
+    missing = linear.responses.free(linear.residual)
+    if _rms(missing) <= AT_THE_FLOOR:
+        return []
+    responses, half = linear.responses, HALF * np.mean(missing**2)
+    parts = {name: responses.part(name, missing) for name in responses.index}
+    parts = {name: part for name, part in parts.items() if np.mean(part**2) >= half}
+    left = {name: max(_rms(missing - part), 1.0) for name, part in parts.items()}
+    most = AT_THE_FLOOR * min(left.values(), default=0.0)
+    found = [
+        Confounded(
+            name,
+            tuple(responses.rivals(name, part, missing, PROMISING * left[name])),
+            left[name] > AT_THE_FLOOR,
+        )
+        for name, part in parts.items()
+        if left[name] <= most
+    ]
+    return [entry for entry in found if entry.rivals]
+
+
+def confounded_names(model: Model, came: Model, evidence: Evidence) -> list[Confounded]:
+    """Effects of a model that it did not come with, and that others may stand for.
+
+    Args:
+        came: the model as it came.
+    """
+    names = [name for name in model.effects if name not in came.effects]
+    if not names:
+        return []
+    linear = _Linear(model, fine_enough(model, evidence))
+    found = [Confounded(name, tuple(linear.rivals_of(name))) for name in names]
+    return [entry for entry in found if entry.rivals]
+
+
+class _Linear:
+    """The simulation around a model: what its own parameters do, and what each other effect does.
+
+    All in units of the noise, at the samples that fit and choose.
+    """
+
+    def __init__(self, model: Model, evidence: Evidence):
+        exact, mask = deciding(evidence)
+        joints, recordings = exact.joints, exact.recordings
+        self.layout, self.u = model.vector(joints)
+        ((q,),) = exact.predict([Request(self.layout, self.u[None])])
+        signals = exact.samples.by_row(exact.samples.q - q)
+        noise = max(noise_floor(list(recordings), signals), np.finfo(float).tiny)
+        self.residual = (exact.samples.q - q)[mask] / noise
+        effects = model.missing_effects(joints, recordings)
+        few = some(exact, mask, REFERENCE)[0].recordings
+        sensitivity = Sensitivity(model, effects, few, noise, exact.substeps)
+        self._predictor, self._mask, self._noise = sensitivity.predictor(recordings), mask, noise
+        columns, self.names = spans(sensitivity, recordings)
+        self.columns = columns[mask]
+        known = model.known_effects(joints)
+        self.excludes = {
+            one: {other for other in known if other in e.contains or one in known[other].contains}
+            for one, e in known.items()
+        }
+        self.base = self._base()
+        self.responses = Responses(self.columns, self.names, self.base, self.excludes)
+
+    def rivals_of(self, name: str) -> list[Rival]:
+        """What may stand for an effect of the model."""
+        own = np.array([slot.term.effect.name == name for slot in self.layout.slots])
+        rest = Layout([t for t in self.layout.terms if t.effect.name != name])
+        whole, less = self._predictor.predict(
+            [Request(self.layout, self.u[None]), Request(rest, self.u[None][:, ~own])]
+        )
+        part = (whole[0] - less[0])[self._mask] / self._noise
+        if not np.isfinite(part).all():
+            return []
+        responses = Responses(self.columns, self.names, self.base[:, ~own], self.excludes)
+        most = AT_THE_FLOOR * max(_rms(self.residual), 1.0)
+        return responses.rivals(name, part, self.residual + part, most)
+
+    def _base(self) -> np.ndarray:
+        """(nsample, n) what the model's own parameters do."""
+        least = [max(slot.parameter.size, LEAST_SIZE) for slot in self.layout.slots]
+        fit = LeastSquares(self.layout, self.u, np.maximum(np.abs(self.u), least))
+        run([fit], self._predictor, self._mask, 0)
+        return np.nan_to_num(fit.jacobian) / self._noise
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
