@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+from t2l.cli.inputs import long_work
 from t2l.cli.main import COMMANDS, main
 from t2l.effects.registry import builtin
 from t2l.identify.model import read_model
@@ -221,3 +222,15 @@ def test_holdout_may_be_repeated_and_not_be_fitted_too(at_home, capsys):
     said = fails(capsys, "diagnose", "logs", "--holdout", "logs/kp5", "--out", "never")
     assert "kp5" in said
     assert "--holdout" in said
+
+
+@pytest.mark.parametrize(("second", "said"), [(0.1, ""), (1.0, "working, about 100 s")])
+def test_only_long_work_is_announced_and_once(capsys, second, said):
+    now = [0.0]
+    report = long_work("working", lambda: now[0])
+    for part in range(1, 100):
+        now[0] += second
+        report(part / 100)
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("working") == bool(said)

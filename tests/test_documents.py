@@ -1,10 +1,15 @@
+import json
+import math
+import os
 import time
 
 import pytest
-from hypothesis import given
+import yaml
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from t2l.documents import MOST_BYTES, MOST_LEVELS, MOST_NODES, read_json, read_yaml
+from snakemake_logger_plugin_t2l import configfiles
+from t2l.documents import MOST_BYTES, MOST_LEVELS, MOST_NODES, read_json, read_yaml, to_yaml
 from t2l.errors import InputError
 
 BOMB = "\n".join(
@@ -20,7 +25,7 @@ def path(tmp_path):
 def test_what_people_write_is_read_at_its_word(path):
     path.write_text(
         "study: x\ngains: &g {kp: 1e-5, kd: 1.0e-5, seed: 1.0}\nagain: *g\nday: 2026-11-22\n"
-        "merged: {<<: *g, kd: 2}\nwords: yes\nnothing:\n"
+        "merged: {<<: *g, kd: 2}\nnothing:\n"
     )
     assert read_yaml(path, "a file") == {
         "study": "x",
@@ -28,9 +33,64 @@ def test_what_people_write_is_read_at_its_word(path):
         "again": {"kp": 1e-5, "kd": 1e-5, "seed": 1.0},
         "day": "2026-11-22",
         "merged": {"kp": 1e-5, "kd": 2, "seed": 1.0},
-        "words": True,
         "nothing": None,
     }
+
+
+@pytest.mark.parametrize(
+    "text",
+    # YAML 1.1 has 90, 5400.5, 8, 5, 1000, true and false for them, and an error for =
+    ["1:30", "1:30:00.5", "010", "-07", "0b101", "1_000", "1_0.5", "yes", "No", "on", "OFF", "y",
+     "0o17", "=", "1.2.3", ".", "+", "e5", "0x", "2026-11-22"],
+)  # fmt: skip
+def test_what_only_yaml_1_1_takes_for_a_number_or_a_switch_is_text(path, text):
+    path.write_text(f"a: {text}\n{text}: b\n")
+    assert read_yaml(path, "a file") == {"a": text, text: "b"}
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("10", 10), ("-3", -3), ("0", 0), ("0x1F", 31), ("1.5", 1.5), (".5", 0.5), ("2.", 2.0),
+     ("1e5", 1e5), ("1.5e3", 1500.0), ("-1.5E-3", -0.0015), ("+.inf", math.inf), ("true", True),
+     ("False", False), ("~", None)],
+)  # fmt: skip
+def test_what_everybody_takes_for_a_number_is_one(path, text, number):
+    path.write_text(f"a: {text}\n")
+    found = read_yaml(path, "a file")["a"]
+    assert (found, type(found)) == (number, type(number))
+
+
+def test_a_configuration_of_snakemake_is_read_alike(path):
+    path.write_text("damping: 1:30\nseed: 010\n")
+    assert configfiles.load(path) == {"damping": "1:30", "seed": "010"}
+
+
+@given(st.text("0123456789.:_-+exobnyfNYO~=<", max_size=6) | st.text(max_size=5))
+def test_text_that_is_written_is_read_as_that_text(tmp_path_factory, text):
+    assume(yaml.safe_load(json.dumps(text)) == text and "\0" not in text)  # none that YAML forbids
+    path = tmp_path_factory.getbasetemp() / "written"
+    path.write_text(to_yaml({"a": text}, allow_unicode=True), encoding="utf-8")
+    assert read_yaml(path, "a file") == {"a": text} == yaml.safe_load(path.read_bytes())
+
+
+@pytest.mark.parametrize(("read", "name"), [(read_yaml, "a.yaml"), (read_json, "a.json")])
+def test_what_is_no_regular_file_is_not_waited_for(tmp_path, read, name):
+    os.mkfifo(tmp_path / name)
+    said = rf"{name}: the file: found a named pipe \(FIFO\); allowed: a regular file"
+    with pytest.raises(InputError, match=said):
+        read(tmp_path / name, "a file")
+    for device in ("/dev/zero", "/dev/null"):
+        with pytest.raises(InputError, match=f"{device}: the file: found a device"):
+            read(device, "a file")
+
+
+@pytest.mark.parametrize(
+    ("read", "text"), [(read_yaml, '{a: ["\\0"]}'), (read_json, '{"\\u0000": 1}')]
+)
+def test_no_text_has_a_null_character(path, read, text):
+    path.write_text(text)
+    with pytest.raises(InputError, match="found a null character in a text"):
+        read(path, "a file")
 
 
 @pytest.mark.parametrize(

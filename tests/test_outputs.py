@@ -194,3 +194,13 @@ def test_a_file_is_written_where_none_is(tmp_path, capsys):
     with pytest.raises(OutputError, match="is a folder"):
         output_file(tmp_path / "deep", "t2l adopt", force=True).__enter__()
     assert path.read_text() == "two"
+
+
+def test_a_mark_that_is_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / MARK)
+    said = rf"{MARK}: found a named pipe \(FIFO\); allowed: a regular file"
+    with pytest.raises(OutputError, match=said), output_folder(tmp_path, "t2l x", ["a"]):
+        pass
+    with pytest.raises(OutputError, match=said):
+        claim(tmp_path, "t2l x")
+    assert os.listdir(tmp_path) == [MARK]

@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from t2l.artefacts import remove
+from t2l.documents import REGULAR, kind_of_file
 from t2l.errors import OutputError, writing
 from t2l.names import is_plain
 
@@ -211,8 +212,10 @@ def _make(folder: Path) -> list[Path]:
 def _lock(folder: Path) -> int:
     path = folder / MARK
     while True:
+        _check_mark(path)
         with writing(folder):
-            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
+            descriptor = os.open(path, flags, 0o644)
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -227,8 +230,15 @@ def _lock(folder: Path) -> int:
         os.close(descriptor)
 
 
+def _check_mark(path: Path) -> None:
+    kind = kind_of_file(path)
+    if kind is not None:
+        raise OutputError(f"{path}: found {kind}; allowed: {REGULAR}, as t2l writes it")
+
+
 def _read_mark(folder: Path) -> tuple[str, list[str]]:
     """The command of a folder's mark and the names it writes; "" without a mark of ours."""
+    _check_mark(folder / MARK)
     try:
         content = json.loads((folder / MARK).read_text())
         command, entries = str(content["command"]), content["entries"]

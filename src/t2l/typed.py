@@ -143,6 +143,16 @@ def _tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
+# YAML reads the words as text, which they are where a name is meant
+_SWITCHES = {"yes": True, "on": True, "no": False, "off": False}
+
+
+def switch(value: Any) -> Any:
+    """A word for true or false as that; anything else as it is."""
+    return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
+
+
+Switch = Annotated[bool, BeforeValidator(switch)]
 Number = Annotated[int | float, BeforeValidator(_number)]
 Integer = Annotated[int, BeforeValidator(_whole)]
 Name = Annotated[str, AfterValidator(_plain_name)]

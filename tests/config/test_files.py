@@ -13,6 +13,15 @@ TRAIN = "examples/two_joint_arm/train"
         ({"recordings": ["src"]}, "diagnosis.recordings[0]: found 'src', which is not there"),
         ({"recordings": [TRAIN], "holdout": ["y"]}, "diagnosis.holdout[0]: found 'y', which"),
         ({"recordings": [TRAIN], "model": "y"}, "diagnosis.model: found 'y', which is not there"),
+        (
+            {"recordings": [TRAIN], "holdout": ["examples/two_joint_arm/holdout", TRAIN]},
+            "diagnosis.holdout[1]: found 'examples/two_joint_arm/train/",
+        ),
+        (
+            {"recordings": [TRAIN], "holdout": [f"{TRAIN}/../train/medium_steps"]},
+            "diagnosis.holdout[0]: found 'examples/two_joint_arm/train/../train/medium_steps.csv', "
+            "which is in diagnosis.recordings[0] too; allowed: recordings that are not fitted",
+        ),
         ({"recordings": [TRAIN], "effects": ["y"]}, "diagnosis.effects[0]: found 'y', which"),
         ({"recordings": ["\ud800"]}, "diagnosis.recordings[0]: found '\\ud800'; allowed: text"),
         ({"recordings": ["x/" * 490]}, "diagnosis.recordings[0]: found 'x/x/"),

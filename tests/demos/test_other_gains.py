@@ -1,9 +1,11 @@
 """A data set under other gains moves the robot as it did under its own."""
 
 import json
+import os
 import shutil
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given
@@ -133,6 +135,59 @@ def test_commands_that_are_held_too_long_are_refused(task, recorded, tmp_path):
     slow = damaged(recorded, tmp_path / "slow", 10)
     with pytest.raises(SystemExit, match="key fps: found 10; allowed: 20 or more"):
         main(command_line(task, slow, tmp_path / "new"))
+
+
+def spoilt(recorded, folder, key, joint, value, count=1):
+    """A copy with a value in place of the first frames' of a joint."""
+    shutil.copytree(recorded, folder)
+    path = next((folder / "data").glob("*/*.parquet"))
+    table = pq.read_table(path)
+    rows = np.stack(table[key].to_numpy())
+    rows[:count, joint] = value
+    field = table.schema.field(key)
+    at = table.column_names.index(key)
+    pq.write_table(table.set_column(at, field, pa.array(rows.tolist(), field.type)), path)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        # of one frame no torque is looked at
+        ("action", 1e30, r"episode 0, frame 0, joint .*joint2: found a command of 1e\+30 rad"),
+        ("action", -20.0, "found a command of -20 rad; allowed: -8.067"),
+        ("observation.state", 1e30, r"joint2: found a position of 1e\+30 rad; allowed: -1.8"),
+        ("observation.state", 3.0, "joint2: found a position of 3 rad; allowed: -1.8.* to 1.8"),
+    ],
+)
+def test_a_frame_where_no_joint_can_be_is_named(task, recorded, tmp_path, key, value, said):
+    bad = spoilt(recorded, tmp_path / "bad", key, 1, value)
+    with pytest.raises(SystemExit, match=said):
+        main(command_line(task, bad, tmp_path / "new"))
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("meta/stats.json", "{", "stats.json: the file: found what is not JSON"),
+        ("meta/stats.json", "[]", "stats.json: the file: found no object"),
+        ("meta/episodes/chunk-000/file-000.parquet", "x", "file-000.parquet: cannot be read"),
+        ("meta/more", None, r"meta/more: the file: found a named pipe \(FIFO\)"),
+    ],
+)
+def test_what_cannot_be_copied_along_is_named_first(
+    task, recorded, tmp_path, name, content, said
+):  # fmt: skip
+    bad = shutil.copytree(recorded, tmp_path / "bad")
+    (bad / name).unlink(missing_ok=True)
+    if content is None:
+        os.mkfifo(bad / name)
+    else:
+        (bad / name).write_text(content)
+    with pytest.raises(SystemExit, match=said):
+        main(command_line(task, bad, tmp_path / "new"))
+    assert not (tmp_path / "new").exists()
 
 
 def test_a_data_set_is_not_written_over_itself(task, recorded):

@@ -7,6 +7,7 @@ import pytest
 from t2l.diagnose.compare import compare, report, unique_names, write
 from t2l.diagnose.conditions import CONDITIONS
 from t2l.diagnose.traces import binned, read_traces, spectrum
+from t2l.effects.law import Curve, Law
 from t2l.errors import ArtefactError, T2LError
 from t2l.identify.model import Model
 from tests.diagnose.made import measured, pendulum, recording, swing, swings, two_pendulums
@@ -121,6 +122,19 @@ def test_a_diverging_simulation_names_the_recording(robot, recordings):
     wild = dataclasses.replace(recordings[1], kp=np.array([1e6]), control_rate_hz=20.0, name="wild")
     with pytest.raises(T2LError, match="simulation of wild diverges"):
         compare(Model(robot), [recordings[0], wild])
+
+
+def test_a_curve_that_lets_the_simulation_diverge_is_named(robot, recordings):
+    # a negative damper that grows with the speed
+    wild = Curve(Law("torque", "hinge", "velocity", "hinge"), (-1e6, 1e6), (-1e12, 1e12))
+    fine = Curve(Law("torque", "hinge", "position", "hinge"), (-1.0, 1.0), (-0.01, 0.01))
+    effects = {"viscous_friction": {"damping": {"hinge": 0.1}}}
+    said = (
+        "simulation of kp5.* diverges with learned_torque_hinge_velocity of the model, and does "
+        "not without.*the recording is not at fault"
+    )
+    with pytest.raises(T2LError, match=said):
+        compare(Model(robot, effects, learned=(fine, wild)), recordings[:2])
 
 
 def test_recordings_of_other_joints_do_not_go_together(robot, recordings):

@@ -1,10 +1,14 @@
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from t2l.cli.main import main
 from t2l.recordings import write_recording
 from tests.diagnose.made import measured, pendulum, recording, swing
+
+GAINS = ["--kp", "1", "--kd", "1", "--control-rate-hz", "1000", "--gravity-compensation", "no"]
 
 
 @pytest.fixture(scope="module")
@@ -19,6 +23,8 @@ def home(tmp_path_factory):
     (home / "model.yaml").write_text(
         "robot: pendulum.xml\neffects:\n  viscous_friction:\n    damping: {hinge: 0.1}\n"
     )
+    still = np.zeros_like(log.q)
+    write_recording(replace(log, q_des=still, q=still, dq=None, tau=None), home / "still")
     (home / "bare.yaml").write_text("robot: pendulum.xml\neffects: {}\n")
     return home
 
@@ -57,8 +63,13 @@ def test_export_without_recordings(home, tmp_path):
     ("arguments", "said"),
     [
         (["check", "new.csv", "--model", "bare.yaml"], "effects: found none"),
-        (["check", "new.csv", "--model", "model.yaml", "--reference", "new.csv"], "also given"),
+        (["check", "new.csv", "--model", "model.yaml", "--reference", "new.csv"],
+         "new.csv: --reference: found a recording that is also given as LOG; allowed"),
+        (["check", "still.csv", "--model", "model.yaml"], "the same number in every row"),
         (["check", "none.csv", "--model", "model.yaml"], "none"),
+        (["export", "model.yaml", "--joints", "knee,hinge", *GAINS],
+         "--joints: found 'knee'; allowed: different ones of hinge"),
+        (["export", "model.yaml", "--joints", "hinge,hinge", *GAINS], "--joints: found 'hinge'"),
         (["export", "model.yaml", "--kp", "20"], "--kd: found nothing"),
         (["export", "model.yaml", "--logs", "new.csv", "--kp", "20"], "--kp: found it with --logs"),
         (

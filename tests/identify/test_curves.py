@@ -13,6 +13,9 @@ from tests.diagnose.made import pendulum, predict, recording, swing
 ENTRY = {"kind": "torque", "joint": "hinge", "follows": "position", "at": [0, 1], "torque": [0, 1]}
 
 
+LIMIT = {"kind": "limit", "follows": "velocity", "at": [-1, 1]}
+
+
 def write(folder, **changes):
     import yaml
 
@@ -43,6 +46,12 @@ def test_a_curve_comes_back_as_it_was_written(tmp_path):
         ({"at": [0, 1, 2]}, "3 values"),
         ({"at": [1, 0]}, "increase"),
         ({"at": [0], "torque": [0]}, "1 values"),
+        ({"at": [0, 1e-300, 2e-300], "torque": [0, 1, 2]}, "at: found values 1e-300 rad apart"),
+        ({"at": [1.7e9, 1.7e9 + 1e-10]}, "increase"),
+        (LIMIT | {"torque": [-1, -1]}, "a limit of -1 N·m at -?[01] rad/s, which drives"),
+        (LIMIT | {"torque": [-1, 2]}, "a limit of -1 N·m at -1 rad/s"),
+        (LIMIT | {"torque": [1, -2]}, "a limit of -0.5 N·m at 0 rad/s"),
+        (LIMIT | {"at": [1, 2], "torque": [1, 4]}, "a limit of -2 N·m at 0 rad/s"),
         ({"torque": [0, float("nan")]}, "torque"),
         ({"follows": "time", "of": "other"}, "of"),
         ({"kind": "hysteresis", "follows": "distance", "torque": [1, 1]}, "begins"),
@@ -148,3 +157,9 @@ def test_a_curve_over_a_clock_that_counts_from_1970_is_read_as_it_was_written(tm
     write_model(model, tmp_path / "model.yaml")
     (read,) = read_model(tmp_path / "model.yaml").learned
     np.testing.assert_allclose(np.subtract(read.at, at), 0, atol=1e-5)
+
+
+def test_a_motor_may_brake_beyond_its_fastest(tmp_path):
+    path = write(tmp_path, **LIMIT | {"at": [-5, 0, 10], "torque": [3, 2, -2]})
+    (curve,) = read_model(path).learned
+    assert curve.torque == (3.0, 2.0, -2.0)

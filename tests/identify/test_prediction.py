@@ -137,3 +137,17 @@ def test_a_model_on_some_joints_leaves_the_others_to_the_mjcf():
     layout, u = model.vector(robot.joints)
     assert [slot.joint for slot in layout.slots] == [1]
     assert u == pytest.approx([0.2])
+
+
+def test_it_tells_how_far_it_is(tmp_path):
+    made = [
+        recording(pendulum(tmp_path), hold(0.1), duration_s=seconds, control_rate_hz=10_000.0)
+        for seconds in (1.0, 2.0)
+    ]
+    told = []
+    predictor = Predictor(made[0].robot, made, threads=1)
+    quiet = predictor.predict([PLAIN])[0]
+    np.testing.assert_array_equal(predictor.predict([PLAIN], progress=told.append)[0], quiet)
+    assert len(told) > 5
+    assert (np.diff(told) >= 0).all()
+    assert 0.7 < told[-1] <= 1

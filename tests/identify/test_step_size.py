@@ -5,8 +5,8 @@ import pytest
 
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
-from t2l.identify.step_size import NEGLIGIBLE, substeps_for
-from tests.diagnose.made import pendulum, predict, swings
+from t2l.identify.step_size import NEGLIGIBLE, busiest, substeps_for
+from tests.diagnose.made import pendulum, predict, recording, swing, swings
 
 FRICTION = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
 
@@ -42,3 +42,15 @@ def test_much_noise_allows_coarse_steps(recordings):
         dataclasses.replace(r, q=r.q + 1e-2 * noise.normal(size=r.q.shape)) for r in recordings
     ]
     assert substeps_for(Model(recordings[0].robot, FRICTION), noisy) == 1
+
+
+def test_of_a_long_recording_the_busiest_part_is_looked_at(tmp_path):
+    made = recording(pendulum(tmp_path), lambda t: swing()(t) * (t > 4)[:, None], duration_s=6.0)
+    assert busiest(made, 6.0) is made
+    part = busiest(made, 1.0)
+    assert part.time[-1] > 4.0
+    assert part.duration_s <= 1.0
+    assert part.q_des.std() > 0.05
+    # where nothing was measured there is nothing to look at
+    q = np.where(made.time[:, None] > 4, np.nan, 0.0)
+    assert busiest(dataclasses.replace(made, q=q), 1.0).time[0] < 4.0

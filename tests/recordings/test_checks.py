@@ -62,9 +62,9 @@ def test_velocities_of_some_joints_only_are_refused(tmp_path):
 
 
 SWITCHES = [
-    ({"torque_enabled": np.full((50, 2), 0.5)}, "column torque_enabled.a: found 0.5; allowed: 0"),
-    ({"supply_voltage": np.zeros((50, 2))}, "column supply_voltage.a: found 0; allowed: above 0 V"),
-    ({"temperature": np.full((50, 2), -300.0)}, "column temperature.a: found -300; allowed: above"),
+    ({"torque_enabled": np.full((50, 2), 0.5)}, "column torque_enabled: found 0.5; allowed: 0"),
+    ({"supply_voltage": np.zeros((50, 2))}, "column supply_voltage: found 0; allowed: above 0 V"),
+    ({"temperature": np.full((50, 2), -300.0)}, "column temperature: found -300; allowed: above"),
     ({"current": np.full((50, 2), np.inf)}, "column current.a: found inf"),
 ]
 

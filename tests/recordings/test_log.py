@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 
 from t2l.errors import InputError, RecordingError
 from t2l.recordings import read_recording, read_recordings, write_recording
+from t2l.recordings.checks import MOST_RAD
 from t2l.recordings.metadata import as_written, check_metadata
 from t2l.robots import ROBOTS
-from t2l.typed import LARGEST
 from tests.conftest import ROOT
 from tests.recordings.made import recording, written
 
 FR3_GRID = ROOT / "../shared/data/fr3_gain_grid"
 
-finite = st.floats(min_value=-LARGEST, max_value=LARGEST)
+finite = st.floats(min_value=-MOST_RAD, max_value=MOST_RAD)
 measured = st.one_of(finite, st.just(float("nan")))
 gains = st.floats(min_value=1e-3, max_value=1e4)
 # rows may be minutes apart where commands are
@@ -238,3 +238,13 @@ def test_rows_of_one_stamp_are_written_as_one(tmp_path):
     time[7] = time[8]
     written_back = read_recording(write_recording(recording(time=time), tmp_path / "swing"))
     np.testing.assert_array_equal(written_back.time, np.delete(time, 7))
+
+
+@pytest.mark.parametrize("name", ["swing.csv", "swing.parquet", "swing.yaml"])
+def test_a_pipe_is_not_waited_for(tmp_path, name):
+    write_recording(recording(), tmp_path / "swing", "parquet" if "parquet" in name else "csv")
+    (tmp_path / name).unlink()
+    os.mkfifo(tmp_path / name)
+    for path in (tmp_path / "swing", tmp_path):
+        with pytest.raises(InputError, match=rf"{name}: the file: found a named pipe \(FIFO\)"):
+            read_recordings(path)

@@ -23,7 +23,7 @@ KEYS = [
     ("command_rate_hz", 0, "key command_rate_hz: found 0; allowed: a number above 0"),
     ("control_rate_hz", -5, "key control_rate_hz: found -5"),
     ("control_rate_hz", "1k", "key control_rate_hz: found '1k'"),
-    ("gravity_compensation", "yes", "key gravity_compensation: found 'yes'; allowed: true or"),
+    ("gravity_compensation", "maybe", "key gravity_compensation: found 'maybe'; allowed: true or"),
     ("gravity_compensation", 1, "key gravity_compensation: found 1"),
     ("base_position", [0, 0], r"key base_position: found \[0, 0\]; allowed: three numbers"),
     ("notes", 3, "key notes: found 3; allowed: text"),

@@ -1,5 +1,6 @@
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +97,19 @@ def test_the_command_writes_a_table_numbers_and_figures(logs, tmp_path, capsys):
     assert (tmp_path / "out/figures/motions.pdf").is_file()
 
 
+@pytest.mark.parametrize("rest", [0.0, 0.3, 1e4])
+def test_of_a_joint_that_does_not_move_nothing_is_told(logs, tmp_path, capsys, rest):
+    stuck = log("stuck", 16.0, 8.0, 1.0)
+    write_recording(replace(stuck, q=np.full_like(stuck.q, rest)), tmp_path / "stuck")
+    main(["gains", str(tmp_path / "stuck"), "--out", str(tmp_path / "out")])
+    line = capsys.readouterr().out.splitlines()[1]
+    assert line.endswith("does not move")
+    assert line.count("not told") == 2
+    (joint,) = json.loads((tmp_path / "out/gains.json").read_text())["joints"]
+    assert (joint["explained"], joint["omega_n_rad_s_ci95"]) == (None, None)
+    assert not joint["class_certain"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -106,13 +120,15 @@ def test_the_command_writes_a_table_numbers_and_figures(logs, tmp_path, capsys):
         (["SET", "--episodes", "7"], "episode 7: found nothing; allowed: 0 to 1"),
         (["SET", "--joints", "wrist"], "wrist among the names"),
         (["SET", "LOGS"], "it beside other paths"),
-        (["nowhere"], "nowhere"),
+        (["nowhere"], "nowhere: the path: found nothing; allowed: a LeRobot data set"),
+        (["EMPTY"], "no recording"),
     ],
 )
 def test_what_is_wrong_is_said_before_anything_is_written(
     logs, dataset, tmp_path, capsys, arguments, said
 ):
-    places = {"LOGS": str(logs), "SET": str(dataset)}
+    (tmp_path / "empty").mkdir()
+    places = {"EMPTY": str(tmp_path / "empty"), "LOGS": str(logs), "SET": str(dataset)}
     with pytest.raises(SystemExit) as caught:
         main(["gains", *(places.get(a, a) for a in arguments), "--out", str(tmp_path / "out")])
     assert said in str(caught.value.code)

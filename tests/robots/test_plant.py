@@ -1,3 +1,5 @@
+import os
+
 import mujoco
 import numpy as np
 import pytest
@@ -196,3 +198,22 @@ def test_a_urdf_that_is_wrong_says_why(tmp_path, was, spoilt, said):
 
 def spoilt_end(spoilt):
     return "</inertial_>" if spoilt == "<inertial_>" else "</inertial>"
+
+
+INCLUDED = "<mujoco><include file='more.xml'/></mujoco>"
+MESHED = (
+    "<mujoco><compiler meshdir='meshes'/><asset><mesh name='m' file='more.stl'/></asset>"
+    "<worldbody><body><joint name='j'/><geom type='mesh' mesh='m'/></body></worldbody></mujoco>"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "pipe"), [(None, "arm.xml"), (INCLUDED, "more.xml"), (MESHED, "meshes/more.stl")]
+)
+def test_a_pipe_is_not_waited_for(tmp_path, text, pipe):
+    if text:
+        (tmp_path / "arm.xml").write_text(text)
+    (tmp_path / "meshes").mkdir()
+    os.mkfifo(tmp_path / pipe)
+    with pytest.raises(ConfigurationError, match=rf"{pipe}: the file: found a named pipe"):
+        plant.load(str(tmp_path / "arm.xml"), ["j"])

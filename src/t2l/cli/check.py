@@ -48,10 +48,12 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.identify.noise_floor import noise_floor
     from t2l.identify.refit import refit
     from t2l.identify.step_size import substeps_for
+    from t2l.recordings.motion import check_motion
 
     model, new, old = read_recordings_and_model(
-        arguments.logs, arguments.reference, arguments.model, arguments.effects
+        arguments.logs, arguments.reference, arguments.model, arguments.effects, "--reference"
     )
+    check_motion(new)
     if not model.effects:
         raise ConfigurationError(
             f"{arguments.model}: effects: found none; allowed: a model with at least one effect"

@@ -22,15 +22,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Compare, write, and say where most of the error is."""
     from t2l.cli.estimate import say_how_long
-    from t2l.cli.inputs import log_output, read_inputs
+    from t2l.cli.inputs import log_output, long_work, read_inputs
     from t2l.diagnose.compare import compare, write
     from t2l.figures.diagnosis import draw_comparison
     from t2l.report import write_report
 
-    model, recordings, _ = read_inputs(arguments)
+    model, recordings, _ = read_inputs(arguments, fitted=False)
     with log_output(arguments, ENTRIES, model, recordings) as out:
         say_how_long(arguments.command, model, recordings)
-        comparison = compare(model, recordings)
+        motion = sum(recording.duration_s for recording in recordings)
+        what = f"simulating {motion:.0f} s of motion"
+        comparison = compare(model, recordings, progress=long_work(what))
         write(comparison, out)
         draw_comparison(out)
         write_report(out)

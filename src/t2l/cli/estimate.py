@@ -8,6 +8,7 @@ from t2l.identify.model import Model
 from t2l.recordings.recording import Recording
 
 TRIED = 32  # numerics: variants that are timed: as many as fill the threads, in a second or two
+TIMED_S = 10.0  # numerics: of each recording, of which more is not simulated to be timed
 # measured, least and most: times that every candidate is simulated once, by command, on one arm to
 # another: of explain after one step or after several and with curves
 ROUNDS = {"compare": (1, 2), "diagnose": (30, 90), "explain": (60, 400), "propose": (20, 200)}
@@ -38,14 +39,23 @@ def estimated_s(command: str, model: Model, predictor) -> tuple[float, float]:
 
     from t2l.diagnose.evidence import screened
     from t2l.identify.prediction import Request
+    from t2l.identify.step_size import busiest
 
     layout, u = model.vector(predictor.joints)
-    asked, tried = (predictor, 1) if command == "compare" else (screened(predictor), TRIED)
+    asked, tried, longer = screened(predictor), TRIED, 1.0
+    if command == "compare":
+        # of long recordings all cannot be simulated only to say how long it takes
+        asked, tried = predictor.of([busiest(r, TIMED_S) for r in predictor.recordings]), 1
+        longer = sum(_length(predictor)) / max(sum(_length(asked)), 1e-9)
     began = time.perf_counter()
     asked.predict([Request(layout, np.repeat(u[None], tried, axis=0))])
-    once = (time.perf_counter() - began) / tried
+    once = longer * (time.perf_counter() - began) / tried
     candidates = len(model.missing_effects(predictor.joints, predictor.recordings))
     return likely_s(command, once, candidates)
+
+
+def _length(predictor) -> list[float]:
+    return [recording.duration_s for recording in predictor.recordings]
 
 
 def likely_s(command: str, once_s: float, candidates: int) -> tuple[float, float]:

@@ -131,14 +131,23 @@ def _controller(arguments: argparse.Namespace, model):
     from t2l.identify.model import check_joints
     from t2l.robots import plant
     from t2l.robots.registry import ROBOTS, make_robot
+    from t2l.typed import suggestion
 
+    known = tuple(joint.name for joint in plant.scalar_joints(model.robot))
+    whose = "the robot has"
     if arguments.joints:
-        joints = tuple(arguments.joints)
+        joints, whose = tuple(arguments.joints), "--joints names"
+        for joint in joints:
+            if joint not in known or joints.count(joint) > 1:
+                raise ConfigurationError(
+                    f"--joints: found {joint!r}{suggestion(joint, known)}; allowed: different "
+                    f"ones of {', '.join(known)}"
+                )
     elif model.robot in ROBOTS.names():
         joints = make_robot(model.robot).joints
     else:
-        joints = tuple(joint.name for joint in plant.scalar_joints(model.robot))
-    check_joints(arguments.model, model, joints)
+        joints = known
+    check_joints(arguments.model, model, joints, whose)
     gains = {name: gain_of_each(arguments, name, joints) for name in ("kp", "kd")}
     rate = arguments.control_rate_hz
     if not 1 <= rate <= 100_000:

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -12,7 +13,11 @@ import numpy as np
 from t2l.errors import ConfigurationError
 from t2l.identify.model import Model
 from t2l.outputs import output_folder
+from t2l.recordings.motion import check_motion
 from t2l.recordings.recording import Recording
+
+LONG_S = 20.0  # format: that a person waits without being told
+FIRST_S = 0.5  # format: after which what remains can be told
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
@@ -97,9 +102,12 @@ def log_output(
 
 
 def read_inputs(
-    arguments: argparse.Namespace,
+    arguments: argparse.Namespace, fitted: bool = True
 ) -> tuple[Model, list[Recording], list[Recording]]:
     """The model so far, the recordings, and those to hold out.
+
+    Args:
+        fitted: whether something is to be fitted to the recordings.
 
     Raises:
         T2LError: a file is wrong, the recordings do not belong together or do not fit the robot.
@@ -110,6 +118,8 @@ def read_inputs(
     model, recordings, holdout = read_recordings_and_model(
         arguments.logs, held, arguments.model, arguments.effects
     )
+    if fitted:
+        check_motion(recordings)
     names = tuple(getattr(arguments, "without", ()))
     if names:
         check_without(names, model)
@@ -165,8 +175,6 @@ def progress_line() -> Callable[[str, float], None]:
 
     The percentage is that of the whole run, and never goes back.
     """
-    import time
-
     from t2l.identify.progress import forward
 
     started, last = time.monotonic(), [""]
@@ -180,3 +188,17 @@ def progress_line() -> Callable[[str, float], None]:
         last[0] = what
 
     return forward(report)
+
+
+def long_work(what: str, clock: Callable[[], float] = time.monotonic) -> Callable[[float], None]:
+    """Report which part of some work is done, and how long all of it takes, if that is long."""
+    started, line, said = clock(), progress_line(), [""]
+
+    def report(part: float) -> None:
+        elapsed = clock() - started
+        if not said[0] and elapsed > FIRST_S and part > 0 and elapsed / part > LONG_S:
+            said[0] = f"{what}, about {elapsed / part:.0f} s"
+        if said[0]:
+            line(said[0], part)
+
+    return report

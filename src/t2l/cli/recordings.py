@@ -4,11 +4,15 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from t2l.errors import RecordingError
+import numpy as np
+
+from t2l.errors import ConfigurationError, RecordingError
 from t2l.outputs import output_folder
+from t2l.recordings.checks import check_against_joint_ranges
 from t2l.recordings.log import TABLES, write_recording
 from t2l.recordings.recording import Recording
 from t2l.registry import python_files
+from t2l.robots import plant
 
 
 def write_recordings(
@@ -21,6 +25,7 @@ def write_recordings(
         OutputError: a recording is there already, or what is read would be replaced.
     """
     folder, format = arguments.out, arguments.format
+    _check_ranges(recordings)
     names = [recording.name for recording in recordings]
     for name in names:
         if names.count(name) > 1:
@@ -37,3 +42,27 @@ def write_recordings(
     ):
         for recording in recordings:
             print(write_recording(recording, folder / recording.name, format))
+
+
+def _check_ranges(recordings: Sequence[Recording]) -> None:
+    """Find positions that the robot's joints cannot take, where the robot can be asked.
+
+    Raises:
+        RecordingError: such a position.
+    """
+    ranges: dict[tuple, np.ndarray | None] = {}
+    for recording in recordings:
+        robot = recording.robot, recording.joints
+        if robot not in ranges:
+            ranges[robot] = _ranges(*robot)
+        if ranges[robot] is not None:
+            check_against_joint_ranges(recording, ranges[robot], recording.joints)
+
+
+def _ranges(robot: str, joints: tuple[str, ...]) -> np.ndarray | None:
+    """(njoint, 2) rad; None of a robot that is not installed here, or has no such joints."""
+    try:
+        return plant.position_ranges(plant.compiled(plant.load(robot, joints), robot), joints)
+    # whoever simulates the recordings is told
+    except ConfigurationError:
+        return None

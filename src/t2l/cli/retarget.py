@@ -68,6 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
         gains(""),
         gains("to_"),
         abs(torque_limits(model, tuple(arguments.joints))).min(axis=1),
+        plant.position_ranges(model, arguments.joints),
         arguments.degrees,
         arguments.action_indices,
         arguments.state_indices,

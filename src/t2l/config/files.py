@@ -54,12 +54,33 @@ def diagnosed(section: Diagnosis) -> list[Problem]:
     ]
     if section.model:
         wanted.append(("diagnosis.model", section.model, "a model file", os.path.isfile))
-    missing = [
+    absent = [
         Problem(key, f"{describe(path)}, which is not there", allowed)
         for key, path, allowed, exists in wanted
         if not exists(path)
     ]
-    return missing or _would_run("diagnosis.effects", section.effects or [])
+    return absent or [
+        *_both(section),
+        *_would_run("diagnosis.effects", section.effects or []),
+    ]
+
+
+def _both(section: Diagnosis) -> list[Problem]:
+    """Recordings that are to be fitted and to be held out."""
+    fitted = {
+        file.resolve(): f"diagnosis.recordings[{i}]"
+        for i, path in enumerate(section.recordings)
+        for file in log.files(path)
+    }
+    return [
+        Problem(
+            f"diagnosis.holdout[{i}]",
+            f"{describe(str(both[0]))}, which is in {fitted[both[0].resolve()]} too",
+            "recordings that are not fitted",
+        )
+        for i, path in enumerate(section.holdout or [])
+        if (both := [file for file in log.files(path) if file.resolve() in fitted])
+    ]
 
 
 def _would_run(key: str, paths: Sequence[str]) -> list[Problem]:

@@ -20,8 +20,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import ArrayLike
 
+from t2l.artefacts import parsing
+from t2l.documents import check_regular, read_json
 from t2l.errors import RecordingError
-from t2l.recordings.checks import COMMANDED
+from t2l.recordings.checks import COMMANDED, MOST_LEAD_RAD, MOST_RAD, RANGE_TOLERANCE_RAD
 from t2l.recordings.importers.lerobot_dataset import ACTION, find, read_episodes, read_info
 from t2l.sim.controllers.joint_pd import pd_torque, position_command
 
@@ -29,6 +31,9 @@ from t2l.sim.controllers.joint_pd import pd_torque, position_command
 SLOWEST_HZ = 20
 # of the frames: where commands jump, a motor gives less than the law asks for
 SATURATED = 0.01
+STATS = "statistics of a LeRobot data set, by feature"
+# those of a camera's pictures and of many joints are some kB
+MOST_BYTES = 100_000_000
 ENTRIES = ("data/", "images/", "videos/", "meta/")
 _EPISODE, _FRAME = "episode_index", "frame_index"
 
@@ -72,6 +77,7 @@ def retarget_dataset(
     own: Gains,
     other: Gains,
     torque_limit: np.ndarray,
+    ranges: np.ndarray,
     degrees: bool = False,
     action_indices: Sequence[int] | None = None,
     state_indices: Sequence[int] | None = None,
@@ -81,6 +87,7 @@ def retarget_dataset(
     Args:
         own: gains that it was recorded under.
         torque_limit: (njoint,) N·m, infinite where unknown.
+        ranges: (njoint, 2) rad, of the joints, infinite where unknown.
         degrees: positions and velocities of the data set are in degrees.
         action_indices, state_indices: where the joints are; by default found by name.
 
@@ -88,6 +95,7 @@ def retarget_dataset(
         RecordingError: the data set cannot be read, or torques cannot be reconstructed from it.
     """
     info = read_info(folder)
+    _check_copied(folder)
     if info.fps < SLOWEST_HZ:
         raise RecordingError(
             folder / "meta" / "info.json", "key fps", f"{info.fps:g}",
@@ -99,7 +107,7 @@ def retarget_dataset(
     for number, (_, features) in read_episodes(folder, info).items():
         read = {kind: features[key][:, at] * unit for kind, (key, at) in where.items()}
         q_des, q = read[COMMANDED], read["q"]
-        _check_numbers(folder, number, q_des, q)
+        _check_numbers(folder, number, joints, q_des, q, ranges)
         dq = read["dq"] if "dq" in read else _velocity(folder, number, q, info.fps)
         new = commands(q_des, q, dq, own, other)
         torques.append(np.abs(pd_torque(q_des, q, dq, own.kp, own.kd)))
@@ -144,18 +152,41 @@ def write_retargeted(found: Retargeted, source: Path, target: Path) -> None:
         _write_episode_stats(path, stats)
 
 
+def _check_copied(folder: Path) -> None:
+    """Whether all that is copied along can be, and what is rewritten be read.
+
+    Raises:
+        InputError: a pipe or a device is in the data set, or its statistics are none.
+    """
+    for path in sorted(folder.rglob("*")):
+        if not path.is_dir():
+            check_regular(path, RecordingError)
+    path = folder / "meta/stats.json"
+    if path.exists() and not isinstance(read_json(path, STATS, MOST_BYTES), dict):
+        raise RecordingError(path, "the file", "no object", STATS)
+    for path in sorted((folder / "meta/episodes").glob("*/*.parquet")):
+        _episodes(path)
+
+
+def _episodes(path: Path) -> pa.Table:
+    with parsing(path, f"a Parquet table with {_EPISODE}"):
+        table = pq.read_table(path)
+        table[_EPISODE]
+    return table
+
+
 def _before(actions: dict[int, list[np.ndarray]], number: int) -> int:
     return sum(map(len, actions.get(int(number), [])))
 
 
 def _write_stats(path: Path, stats: dict) -> None:
-    content = json.loads(path.read_text()) if path.exists() else {}
+    content = read_json(path, STATS, MOST_BYTES) if path.exists() else {}
     content[ACTION] = {key: np.asarray(value).tolist() for key, value in stats[ACTION].items()}
     path.write_text(json.dumps(content, indent=4) + "\n")
 
 
 def _write_episode_stats(path: Path, stats: dict[int, dict]) -> None:
-    table = pq.read_table(path)
+    table = _episodes(path)
     for i, field in enumerate(table.schema):
         kind = field.name.removeprefix(f"stats/{ACTION}/")
         if kind != field.name:
@@ -174,12 +205,33 @@ def _velocity(folder: Path, episode: int, q: np.ndarray, fps: float) -> np.ndarr
     return np.gradient(q, 1 / fps, axis=0)
 
 
-def _check_numbers(folder: Path, episode: int, q_des: np.ndarray, q: np.ndarray) -> None:
-    for what, values in (("command", q_des), ("position", q)):
+def _check_numbers(
+    folder: Path,
+    episode: int,
+    joints: Sequence[str],
+    q_des: np.ndarray,
+    q: np.ndarray,
+    ranges: np.ndarray,
+) -> None:
+    """Refuse positions where the joints cannot be, and commands that no controller gives."""
+    for what, values, beyond in (
+        ("command", q_des, MOST_LEAD_RAD), ("position", q, RANGE_TOLERANCE_RAD)
+    ):  # fmt: skip
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if len(bad):
             place = f"episode {episode}, frame {bad[0]}"
             raise RecordingError(folder, place, f"no finite {what}", "numbers")
+        low = np.maximum(ranges[:, 0] - beyond, -MOST_RAD)
+        high = np.minimum(ranges[:, 1] + beyond, MOST_RAD)
+        outside = (values < low) | (values > high)
+        if outside.any():
+            frame, joint = np.argwhere(outside)[0]
+            raise RecordingError(
+                folder, f"episode {episode}, frame {frame}, joint {joints[joint]}",
+                f"a {what} of {values[frame, joint]:.6g} rad",
+                f"{low[joint]:.4g} to {high[joint]:.4g} rad, by the joint's range in the model, in "
+                "the unit that the options say",
+            )  # fmt: skip
 
 
 def _check_torques(

@@ -14,6 +14,7 @@ from t2l.identify.uncertainty import INSEPARABLE, RIDGE
 from t2l.recordings.recording import Recording
 from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
+FINEST_RAD = 1e-9  # numerics: no encoder is finer, and a joint at rest has no noise
 REFERENCE = LEAST_TO_HOLD_OUT_WHOLE  # recordings by which plausible sizes are chosen
 MOST_RECORDINGS = SHORTLISTED  # of a log that are looked at, spread over it
 
@@ -30,7 +31,7 @@ def of_log(
     if effects is None:
         effects = model.missing_effects(joints, recordings)
     looked = _spread(recordings, MOST_RECORDINGS)
-    noise = max(noise_floor(list(looked)), np.finfo(float).tiny)
+    noise = max(noise_floor(list(looked)), FINEST_RAD)
     sensitivity = Sensitivity(model, effects, _spread(looked, REFERENCE), noise)
     return identifiability(sensitivity, looked, len(recordings))
 

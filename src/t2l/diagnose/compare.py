@@ -1,7 +1,7 @@
 """A model against recordings: every one simulated from its measured start, and what is left."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from t2l.diagnose.explained_variance import ExplainedVariance, explained_varianc
 from t2l.diagnose.files import COMPARISON, TRACES
 from t2l.diagnose.findings import Finding, findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
+from t2l.diagnose.traces import column, labels
 from t2l.errors import T2LError
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
@@ -97,7 +98,12 @@ class Comparison:
         return f"{error}{where}."
 
 
-def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -> Comparison:
+def compare(
+    model: Model,
+    recordings: Sequence[Recording],
+    noise: bool = True,
+    progress: Callable[[float], None] = lambda part: None,
+) -> Comparison:
     """Simulate every recording with its commands, gains and rates.
 
     Steps are as fine as this model needs for these recordings (`t2l.identify.step_size`), whoever
@@ -105,6 +111,7 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
 
     Args:
         noise: whether to estimate the noise floor and to look for contradictions beyond it.
+        progress: told now and then which part of the simulation is done.
 
     Raises:
         DivergenceError: a simulation runs away.
@@ -114,10 +121,11 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
     predictor = Predictor(model.robot, recordings, substeps_for(model, recordings))
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
-    (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
+    request = Request(layout, u[None])
+    (q,), (dq,) = predictor.predict([request], velocity=True, progress=progress)
     q, dq = q[0], dq[0]
     names = unique_names(recordings)
-    check_finite(q, predictor)
+    check_finite(q, predictor, request)
     residual = samples.q - q
     missing = missing_torque(predictor, residual)
     under = conditions.features(predictor, q, dq)
@@ -153,8 +161,8 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
 def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.Table:
     samples = predictor.samples
     columns = {
-        "recording": _labels(samples.recording, names),
-        "joint": _labels(samples.joint, predictor.joints),
+        "recording": labels(samples.recording, names),
+        "joint": labels(samples.joint, predictor.joints),
     }
     numbers = {
         "time": samples.time,
@@ -167,22 +175,8 @@ def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.T
     }
     if np.isnan(measured_dq).all():
         del numbers["dq"]
-    columns |= {name: _column(pa.float32(), values) for name, values in numbers.items()}
+    columns |= {name: column(pa.float32(), values) for name, values in numbers.items()}
     return pa.table(columns)
-
-
-# from memory: pa.array would import pandas, which takes a second
-def _column(kind: pa.DataType, values: np.ndarray) -> pa.Array:
-    memory = np.ascontiguousarray(values, kind.to_pandas_dtype())
-    return pa.Array.from_buffers(kind, len(memory), [None, pa.py_buffer(memory)])
-
-
-def _labels(index: np.ndarray, names: Sequence[str]) -> pa.DictionaryArray:
-    text = [name.encode() for name in names]
-    ends = np.cumsum([0, *map(len, text)], dtype=np.int32)
-    buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(text))]
-    known = pa.Array.from_buffers(pa.string(), len(text), buffers)
-    return pa.DictionaryArray.from_arrays(_column(pa.int32(), index), known)
 
 
 def unique_names(recordings: Sequence[Recording]) -> tuple[str, ...]:
@@ -255,7 +249,14 @@ def _cells(errors: Errors, joints: Sequence[str]) -> list[dict[str, Any]]:
     parts += [(name, errors.where(errors.joint == j)) for j, name in enumerate(joints)]
     cells = []
     for joint, own in parts:
-        gains, cell = np.unique(np.stack([own.kp, own.kd]), axis=1, return_inverse=True)
+        # a recording has one pair of gains for each joint: few to sort, where samples are many
+        _, first, label = np.unique(
+            own.recording * len(joints) + own.joint, return_index=True, return_inverse=True
+        )
+        gains, cell = np.unique(
+            np.stack([own.kp[first], own.kd[first]]), axis=1, return_inverse=True
+        )
+        cell = cell[label]
         for i, (kp, kd) in enumerate(gains.T.tolist()):
             cells.append({"joint": joint, "kp": kp, "kd": kd, **own.where(cell == i).rms()})
     return cells

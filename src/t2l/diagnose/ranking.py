@@ -184,8 +184,9 @@ def _predict(predictors: Sequence[Predictor], layout: Layout, u: np.ndarray) -> 
     found: dict[Predictor, np.ndarray] = {}
     for predictor in predictors:
         if predictor not in found:
-            found[predictor] = predictor.predict([Request(layout, u[None])])[0][0]
-            check_finite(found[predictor], predictor)
+            request = Request(layout, u[None])
+            found[predictor] = predictor.predict([request])[0][0]
+            check_finite(found[predictor], predictor, request)
     return [found[predictor] for predictor in predictors]
 
 

@@ -24,6 +24,7 @@ def read_recordings_and_model(
     holdout: Sequence[Path] = (),
     model_path: Path | None = None,
     effect_files: Sequence[Path] = (),
+    aside: str = "--holdout",
 ) -> tuple[Model, list[Recording], list[Recording]]:
     """The model so far, the recordings, and those to hold out.
 
@@ -31,6 +32,7 @@ def read_recordings_and_model(
         model_path: a model file; without it the robot of the first recording as its MJCF says.
         effect_files: files or folders with effects of the user's own; only they may run where the
             model names such files.
+        aside: the option that names those to hold out, for messages.
 
     Raises:
         T2LError: a file is wrong, the recordings do not belong together or do not fit the robot.
@@ -43,7 +45,7 @@ def read_recordings_and_model(
     if model_path is not None:
         given = read_model(model_path, trusted=python_files(files))
         model = replace(given, effect_files=(*given.effect_files, *files))
-    check_recordings_and_model(model, model_path, recordings, held)
+    check_recordings_and_model(model, model_path, recordings, held, aside)
     return model, recordings, held
 
 
@@ -52,6 +54,7 @@ def check_recordings_and_model(
     model_path: Path | None,
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
+    aside: str = "--holdout",
 ) -> None:
     """Check what needs the model or more than one recording.
 
@@ -72,8 +75,8 @@ def check_recordings_and_model(
     for recording in holdout:
         if _resolved(recording.path) in given:
             raise RecordingError(
-                recording.path, "--holdout", "also given to be fitted",
-                "a recording either to fit or to hold out",
+                recording.path, aside, "a recording that is also given as LOG",
+                f"each either as LOG or under {aside}",
             )  # fmt: skip
     names = [joint.name for joint in plant.scalar_joints(model.robot)]
     for recording in (*recordings, *holdout):

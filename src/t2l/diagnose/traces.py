@@ -1,5 +1,6 @@
 """The samples of a comparison as `traces.parquet` holds them, and what plots make of them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,6 +82,26 @@ def _labels(column: pa.ChunkedArray) -> tuple[tuple[str, ...], np.ndarray]:
     return tuple(array.dictionary.to_pylist()), _memory(array.indices, np.int32)
 
 
+# from memory: pa.array would import pandas, which takes a second
+def column(kind: pa.DataType, values: np.ndarray) -> pa.Array:
+    """A column of a table."""
+    memory = np.ascontiguousarray(values, kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(memory), [None, pa.py_buffer(memory)])
+
+
+def labels(index: np.ndarray, names: Sequence[str]) -> pa.DictionaryArray:
+    """A column of names, of their indices (n,)."""
+    text = [name.encode() for name in names]
+    ends = np.cumsum([0, *map(len, text)], dtype=np.int32)
+    buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(text))]
+    known = pa.Array.from_buffers(pa.string(), len(text), buffers)
+    return pa.DictionaryArray.from_arrays(column(pa.int32(), index), known)
+
+
+# format: samples of a periodogram: half of them is more points than a figure shows
+SEGMENT = 8192
+
+
 # format: points of a figure
 def binned(x: np.ndarray, y: np.ndarray, bins: int = 20) -> tuple[np.ndarray, np.ndarray]:
     """Mean of x and of y (n,) in bins that are spread over the range and hold enough samples.
@@ -107,7 +128,8 @@ def spectrum(traces: Traces, joint: int) -> tuple[np.ndarray, np.ndarray]:
     """Amplitude density of a joint's position error over frequency, Hz and rad/√Hz.
 
     Periodograms of equal length with a Hann window, half overlapping, averaged over the
-    recordings in power (Welch, 1967).
+    recordings in power (Welch, 1967). They are as long as the shortest recording, or have `SEGMENT`
+    samples.
     """
     # not scipy.signal.welch: it averages over one recording, and takes seconds to import
     series = []
@@ -117,19 +139,18 @@ def spectrum(traces: Traces, joint: int) -> tuple[np.ndarray, np.ndarray]:
             series.append((traces.columns["time"][at], traces.error[at]))
     if not series:
         return np.zeros(0), np.zeros(0)
-    length = min(time[-1] - time[0] for time, _ in series)
-    power: dict[int, list[np.ndarray]] = {}
-    for time, error in series:
-        rate = 1.0 / np.median(np.diff(time))
+    rates = [1.0 / np.median(np.diff(time)) for time, _ in series]
+    length = min(min(time[-1] - time[0] for time, _ in series), SEGMENT / max(rates))
+    power, count = np.zeros((2, SEGMENT))
+    for (time, error), rate in zip(series, rates, strict=True):
         even = np.arange(time[0], time[-1] + 0.5 / rate, 1.0 / rate)
         values = np.interp(even, time, error)
         size = round(length * rate)
+        window = np.hanning(size)
         for start in range(0, len(values) - size + 1, max(1, size // 2)):
-            window = np.hanning(size)
             part = values[start : start + size]
-            density = 2 * np.abs(np.fft.rfft((part - part.mean()) * window)) ** 2
-            density /= rate * np.sum(window**2)
-            for k, value in enumerate(density[1:], start=1):
-                power.setdefault(k, []).append(value)
-    numbers = np.array(sorted(power))
-    return numbers / length, np.sqrt([np.mean(power[k]) for k in numbers])
+            density = 2 * np.abs(np.fft.rfft((part - part.mean()) * window)[1:]) ** 2
+            power[: len(density)] += density / (rate * np.sum(window**2))
+            count[: len(density)] += 1
+    numbers = np.flatnonzero(count)
+    return (numbers + 1) / length, np.sqrt(power[numbers] / count[numbers])

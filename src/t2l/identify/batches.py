@@ -46,6 +46,25 @@ class Job:
                 at += len(rows)
 
 
+class Progress:
+    """Which part of the work of several jobs is done, told to `report`."""
+
+    def __init__(self, report: Callable[[float], None]):
+        self.report, self.steps, self.done = report, [], []
+
+    def of(self, steps: int) -> Callable[[float], None]:
+        """What the next job, of so many steps, calls with the part of its own work."""
+        number = len(self.steps)
+        self.steps.append(steps)
+        self.done.append(0.0)
+
+        def tell(part: float) -> None:
+            self.done[number] = part * steps
+            self.report(sum(self.done) / sum(self.steps))
+
+        return tell
+
+
 def run(jobs: Sequence[Job], outs: Found, threads: int) -> None:
     """All jobs: large ones side by side, small ones one after the other on all threads."""
     jobs = sorted(jobs, key=lambda job: -job.steps)

@@ -7,11 +7,12 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from t2l.effects.law import ALLOWED, HYSTERESIS, INERTIA, OTHERS, TENDON, TORQUE, Curve, Law
+from t2l.effects.law import ALLOWED, HYSTERESIS, INERTIA, LIMIT, OTHERS, TENDON, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.typed import AsTuple, Number, Typed, describe
 
 FEWEST, MOST = 2, 2000  # bound: values of a curve
+LEAST_STEP = 1e-9  # numerics: from value to value; slopes stay finite, and no sensor tells less
 DIGITS = 6  # format: of a number, of the range of a curve
 SHARE = "of the motor torque"
 
@@ -102,6 +103,15 @@ def _check_values(where: str, law: Law, at: Sequence[float], torque: Sequence[fl
         )
     if not (np.diff(at) > 0).all():
         raise ConfigurationError(f"{where}.at: found values that do not increase; allowed: rising")
+    least = np.diff(at).min()
+    if least < LEAST_STEP:
+        unit = f" {law.unit}" if law.unit else ""
+        raise ConfigurationError(
+            f"{where}.at: found values {least:.3g}{unit} apart; allowed: at least "
+            f"{LEAST_STEP:g}{unit}"
+        )
+    if law.kind == LIMIT:
+        _check_limit(where, Curve(law, tuple(map(float, at)), tuple(map(float, torque))))
     if law.kind == INERTIA and len(at) != FEWEST:
         raise ConfigurationError(
             f"{where}: found {len(at)} values of an inertia; allowed: the {FEWEST} ends of a "
@@ -114,13 +124,30 @@ def _check_values(where: str, law: Law, at: Sequence[float], torque: Sequence[fl
         )
 
 
+def _check_limit(where: str, curve: Curve) -> None:
+    """Beyond its no-load speed a motor brakes; at rest and against the motion no limit drives it.
+
+    Raises:
+        ConfigurationError: such a limit.
+    """
+    speed = np.array([0.0, *(x for x in curve.at if x < 0)])
+    most = curve(speed)
+    worst = int(np.argmin(most))
+    if most[worst] < 0:
+        raise ConfigurationError(
+            f"{where}.torque: found a limit of {most[worst]:.3g} N·m at {speed[worst]:.3g} rad/s, "
+            "which drives the motor backwards; allowed: 0 N·m or more at rest and below it"
+        )
+
+
 def check_law_joints(
-    path: Path | str, key: str, laws: Sequence[Law], joints: Sequence[str]
+    path: Path | str, key: str, laws: Sequence[Law], joints: Sequence[str], whose: str
 ) -> None:
-    """Find laws of joints that the recordings do not have.
+    """Find laws of joints that are not there.
 
     Args:
         key: of the model file that holds them.
+        whose: joints they are, for messages.
 
     Raises:
         ConfigurationError: such a joint.
@@ -129,7 +156,7 @@ def check_law_joints(
         for which, name in (("joint", law.joint), ("of", law.of)):
             if name not in joints:
                 raise ConfigurationError(
-                    f"{path}: {key}.{number}.{which} names joint {name!r}; the recordings have "
+                    f"{path}: {key}.{number}.{which} names joint {name!r}; {whose} "
                     f"{', '.join(joints)}"
                 )
 

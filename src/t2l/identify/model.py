@@ -41,7 +41,7 @@ import yaml
 from pydantic import Field
 
 from t2l.artefacts import write_text
-from t2l.documents import read_yaml
+from t2l.documents import is_text, read_yaml
 from t2l.effects.effect import Effect, Parameter, within
 from t2l.effects.formula import FormulaLaw, FormulaTorque
 from t2l.effects.law import Curve
@@ -297,22 +297,24 @@ def _check_value(where: str, parameter: Parameter, value: object) -> None:
             )
 
 
-def check_joints(path: Path | str, model: Model, joints: tuple[str, ...]) -> None:
-    """Find values for joints that the recordings do not have.
+def check_joints(
+    path: Path | str, model: Model, joints: tuple[str, ...], whose: str = "the recordings have"
+) -> None:
+    """Find values for other joints; `whose` these are, for messages.
 
     Raises:
-        ConfigurationError: such a joint.
+        ConfigurationError: such a value.
     """
     for name, values in model.effects.items():
         for parameter, value in values.items():
             for joint in value if isinstance(value, dict) else ():
                 if joint not in joints:
                     raise ConfigurationError(
-                        f"{path}: effects.{name}.{parameter} names joint {joint!r}; the "
-                        f"recordings have {', '.join(joints)}"
+                        f"{path}: effects.{name}.{parameter} names joint {joint!r}; {whose} "
+                        f"{', '.join(joints)}"
                     )
     for key, laws in (("learned", model.learned), ("formulas", model.formulas)):
-        check_law_joints(path, key, [one.law for one in laws], joints)
+        check_law_joints(path, key, [one.law for one in laws], joints, whose)
 
 
 def write_model(model: Model, path: Path | str, comment: str = "") -> None:
@@ -345,7 +347,7 @@ def write_model(model: Model, path: Path | str, comment: str = "") -> None:
 
 def _name(text: str) -> str:
     """A string as YAML reads it back: quoted where it would become something else."""
-    plain = re.fullmatch(r"[A-Za-z_./][\w./-]*", text) and yaml.safe_load(text) == text
+    plain = re.fullmatch(r"[A-Za-z_./][\w./-]*", text) and is_text(text)
     if plain:
         return text
     return yaml.safe_dump(text, default_style='"', allow_unicode=True, width=math.inf).strip()

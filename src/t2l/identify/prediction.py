@@ -1,7 +1,7 @@
 """Recordings predicted by a plant with effects: many variants of it in one batch."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -98,19 +98,29 @@ class Predictor:
         return self._models[key]
 
     def predict(
-        self, requests: Sequence[Request], velocity: bool = False
+        self,
+        requests: Sequence[Request],
+        velocity: bool = False,
+        progress: Callable[[float], None] = lambda part: None,
     ) -> list[np.ndarray] | tuple[list[np.ndarray], list[np.ndarray]]:
         """Position at every sample, (m, nsample) for each request; NaN where it diverged.
 
-        With `velocity`, also the velocity, likewise.
+        With `velocity`, also the velocity, likewise. `progress` is told now and then which part of
+        the work is done.
         """
         q = [np.full((len(request.u), len(self.samples)), np.nan) for request in requests]
         dq = [np.full_like(values, np.nan) for values in q] if velocity else []
-        batches.run(self._jobs(requests, velocity), (q, dq), self.threads)
+        batches.run(self._jobs(requests, velocity, progress), (q, dq), self.threads)
         return (q, dq) if velocity else q
 
-    def _jobs(self, requests: Sequence[Request], velocity: bool) -> list[batches.Job]:
+    def _jobs(
+        self,
+        requests: Sequence[Request],
+        velocity: bool,
+        progress: Callable[[float], None],
+    ) -> list[batches.Job]:
         """Batches to simulate, shared out among the threads."""
+        together = batches.Progress(progress)
         parts = [
             (model, pieces, group, self._steps(model, group))
             for model, pieces in self._by_structure(requests)
@@ -130,6 +140,7 @@ class Predictor:
                 call = partial(
                     simulate, model, self.joints, group.schedule, self._substeps(model), variants,
                     group.wanted, velocity, beginning=group.beginning,
+                    progress=together.of(len(chunk) * steps),
                 )  # fmt: skip
                 jobs.append(
                     batches.Job(
@@ -168,22 +179,57 @@ class Predictor:
         ]
 
 
-def check_finite(q: np.ndarray, predictor: Predictor) -> None:
+def check_finite(q: np.ndarray, predictor: Predictor, request: Request) -> None:
     """Find a recording whose prediction q (nsample,) is not finite.
 
+    Args:
+        request: what was simulated, one variant.
+
     Raises:
-        DivergenceError: naming it, its gains and its rate.
+        DivergenceError: naming it, and the effects of the model without which it does not run away,
+            or else its gains and its rate.
     """
     bad = np.unique(predictor.samples.recording[~np.isfinite(q)])
-    if len(bad):
-        first = predictor.recordings[bad[0]]
-        others = f" (and of {len(bad) - 1} more)" if len(bad) > 1 else ""
+    if not len(bad):
+        return
+    first = predictor.recordings[bad[0]]
+    others = f" (and of {len(bad) - 1} more)" if len(bad) > 1 else ""
+    said = f"the simulation of {first.path or first.name}{others} diverges"
+    guilty = _without_which(predictor.of([first]), request)
+    if guilty:
         raise DivergenceError(
-            f"the simulation of {first.path or first.name}{others} diverges: with Kp up to "
-            f"{first.kp.max():g} and Kd up to {first.kd.max():g} at {first.control_rate_hz:g} Hz "
-            "the model runs away. Check these numbers in the recording's YAML, the inertias of "
-            "the robot's MJCF and the effects of the model."
+            f"{said} with {', '.join(guilty)} of the model, and does not without. Check these "
+            "values in the model file: the recording is not at fault."
         )
+    raise DivergenceError(
+        f"{said}: with Kp up to {first.kp.max():g} and Kd up to {first.kd.max():g} at "
+        f"{first.control_rate_hz:g} Hz the model runs away. Check these numbers in the recording's "
+        "YAML, the inertias of the robot's MJCF and the effects of the model."
+    )
+
+
+def _without_which(predictor: Predictor, request: Request) -> list[str]:
+    """Effects without one of which the simulation is finite; all, if it is so only without all."""
+    terms, values = request.layout.terms, request.layout.decode(request.u[:1])
+
+    def finite(rest: Sequence[Term]) -> bool:
+        layout = Layout(list(rest))
+        own = {
+            name: {key: value[0] for key, value in values[name].items()}
+            for name in (term.effect.name for term in rest)
+        }
+        u = layout.encode(own)
+        return bool(np.isfinite(predictor.predict([Request(layout, u[None])])[0][0]).all())
+
+    if not terms or not finite(()):
+        return []
+    names = [term.effect.name for term in terms]
+    alone = [
+        name
+        for i, name in enumerate(names)
+        if len(terms) == 1 or finite([*terms[:i], *terms[i + 1 :]])
+    ]
+    return alone or names
 
 
 def _structure(terms: Sequence[Term]) -> tuple:

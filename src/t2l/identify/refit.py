@@ -47,8 +47,9 @@ def refit(
     """
     layout, u = model.vector(recordings[0].joints)
     predictor = Predictor(model.robot, recordings, substeps)
-    q = predictor.predict([Request(layout, u[None])])[0][0]
-    check_finite(q, predictor)
+    request = Request(layout, u[None])
+    q = predictor.predict([request])[0][0]
+    check_finite(q, predictor, request)
     mask = np.ones(len(predictor.samples), bool)
     names = [slot.term.effect.name for slot in layout.slots]
     fits = {"": _fit(layout, u, np.ones(len(u), bool))}
@@ -84,7 +85,8 @@ def at_its_values(model: Model, predictor: Predictor, mask: np.ndarray) -> Uncer
     # the round that looks at the start, and no step away from it
     run([fit], predictor, mask, 0)
     if not np.isfinite(fit.loss):
-        check_finite(predictor.predict([Request(layout, u[None])])[0][0], predictor)
+        request = Request(layout, u[None])
+        check_finite(predictor.predict([request])[0][0], predictor, request)
     return uncertainty(fit, predictor, mask)
 
 

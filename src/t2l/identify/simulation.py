@@ -1,6 +1,6 @@
 """Variants of a plant simulated in one batch and read where the recordings were measured."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
@@ -23,6 +23,7 @@ def simulate(
     velocity: bool = False,
     threads: int = 1,
     beginning: Beginning | None = None,
+    progress: Callable[[float], None] = lambda part: None,
 ) -> tuple[np.ndarray, ...]:
     """Position (m, k) of each variant at each wanted sample, NaN where it diverged.
 
@@ -34,6 +35,7 @@ def simulate(
             tick at or before it, the fraction of a period since, and its joint; (k,) each.
         velocity: return that too, likewise.
         beginning: of recordings of which some begin in motion.
+        progress: told now and then which part of the ticks is done.
     """
     hidden, hiding = None, _hiding(variants)
     if beginning is not None and (hiding or beginning.doubt.any()):
@@ -44,7 +46,7 @@ def simulate(
             beginning = beginning.of(estimated).within(VELOCITY_S)
         hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads)
     with blaming(_taking_part(variants), "to simulate it"):
-        q, dq, period = _run(model, joints, schedule, substeps, variants, threads, hidden)
+        q, dq, period = _run(model, joints, schedule, substeps, variants, threads, hidden, progress)
     between, rate = _at(wanted, q, dq, period)
     return (between, rate) if velocity else (between,)
 
@@ -86,13 +88,20 @@ def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:
 
 
 def _run(
-    model, joints, schedule, substeps, variants, threads, hidden: np.ndarray | None = None
+    model,
+    joints,
+    schedule,
+    substeps,
+    variants,
+    threads,
+    hidden: np.ndarray | None = None,
+    progress: Callable[[float], None] = lambda part: None,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Position and velocity of every variant, and the period from tick to tick, s."""
     loop = _loop(model, joints, schedule, substeps, variants, threads)
     if hidden is not None:
         loop.hidden_start[:] = hidden.reshape(loop.hidden_start.shape)
-    return *loop.run(), loop.period_s
+    return *loop.run(progress), loop.period_s
 
 
 def _loop(model, joints, schedule, substeps, variants, threads) -> ServoLoop:

@@ -77,8 +77,9 @@ def search(
     predictor = samples.predictor
     layout, u = model.vector(predictor.joints)
     state = State(layout, u)
-    (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
-    check_finite(q[0], predictor)
+    request = Request(layout, u[None])
+    (q,), (dq,) = predictor.predict([request], velocity=True)
+    check_finite(q[0], predictor, request)
     left = predictor.samples.q - q[0]
     baseline = rms(left[samples.chosen])
     floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))

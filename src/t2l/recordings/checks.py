@@ -32,6 +32,12 @@ MOST_TICKS = 10_000_000
 # bound: between rows: a thousand and more is a time in ms, a few is a log slower than its commands
 MOST_COMMANDS_A_ROW = 100
 
+# bound: of a position: beyond it single precision, which traces and data sets have, tells less than
+# 0.01 rad apart
+MOST_RAD = 1e5
+# bound: beyond its range, that a command may ask for: a controller leads by less than a turn
+MOST_LEAD_RAD = 2 * math.pi
+
 # bound: beyond a joint's range: sensors and mechanical stops are this exact
 RANGE_TOLERANCE_RAD = 0.05
 
@@ -120,19 +126,27 @@ def _check_values(recording: Recording, path: Path | str) -> None:
             row, joint = np.argwhere(bad)[0]
             found = "nothing (NaN)" if np.isnan(values[row, joint]) else f"{values[row, joint]}"
             allowed = "a finite number" + ("" if kind == COMMANDED else ", or nothing")
-            column = f"{kind}.{recording.joints[joint]}"
+            column = _column(recording, kind, joint)
             raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed)
-        large = np.abs(values) > LARGEST
+        most = MOST_RAD if kind in (COMMANDED, "q") else LARGEST
+        large = np.abs(values) > most
         if large.any():
             row, joint = np.argwhere(large)[0]
-            column = f"{kind}.{recording.joints[joint]}"
+            column = _column(recording, kind, joint)
             raise RecordingError(
                 path,
                 f"row {row + 1}, column {column}",
                 f"{values[row, joint]:g}",
-                f"numbers up to {LARGEST:g}",
+                f"numbers up to {most:g}",
             )
         _check_allowed(kind, values, recording, path)
+
+
+def _column(recording: Recording, kind: str, joint: int) -> str:
+    """What a table calls the column of a quantity of a joint: one may stand for all joints."""
+    values = getattr(recording, kind)
+    shared = kind in SHARED and np.array_equal(values, values[:, :1] + 0 * values, equal_nan=True)
+    return kind if shared else f"{kind}.{recording.joints[joint]}"
 
 
 def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Path | str) -> None:
@@ -149,7 +163,7 @@ def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Pa
     bad = ~(fine | np.isnan(values))
     if bad.any():
         row, joint = np.argwhere(bad)[0]
-        column = f"{kind}.{recording.joints[joint]}"
+        column = _column(recording, kind, joint)
         found = f"{values[row, joint]:g}"
         raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed[kind])
 
@@ -184,13 +198,22 @@ def _check_clock(recording: Recording, path: Path | str) -> None:
             "times a second (command_rate_hz)",
             f"at most {MOST_COMMANDS_A_ROW} commands a row (is time in seconds?)",
         )
-    ticks = recording.duration_s * recording.control_rate_hz
+    check_ticks(recording.duration_s, recording.control_rate_hz, path, "column time")
+
+
+def check_ticks(duration_s: float, control_rate_hz: float, path: Path | str, where: str) -> None:
+    """Whether a recording is short enough to be simulated.
+
+    Raises:
+        RecordingError: it is not.
+    """
+    ticks = duration_s * control_rate_hz
     if ticks > MOST_TICKS:
         raise RecordingError(
             path,
-            "column time",
-            f"{recording.duration_s:.4g} s, {ticks:.3g} ticks of a control loop of "
-            f"{recording.control_rate_hz:g} Hz (control_rate_hz)",
+            where,
+            f"{duration_s:.4g} s, {ticks:.3g} ticks of a control loop of {control_rate_hz:g} Hz "
+            "(control_rate_hz)",
             f"at most {MOST_TICKS:.0e} ticks (is time in seconds?); cut the recording where it "
             "is longer",
         )

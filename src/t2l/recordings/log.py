@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import yaml
 
-from t2l.documents import read_yaml
+from t2l.documents import check_regular, read_yaml, to_yaml
 from t2l.errors import RecordingError
 from t2l.recordings.checks import COMMANDED, MEASURED, SHARED, check_columns, check_samples
 from t2l.recordings.metadata import as_written, check_metadata
@@ -117,7 +116,7 @@ def write_recording(
     with whole(table_path) as table_draft, whole(yaml_path) as yaml_draft:
         _write_table(recording, table_draft, format)
         yaml_draft.write_text(
-            yaml.safe_dump(metadata, sort_keys=False, allow_unicode=True, default_flow_style=None)
+            to_yaml(metadata, sort_keys=False, allow_unicode=True, default_flow_style=None)
         )
     return table_path
 
@@ -153,11 +152,12 @@ def _stem(path: Path) -> Path:
 
 
 def _table(stem: Path) -> Path:
-    found = [path for suffix in TABLES if (path := Path(f"{stem}{suffix}")).is_file()]
+    found = [path for suffix in TABLES if (path := Path(f"{stem}{suffix}")).exists()]
     allowed = f"one of {', '.join(stem.name + suffix for suffix in TABLES)}"
     if len(found) != 1:
         there = " and ".join(path.name for path in found) or "neither"
         raise RecordingError(stem, "the table", there, allowed)
+    check_regular(found[0], RecordingError)
     return found[0]
 
 

@@ -7,12 +7,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field
 
+from t2l.documents import check_regular
 from t2l.errors import RecordingError
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
 from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.robots import ROBOTS
-from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion
+from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion, switch
 
 JOINTS_ALLOWED = "a list of different joint names in printable characters, in the columns' order"
 COMPENSATION_ALLOWED = f"true or false, or {CONTINUOUS}"
@@ -31,6 +32,7 @@ def _joint_names(value: Any) -> tuple[str, ...]:
 
 
 def _compensation(value: Any) -> bool | str:
+    value = switch(value)
     if not isinstance(value, bool) and value != CONTINUOUS:
         raise refuse(COMPENSATION_ALLOWED)
     return value
@@ -142,7 +144,8 @@ def _robot(value: str, path: Path) -> str:
         return value
     model = (path.parent / value).resolve()
     # os.path: of a name that is too long for a file, pathlib makes an error
-    if os.path.isfile(model):
+    if os.path.exists(model):
+        check_regular(model, RecordingError)
         return str(model)
     found = f"{describe(value)}{suggestion(value, names)}"
     if value.endswith((".xml", ".mjcf", ".urdf")):

@@ -89,7 +89,12 @@ class Recording:
 
     def beginning(self, duration_s: float) -> "Recording":
         """The rows before `duration_s`."""
-        rows = self.time - self.time[0] < duration_s
+        return self.part(0.0, duration_s)
+
+    def part(self, begin_s: float, end_s: float) -> "Recording":
+        """The rows from `begin_s` on and before `end_s`, by the time since the first."""
+        elapsed = self.time - self.time[0]
+        rows = (elapsed >= begin_s) & (elapsed < end_s)
         values = {name: getattr(self, name) for name in SIGNALS}
         return replace(self, **{n: None if v is None else v[rows] for n, v in values.items()})
 

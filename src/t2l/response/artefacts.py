@@ -65,7 +65,7 @@ def describe(response: JointResponse) -> dict[str, Any]:
         "gain": fit.gain,
         "gain_ci95": fit.gain_interval,
         "rmse": fit.rmse,
-        "explained": fit.explained,
+        "explained": fit.explained if fit.moves else None,
         "class": response.region.name,
         "class_certain": response.region.certain,
         "class_probability": response.region.probability,
@@ -90,12 +90,12 @@ def _line(response: JointResponse) -> tuple[str, ...]:
         response.joint,
         _with_interval(fit.omega, fit.interval(0)),
         _with_interval(fit.zeta, fit.interval(1)),
-        response.region.name + ("" if response.region.certain else "?"),
+        response.region.name + ("" if response.region.certain else "?") if fit.moves else "-",
         "-" if lag is None else _with_interval(
             1e3 * lag.seconds, lag.interval and tuple(1e3 * end for end in lag.interval)
         ),
         "no steps" if over is None else f"{100 * over.fraction:.0f} % ({over.steps})",
-        f"{100 * fit.explained:.1f} %",
+        f"{100 * fit.explained:.1f} %" if fit.moves else "does not move",
     )  # fmt: skip
 
 

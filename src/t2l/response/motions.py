@@ -8,7 +8,7 @@ import numpy as np
 
 from t2l.errors import RecordingError
 from t2l.recordings.importers import read_lerobot_positions
-from t2l.recordings.log import read_recordings
+from t2l.recordings.log import files, read_recordings
 from t2l.recordings.recording import Recording
 
 UNIT = "rad or m"  # of a recording
@@ -50,6 +50,12 @@ def read_motions(
         RecordingError: nothing there, a file is wrong, an unknown joint, or a data set beside
             other paths.
     """
+    for path in paths:
+        # a recording may be named without the ending of its table
+        if not path.exists() and not files(path):
+            raise RecordingError(
+                path, "the path", "nothing", "a LeRobot data set, a recording or a folder of them"
+            )
     sets = [path for path in paths if (path / "meta" / "info.json").is_file()]
     if sets and len(paths) > 1:
         raise RecordingError(sets[0], "the data set", "it beside other paths", "it alone")

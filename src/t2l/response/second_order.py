@@ -25,6 +25,7 @@ CLEAR = 3.0  # standard errors: a data set has many joints, and one in 370 of no
 FREQUENCIES, DAMPINGS = (0.3, 3000.0), (0.01, 100.0)
 NEAR = 1.05  # times a bound
 LONGEST_DELAY_S = 0.5
+STILL = 1e-6  # of the commands' spread: a joint that moves less does not move
 # where searches begin: an octave and a half apart, a basin of the error is wider
 STARTS = [(w, z) for w in 2.0 ** np.arange(0, 9, 1.5) for z in (0.15, 0.7, 3.0)]
 EXTRAS = ("delay", "gain")
@@ -40,7 +41,8 @@ class SecondOrder:
         covariance: (2, 2) of (ln ω, ln ζ); infinite where the search ended at its bounds, as the
             motions do not tell.
         delay_s, gain: with 95 % intervals; 0 and 1 with no interval where they are not fitted.
-        rmse: of position, in its unit; explained: share of the variance of the motion.
+        rmse: of position, in its unit; explained: share of the variance of the motion, NaN of a
+            joint that does not move, of which nothing else is told either.
         predicted: (m,) position at the measured instants of each track.
     """
 
@@ -54,6 +56,11 @@ class SecondOrder:
     rmse: float
     explained: float
     predicted: tuple[np.ndarray, ...]
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint does."""
+        return not np.isnan(self.explained)
 
     def interval(self, i: int) -> tuple[float, float]:
         """95 % interval of ω (0) or ζ (1)."""
@@ -72,19 +79,20 @@ def fit(tracks: Sequence[Track]) -> SecondOrder:
     selection. Where damping is high, a delay taken in by chance would leave ω open.
     """
     best = _search(tracks, delay=False, gain=False)
-    while True:
+    while best.moves:
         tried = []
         for extra in ("delay", "gain"):
             if extra not in best.extras:
                 wider = _search(
                     tracks, **{e: e == extra or e in best.extras for e in EXTRAS}, start=best.x
                 )
-                gained = len(best.q) * np.log(best.cost / wider.cost)
+                gained = len(best.q) * np.log(best.cost / max(wider.cost, 1e-300))
                 if wider.distance(extra) > CLEAR and gained > np.log(len(best.q)):
                     tried.append(wider)
         if not tried:
-            return best.result(tracks)
+            break
         best = min(tried, key=lambda search: search.cost)
+    return best.result(tracks)
 
 
 class _Search:
@@ -99,6 +107,10 @@ class _Search:
         self.block = blocks(which, np.concatenate(seconds))
         # so that commands far from zero cost no digits
         self.centre = float(np.mean(self.q))
+        own = self.q - (np.bincount(which, self.q) / np.bincount(which))[which]
+        asked = np.concatenate([track.command - track.command.mean() for track in tracks])
+        self.variance = float(np.mean(own**2))
+        self.moves = self.variance > STILL**2 * float(np.mean(asked**2))
 
     def columns(self, x) -> tuple[np.ndarray, np.ndarray]:
         """Response to the commands (m,), and columns (m, k) of what is linear: bias, starts."""
@@ -137,7 +149,8 @@ class _Search:
         scale = [1.0, 1.0, *([0.01] if self.delay else [])]
         found = least_squares(self.residual, inside, bounds=(low, high), x_scale=scale, xtol=1e-10)
         self.x, self.cost = found.x, float(np.mean(found.fun**2))
-        self._take_covariance()
+        if self.moves:
+            self._take_covariance()
         return self
 
     def _take_covariance(self) -> None:
@@ -203,18 +216,17 @@ class _Search:
         delay, delay_interval = self._with_interval("delay", 0.0)
         gain, gain_interval = self._with_interval("gain", 1.0)
         ends = np.cumsum([len(track.q) for track in tracks])[:-1]
-        which = np.repeat(np.arange(len(tracks)), [len(track.q) for track in tracks])
-        own = self.q - (np.bincount(which, self.q) / np.bincount(which))[which]
+        told = self.moves and not self._on_bound()
         return SecondOrder(
             omega=float(np.exp(self.x[0])),
             zeta=float(np.exp(self.x[1])),
-            covariance=np.full((2, 2), np.inf) if self._on_bound() else self.covariance[:2, :2],
+            covariance=self.covariance[:2, :2] if told else np.full((2, 2), np.inf),
             delay_s=delay,
             delay_interval=delay_interval,
             gain=gain,
             gain_interval=gain_interval,
             rmse=float(np.sqrt(self.cost)),
-            explained=float(1 - self.cost / max(np.mean(own**2), 1e-300)),
+            explained=1 - self.cost / self.variance if self.moves else float("nan"),
             predicted=tuple(np.split(self.q + residual, ends)),
         )
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from t2l.documents import check_regular
 from t2l.errors import ConfigurationError
 from t2l.robots.registry import ROBOTS, make_robot
 from t2l.robots.robot import Robot
@@ -28,18 +29,20 @@ def mjcf_path(robot: str) -> Path:
         return make_robot(robot).mjcf()
     path = Path(robot)
     # os.path: of a name that is too long for a file, pathlib makes an error
-    if not os.path.isfile(path):
+    if not os.path.exists(path):
         raise ConfigurationError(
             f"robot: {robot[:MOST_CHARACTERS]!r} is neither a known name ({', '.join(names)}) "
             "nor an MJCF or URDF file"
         )
+    check_regular(path)
     return path
 
 
 def files(robot: str) -> list[Path]:
     """Every file that a robot's model is made of: its MJCF, what that includes, meshes, textures.
 
-    A file that is not there is left out, and so is what an unreadable MJCF names.
+    A file that is not there is left out, and so is what an unreadable MJCF names. What is there
+    need be no regular file.
     """
     main = mjcf_path(robot).resolve()
     found: dict[Path, None] = {}
@@ -65,8 +68,9 @@ def _collect(path: Path, home: Path, found: dict[Path, None]) -> None:
         # MuJoCo looks beside the main file, newer versions beside the including one too
         for folder in (home, path.parent, *folders):
             named = (folder / name).resolve()
-            if named.is_file():
-                if element in ("include", "model"):
+            # os.path: of a name that is too long for a file, pathlib makes an error
+            if os.path.exists(named) and not os.path.isdir(named):
+                if element in ("include", "model") and os.path.isfile(named):
                     _collect(named, home, found)
                 else:
                     found[named] = None
@@ -120,8 +124,11 @@ def read(robot: str) -> mujoco.MjSpec:
         ConfigurationError: no such robot, or neither MJCF nor URDF.
     """
     path = mjcf_path(robot)
+    known = robot in ROBOTS.names()
+    if not known:
+        for file in files(robot):
+            check_regular(file)
     try:
-        known = robot in ROBOTS.names()
         return make_robot(robot).bare() if known else mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         reason = " ".join(str(error).split())

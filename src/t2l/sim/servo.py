@@ -141,11 +141,10 @@ class ServoLoop:
         """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
         return np.repeat(values, self.nrec, axis=0)
 
-    def run(self) -> tuple[np.ndarray, np.ndarray]:
-        """Measured position and velocity, (nvariant, nrec, nsample, njoint) each.
+    def run(self, progress: Callable[[float], None] = lambda part: None) -> tuple[np.ndarray, ...]:
+        """Measured position and velocity, (nvariant, nrec, nsample, njoint); NaN if it diverges.
 
-        A simulation that diverges is NaN throughout.
-        """
+        `progress` is told which part is done."""
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
         balance = self._balance()
@@ -223,6 +222,7 @@ class ServoLoop:
             np.multiply(qvel, 0.5 * dt, out=half_step)
             qpos -= half_step
             if tick % _CHECK_EVERY == 0:
+                progress(tick / wanted[-1])
                 running &= ~diverged(batch)
                 all_run = running.all()
                 qpos[~running] = np.nan

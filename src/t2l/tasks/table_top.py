@@ -13,7 +13,7 @@ from t2l.robots import Robot, make_robot
 from t2l.robots.specs import hold_at_rest
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks.task import Demonstrated
-from t2l.typed import Number, Typed
+from t2l.typed import Number, Switch, Typed
 
 # what collides with what, by MuJoCo's bits: the table and what stands on it, not with each other;
 # and what is moved, with everything
@@ -28,7 +28,7 @@ class TableTopParameters(Typed):
     """Arguments of `TableTop`."""
 
     robot: str = Field("fr3_hand", description="name of a robot with a gripper on each arm")
-    gravity_compensation: bool = Field(description="true or false")
+    gravity_compensation: Switch = Field(description="true or false")
     start_spread_rad: Number = Field(
         ge=0, le=0.3, description="standard deviation of the arms' start, rad"
     )

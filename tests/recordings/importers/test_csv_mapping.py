@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 import yaml
@@ -204,3 +206,11 @@ def test_rows_of_one_stamp_become_one_and_their_number_is_said(files, caplog):
     recording = read_mapped(table, read_mapping(mapping))
     assert "1 of" in caplog.text
     np.testing.assert_allclose(recording.q, np.delete(Q, 10, axis=0), atol=1e-12)
+
+
+def test_a_pipe_is_not_waited_for(files):
+    table, mapping, _ = files
+    table.unlink()
+    os.mkfifo(table)
+    with pytest.raises(RecordingError, match=r"run.csv: the file: found a named pipe \(FIFO\)"):
+        read_mapped(table, read_mapping(mapping))

@@ -1,4 +1,5 @@
 import json
+import os
 import subprocess
 import sys
 
@@ -14,7 +15,7 @@ from t2l.demos.replay import replay
 from t2l.errors import InputError, RecordingError
 from t2l.gains import Cell
 from t2l.recordings import read_recording
-from t2l.recordings.importers import read_lerobot
+from t2l.recordings.importers import read_lerobot, read_lerobot_positions
 
 JOINTS = ["shoulder", "elbow"]
 CONTROLLER = {
@@ -163,6 +164,82 @@ def test_a_damaged_data_set_is_named(dataset):
         read_lerobot(dataset, CONTROLLER)
     (dataset / "meta" / "info.json").write_text("{")
     with pytest.raises(InputError, match=r"info.json: the file: found what is not JSON"):
+        read_lerobot(dataset, CONTROLLER)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"fps": True}, "key fps: found True; allowed: a number"),
+        ({"fps": "50"}, "key fps: found '50'; allowed: a number"),
+        ({"fps": 0}, "key fps: found 0; allowed: a number above 0"),
+        ({"total_frames": "65"}, "key total_frames: found '65'; allowed: an integer"),
+        ({"total_frames": True}, "key total_frames: found True; allowed: an integer"),
+        ({"total_frames": 65.5}, "key total_frames: found 65.5; allowed: an integer"),
+        ({"codebase_version": 3}, "key codebase_version: found 3; allowed: text"),
+        ({"features": []}, r"key features: found \[\]; allowed: keys with values"),
+        ({"features": {"action": 1}}, "key features.action: found 1; allowed: the keys shape"),
+        ({"features": {"action": {"shape": ["2"]}}}, r"features.action.shape\[0\]: found '2'"),
+        ({"features": {"action": {"shape": [True]}}}, r"features.action.shape\[0\]: found True"),
+        ({"features": {"action": {"shape": [2, 2]}}}, r"features.action.shape: found \(2, 2\)"),
+    ],
+    ids=str,
+)
+def test_what_info_says_has_the_types_that_it_should(dataset, change, said):
+    damage_info(dataset, **change)
+    with pytest.raises(RecordingError, match=f"info.json: {said}" if "key" in said else said):
+        read_lerobot(dataset, CONTROLLER)
+
+
+def spoil(dataset, key, value, frame=3):
+    file = min(dataset.glob("data/*/*.parquet"))
+    table = pq.read_table(file)
+    rows = table[key].to_pylist()
+    rows[frame][0] = value
+    at = table.column_names.index(key)
+    pq.write_table(table.set_column(at, key, pa.array(rows, pa.list_(pa.float32()))), file)
+
+
+@pytest.mark.parametrize("key", ["action", "observation.state"])
+def test_a_frame_that_no_joint_reaches_is_named(dataset, key, tmp_path):
+    spoil(dataset, key, 1e30)
+    said = r"episode 0, row 4, column .*: found 1e\+30; allowed: numbers up to 100000"
+    with pytest.raises(RecordingError, match=said):
+        read_lerobot(dataset, CONTROLLER)
+    with pytest.raises(RecordingError, match=rf"episode 0, frame 3, {key}: found 1e\+30; .* 5.7e"):
+        read_lerobot_positions(dataset)
+    with pytest.raises(SystemExit, match="episode 0, frame 3"):
+        main(["gains", str(dataset)])
+
+
+def test_frames_without_a_command_are_counted(dataset, caplog):
+    spoil(dataset, "action", np.nan)
+    _, ((time, *_), _) = read_lerobot_positions(dataset)
+    assert len(time) == FRAMES[0] - 1
+    assert "episode 0: 1 of 40 frames left out, without a command" in caplog.text
+
+
+def test_positions_outside_the_joints_range_are_not_imported(dataset, tmp_path):
+    robot = tmp_path / "arm.xml"
+    robot.write_text(
+        '<mujoco><compiler angle="radian"/><worldbody><body><joint name="shoulder" range="-2 2"/>'
+        '<geom size="0.1" mass="1"/><body><joint name="elbow" range="-2 2"/>'
+        '<geom size="0.1" mass="1"/></body></body></worldbody></mujoco>'
+    )
+    line = [
+        *("import-lerobot", str(dataset), "--out", str(tmp_path / "out"), "--robot", str(robot)),
+        *("--joints", "shoulder,elbow", "--kp", "30", "--kd", "2", "--control-rate-hz", "500"),
+        *("--gravity-compensation", "no"),
+    ]
+    with pytest.raises(SystemExit, match=r"which looks like degrees .*; allowed: -2 to 2 rad"):
+        main(line)
+    assert not (tmp_path / "out").exists()
+    main([*line, "--degrees"])
+
+
+def test_a_pipe_is_not_waited_for(dataset):
+    os.mkfifo(dataset / "data" / "chunk-000" / "file-002.parquet")
+    with pytest.raises(RecordingError, match=r"file-002.parquet: the file: found a named pipe"):
         read_lerobot(dataset, CONTROLLER)
 
 

@@ -1,5 +1,7 @@
 """Bags are written here by rosbags itself, in both of its formats."""
 
+import os
+
 import numpy as np
 import pytest
 import yaml
@@ -19,10 +21,18 @@ MAPPING = {
 ORDER = ["finger", "arm_b", "arm_a"]
 
 
-def write_bag(path, kind="numbers", plugin="MCAP", jitter_ns=3_000_000, names=ORDER, repeated=()):
+def write_bag(
+    path, kind="numbers", plugin="MCAP", jitter_ns=3_000_000, names=ORDER, repeated=(),
+    clock=lambda i, ns: ns, times=((0, 20_000_000),), without=(),
+):  # fmt: skip
     """One second of states at 100 Hz, received late, and commands at 50 Hz.
 
     States and commands of the numbers `repeated` have the stamp of those before them.
+
+    Args:
+        clock: the stamp of a header, by the state's number and its time.
+        times: s and ns from the start of each point of a trajectory.
+        without: numbers of the commands that have no points.
     """
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
@@ -47,9 +57,8 @@ def write_bag(path, kind="numbers", plugin="MCAP", jitter_ns=3_000_000, names=OR
         for i in range(100):
             ns = BEGIN + (i - (i in repeated)) * 10_000_000
             q = np.array([9.0, 0.02 * i, 0.01 * i])
-            message = state(
-                header=stamped(ns), name=list(names), position=q, velocity=none, effort=2 * q
-            )
+            head = stamped(clock(i, ns))
+            message = state(header=head, name=list(names), position=q, velocity=none, effort=2 * q)
             late = ns + int(rng.integers(0, jitter_ns))
             writer.write(states, late, store.serialize_cdr(message, state.__msgtype__))
             if i % 2 == 0:
@@ -58,11 +67,13 @@ def write_bag(path, kind="numbers", plugin="MCAP", jitter_ns=3_000_000, names=OR
                 if kind == "numbers":
                     message = numbers(layout=layout, data=values)
                 else:
-                    after = types["builtin_interfaces/msg/Duration"](sec=0, nanosec=20_000_000)
+                    after = types["builtin_interfaces/msg/Duration"]
                     message = trajectory(
-                        header=stamped(ns), joint_names=["arm_b", "arm_a"],
+                        header=stamped(clock(i, ns)), joint_names=["arm_b", "arm_a"],
                         points=[target(positions=values[::-1].copy(), velocities=none,
-                                       accelerations=none, effort=none, time_from_start=after)],
+                                       accelerations=none, effort=none,
+                                       time_from_start=after(sec=s, nanosec=n))
+                                for s, n in times if i not in without],
                     )  # fmt: skip
                 writer.write(commands, ns, store.serialize_cdr(message, command.__msgtype__))
     return path
@@ -132,10 +143,92 @@ def test_no_bag_at_all(tmp_path):
 @pytest.mark.parametrize("kind", ["numbers", "trajectory"])
 def test_of_messages_with_one_stamp_the_last_counts(tmp_path, kind, caplog):
     recording = read_bag(write_bag(tmp_path / "run", kind, repeated=[50]), mapping(tmp_path))
-    assert "topic /joint_states: 1 messages left out" in caplog.text
-    assert "topic /command: 1 messages left out" in caplog.text
+    assert "topic /joint_states: 1 of 100 messages left out" in caplog.text
+    assert "topic /command: 1 of 50 messages left out" in caplog.text
     at = ~np.isnan(recording.q[:, 0])
     assert at.sum() == 99
     row = np.searchsorted(recording.time, 0.4901, side="right") - 1
     assert recording.q[row] == pytest.approx([0.5, 1.0])
     assert recording.q_des[row] == pytest.approx([0.6, 0.2])
+
+
+HOUR = 3600 * 10**9
+
+
+@pytest.mark.parametrize("kind", ["numbers", "trajectory"])
+def test_a_clock_that_is_set_back_is_refused(tmp_path, kind):
+    bag = write_bag(tmp_path / "run", kind, clock=lambda i, ns: ns - HOUR * (i >= 50))
+    said = "topic /.*, message .*: found a stamp 3600 s before that of an earlier message"
+    with pytest.raises(RecordingError, match=said):
+        read_bag(bag, mapping(tmp_path))
+    # as it says, the other clock is a way out
+    recording = read_bag(bag, mapping(tmp_path, clock="received"))
+    assert (~np.isnan(recording.q[:, 0])).sum() == 100
+
+
+def test_a_clock_that_is_set_ahead_is_said(tmp_path, caplog):
+    bag = write_bag(tmp_path / "run", "trajectory", clock=lambda i, ns: ns + HOUR * (i >= 50))
+    recording = read_bag(bag, mapping(tmp_path))
+    assert "/joint_states: the stamp of message 51 is 3600 s ahead" in caplog.text
+    assert recording.duration_s == pytest.approx(3600.99)
+
+
+def test_messages_that_overtake_each_other_are_put_in_order(tmp_path):
+    bag = write_bag(tmp_path / "run", clock=lambda i, ns: ns + 10_000_000 * (1 - 2 * (i % 2)))
+    recording = read_bag(bag, mapping(tmp_path))
+    q = recording.q[~np.isnan(recording.q[:, 0]), 0]
+    assert len(q) == 100
+    assert q[:4] == pytest.approx([0.01, 0.0, 0.03, 0.02])
+
+
+def test_what_lies_outside_the_commands_is_counted(tmp_path, caplog):
+    bag = write_bag(tmp_path / "run", "trajectory", without=range(20))
+    recording = read_bag(bag, mapping(tmp_path))
+    assert "/command: 10 of 50 messages left out, without points" in caplog.text
+    assert "/joint_states: 20 of 100 messages left out, from before the first" in caplog.text
+    assert (~np.isnan(recording.q[:, 0])).sum() == 80
+    caplog.clear()
+    bag = write_bag(tmp_path / "late", clock=lambda i, ns: ns - HOUR // 7200)
+    read_bag(bag, mapping(tmp_path))
+    assert "/joint_states: 50 of 100 messages left out, from before the first" in caplog.text
+    assert "/command: 25 of 50 messages left out, from after the last state" in caplog.text
+
+
+def test_nothing_is_said_where_nothing_is_left_out(tmp_path, caplog):
+    read_bag(write_bag(tmp_path / "run"), mapping(tmp_path))
+    assert not caplog.text
+
+
+@pytest.mark.parametrize("times", [(), ((0, 20), (0, 20)), ((1, 0), (0, 20))])
+def test_trajectories_that_no_controller_takes_are_told(tmp_path, times):
+    bag = write_bag(tmp_path / "run", "trajectory", times=times)
+    with pytest.raises(RecordingError, match="/command: found 50 trajectories without points"):
+        read_bag(bag, mapping(tmp_path))
+
+
+@pytest.mark.parametrize("seconds", [1_000_000, 2_000_000_000])
+def test_a_point_that_is_far_ahead_is_not_reached(tmp_path, seconds):
+    recording = read_bag(
+        write_bag(tmp_path / "run", "trajectory", times=[(seconds, 0)]), mapping(tmp_path)
+    )
+    assert len(recording.time) < 200
+    assert np.abs(recording.q_des).max() < 1e-3
+
+
+def test_stamps_that_span_years_are_refused_at_once(tmp_path):
+    bag = write_bag(tmp_path / "run", "trajectory", clock=lambda i, ns: ns - 10**18 * (i < 98))
+    with pytest.raises(RecordingError, match=r"first command to the last state: found 1e\+09 s"):
+        read_bag(bag, mapping(tmp_path))
+
+
+@pytest.mark.parametrize("name", ["x.mcap", "metadata.yaml", "run.mcap"])
+def test_a_pipe_is_not_waited_for(tmp_path, name):
+    bag = tmp_path / name
+    if name == "x.mcap":
+        os.mkfifo(bag)
+    else:
+        bag = write_bag(tmp_path / "run")
+        (bag / name).unlink()
+        os.mkfifo(bag / name)
+    with pytest.raises(RecordingError, match=rf"{name}: the file: found a named pipe \(FIFO\)"):
+        read_bag(bag, mapping(tmp_path))

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from t2l.config.quantities import LARGEST_SEED, Bounds, Given, Text
 from t2l.rl.settings import JOURNAL, LOGARITHMIC
-from t2l.typed import Integer, Name, Number, Typed
+from t2l.typed import Integer, Name, Number, Switch, Typed
 
 
 class ReinforcementLearning(Typed):
@@ -50,12 +50,12 @@ class ReinforcementLearning(Typed):
     observation_noise_rad_s: Number = Field(
         0.01, ge=0, le=1, description="the same on velocities, rad/s"
     )
-    clip_actions: bool = Field(
+    clip_actions: Switch = Field(
         True,
         description="whether actions are kept between -1 and 1, in training and on the robot; "
         "IsaacLab's templates, and so the study, do not",
     )
-    shared_network: bool = Field(
+    shared_network: Switch = Field(
         True, description="whether policy and value share their hidden layers, as in the study"
     )
     horizon_s: Number = Field(
@@ -90,7 +90,7 @@ class Tuning(Typed):
         le=1_000,
         description="jobs that share a study; of trials side by side, those of a cell at once",
     )
-    prune: bool = Field(
+    prune: Switch = Field(
         True, description="whether hopeless trials are ended; the study completes every one"
     )
     updates: Annotated[Integer | None, Given] = Field(

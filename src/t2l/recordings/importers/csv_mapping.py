@@ -25,7 +25,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from t2l.documents import read_yaml
+from t2l.documents import check_regular, read_yaml
 from t2l.errors import RecordingError
 from t2l.recordings.checks import COMMANDED, MEASURED, OPTIONAL, SHARED, check_samples
 from t2l.recordings.importers.units import FACTORS
@@ -33,7 +33,7 @@ from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
 from t2l.recordings.per_joint import per_joint
 from t2l.recordings.recording import SIGNALS, Recording
-from t2l.typed import Typed, describe, suggestion
+from t2l.typed import Switch, Typed, describe, suggestion
 
 
 class MappingFile(Metadata):
@@ -42,7 +42,7 @@ class MappingFile(Metadata):
     columns: Annotated[dict[str, Any], Field(description=f"the keys {', '.join(SIGNALS)}")]
     separator: Annotated[str, Field(min_length=1, max_length=10)] = ","
     decimal: Literal[".", ","] = "."
-    held_commands: bool = False
+    held_commands: Switch = False
 
 
 class ColumnFile(Typed):
@@ -225,6 +225,7 @@ def _read_columns(table: Path, mapping: Mapping) -> dict[str, np.ndarray]:
     """Every column of the recording, in SI, NaN where empty."""
     import pandas as pd
 
+    check_regular(table, RecordingError)
     try:
         # as text: only so can a cell that is no number be named
         cells = pd.read_csv(

@@ -5,6 +5,7 @@ The Parquet files are read as they are, because importing lerobot takes seconds.
 at its frame.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from t2l.errors import RecordingError
-from t2l.recordings.checks import COMMANDED, check_samples
+from t2l.recordings.checks import COMMANDED, MOST_RAD, check_samples
 from t2l.recordings.importers.lerobot_dataset import (
     ACTION,
     STATE,
@@ -24,6 +25,10 @@ from t2l.recordings.importers.lerobot_dataset import (
 )
 from t2l.recordings.metadata import check_metadata
 from t2l.recordings.recording import Recording
+
+logger = logging.getLogger(__name__)
+
+MOST_DEG = MOST_RAD * 180 / np.pi  # format: the largest number for a position of any data set
 
 
 def read_lerobot(
@@ -112,6 +117,24 @@ def read_lerobot_positions(
     for episode in chosen(folder, sorted(parts), episodes):
         frame, feature = parts[episode]
         command, q = (feature[key][:, at] for key, at in (where[COMMANDED], where["q"]))
+        for key, values in ((ACTION, command), (STATE, q)):
+            _check_size(folder, episode, frame, key, values)
         order = np.isfinite(command).all(axis=1)
+        if not order.all():
+            logger.warning(
+                "%s: episode %d: %d of %d frames left out, without a command",
+                folder, episode, np.sum(~order), len(order),
+            )  # fmt: skip
         rows.append((frame[order] / info.fps, command[order], q[order]))
     return tuple(joints), rows
+
+
+def _check_size(folder: Path, episode: int, frame: np.ndarray, key: str, values: np.ndarray):
+    """Refuse positions (n, njoint) that are none in any unit; NaN is nothing that was measured."""
+    large = np.isinf(values) | (np.abs(values) > MOST_DEG)
+    if large.any():
+        row, joint = np.argwhere(large)[0]
+        raise RecordingError(
+            folder, f"episode {episode}, frame {frame[row]:.0f}, {key}", f"{values[row, joint]:g}",
+            f"positions up to {MOST_DEG:.2g}, in whatever unit",
+        )  # fmt: skip

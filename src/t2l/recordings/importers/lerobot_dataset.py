@@ -7,13 +7,14 @@ from typing import Annotated, Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from pydantic import BaseModel, Field, ValidationError, field_validator
+from pydantic import Field
 
-from t2l.documents import read_json
+from t2l.documents import check_regular, read_json
 from t2l.errors import RecordingError
 from t2l.recordings.checks import COMMANDED
+from t2l.recordings.keys import checked
 from t2l.recordings.metadata import LARGEST_RATE_HZ
-from t2l.typed import describe
+from t2l.typed import AsTuple, Integer, Number, Typed, describe
 
 ACTION, STATE = "action", "observation.state"
 
@@ -26,28 +27,22 @@ NAMES = {
 }
 
 
-class Feature(BaseModel):
+class Feature(Typed, extra="ignore"):
     """A feature of a data set; what else it says is not needed."""
 
-    shape: tuple[Annotated[int, Field(ge=1, le=100_000)], ...]
+    shape: Annotated[tuple[Annotated[Integer, Field(ge=1, le=100_000)], ...], AsTuple]
     names: Any = None
 
 
-class Info(BaseModel):
-    """What `meta/info.json` must say."""
+class Info(Typed, extra="ignore"):
+    """What `meta/info.json` must say; what else it says is not needed."""
 
     codebase_version: str
-    fps: Annotated[float, Field(gt=0, le=LARGEST_RATE_HZ)]
-    total_frames: int | None = None
-    features: dict[str, Any]
-
-    @field_validator("features")
-    @classmethod
-    def _positions(cls, features: dict[str, Any]) -> dict[str, Any]:
-        return {
-            key: Feature.model_validate(value) if key in (ACTION, STATE) else value
-            for key, value in features.items()
-        }
+    fps: Annotated[
+        Number, Field(gt=0, le=LARGEST_RATE_HZ, description="a number above 0, frames a second")
+    ]
+    total_frames: Annotated[Integer | None, Field(ge=0)] = None
+    features: Annotated[dict[str, Any], Field(description=f"{ACTION} and {STATE}, with joints")]
 
 
 def read_info(folder: Path) -> Info:
@@ -58,15 +53,7 @@ def read_info(folder: Path) -> Info:
     """
     path = folder / "meta" / "info.json"
     content = read_json(path, "a LeRobot data set's meta/info.json")
-    try:
-        found = Info.model_validate(content)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = ".".join(map(str, first["loc"])) or "the file"
-        where = f"key {key}" if first["loc"] else key
-        shown = "nothing" if first["type"] == "missing" else describe(first["input"])
-        allowed = f"what a LeRobot data set has there ({first['msg']})"
-        raise RecordingError(path, where, shown, allowed) from None
+    found = checked(Info, content, path)
     if not found.codebase_version.startswith("v3"):
         raise RecordingError(
             path,
@@ -74,18 +61,20 @@ def read_info(folder: Path) -> Info:
             describe(found.codebase_version),
             "v3.0; lerobot converts older data sets",
         )
+    features = dict(found.features)
     for key in (ACTION, STATE):
-        if key not in found.features:
+        if key not in features:
             raise RecordingError(
                 path,
                 f"key features.{key}",
                 "nothing",
                 f"{ACTION} and {STATE}, with joint positions",
             )
-        if len(found.features[key].shape) != 1:
-            shape = describe(found.features[key].shape)
+        feature = features[key] = checked(Feature, features[key], path, f"features.{key}.")
+        if len(feature.shape) != 1:
+            shape = describe(feature.shape)
             raise RecordingError(path, f"key features.{key}.shape", shape, "one number")
-    return found
+    return found.model_copy(update={"features": features})
 
 
 def find(
@@ -159,6 +148,8 @@ def read_episodes(folder: Path, info: Info) -> dict[int, tuple[np.ndarray, dict[
     columns = [ACTION, STATE, "episode_index", "frame_index"]
     try:
         files = sorted(where.glob("*/*.parquet"))
+        for file in files:
+            check_regular(file, RecordingError)
         table = pa.concat_tables(pq.read_table(file, columns=columns) for file in files)
         missing = [name for name in columns if name not in table.column_names]
         if missing:

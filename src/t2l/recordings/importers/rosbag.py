@@ -10,11 +10,10 @@ A mapping is a YAML with the keys of a recording's YAML and these:
 
 `names` are the bag's names of `joints`, where they differ. Stamps are those of the headers, so that
 the network's jitter is not in them; a message without a stamp has the time at which it was
-received. Times are shifted to begin with the first command.
+received. Times are shifted to begin with the first command. Whatever is left out is said, with why.
 """
 
-import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -22,22 +21,26 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from t2l.documents import read_yaml
+from t2l.documents import check_regular, read_yaml
 from t2l.errors import RecordingError
-from t2l.recordings.checks import check_samples
+from t2l.recordings.checks import check_samples, check_ticks
+from t2l.recordings.importers.bag_messages import (
+    NANO,
+    TRAJECTORY,
+    Received,
+    accepted,
+    in_order,
+    say,
+)
 from t2l.recordings.importers.trajectories import Point, held_commands
 from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
 from t2l.recordings.recording import Recording
 from t2l.typed import Typed, describe, suggestion
 
-logger = logging.getLogger(__name__)
-
 STATE = "sensor_msgs/msg/JointState"
-TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 NUMBERS = "std_msgs/msg/Float64MultiArray"
 COMMANDS = (TRAJECTORY, NUMBERS, STATE)
-NANO = 1e-9  # format: a nanosecond in s
 
 
 class Topics(Typed):
@@ -98,31 +101,34 @@ def read_bag(bag: Path | str, mapping: BagMapping) -> Recording:
         RecordingError: it cannot be read, a topic or joint is not in it, or it is no recording.
         ModuleNotFoundError: the package rosbags is not installed.
     """
-    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
     bag = Path(bag)
     if not bag.exists():
         raise RecordingError(bag, "the bag", "nothing", "a folder of a ROS 2 bag, or an .mcap")
+    for file in sorted(bag.iterdir()) if bag.is_dir() else [bag]:
+        if not file.is_dir():
+            check_regular(file, RecordingError)
     states, commands = [], []
     try:
         # bags of SQLite do not hold the definitions of their messages
         with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            connections = [
-                *_connections(reader.connections, mapping.state, (STATE,), bag, mapping),
-                *_connections(reader.connections, mapping.command, COMMANDS, bag, mapping),
-            ]
+            connections = _connections(reader.connections, mapping.state, (STATE,), bag, mapping)
+            commanding = _connections(reader.connections, mapping.command, COMMANDS, bag, mapping)
+            if mapping.command != mapping.state:
+                connections += commanding
             for connection, received, raw in reader.messages(connections=connections):
                 message = reader.deserialize(raw, connection.msgtype)
-                time = _time(message, received, mapping.by_header)
+                stamp = _stamp(message, received, mapping.by_header)
                 if connection.topic == mapping.state:
-                    states.append((time, message))
+                    states.append(Received(stamp, received, connection.msgtype, message))
                 if connection.topic == mapping.command:
-                    commands.append((time, connection.msgtype, message))
+                    commands.append(Received(stamp, received, connection.msgtype, message))
     except RecordingError:
         raise
-    # what a damaged file makes of its many parsers
-    except (AnyReaderError, OSError, ValueError, KeyError, IndexError, AssertionError) as error:
+    # what a damaged file makes of its many parsers: each has errors of its own
+    except Exception as error:
         reason = " ".join(str(error).split())[:200] or type(error).__name__  # format: characters
         raise RecordingError(
             bag, "the bag", f"what cannot be read ({reason})", "a ROS 2 bag or an .mcap"
@@ -143,7 +149,7 @@ def _connections(connections: Iterable, topic: str, types, bag: Path, mapping: B
     return found
 
 
-def _time(message: Any, received: int, by_header: bool) -> float:
+def _stamp(message: Any, received: int, by_header: bool) -> float:
     """ns; of the header's stamp where there is one."""
     header = getattr(message, "header", None)
     if by_header and header is not None and (header.stamp.sec or header.stamp.nanosec):
@@ -151,25 +157,31 @@ def _time(message: Any, received: int, by_header: bool) -> float:
     return received
 
 
-def _recording(bag: Path, states: list, commands: list, mapping: BagMapping) -> Recording:
+def _recording(
+    bag: Path, states: list[Received], commands: list[Received], mapping: BagMapping
+) -> Recording:
     for kind, found in (("state", states), ("command", commands)):
         if not found:
             topic = getattr(mapping, kind)
             raise RecordingError(bag, f"topic {topic}", "no message", f"at least one {kind}")
+    commands = accepted(bag, mapping.command, commands)
     # before they become floating-point numbers, which hold no nanoseconds since 1970
-    origin = min(time for time, *_ in (*states, *commands))
+    origin = min(one.stamp for one in (*states, *commands))
     measured = _measured(bag, states, origin, mapping)
-    latest = {time: (kind, message) for time, kind, message in commands}
-    _say_repeats(bag, mapping.command, len(commands) - len(latest))
+    latest = in_order(bag, mapping.command, commands)
+    began, ended = (latest[0].stamp - origin) * NANO, measured["time"][-1]
+    fastest = max(mapping.metadata[f"{loop}_rate_hz"] for loop in ("control", "command"))
+    where = f"topics {mapping.command} and {mapping.state}, the first command to the last state"
+    check_ticks(ended - began, fastest, bag, where)
     points = [
         point
-        for time, (kind, message) in sorted(latest.items(), key=lambda entry: entry[0])
-        for point in _points(bag, (time - origin) * NANO, kind, message, mapping)
+        for one in latest
+        for point in _points(bag, (one.stamp - origin) * NANO, one.kind, one.message, mapping)
     ]
     first = measured["q"][0]
-    command_time, command = held_commands(points, first, mapping.metadata["command_rate_hz"])
+    command_time, command = held_commands(points, first, mapping.metadata["command_rate_hz"], ended)
     time = np.unique(np.concatenate([command_time, measured["time"]]))
-    time = time[(time >= command_time[0]) & (time <= measured["time"][-1])]
+    time = time[(time >= command_time[0]) & (time <= ended)]
     if len(time) < 2:
         raise RecordingError(
             bag, "the clock", "states and commands at different times",
@@ -177,7 +189,10 @@ def _recording(bag: Path, states: list, commands: list, mapping: BagMapping) -> 
         )  # fmt: skip
     held = np.searchsorted(command_time, time, side="right") - 1
     at = np.searchsorted(time, measured["time"])
-    inside = (at < len(time)) & (measured["time"] >= time[0])
+    inside = measured["time"] >= time[0]
+    early, late = np.sum(~inside), sum((one.stamp - origin) * NANO > ended for one in latest)
+    say(bag, mapping.state, early, len(inside), "from before the first command")
+    say(bag, mapping.command, late, len(latest), "from after the last state")
     signals = {}
     for kind in ("q", "dq", "tau"):
         values = measured[kind]
@@ -196,51 +211,44 @@ def _recording(bag: Path, states: list, commands: list, mapping: BagMapping) -> 
         raise RecordingError(bag, where, error.found, error.allowed) from None
 
 
-def _measured(bag: Path, states: list, origin: int, mapping: BagMapping) -> dict[str, Any]:
+def _measured(
+    bag: Path, states: list[Received], origin: int, mapping: BagMapping
+) -> dict[str, Any]:
     """Times (n,) s, increasing, and q, dq, tau (n, njoint); dq and tau None where not published.
 
     A driver may publish several groups of joints on one topic: messages without ours are skipped.
     """
-    rows: dict[int, list[np.ndarray]] = {}
-    seen: list[str] = []
-    ours = 0
-    for time, message in states:
-        names = list(message.name)
-        seen = names if len(names) > len(seen) else seen
-        if not set(mapping.names) <= set(names):
-            continue
-        ours += 1
-        where = [names.index(name) for name in mapping.names]
-        parts = (message.position, message.velocity, message.effort)
-        rows[time] = [
-            np.asarray(part, float)[where]
-            if len(part) == len(names)
-            else np.full(len(where), np.nan)
-            for part in parts
-        ]
-    if not rows:
+    ours = [one for one in states if set(mapping.names) <= set(one.message.name)]
+    if not ours:
+        seen = max((list(one.message.name) for one in states), key=len)
         absent = next((n for n in mapping.names if n not in seen), mapping.names[0])
         raise RecordingError(
             bag, f"topic {mapping.state}, joint {absent}", f"nothing{suggestion(absent, seen)}",
             ", ".join(seen),
         )  # fmt: skip
-    _say_repeats(bag, mapping.state, ours - len(rows))
-    stamps = sorted(rows)
-    q, dq, tau = (np.array([rows[stamp][i] for stamp in stamps]) for i in range(3))
+    why = f"without {', '.join(mapping.names)}"
+    say(bag, mapping.state, len(states) - len(ours), len(states), why)
+    latest = in_order(bag, mapping.state, ours)
+    rows = [_row(one.message, mapping.names) for one in latest]
+    q, dq, tau = (np.array(parts) for parts in zip(*rows, strict=True))
     return {
-        "time": np.array([(stamp - origin) * NANO for stamp in stamps]),
+        "time": np.array([(one.stamp - origin) * NANO for one in latest]),
         "q": q,
         "dq": None if np.isnan(dq).all() else dq,
         "tau": None if np.isnan(tau).all() else tau,
     }
 
 
-def _say_repeats(bag: Path, topic: str, count: int) -> None:
-    if count:
-        logger.warning(
-            "%s: topic %s: %d messages left out, as the next has the same stamp",
-            bag, topic, count,
-        )  # fmt: skip
+def _row(message: Any, names: Sequence[str]) -> list[np.ndarray]:
+    """Positions, velocities and efforts of the joints, (njoint,) each, NaN if not published."""
+    published = list(message.name)
+    where = [published.index(name) for name in names]
+    return [
+        np.asarray(part, float)[where]
+        if len(part) == len(published)
+        else np.full(len(where), np.nan)
+        for part in (message.position, message.velocity, message.effort)
+    ]
 
 
 def _points(bag: Path, time: float, kind: str, message: Any, mapping: BagMapping) -> list[Point]:
