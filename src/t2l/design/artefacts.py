@@ -5,11 +5,10 @@ import os
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from t2l.artefacts import write_text
 from t2l.design.expected import Identifiability
 from t2l.design.experiment import Experiment
+from t2l.documents import to_yaml
 from t2l.hardware.plan import Setup
 
 PLAN, NUMBERS, TABLE = "plan.yaml", "plan.json", "expected_errors.csv"
@@ -71,7 +70,7 @@ def _plan(experiment: Experiment, setup: Setup, folder: Path) -> str:
         }
         for c in experiment.chosen
     ]
-    body = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, default_flow_style=None)
+    body = to_yaml(content, sort_keys=False, allow_unicode=True, default_flow_style=None)
     return f"# by t2l plan; run it with: t2l record {PLAN} --out DIR\n{body}"
 
 

@@ -37,14 +37,14 @@ from typing import Annotated
 
 import mujoco
 import numpy as np
-import yaml
 from pydantic import Field
 
 from t2l.artefacts import write_text
-from t2l.documents import is_text, read_yaml
+from t2l.documents import is_text, read_yaml, to_yaml
 from t2l.effects.effect import Effect, Parameter, within
+from t2l.effects.expression import evaluate
 from t2l.effects.formula import FormulaLaw, FormulaTorque
-from t2l.effects.law import Curve
+from t2l.effects.law import LIMIT, Curve
 from t2l.effects.learned import LearnedTorque
 from t2l.effects.registry import load as load_effects
 from t2l.effects.term import Layout, Term
@@ -275,6 +275,18 @@ def _check_formulas(model: Model) -> None:
                 f"formulas.{number}: found no values; allowed: one for each of its constants under "
                 f"effects.{formula.name}"
             )
+        values = {
+            name: value[formula.law.joint] if isinstance(value, dict) else value
+            for name, value in model.effects[formula.name].items()
+            if not isinstance(value, dict) or formula.law.joint in value
+        }
+        if formula.law.kind == LIMIT and len(values) == len(formula.constants):
+            (at_rest,) = evaluate(formula.postfix, np.zeros(1), values)
+            if not at_rest >= 0:
+                raise ConfigurationError(
+                    f"formulas.{number}: found a limit of {at_rest:.3g} N·m at rest, which drives "
+                    "the motor backwards; allowed: 0 N·m or more"
+                )
         for name, value in model.effects[formula.name].items():
             if isinstance(value, dict) and set(value) != {formula.law.joint}:
                 raise ConfigurationError(
@@ -350,7 +362,7 @@ def _name(text: str) -> str:
     plain = re.fullmatch(r"[A-Za-z_./][\w./-]*", text) and is_text(text)
     if plain:
         return text
-    return yaml.safe_dump(text, default_style='"', allow_unicode=True, width=math.inf).strip()
+    return to_yaml(text, default_style='"', allow_unicode=True, width=math.inf).strip()
 
 
 def _comment(text: str) -> str:

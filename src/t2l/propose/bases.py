@@ -17,6 +17,7 @@ from t2l.effects.law import (
     GRID,
     HYSTERESIS,
     INERTIA,
+    LIMIT,
     MOTOR,
     PHASE,
     TENDON,
@@ -160,6 +161,10 @@ def tabulated(effect: SplineTorque, weights: np.ndarray, rest: Sequence[float] =
         return Curve(law, tuple(at.tolist()), tuple(torque.tolist()))
     at = grid if len(grid) == 2 else grid[points(effect)]
     values = np.interp(at, grid, effect.basis @ weights)
+    if law.kind == LIMIT:
+        # beyond its no-load speed a motor brakes; at rest and against the motion none is driven
+        until = np.searchsorted(at, 0.0) + 1
+        values[:until] = np.maximum(values[:until], 0.0)
     at = at[0] + (at - at[0]) * (1 + (sum(rest) if law.follows == PHASE else 0.0))
     ratio = effect.ratio + (sum(rest) if law.kind == TENDON else 0.0)
     return Curve(law, tuple(at.tolist()), tuple(values.tolist()), ratio)
