@@ -75,9 +75,10 @@ def _velocities_of_urdf(path: Path, joints: Sequence[str]) -> np.ndarray:
     # MuJoCo reads `effort` of <limit> and not `velocity`
     found = {}
     root = ElementTree.parse(path).getroot()
-    for joint in root.iter("joint") if root.tag == "robot" else ():
+    for joint in root.findall("joint") if root.tag == "robot" else ():
         limit = joint.find("limit")
-        if limit is not None and "velocity" in limit.attrib:
+        # exporters write 0 where nobody knows, and a joint of no velocity is none
+        if limit is not None and float(limit.get("velocity", 0.0)) > 0:
             found[joint.get("name")] = float(limit.attrib["velocity"])
     return np.array([found.get(name, np.inf) for name in joints])
 

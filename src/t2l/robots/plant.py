@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from t2l.errors import ConfigurationError
+from t2l.robots import robot_file
 from t2l.robots.registry import ROBOTS, make_robot
 from t2l.robots.robot import Robot
 from t2l.robots.specs import hold_at_rest
@@ -41,19 +42,23 @@ def files(robot: str) -> list[Path]:
 
     A file that is not there is left out, and so is what an unreadable MJCF names.
     """
-    main = mjcf_path(robot).resolve()
-    found: dict[Path, None] = {}
+    return list(_files_and_roots(mjcf_path(robot)))
+
+
+def _files_and_roots(path: Path) -> dict[Path, ElementTree.Element | None]:
+    main = path.resolve()
+    found: dict[Path, ElementTree.Element | None] = {}
     _collect(main, main.parent, found)
-    return list(found)
+    return found
 
 
-def _collect(path: Path, home: Path, found: dict[Path, None]) -> None:
+def _collect(path: Path, home: Path, found: dict[Path, ElementTree.Element | None]) -> None:
     if path in found:
         return
     found[path] = None
     try:
-        root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, OSError, ValueError):
+        root = found[path] = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, OSError, ValueError, LookupError):
         return
     # the attributes of <compiler> that say where files of other kinds are
     folders = [
@@ -117,16 +122,20 @@ def read(robot: str) -> mujoco.MjSpec:
     """A robot without tools as its file says, with its looks.
 
     Raises:
-        ConfigurationError: no such robot, or neither MJCF nor URDF.
+        ConfigurationError: no such robot, neither MJCF nor URDF, or one whose file says what MuJoCo
+            would take for something else (see `t2l.robots.robot_file`).
     """
     path = mjcf_path(robot)
+    known = robot in ROBOTS.names()
+    if not known:
+        robot_file.parsed(path)
+        for file, root in _files_and_roots(path).items():
+            if root is not None:
+                robot_file.check(file, root)
     try:
-        known = robot in ROBOTS.names()
         return make_robot(robot).bare() if known else mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         reason = " ".join(str(error).split())
-        if _root(path) == "robot" and b"xacro" in path.read_bytes():
-            reason = f"it is a xacro; allowed: what `xacro {path.name}` makes of it"
         raise ConfigurationError(f"{path}: MuJoCo cannot read it: {reason}") from None
 
 
@@ -179,6 +188,42 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
         if body.name != "world":
             body.gravcomp = 1.0
     return spec
+
+
+def couplings(robot: str, joints: Sequence[str]) -> list[str]:
+    """What `load` leaves out although it ties the motion of `joints` to something, in sentences.
+
+    It is a `mimic` of a URDF, or a constraint in <equality> of an MJCF.
+    """
+    spec = read(robot)
+    driven, found = set(joints), []
+    for equality in spec.equalities:
+        first, second = equality.name1, equality.name2
+        if equality.type == mujoco.mjtEq.mjEQ_JOINT:
+            moved, what = driven & {first, second}, f"joint {first} follows {second or 'nothing'}"
+        elif equality.type in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+            sides = [_joints_above(spec, equality.objtype, name) for name in (first, second)]
+            moved = driven & (sides[0] ^ sides[1])
+            what = f"{first} and {second or 'the world'} are joined"
+        else:
+            continue
+        if moved:
+            others = {first, second} - driven - {""}
+            held = f"{', '.join(sorted(others))} is held still" if others else "each moves alone"
+            if equality.type != mujoco.mjtEq.mjEQ_JOINT:
+                held = f"{', '.join(sorted(moved))} moves as if they were not"
+            found.append(f"{what} in the robot's file, which is left out: {held}")
+    return found
+
+
+def _joints_above(spec: mujoco.MjSpec, kind: mujoco.mjtObj, name: str) -> set[str]:
+    body = (spec.site(name).parent if kind == mujoco.mjtObj.mjOBJ_SITE else spec.body(name)) if (
+        name) else None  # fmt: skip
+    found = set()
+    while body is not None and body.name != "world":
+        found |= {joint.name for joint in body.joints}
+        body = body.parent
+    return found
 
 
 def position_controlled(robot: Robot) -> mujoco.MjSpec:
