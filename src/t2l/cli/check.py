@@ -44,6 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.drift.artefacts import CHECK, summary, table, write_check
     from t2l.drift.verdict import verdicts
     from t2l.errors import ConfigurationError
+    from t2l.identify.loop_stability import check_settles
     from t2l.identify.noise_floor import noise_floor
     from t2l.identify.refit import refit
     from t2l.identify.step_size import substeps_for
@@ -51,6 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
     model, new, old = read_recordings_and_model(
         arguments.logs, arguments.reference, arguments.model
     )
+    check_settles(model, [*new, *old])
     if not model.effects:
         raise ConfigurationError(
             f"{arguments.model}: effects: found none; allowed: a model with at least one effect"

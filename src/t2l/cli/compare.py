@@ -26,7 +26,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.figures.diagnosis import draw_comparison
     from t2l.report import write_report
 
-    model, recordings, _ = read_inputs(arguments)
+    model, recordings, _ = read_inputs(arguments, to_fit=False)
     with log_output(arguments, ENTRIES, model, recordings) as out:
         comparison = compare(model, recordings)
         write(comparison, out)
@@ -34,5 +34,5 @@ def run(arguments: argparse.Namespace) -> None:
         write_report(out)
     for contradiction in comparison.contradictions:
         print(f"Contradiction: {contradiction}")
-    print(comparison.sentence)
+    print(comparison.result)
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

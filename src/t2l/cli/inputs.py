@@ -88,14 +88,19 @@ def log_output(
 
 
 def read_inputs(
-    arguments: argparse.Namespace,
+    arguments: argparse.Namespace, to_fit: bool = True
 ) -> tuple[Model, list[Recording], list[Recording]]:
     """The model so far, the recordings, and those to hold out.
 
+    Args:
+        to_fit: whether the model must be one that can be fitted.
+
     Raises:
-        T2LError: a file is wrong, the recordings do not belong together or do not fit the robot.
+        T2LError: a file is wrong, the recordings do not belong together or do not fit the robot, or
+            the model's loop chatters and is to be fitted.
     """
     from t2l.diagnose.recordings_and_model import read_recordings_and_model
+    from t2l.identify.loop_stability import check_settles
 
     held = [path for group in getattr(arguments, "holdout", []) for path in group]
     model, recordings, holdout = read_recordings_and_model(
@@ -104,6 +109,8 @@ def read_inputs(
     names = tuple(getattr(arguments, "without", ()))
     if names:
         check_without(names, model)
+    if to_fit:
+        check_settles(model, [*recordings, *holdout])
     return replace(model, without=names), recordings, holdout
 
 

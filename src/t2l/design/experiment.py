@@ -15,6 +15,7 @@ from t2l.effects.effect import Effect
 from t2l.errors import ConfigurationError
 from t2l.hardware.guard import Workspace
 from t2l.hardware.plan import Setup
+from t2l.identify.loop_stability import check_settles
 from t2l.identify.model import Model
 from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
@@ -76,10 +77,13 @@ def design(
     """The D-optimal choice of safe motions.
 
     Raises:
-        ConfigurationError: no motion is safe, or no effect can be simulated.
+        ConfigurationError: the model's loop chatters, no motion is safe, or no effect can be
+            simulated.
     """
     progress("keeping motions within limits", 0.0)
     every = library(setup, wanted.motion_s, wanted.most_rad)
+    of_gains = {(*c.kp, *c.kd): recording(setup, c.motion(setup)) for c in every}
+    check_settles(model, list(of_gains.values()))
     safe = within_limits(setup, model, every, wanted.workspace)
     if not safe.candidates:
         raise ConfigurationError(

@@ -1,6 +1,7 @@
 """A model against recordings: every one simulated from its measured start, and what is left."""
 
 import json
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -17,12 +18,15 @@ from t2l.diagnose.files import COMPARISON, TRACES
 from t2l.diagnose.findings import Finding, findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.errors import T2LError
+from t2l.identify.loop_stability import Chatter, chattering
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.step_size import substeps_for
 from t2l.recordings.contradictions import Contradiction, contradictions
 from t2l.recordings.recording import Recording
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,7 @@ class Comparison:
         findings: joints and conditions that hold most of the squared error.
         explained: conditions by how much of the error they explain.
         contradictions: recordings that cannot both be true.
+        chatter: of the model's loop, which makes the rest worthless; None if it settles.
         errors: at every sample.
         traces: a table, one row a sample: recording, joint, time, q_des, q, q_sim, dq (where
             measured), missing_torque and the conditions, in SI units, with 7 digits.
@@ -79,6 +84,7 @@ class Comparison:
     findings: list[Finding]
     explained: list[ExplainedVariance]
     contradictions: list[Contradiction]
+    chatter: Chatter | None
     errors: Errors = field(repr=False)
     traces: pa.Table = field(repr=False)
 
@@ -89,7 +95,13 @@ class Comparison:
 
     @property
     def sentence(self) -> str:
-        """The result, for people."""
+        """The result, for people, and why it may be worth nothing."""
+        first = f"{self.chatter.message} {self.chatter.advice} " if self.chatter else ""
+        return f"{first}{self.result}"
+
+    @property
+    def result(self) -> str:
+        """How far the model is off, and where, for people."""
         error = f"The model is off by {1e3 * self.rmse_q_rad:.3g} mrad RMS"
         if self.noise_floor_rad is not None:
             error += f", of which measurement noise is {1e3 * self.noise_floor_rad:.2g} mrad"
@@ -111,6 +123,10 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
         T2LError: recordings of different joints.
     """
     _check_joints(recordings)
+    chatter = chattering(model, recordings)
+    if chatter is not None:
+        # before what may take long, or run away
+        logger.warning("%s %s", chatter.message, chatter.advice)
     predictor = Predictor(model.robot, recordings, substeps_for(model, recordings))
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
@@ -138,6 +154,7 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
         findings=findings(predictor, residual, under),
         explained=explained_variance(predictor, residual, under, missing),
         contradictions=contradicting,
+        chatter=chatter,
         errors=Errors(
             samples.recording,
             samples.joint,

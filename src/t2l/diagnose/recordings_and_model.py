@@ -86,6 +86,8 @@ def check_recordings_and_model(
             "%s: the model floats by its free joint %r; it is held where the MJCF has it, as "
             "recordings say nothing about it", model.robot, joint,
         )  # fmt: skip
+    for sentence in plant.couplings(model.robot, first.joints):
+        logger.warning("%s: %s", model.robot, sentence)
     ranges = plant.position_ranges(compiled, first.joints)
     for recording in (*recordings, *holdout):
         check_against_joint_ranges(recording, np.asarray(ranges), first.joints)
