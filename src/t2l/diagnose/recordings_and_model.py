@@ -9,6 +9,7 @@ import numpy as np
 from t2l.effects.registry import load as load_effects
 from t2l.errors import RecordingError
 from t2l.identify.model import Model, check_joints, read_model
+from t2l.identify.units import questions
 from t2l.recordings.checks import check_against_joint_ranges
 from t2l.recordings.log import read_recordings
 from t2l.recordings.recording import Recording
@@ -91,6 +92,8 @@ def check_recordings_and_model(
     ranges = plant.position_ranges(compiled, first.joints)
     for recording in (*recordings, *holdout):
         check_against_joint_ranges(recording, np.asarray(ranges), first.joints)
+    for question in questions(model.robot, (*recordings, *holdout)):
+        logger.warning("%s", question)
     if model_path is not None:
         check_joints(model_path, model, first.joints)
 
