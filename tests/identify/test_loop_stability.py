@@ -42,7 +42,7 @@ def test_a_loop_that_chatters_is_named_with_its_number(robot):
     assert found.inertia == pytest.approx(LINK)
     assert "Kd·h/M is 4.27 and must be below 2" in found.message
     assert "1/1000 s by control_rate_hz" in found.message
-    with pytest.raises(ConfigurationError, match="joint hinge in made.*armature: {inertia: "):
+    with pytest.raises(ConfigurationError, match=r"joint hinge in made.*armature: \{inertia: "):
         check_settles(Model(robot), [log])
 
 
@@ -86,7 +86,9 @@ def test_only_the_light_joint_gets_any(tmp_path):
 
 def test_gains_that_the_model_corrects_are_those_that_count(robot):
     log = recording(robot, commands, kd=LIGHT_KD)
-    right = Model(robot, {"controller_gains": {"kp_factor": {"hinge": 1}, "kd_factor": {"hinge": 0.2}}})
+    right = Model(
+        robot, {"controller_gains": {"kp_factor": {"hinge": 1}, "kd_factor": {"hinge": 0.2}}}
+    )
     assert chattering(right, [log]) is None
     assert not diverges(right, log)
 
@@ -112,7 +114,8 @@ def test_poses_in_which_a_joint_is_light_count(tmp_path):
     """A link that hangs on across is heavy to shake, one that hangs on in line turns instead."""
     path = tmp_path / "folding.xml"
     path.write_text("""<mujoco><compiler angle="radian"/><worldbody><body pos="0 0 1">
-      <joint name="left" axis="0 1 0"/><inertial pos="0 0 0" mass="0.1" diaginertia="3e-3 3e-3 3e-3"/>
+      <joint name="left" axis="0 1 0"/>
+      <inertial pos="0 0 0" mass="0.1" diaginertia="3e-3 3e-3 3e-3"/>
       <body pos="0 0 -0.3"><joint name="right" axis="0 1 0"/>
         <inertial pos="0 0 -0.3" mass="0.5" diaginertia="1e-3 1e-3 1e-3"/></body>
     </body></worldbody></mujoco>""")

@@ -3,6 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from t2l.identify.model import Model
 from t2l.identify.units import questions
 from tests.diagnose.made import measured, pendulum, recording, spinner, swing
 
@@ -18,7 +19,7 @@ def log(tmp_path):
 
 
 def asked(log, **changes):
-    return questions(log.robot, [dataclasses.replace(log, **changes)])
+    return questions(Model(log.robot), [dataclasses.replace(log, **changes)])
 
 
 def test_nothing_is_asked_about_what_can_be(log):
@@ -27,7 +28,7 @@ def test_nothing_is_asked_about_what_can_be(log):
 
 def test_a_question_is_asked_once_a_joint(log):
     log = dataclasses.replace(log, q=np.rad2deg(log.q), q_des=np.rad2deg(log.q_des))
-    (question,) = questions(log.robot, [log, log])
+    (question,) = questions(Model(log.robot), [log, log])
     assert "q.hinge goes to" in question
     assert "are they degrees?" in question
 
@@ -46,8 +47,14 @@ def test_gains_that_are_registers(log):
     (question,) = asked(log, kp=1000 * log.kp)
     assert "Kp 20000 N·m/rad on joint hinge asks for" in question
     assert "register" in question
-    (question,) = asked(log, kp=40 * log.kp, control_rate_hz=50.0)
-    assert "natural frequency of 24 Hz, in a loop of 50 Hz" in question
+    (question,) = asked(log, kp=5 * log.kp, control_rate_hz=50.0)
+    assert "natural frequency of 8 Hz, in a loop of 50 Hz" in question
+
+
+def test_effects_of_the_model_count(log):
+    stiff = dataclasses.replace(log, kp=40 * log.kp, control_rate_hz=50.0)
+    heavy = Model(log.robot, {"armature": {"inertia": {"hinge": 5.0}}})
+    assert questions(heavy, [stiff]) == []
 
 
 def test_torque_beyond_what_the_file_allows(tmp_path, log):
@@ -75,4 +82,4 @@ def test_velocities_in_degrees(log):
 def test_few_rows_or_none_at_once_raise_nothing(log):
     empty = np.full_like(log.q, np.nan)
     assert asked(log, q=empty) == []
-    assert questions(log.robot, [log.beginning(0.05)]) == []
+    assert questions(Model(log.robot), [log.beginning(0.05)]) == []

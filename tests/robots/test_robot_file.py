@@ -62,8 +62,9 @@ def test_what_urdfs_really_hold_is_taken(tmp_path):
     text = text.replace(
         "</robot>",
         '<link name="tip"/><joint name="tip" type="fixed"><parent link="lower"/><child link="tip"/>'
-        '<axis xyz="0 0 0"/></joint><transmission name="t"><joint name="elbow"/><joint name="elbow"/>'
-        '</transmission><gazebo reference="lower"><mu1 value="a b"/></gazebo></robot>',
+        '<axis xyz="0 0 0"/></joint><transmission name="t"><joint name="elbow"/>'
+        '<joint name="elbow"/></transmission>'
+        '<gazebo reference="lower"><mu1 value="a b"/></gazebo></robot>',
     )
     path.write_text(text)
     assert plant.load(str(path), ["shoulder", "elbow"]).compile().nv == 2

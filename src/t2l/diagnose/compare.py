@@ -96,8 +96,7 @@ class Comparison:
     @property
     def sentence(self) -> str:
         """The result, for people, and why it may be worth nothing."""
-        first = f"{self.chatter.message} {self.chatter.advice} " if self.chatter else ""
-        return f"{first}{self.result}"
+        return f"{self.chatter.sentence} {self.result}" if self.chatter else self.result
 
     @property
     def result(self) -> str:
@@ -126,7 +125,7 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
     chatter = chattering(model, recordings)
     if chatter is not None:
         # before what may take long, or run away
-        logger.warning("%s %s", chatter.message, chatter.advice)
+        logger.warning("%s", chatter.sentence)
     predictor = Predictor(model.robot, recordings, substeps_for(model, recordings))
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
@@ -243,6 +242,7 @@ def report(comparison: Comparison) -> dict[str, Any]:
         "cells": _cells(errors, joints),
         "findings": [asdict(f) | {"sentence": f.sentence} for f in comparison.findings],
         "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.explained],
+        "chatter": comparison.chatter and comparison.chatter.sentence,
         "contradictions": [asdict(c) | {"message": c.message} for c in comparison.contradictions],
     }
 

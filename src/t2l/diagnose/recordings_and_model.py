@@ -92,7 +92,7 @@ def check_recordings_and_model(
     ranges = plant.position_ranges(compiled, first.joints)
     for recording in (*recordings, *holdout):
         check_against_joint_ranges(recording, np.asarray(ranges), first.joints)
-    for question in questions(model.robot, (*recordings, *holdout)):
+    for question in questions(model, (*recordings, *holdout)):
         logger.warning("%s", question)
     if model_path is not None:
         check_joints(model_path, model, first.joints)

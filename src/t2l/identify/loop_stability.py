@@ -20,7 +20,7 @@ from t2l.sim.sampled_loop import chatter, damping_number, stiffness_number, tran
 from t2l.sim.schedule import Schedule
 
 POSES = 64  # numerics: of all recordings together; inertia changes slowly from pose to pose
-LEAST_POSES = 4  # numerics: of each recording
+LEAST_POSES = 2  # numerics: of each recording
 # bound: a disturbance of 1 µrad, which every encoder has, grows to 1 rad
 GROWN = 1e6
 HALVINGS = 12  # numerics: the least armature to a part in 4000
@@ -71,6 +71,11 @@ class Chatter:
             f"this into the file of --model, below effects: armature: {{inertia: {{{values}}}}}"
         )
 
+    @property
+    def sentence(self) -> str:
+        """Both, for people."""
+        return f"{self.message} {self.advice}"
+
 
 @dataclass(frozen=True)
 class Loops:
@@ -101,7 +106,7 @@ def check_settles(model: Model, recordings: Sequence[Recording]) -> None:
     """
     found = chattering(model, recordings)
     if found is not None:
-        raise ConfigurationError(f"{found.message} {found.advice}")
+        raise ConfigurationError(found.sentence)
 
 
 def chattering(model: Model, recordings: Sequence[Recording]) -> Chatter | None:
@@ -141,10 +146,10 @@ def poses(recordings: Sequence[Recording]) -> Loops:
 
 def of_loops(model: Model, joints: tuple[str, ...], loops: Loops) -> Chatter | None:
     """As `chattering`, of any loops of `joints`."""
-    plants = _plants(model, joints, loops)
-    if plants is None:
+    found = plants(model, joints, loops)
+    if found is None:
         return None
-    mass, damping, stiffness, kp, kd = plants
+    mass, damping, stiffness, kp, kd = found
     period = 1 / loops.rate_hz
 
     def grown(more: np.ndarray) -> np.ndarray:
@@ -171,8 +176,14 @@ def of_loops(model: Model, joints: tuple[str, ...], loops: Loops) -> Chatter | N
     )  # fmt: skip
 
 
-def _plants(model: Model, joints: tuple[str, ...], loops: Loops) -> tuple | None:
-    """Mass, damping, stiffness, Kp and Kd of each loop, with the model's effects."""
+def plants(
+    model: Model, joints: tuple[str, ...], loops: Loops
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
+    """Mass, damping, stiffness, Kp and Kd of each loop with the model's effects.
+
+    As `t2l.sim.sampled_loop.transition` takes them; None where effects change the loop itself, as
+    a filter does.
+    """
     layout, u = model.vector(joints)
     extending = [term for term in layout.terms if term.effect.extends]
     compiled = with_effects(model.robot, joints, extending)

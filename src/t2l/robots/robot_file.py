@@ -161,20 +161,18 @@ def _check_joint(path: Path, joint: ElementTree.Element) -> None:
         # MuJoCo takes either for no limit; 0 and 0 is what exporters write who know none
         if float(lower) > float(upper) or float(lower) == float(upper) != 0:
             raise InputError(
-                path, f"joint {name}, attributes lower and upper of <limit>", f"{lower} and {upper}",
-                "lower below upper, or both 0 for no limit",
+                path, f"joint {name}, attributes lower and upper of <limit>",
+                f"{lower} and {upper}", "lower below upper, or both 0 for no limit",
             )  # fmt: skip
-    if kind in WITH_AXIS and axis is not None and "xyz" in axis.attrib:
-        if not any(map(float, axis.attrib["xyz"].split())):
-            raise InputError(
-                path, f"joint {name}, attribute xyz of <axis>", axis.attrib["xyz"], "a direction"
-            )
+    direction = axis.get("xyz", "1 0 0") if axis is not None else "1 0 0"
+    if kind in WITH_AXIS and not any(map(float, direction.split())):
+        raise InputError(path, f"joint {name}, attribute xyz of <axis>", direction, "a direction")
 
 
 def _check_inertia(path: Path, link: ElementTree.Element) -> None:
-    """Whether a body can have the inertia: of its principal moments none exceeds the others' sum.
+    """Whether a body can have the inertia.
 
-    Source: Wieber, Holonomy and nonholonomy in the dynamics of articulated motion, 2006, section 2.
+    About principal axes Ixx + Iyy − Izz = 2 ∫ z² dm, which is not negative, and likewise in turn.
     """
     found = link.find("inertial/inertia")
     if found is None:
