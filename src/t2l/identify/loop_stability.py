@@ -63,7 +63,11 @@ class Chatter:
     @property
     def advice(self) -> str:
         """What is usually wrong, and a line of YAML."""
-        values = ", ".join(f"{joint}: {value:g}" for joint, value in self.armature.items())
+        # of 3e-05 YAML makes a string
+        values = ", ".join(
+            f"{joint}: {np.format_float_positional(value, trim='0')}"
+            for joint, value in self.armature.items()
+        )
         return (
             "Usually the armature is missing, the inertia of rotor and gears, which a URDF cannot "
             "hold; or gains are in other units than N·m/rad and N·m·s/rad; or the loop is faster "
