@@ -64,12 +64,17 @@ def test_a_fit_goes_on_until_it_settles(tmp_path):
     assert fitted.values == pytest.approx(truth, rel=0.03)
 
 
-@pytest.mark.parametrize("size", [1.0, 1e306])  # values infinite, or only their slopes
-def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path, size):
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("a * np.exp(b * x)", {"a": 1.0, "b": 1e5}),
+        ("a * np.tanh(b * x)", {"a": 1e307, "b": 1e3}),  # only the slope is infinite
+    ],
+)
+def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path, text, values):
     judge = simulation(pendulum(tmp_path), lambda x: 0.05 * x)
     line = {"text": "a * x", "units": {"a": "N·m/rad"}}
-    rate = 1e5 if size == 1.0 else 2.0
-    wild = Formula("a * np.exp(b * x)", {"a": size, "b": rate}, {"a": "N·m", "b": "1/rad"})
+    wild = Formula(text, values, {"a": "N·m", "b": "1/rad"})
     errors = judge.errors([wild, Formula(values={"a": 0.05}, **line)])
     assert errors[0] == FAR
     assert errors[1] < 1.1 * NOISE_RAD
