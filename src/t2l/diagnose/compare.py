@@ -24,6 +24,7 @@ from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.step_size import substeps_for
 from t2l.recordings.contradictions import Contradiction, contradictions
+from t2l.recordings.names import unique_names
 from t2l.recordings.recording import Recording
 
 logger = logging.getLogger(__name__)
@@ -124,8 +125,7 @@ def compare(model: Model, recordings: Sequence[Recording], noise: bool = True) -
     _check_joints(recordings)
     chatter = chattering(model, recordings)
     if chatter is not None:
-        # before what may take long, or run away
-        logger.warning("%s", chatter.sentence)
+        logger.warning("%s", chatter.sentence)  # before what may run away
     predictor = Predictor(model.robot, recordings, substeps_for(model, recordings))
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
@@ -199,19 +199,6 @@ def _labels(index: np.ndarray, names: Sequence[str]) -> pa.DictionaryArray:
     buffers = [None, pa.py_buffer(ends), pa.py_buffer(b"".join(text))]
     known = pa.Array.from_buffers(pa.string(), len(text), buffers)
     return pa.DictionaryArray.from_arrays(_column(pa.int32(), index), known)
-
-
-def unique_names(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """A name a recording, with its folder or a number where the file's name is not enough."""
-    names = [recording.name for recording in recordings]
-    if len(set(names)) < len(names):
-        names = [f"{r.path.parent.name}/{r.name}" if r.path else r.name for r in recordings]
-    counts: dict[str, int] = {}
-    unique = []
-    for name in names:
-        counts[name] = counts.get(name, 0) + 1
-        unique.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
-    return tuple(unique)
 
 
 def report(comparison: Comparison) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from t2l.recordings.checks import check_against_joint_ranges
 from t2l.recordings.log import read_recordings
 from t2l.recordings.recording import Recording
 from t2l.robots import plant
+from t2l.robots.couplings import couplings
 
 logger = logging.getLogger(__name__)
 
@@ -87,7 +88,7 @@ def check_recordings_and_model(
             "%s: the model floats by its free joint %r; it is held where the MJCF has it, as "
             "recordings say nothing about it", model.robot, joint,
         )  # fmt: skip
-    for sentence in plant.couplings(model.robot, first.joints):
+    for sentence in couplings(model.robot, first.joints):
         logger.warning("%s: %s", model.robot, sentence)
     ranges = plant.position_ranges(compiled, first.joints)
     for recording in (*recordings, *holdout):

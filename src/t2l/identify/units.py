@@ -19,16 +19,16 @@ ROWS = 2000  # numerics: of all recordings together
 LEAST_ROWS = 10  # numerics: of each
 # bound: of a joint without limits: two turns either way
 MOST_RAD = 4 * np.pi
-# tuned: of real machines, and of light joints that the model lacks friction of, at most 215
+# bound: of real machines, and of light joints that the model lacks friction of, at most 215
 MOST_OVER_NEEDED = 500.0
-# tuned: of real machines at most 21, of a servo that saturates in steps
+# bound: of real machines at most 21, of a servo that saturates in steps
 MOST_OVER_LIMIT = 100.0
-# tuned: of real machines that hold their own weight at least 0.18
+# bound: of real machines that hold their own weight at least 0.18
 LEAST_OVER_WEIGHT = 0.05
 # bound: Kp h²/M; controllers are designed for 0.04 to 0.4 (Åström and Wittenmark, Computer-
 # controlled systems, 1997, section 2.8), real machines here have up to 0.007
 FASTEST = 1.0
-# tuned: a rad/s is 57 deg/s; filters of velocity lose less than the rest
+# bound: a rad/s is 57 deg/s; filters of velocity lose less than the rest
 SPEED_FACTOR = 10.0
 MOVES_RAD_S = 0.05  # numerics: RMS, below which velocity is noise
 

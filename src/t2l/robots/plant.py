@@ -190,42 +190,6 @@ def load(robot: str, joints: Sequence[str]) -> mujoco.MjSpec:
     return spec
 
 
-def couplings(robot: str, joints: Sequence[str]) -> list[str]:
-    """What `load` leaves out although it ties the motion of `joints` to something, in sentences.
-
-    It is a `mimic` of a URDF, or a constraint in <equality> of an MJCF.
-    """
-    spec = read(robot)
-    driven, found = set(joints), []
-    for equality in spec.equalities:
-        first, second = equality.name1, equality.name2
-        if equality.type == mujoco.mjtEq.mjEQ_JOINT:
-            moved, what = driven & {first, second}, f"joint {first} follows {second or 'nothing'}"
-        elif equality.type in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
-            sides = [_joints_above(spec, equality.objtype, name) for name in (first, second)]
-            moved = driven & (sides[0] ^ sides[1])
-            what = f"{first} and {second or 'the world'} are joined"
-        else:
-            continue
-        if moved:
-            others = {first, second} - driven - {""}
-            held = f"{', '.join(sorted(others))} is held still" if others else "each moves alone"
-            if equality.type != mujoco.mjtEq.mjEQ_JOINT:
-                held = f"{', '.join(sorted(moved))} moves as if they were not"
-            found.append(f"{what} in the robot's file, which is left out: {held}")
-    return found
-
-
-def _joints_above(spec: mujoco.MjSpec, kind: mujoco.mjtObj, name: str) -> set[str]:
-    body = (spec.site(name).parent if kind == mujoco.mjtObj.mjOBJ_SITE else spec.body(name)) if (
-        name) else None  # fmt: skip
-    found = set()
-    while body is not None and body.name != "world":
-        found |= {joint.name for joint in body.joints}
-        body = body.parent
-    return found
-
-
 def position_controlled(robot: Robot) -> mujoco.MjSpec:
     """The bare robot under position actuators, for the `discrete` integrator (see `t2l.sim.batch`).
 
