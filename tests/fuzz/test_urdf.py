@@ -125,7 +125,7 @@ def test_compare(home, data):
     looked_at(lambda: run(home, "bad.csv"), home, NAMED)
 
 
-@settings(max_examples=40, **QUIET)
+@settings(max_examples=25, **QUIET)
 @given(data=st.data())
 def test_export(home, data):
     (home / "bad.urdf").write_bytes(data.draw(spoilt()))
@@ -140,7 +140,7 @@ def test_export(home, data):
     looked_at(lambda: main(line), home, NAMED)
 
 
-@settings(max_examples=10, **QUIET)
+@settings(max_examples=5, **QUIET)
 @given(data=st.data())
 def test_import(home, data):
     (home / "bad.urdf").write_bytes(data.draw(spoilt()))

@@ -86,6 +86,7 @@ MJCF = """<mujoco><worldbody><body name="upper"><joint name="a" axis="0 1 0" ran
     [
         ('mass="1"', 'mass="nan"', "<inertial> of body upper, attribute mass: found 'nan'"),
         ('mass="1"', 'mass="inf"', "<inertial> of body upper, attribute mass: found 'inf'"),
+        ('mass="1"', 'mass="1e13"', "attribute mass: found '1e13'; allowed: finite numbers up to"),
         ('mass="1"', 'mass="1e999"', "<inertial> of body upper, attribute mass"),
         ("0 0 -1", "0 NaN -1", "attribute pos: found '0 NaN -1'; allowed: finite numbers"),
         ('range="-9 9"', 'range="9 -9"', "joint a, attribute range: found '9 -9'"),

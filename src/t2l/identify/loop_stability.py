@@ -124,12 +124,10 @@ def chattering(model: Model, recordings: Sequence[Recording]) -> Chatter | None:
 def poses(recordings: Sequence[Recording]) -> Loops:
     """Of every recording a few poses, evenly in time."""
     each = max(LEAST_POSES, POSES // len(recordings))
-    rows = []
-    for recording in recordings:
-        known = np.flatnonzero(~np.isnan(recording.q).any(axis=1))
-        if len(known) == 0:
-            known = np.array([0])
-        rows.append(known[np.unique(np.linspace(0, len(known) - 1, each).astype(int))])
+    rows = [
+        np.unique(np.linspace(0, len(recording.time) - 1, each).astype(int))
+        for recording in recordings
+    ]
     counts = [len(part) for part in rows]
 
     def repeated(values) -> np.ndarray:

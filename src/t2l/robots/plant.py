@@ -70,8 +70,9 @@ def _collect(path: Path, home: Path, found: dict[Path, ElementTree.Element | Non
         # MuJoCo looks beside the main file, newer versions beside the including one too
         for folder in (home, path.parent, *folders):
             named = (folder / name).resolve()
-            if named.is_file():
-                if element in ("include", "model"):
+            # os.path: of a name that is too long for a file, pathlib makes an error
+            if os.path.exists(named) and not os.path.isdir(named):
+                if element in ("include", "model") and os.path.isfile(named):
                     _collect(named, home, found)
                 else:
                     found[named] = None

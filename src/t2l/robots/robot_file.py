@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from t2l.errors import InputError
+from t2l.typed import LARGEST
 
 # format: numbers of a URDF's elements by attribute, https://wiki.ros.org/urdf/XML
 URDF_NUMBERS = {
@@ -105,15 +106,15 @@ def _elements(
 
 
 def _check_numbers(path: Path, place: str, tag: str, key: str, text: str) -> None:
-    """Whether numbers are finite, and ranges the right way round."""
+    """Whether numbers are of a possible size, and ranges the right way round."""
     try:
         numbers = [float(word) for word in text.split()]
     except ValueError:
         return
     # no limit is a limit that is infinite
     limit = tag == "limit" or key.endswith("range")
-    if any(np.isnan(n) or (np.isinf(n) and not limit) for n in numbers):
-        raise InputError(path, place, repr(text), "finite numbers")
+    if any(np.isnan(n) or (abs(n) > LARGEST and not limit) for n in numbers):
+        raise InputError(path, place, repr(text), f"finite numbers up to {LARGEST:g}")
     if key.endswith("range") and len(numbers) == 2 and numbers[0] > numbers[1]:
         raise InputError(path, place, repr(text), "the lower limit before the upper")
 

@@ -50,7 +50,9 @@ def chatter(step: np.ndarray) -> np.ndarray:
     Args:
         step: (k, 2n, 2n), see `transition`.
     """
-    found = np.linalg.eigvals(step)
+    # what is beyond all numbers is left to the simulation
+    finite = np.isfinite(step).all(axis=(1, 2))
+    found = np.linalg.eigvals(np.where(finite[:, None, None], step, 0.0))
     return np.where(found.real < 0, np.abs(found), 0.0).max(axis=1)
 
 
