@@ -34,7 +34,8 @@ class Chatter:
         recording, joint: where most.
         kp, kd, control_rate_hz: of that.
         inertia: kg·m² that the joint moves in that motion.
-        armature: by joint, the least that the effect `armature` must have for no loop to chatter.
+        armature: by joint, the least that the effect `armature` must have for no loop to chatter; a
+            joint that needs none has as little as any, so that it is fitted too.
     """
 
     recording: str
@@ -246,10 +247,13 @@ def _armature(
             low, high = (low, least[joint]) if settles(least) else (least[joint], high)
         least[joint] = high
     known = model.effects.get("armature", {}).get("inertia", {})
+    # a file that lacks it for one joint lacks it for all, and what the model has is fitted
+    some = least[least > 0].min(initial=np.inf)
     return {
-        name: _rounded_up(known.get(name, 0.0) + more) if more > 0 else known[name]
+        name: _rounded_up(known.get(name, 0.0) + more)
+        if more > 0
+        else known.get(name, _rounded_up(some))
         for name, more in zip(joints, least, strict=True)
-        if more > 0 or name in known
     }
 
 
