@@ -4,7 +4,7 @@ import json
 import numpy as np
 import pytest
 
-from t2l.diagnose.compare import compare, report, unique_names, write
+from t2l.diagnose.compare import compare, report, write
 from t2l.diagnose.conditions import CONDITIONS
 from t2l.diagnose.traces import binned, read_traces, spectrum
 from t2l.effects.law import Curve, Law
@@ -150,15 +150,6 @@ def test_contradicting_recordings_are_told(robot, recordings):
     found = compare(Model(robot), [recordings[0], other])
     assert [(c.first, c.second) for c in found.contradictions] == [("kp5", "again")]
     assert found.contradictions[0].message in json.dumps(report(found), ensure_ascii=False)
-
-
-def test_names_are_unique(recordings, tmp_path):
-    folders = [
-        dataclasses.replace(recordings[0], path=tmp_path / name / "kp5.csv")
-        for name in ("train", "holdout")
-    ]
-    assert unique_names(folders) == ("train/kp5", "holdout/kp5")
-    assert unique_names([recordings[0]] * 2) == ("kp5", "kp5 (2)")
 
 
 def test_means_in_bins_follow_the_function():

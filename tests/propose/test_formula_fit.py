@@ -64,10 +64,17 @@ def test_a_fit_goes_on_until_it_settles(tmp_path):
     assert fitted.values == pytest.approx(truth, rel=0.03)
 
 
-def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path):
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("a * exp(b * x)", {"a": 1.0, "b": 1e5}),
+        ("a * tanh(b * x)", {"a": 1e307, "b": 1e3}),  # only the slope is infinite
+    ],
+)
+def test_a_formula_that_runs_away_is_far_and_does_not_hide_the_others(tmp_path, text, values):
     judge = simulation(pendulum(tmp_path), lambda x: 0.05 * x)
     line = {"text": "a * x", "units": {"a": "N·m/rad"}}
-    wild = Formula("a * exp(b * x)", {"a": 1.0, "b": 1e5}, {"a": "N·m", "b": "1/rad"})
+    wild = Formula(text, values, {"a": "N·m", "b": "1/rad"})
     errors = judge.errors([wild, Formula(values={"a": 0.05}, **line)])
     assert errors[0] == FAR
     assert errors[1] < 1.1 * NOISE_RAD

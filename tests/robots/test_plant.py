@@ -137,11 +137,20 @@ def test_a_missing_robot_is_named(tmp_path):
         plant.load(str(tmp_path / "panda.xml"), ["a"])
 
 
-@pytest.mark.parametrize("text", ["<mujoco><worldbody>", "a,b", "", "\0\1"])
-def test_a_file_that_is_not_mjcf_is_named(tmp_path, text):
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<mujoco><worldbody>", "no XML that can be read"),
+        ("a,b", "no XML that can be read"),
+        ("", "no XML that can be read"),
+        ("\0\1", "no XML that can be read"),
+        ("<mujoco><worldbodi/></mujoco>", "MuJoCo cannot read it"),
+    ],
+)
+def test_a_file_that_is_not_mjcf_is_named(tmp_path, text, said):
     path = tmp_path / "odd.xml"
     path.write_text(text)
-    with pytest.raises(ConfigurationError, match=r"odd\.xml: MuJoCo cannot read it"):
+    with pytest.raises(ConfigurationError, match=rf"odd\.xml: .*{said}"):
         plant.load(str(path), ["a"])
 
 
@@ -159,6 +168,15 @@ URDF = """<robot name="arm">
     <collision><geometry><mesh filename="package://arm/upper_c.stl"/></geometry></collision>
   </link>
 </robot>"""
+TWO_JOINTS = URDF.replace(
+    "</robot>",
+    """<joint name="elbow" type="revolute">
+    <parent link="upper"/><child link="lower"/><origin xyz="0 0 -0.3"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1.5" effort="3" velocity="4"/><mimic_/></joint>
+  <link name="lower"><inertial><origin xyz="0 0 -0.1"/><mass value="0.3"/>
+    <inertia ixx="1.1e-3" iyy="1.2e-3" izz="2e-4" ixy="1e-5" ixz="2e-5" iyz="3e-5"/></inertial>
+  </link></robot>""",
+)
 MJCF_OF_IT = """<mujoco><compiler angle="radian"/><worldbody><body name="upper" pos="0 0 0.8">
   <joint name="shoulder" axis="0 1 0" range="-2.6 2.6" actuatorfrcrange="-30 30" damping="0.05"
     frictionloss="0.1"/>
@@ -185,7 +203,7 @@ def test_a_urdf_without_its_meshes_is_the_plant_of_the_same_mjcf(tmp_path):
         ('value="0.6"', 'value="${m}"', "xacro arm.urdf"),
         ("<inertial>", "<inertial_>", "link upper: found no <inertial>"),
         ('value="0.6"', 'value="0"', "mass and inertia"),
-        ("</robot>", "", "arm.urdf: MuJoCo cannot read it"),
+        ("</robot>", "", "arm.urdf: its text: found no XML"),
     ],
 )
 def test_a_urdf_that_is_wrong_says_why(tmp_path, was, spoilt, said):

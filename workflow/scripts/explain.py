@@ -5,7 +5,7 @@ from pathlib import Path
 from t2l.diagnose.confounding import confounded_beforehand
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.ranking import telling
-from t2l.diagnose.recordings_and_model import read_recordings_and_model
+from t2l.diagnose.recordings_and_model import check_worth_fitting, read_recordings_and_model
 from t2l.identify.progress import forward
 from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
@@ -19,6 +19,7 @@ with job(snakemake):
         section.get("model") and Path(section["model"]),
         [Path(path) for path in section.get("effects", [])],
     )
+    check_worth_fitting(model, recordings, holdout)
     evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
     folder = Path(snakemake.output.explanation).parent
     report = lambda what, fraction: print(f"{100 * fraction:3.0f} %  {what}", flush=True)  # noqa: E731

@@ -41,19 +41,21 @@ def run(arguments: argparse.Namespace) -> None:
     from contextlib import nullcontext
 
     from t2l.cli.inputs import log_output
-    from t2l.diagnose.recordings_and_model import read_recordings_and_model
+    from t2l.diagnose.recordings_and_model import (
+        check_worth_fitting,
+        read_recordings_and_model,
+    )
     from t2l.drift.artefacts import CHECK, summary, table, write_check
     from t2l.drift.verdict import verdicts
     from t2l.errors import ConfigurationError
     from t2l.identify.noise_floor import noise_floor
     from t2l.identify.refit import refit
     from t2l.identify.step_size import substeps_for
-    from t2l.recordings.motion import check_motion
 
     model, new, old = read_recordings_and_model(
         arguments.logs, arguments.reference, arguments.model, arguments.effects, "--reference"
     )
-    check_motion(new)
+    check_worth_fitting(model, new, old)
     if not model.effects:
         raise ConfigurationError(
             f"{arguments.model}: effects: found none; allowed: a model with at least one effect"

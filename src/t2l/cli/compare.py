@@ -38,5 +38,5 @@ def run(arguments: argparse.Namespace) -> None:
         write_report(out)
     for contradiction in comparison.contradictions:
         print(f"Contradiction: {contradiction}")
-    print(comparison.sentence)
+    print(comparison.result)
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

@@ -51,6 +51,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.export.agreement import difference
     from t2l.export.folder import write_export, write_summary
     from t2l.export.mjcf import Controller
+    from t2l.identify.loop_stability import check_settles
     from t2l.identify.model import read_model
     from t2l.identify.refit import refit
     from t2l.outputs import output_folder
@@ -63,6 +64,7 @@ def run(arguments: argparse.Namespace) -> None:
         model, recordings, _ = read_recordings_and_model(
             arguments.logs, (), arguments.model, arguments.effects
         )
+        check_settles(model, recordings)
         first = recordings[0]
         controller = Controller(
             first.joints,

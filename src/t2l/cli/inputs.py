@@ -13,7 +13,6 @@ import numpy as np
 from t2l.errors import ConfigurationError
 from t2l.identify.model import Model
 from t2l.outputs import output_folder
-from t2l.recordings.motion import check_motion
 from t2l.recordings.recording import Recording
 
 LONG_S = 20.0  # format: that a person waits without being told
@@ -110,19 +109,23 @@ def read_inputs(
         fitted: whether something is to be fitted to the recordings.
 
     Raises:
-        T2LError: a file is wrong, the recordings do not belong together or do not fit the robot.
+        T2LError: a file is wrong, the recordings do not belong together or do not fit the robot, or
+            the model's loop chatters and is to be fitted.
     """
-    from t2l.diagnose.recordings_and_model import read_recordings_and_model
+    from t2l.diagnose.recordings_and_model import (
+        check_worth_fitting,
+        read_recordings_and_model,
+    )
 
     held = [path for group in getattr(arguments, "holdout", []) for path in group]
     model, recordings, holdout = read_recordings_and_model(
         arguments.logs, held, arguments.model, arguments.effects
     )
-    if fitted:
-        check_motion(recordings)
     names = tuple(getattr(arguments, "without", ()))
     if names:
         check_without(names, model)
+    if fitted:
+        check_worth_fitting(model, recordings, holdout)
     return replace(model, without=names), recordings, holdout
 
 

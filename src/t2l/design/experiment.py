@@ -20,6 +20,7 @@ from t2l.hardware.motion import Motion
 from t2l.hardware.nominal import SampledLoop
 from t2l.hardware.plan import Setup
 from t2l.hardware.plan_file import MOST_GAINS
+from t2l.identify.loop_stability import check_settles
 from t2l.identify.model import Model
 from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE
 
@@ -81,12 +82,15 @@ def design(
     """The D-optimal choice of safe motions.
 
     Raises:
-        ConfigurationError: as of `check_wanted`; or no motion is safe, or no effect can be
+        ConfigurationError: as of `check_wanted`; the model's loop chatters, no motion is safe, or
+            no effect can be
             simulated.
     """
     check_wanted(setup, wanted)
     progress("keeping motions within limits", 0.0)
     every = library(setup, wanted.motion_s, wanted.most_rad)
+    of_gains = {(*c.kp, *c.kd): recording(setup, c.motion(setup)) for c in every}
+    check_settles(model, list(of_gains.values()))
     safe = within_limits(setup, model, every, wanted.workspace)
     if not safe.candidates:
         raise ConfigurationError(

@@ -1,6 +1,7 @@
 """A model against recordings: every one simulated from its measured start, and what is left."""
 
 import json
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -18,12 +19,16 @@ from t2l.diagnose.findings import Finding, findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.traces import column, labels
 from t2l.errors import T2LError
+from t2l.identify.loop_stability import Chatter, chattering
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.step_size import substeps_for
 from t2l.recordings.contradictions import Contradiction, contradictions
+from t2l.recordings.names import unique_names
 from t2l.recordings.recording import Recording
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,7 @@ class Comparison:
         findings: joints and conditions that hold most of the squared error.
         explained: conditions by how much of the error they explain.
         contradictions: recordings that cannot both be true.
+        chatter: of the model's loop, which makes the rest worthless; None if it settles.
         errors: at every sample.
         traces: a table, one row a sample: recording, joint, time, q_des, q, q_sim, dq (where
             measured), missing_torque and the conditions, in SI units, with 7 digits.
@@ -80,6 +86,7 @@ class Comparison:
     findings: list[Finding]
     explained: list[ExplainedVariance]
     contradictions: list[Contradiction]
+    chatter: Chatter | None
     errors: Errors = field(repr=False)
     traces: pa.Table = field(repr=False)
 
@@ -90,7 +97,12 @@ class Comparison:
 
     @property
     def sentence(self) -> str:
-        """The result, for people."""
+        """The result, for people, and why it may be worth nothing."""
+        return f"{self.chatter.sentence} {self.result}" if self.chatter else self.result
+
+    @property
+    def result(self) -> str:
+        """How far the model is off, and where, for people."""
         error = f"The model is off by {1e3 * self.rmse_q_rad:.3g} mrad RMS"
         if self.noise_floor_rad is not None:
             error += f", of which measurement noise is {1e3 * self.noise_floor_rad:.2g} mrad"
@@ -118,6 +130,9 @@ def compare(
         T2LError: recordings of different joints.
     """
     _check_joints(recordings)
+    chatter = chattering(model, recordings)
+    if chatter is not None:
+        logger.warning("%s", chatter.sentence)  # before what may run away
     predictor = Predictor(model.robot, recordings, substeps_for(model, recordings))
     samples, joints = predictor.samples, predictor.joints
     layout, u = model.vector(joints)
@@ -146,6 +161,7 @@ def compare(
         findings=findings(predictor, residual, under),
         explained=explained_variance(predictor, residual, under, missing),
         contradictions=contradicting,
+        chatter=chatter,
         errors=Errors(
             samples.recording,
             samples.joint,
@@ -179,19 +195,6 @@ def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.T
     return pa.table(columns)
 
 
-def unique_names(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """A name a recording, with its folder or a number where the file's name is not enough."""
-    names = [recording.name for recording in recordings]
-    if len(set(names)) < len(names):
-        names = [f"{r.path.parent.name}/{r.name}" if r.path else r.name for r in recordings]
-    counts: dict[str, int] = {}
-    unique = []
-    for name in names:
-        counts[name] = counts.get(name, 0) + 1
-        unique.append(name if counts[name] == 1 else f"{name} ({counts[name]})")
-    return tuple(unique)
-
-
 def report(comparison: Comparison) -> dict[str, Any]:
     """What `comparison.json` holds: numbers in SI units, and sentences."""
     errors = comparison.errors
@@ -220,6 +223,7 @@ def report(comparison: Comparison) -> dict[str, Any]:
         "cells": _cells(errors, joints),
         "findings": [asdict(f) | {"sentence": f.sentence} for f in comparison.findings],
         "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.explained],
+        "chatter": comparison.chatter and comparison.chatter.sentence,
         "contradictions": [asdict(c) | {"message": c.message} for c in comparison.contradictions],
     }
 

@@ -9,12 +9,16 @@ import numpy as np
 
 from t2l.effects.registry import load as load_effects
 from t2l.errors import RecordingError
+from t2l.identify.loop_stability import check_settles
 from t2l.identify.model import Model, check_joints, read_model
+from t2l.identify.units import questions
 from t2l.recordings.checks import check_against_joint_ranges
 from t2l.recordings.log import read_recordings
+from t2l.recordings.motion import check_motion
 from t2l.recordings.recording import Recording
 from t2l.registry import python_files
 from t2l.robots import plant
+from t2l.robots.couplings import couplings
 
 logger = logging.getLogger(__name__)
 
@@ -47,6 +51,19 @@ def read_recordings_and_model(
         model = replace(given, effect_files=(*given.effect_files, *files))
     check_recordings_and_model(model, model_path, recordings, held, aside)
     return model, recordings, held
+
+
+def check_worth_fitting(
+    model: Model, recordings: Sequence[Recording], holdout: Sequence[Recording] = ()
+) -> None:
+    """Find what no fit can make sense of, before one takes long.
+
+    Raises:
+        RecordingError: nothing moves in the recordings.
+        ConfigurationError: the model's loop chatters.
+    """
+    check_motion(recordings)
+    check_settles(model, [*recordings, *holdout])
 
 
 def check_recordings_and_model(
@@ -92,9 +109,13 @@ def check_recordings_and_model(
             "%s: the model floats by its free joint %r; it is held where the MJCF has it, as "
             "recordings say nothing about it", model.robot, joint,
         )  # fmt: skip
+    for sentence in couplings(model.robot, first.joints):
+        logger.warning("%s: %s", model.robot, sentence)
     ranges = plant.position_ranges(compiled, first.joints)
     for recording in (*recordings, *holdout):
         check_against_joint_ranges(recording, np.asarray(ranges), first.joints)
+    for question in questions(model, (*recordings, *holdout)):
+        logger.warning("%s", question)
     if model_path is not None:
         check_joints(model_path, model, first.joints)
 

@@ -68,6 +68,7 @@ class Comparison(TypedDict):
     findings: list[_Finding]
     follows: list[_Followed]
     contradictions: list[_Contradiction]
+    chatter: NotRequired[str | None]
 
 
 class _Parameter(TypedDict):

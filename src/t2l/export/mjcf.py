@@ -78,6 +78,8 @@ def _plant(robot: str, joints: Sequence[str], terms: Sequence[Term]) -> mujoco.M
         body.name = body.name or f"body_{i}"
         body.mass, body.inertia = compiled.body_mass[i], compiled.body_inertia[i]
         body.ipos, body.iquat = compiled.body_ipos[i], compiled.body_iquat[i]
+        # that of the file, beside which MuJoCo takes no principal moments
+        body.fullinertia = np.full(6, np.nan)
         body.explicitinertial = compiled.body_mass[i] > 0
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     for element in [*spec.geoms, *spec.meshes, *spec.cameras, *spec.lights, *spec.materials,

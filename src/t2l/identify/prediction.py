@@ -84,17 +84,7 @@ class Predictor:
         extending = [term for term in terms if term.effect.extends]
         key = _structure(extending)
         if key not in self._models:
-            spec = plant.load(self.robot, self.joints)
-            make_room(spec, self.joints)
-            names = [term.effect.name for term in extending]
-            for term in extending:
-                with blaming([term.effect], "to extend the model"):
-                    term.effect.extend(spec, tuple(self.joints[j] for j in term.joints))
-            with_effects = f"{self.robot}{f' with {", ".join(names)}' if names else ''}"
-            model = self._models[key] = plant.compiled(spec, with_effects)
-            # friction that holds at rest, or motor and link on one axis: conjugate gradients take
-            # many iterations
-            model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+            self._models[key] = with_effects(self.robot, self.joints, extending)
         return self._models[key]
 
     def predict(
@@ -177,6 +167,23 @@ class Predictor:
             )
             for alike in members.values()
         ]
+
+
+def with_effects(
+    robot: str, joints: Sequence[str], extending: Sequence[Term] = ()
+) -> mujoco.MjModel:
+    """The plant compiled with what terms add to its structure, ready to be simulated."""
+    spec = plant.load(robot, joints)
+    make_room(spec, joints)
+    names = [term.effect.name for term in extending]
+    for term in extending:
+        with blaming([term.effect], "to extend the model"):
+            term.effect.extend(spec, tuple(joints[j] for j in term.joints))
+    model = plant.compiled(spec, f"{robot}{f' with {", ".join(names)}' if names else ''}")
+    # friction that holds at rest, or motor and link on one axis: conjugate gradients take
+    # many iterations
+    model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    return model
 
 
 def check_finite(q: np.ndarray, predictor: Predictor, request: Request) -> None:

@@ -72,7 +72,7 @@ def _hidden(model, joints, beginning: Beginning, substeps, variants, threads) ->
     with blaming(_taking_part(variants), "to simulate it"):
         play = np.zeros((m, *beginning.doubt.shape))
         if hiding:
-            loop = _loop(model, joints, beginning.schedule, substeps, variants, threads)
+            loop = made_loop(model, joints, beginning.schedule, substeps, variants, threads)
             play = loop.play.reshape(play.shape)
         return beginning.estimate(predict, hiding, play)
 
@@ -98,14 +98,21 @@ def _run(
     progress: Callable[[float], None] = lambda part: None,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Position and velocity of every variant, and the period from tick to tick, s."""
-    loop = _loop(model, joints, schedule, substeps, variants, threads)
+    loop = made_loop(model, joints, schedule, substeps, variants, threads)
     if hidden is not None:
         loop.hidden_start[:] = hidden.reshape(loop.hidden_start.shape)
     return *loop.run(progress), loop.period_s
 
 
-def _loop(model, joints, schedule, substeps, variants, threads) -> ServoLoop:
-    """The loop of every variant, with their effects."""
+def made_loop(
+    model: mujoco.MjModel,
+    joints: tuple[str, ...],
+    schedule: Schedule,
+    substeps: int,
+    variants: Sequence[tuple[Layout, np.ndarray]],
+    threads: int,
+) -> ServoLoop:
+    """The loop of every variant, with their effects; arguments as of `simulate`."""
     m = sum(len(u) for _, u in variants)
     loop = ServoLoop(model, joints, schedule, m, threads, substeps)
     at = 0

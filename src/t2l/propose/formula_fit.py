@@ -20,6 +20,7 @@ from t2l.propose.expression import Formula
 from t2l.propose.formula import Fitted, candidates, chosen, extent, installed, promising
 from t2l.propose.proposal import Learned, Proposal, pooled_error
 from t2l.propose.refit import COARSE
+from t2l.typed import LARGEST
 
 Sets = Sequence[tuple[Predictor, np.ndarray]]
 
@@ -113,7 +114,8 @@ class Simulation:
     def _left(self, formulas: Sequence[Formula], sets: Sets) -> np.ndarray:
         """(n, nsample) rad, measured minus predicted; `FAR` where a simulation runs away."""
         curves = [_drawn(formula, self.one) for formula in formulas]
-        finite = np.array([np.isfinite(curve.torque).all() for curve in curves])
+        # of a larger torque slopes are no finite numbers; NaN is not smaller
+        finite = np.array([(np.abs(curve.torque) <= LARGEST).all() for curve in curves])
         left = np.full((len(formulas), sum(mask.sum() for _, mask in sets)), FAR)
         if finite.any():
             learned = self.beside.learned

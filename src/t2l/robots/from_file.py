@@ -1,5 +1,6 @@
 """A robot of which there is only an MJCF or URDF file, with the limits that it lacks."""
 
+import logging
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,7 +10,10 @@ import numpy as np
 
 from t2l.errors import ConfigurationError
 from t2l.robots import plant
+from t2l.robots.couplings import couplings
 from t2l.robots.robot import JointGroup, Robot
+
+logger = logging.getLogger(__name__)
 
 
 class RobotFromFile(Robot):
@@ -34,6 +38,8 @@ class RobotFromFile(Robot):
         self.name = str(self._path)
         joints = tuple(joint.name for joint in plant.scalar_joints(self.name))
         model = plant.compiled(plant.load(self.name, joints), self.name)
+        for sentence in couplings(self.name, joints):
+            logger.warning("%s: %s", self.name, sentence)
         if velocity_limit is None:
             velocity_limit = _velocities_of_urdf(self._path, joints)
         if torque_limit is None:
@@ -75,9 +81,10 @@ def _velocities_of_urdf(path: Path, joints: Sequence[str]) -> np.ndarray:
     # MuJoCo reads `effort` of <limit> and not `velocity`
     found = {}
     root = ElementTree.parse(path).getroot()
-    for joint in root.iter("joint") if root.tag == "robot" else ():
+    for joint in root.findall("joint") if root.tag == "robot" else ():
         limit = joint.find("limit")
-        if limit is not None and "velocity" in limit.attrib:
+        # exporters write 0 where nobody knows, and a joint of no velocity is none
+        if limit is not None and float(limit.get("velocity", 0.0)) > 0:
             found[joint.get("name")] = float(limit.attrib["velocity"])
     return np.array([found.get(name, np.inf) for name in joints])
 

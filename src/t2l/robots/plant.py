@@ -10,6 +10,7 @@ import numpy as np
 
 from t2l.documents import check_regular
 from t2l.errors import ConfigurationError
+from t2l.robots import robot_file
 from t2l.robots.registry import ROBOTS, make_robot
 from t2l.robots.robot import Robot
 from t2l.robots.specs import hold_at_rest
@@ -44,19 +45,23 @@ def files(robot: str) -> list[Path]:
     A file that is not there is left out, and so is what an unreadable MJCF names. What is there
     need be no regular file.
     """
-    main = mjcf_path(robot).resolve()
-    found: dict[Path, None] = {}
+    return list(_files_and_roots(mjcf_path(robot)))
+
+
+def _files_and_roots(path: Path) -> dict[Path, ElementTree.Element | None]:
+    main = path.resolve()
+    found: dict[Path, ElementTree.Element | None] = {}
     _collect(main, main.parent, found)
-    return list(found)
+    return found
 
 
-def _collect(path: Path, home: Path, found: dict[Path, None]) -> None:
+def _collect(path: Path, home: Path, found: dict[Path, ElementTree.Element | None]) -> None:
     if path in found:
         return
     found[path] = None
     try:
-        root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, OSError, ValueError):
+        root = found[path] = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, OSError, ValueError, LookupError):
         return
     # the attributes of <compiler> that say where files of other kinds are
     folders = [
@@ -121,19 +126,23 @@ def read(robot: str) -> mujoco.MjSpec:
     """A robot without tools as its file says, with its looks.
 
     Raises:
-        ConfigurationError: no such robot, or neither MJCF nor URDF.
+        ConfigurationError: no such robot, neither MJCF nor URDF, or one whose file says what MuJoCo
+            would take for something else (see `t2l.robots.robot_file`).
     """
     path = mjcf_path(robot)
     known = robot in ROBOTS.names()
     if not known:
-        for file in files(robot):
+        found = _files_and_roots(path)
+        for file in found:
             check_regular(file)
+        robot_file.parsed(path)
+        for file, root in found.items():
+            if root is not None:
+                robot_file.check(file, root)
     try:
         return make_robot(robot).bare() if known else mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         reason = " ".join(str(error).split())
-        if _root(path) == "robot" and b"xacro" in path.read_bytes():
-            reason = f"it is a xacro; allowed: what `xacro {path.name}` makes of it"
         raise ConfigurationError(f"{path}: MuJoCo cannot read it: {reason}") from None
 
 
