@@ -142,7 +142,7 @@ def check_loop(robot: Robot, loop: SampledLoop, motion: Motion, path: Path) -> N
             f"{motion.name}: {robot.joints[i]}",
             f"kp {motion.kp[i]:g} and kd {motion.kd[i]:g}, under which the simulated joint rings "
             f"by itself at {found.frequency_hz:.3g} Hz, ever more",
-            found.allowed,
+            f"{found.allowed}; or the armature of the joint, in the robot's file, if it lacks that",
         )
 
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.linalg import expm
 
 from t2l.hardware.features import Features
 from t2l.recordings.recording import CONTINUOUS
 from t2l.robots import Robot, plant
+from t2l.sim.sampled_loop import transition
 from t2l.sim.schedule import Schedule
 from t2l.sim.servo import ServoLoop
 
@@ -101,12 +101,7 @@ class Ringing:
 class SampledLoop:
     """The loop of a robot near a pose, linear: its gains damp every swing, or not.
 
-        M v̇ = τ − D v,   τ = −Kp q − Kd v held for a period h
-
-    over which the plant is integrated exactly. An eigenvalue of the step from tick to tick beyond
-    the unit circle is a swing that grows (Åström and Wittenmark, Computer-Controlled Systems, 3rd
-    edition, 1997, chapter 3). Of one joint of inertia J without damping, Jury's criterion says that
-    Kd must lie between Kp h/2 and 2 J/h. Dry friction and gravity are left out.
+    See `t2l.sim.sampled_loop`. Dry friction and gravity are left out.
     """
 
     def __init__(self, robot: Robot, features: Features, q: np.ndarray):
@@ -119,25 +114,20 @@ class SampledLoop:
         mujoco.mj_forward(model, data)
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
-        self._mobility = np.linalg.inv(mass[np.ix_(dofs, dofs)])
-        self._damping, self._period_s = model.dof_damping[dofs], 1 / features.control_rate_hz
-        n = len(joints)
-        system = np.zeros((3 * n, 3 * n))
-        system[:n, n : 2 * n] = np.eye(n)
-        system[n : 2 * n, n : 2 * n] = -self._mobility * self._damping
-        system[n : 2 * n, 2 * n :] = self._mobility
-        held = expm(system * self._period_s)
-        self._free, self._driven = held[: 2 * n, : 2 * n], held[: 2 * n, 2 * n :]
+        self._mass, self._damping = mass[np.ix_(dofs, dofs)], model.dof_damping[dofs]
+        self._stiffness = model.jnt_stiffness[[joint.id for joint in joints]]
+        self._period_s = 1 / features.control_rate_hz
 
     def ringing(self, kp: np.ndarray, kd: np.ndarray) -> Ringing | None:
         """What swings by itself under kp N·m/rad and kd N·m·s/rad, (njoint,); None if nothing."""
         n = len(kp)
+        loop = (self._mass[None], self._damping[None], self._stiffness[None])
         with np.errstate(over="ignore", invalid="ignore"):
-            closed = self._free - self._driven @ np.hstack([np.diag(kp), np.diag(kd)])
-        if not np.isfinite(closed).all():
+            (step,) = transition(*loop, kp[None], kd[None], np.array([self._period_s]))
+        if not np.isfinite(step).all():
             joint = int(np.argmax(np.maximum(kp, kd)))
             return Ringing(joint, 0.5 / self._period_s, self._allowed(joint, kp, kd))
-        values, vectors = np.linalg.eig(closed)
+        values, vectors = np.linalg.eig(step)
         worst = int(np.argmax(np.abs(values)))
         if np.abs(values[worst]) <= 1 + ROUNDING:
             return None
@@ -146,7 +136,7 @@ class SampledLoop:
         return Ringing(joint, float(frequency), self._allowed(joint, kp, kd))
 
     def _allowed(self, joint: int, kp: np.ndarray, kd: np.ndarray) -> str:
-        h, inertia = self._period_s, 1 / self._mobility[joint, joint]
+        h, inertia = self._period_s, 1 / np.linalg.inv(self._mass)[joint, joint]
         low, high = max(0.0, kp[joint] * h / 2 - self._damping[joint]), 2 * inertia / h
         if low >= high:
             return f"kp below {4 * inertia / h**2:.3g} N·m/rad"
