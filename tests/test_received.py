@@ -29,7 +29,7 @@ from tests.effects.test_registry import RUBBER
 
 # ends literals, comments and attributes of Python, shells, YAML, HTML and of str.format
 HOSTILE = (
-    """e\"\"\";__import__("os").system("touch X");\"\"\"';open('X','w');'{0}{x} #: [$(touch X)] """
+    """e\"\"\";__import__("os").system("touch X");\"\"\"';open('X','w');'{0}{x} #: [`touch X`] """
     "</script><script>"
 )
 NAME = HOSTILE.replace("/", "_")  # that a file may have

@@ -19,7 +19,7 @@ NAMES = {
     "two dollars": r"a$\frac{$b",
     "long": "x" * 300,
     "words": "name " * 60,
-    "newlines": "a\nb\r\tc\x00\x1b[31m",
+    "newlines": "a\nb\r\tc\x1b[31m",
     "surrogate": "a\udcff",
     "percent": "100 % {x} \\",
 }

@@ -114,7 +114,7 @@ def test_of_a_joint_that_does_not_move_nothing_is_told(logs, tmp_path, capsys, r
     ("arguments", "said"),
     [
         (["LOGS", "--joints", "c"], "--joints: found c; allowed: a, b"),
-        (["LOGS", "--joints", "b"], "no joint that is commanded to move"),
+        (["LOGS", "--joints", "b"], "no measured joint that is commanded to move"),
         (["LOGS", "--stiff-from-hz", "0"], "--stiff-from-hz: found 0; allowed"),
         (["LOGS", "--episodes", "1"], "--episodes: found recordings"),
         (["SET", "--episodes", "7"], "episode 7: found nothing; allowed: 0 to 1"),
@@ -146,3 +146,18 @@ def test_real_joints_follow_more_the_stiffer_they_are():
             cells.sort(key=lambda r: r.logged[0])
             lags = [r.lag.seconds for r in cells if r.lag]
             assert np.corrcoef(np.argsort(np.argsort(lags)), np.arange(len(lags)))[0, 1] < -0.9
+
+
+def test_what_is_hardly_measured_is_left_out():
+    """Episodes may be empty, or hold nothing but gaps."""
+    from t2l.response.joints import responses
+    from t2l.response.motions import UNKNOWN, Motions
+
+    time = np.arange(200) / 50
+    command = np.sin(3 * time)[:, None]
+    moved = np.sin(3 * time - 0.1)[:, None]
+    gaps, nothing = np.full((200, 1), np.nan), np.zeros((0, 1))
+    rows = ((time[:0], nothing, nothing), (time, command, gaps), (time, command, moved))
+    (found,) = responses(Motions("set", ("a",), rows, UNKNOWN))
+    assert len(found.rows) == 1
+    assert responses(Motions("set", ("a",), rows[:2], UNKNOWN)) == []

@@ -40,6 +40,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.outputs import output_file
     from t2l.propose.artefacts import plain_name, proposed
     from t2l.registry import python_files
+    from t2l.typed import describe
 
     if arguments.out.suffix not in (".yaml", ".yml"):
         raise ConfigurationError(f"--out {arguments.out}: found no .yaml; allowed: MODEL.yaml")
@@ -51,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
     for name in arguments.names:
         if name not in available:
             raise ConfigurationError(
-                f"{name}: not in the diagnosis {folder}; it holds {', '.join(available)}"
+                f"{describe(name)}: not in the diagnosis {folder}; it holds {', '.join(available)}"
             )
         path = path_of(models, name, ".yaml")
         model = read_model(path, trusted=python_files(arguments.effects))

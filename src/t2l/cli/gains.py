@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
         ]
         if not found:
             raise RecordingError(
-                arguments.datasets[0], "commands", "no joint that is commanded to move",
+                arguments.datasets[0], "commands", "no measured joint that is commanded to move",
                 "at least one",
             )  # fmt: skip
         if out is not None:

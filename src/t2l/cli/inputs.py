@@ -16,7 +16,7 @@ from t2l.outputs import output_folder
 from t2l.recordings.recording import Recording
 
 LONG_S = 20.0  # format: that a person waits without being told
-FIRST_S = 0.5  # format: after which what remains can be told
+FIRST_S = 2.0  # format: after which what remains can be told
 
 
 def add_log_arguments(parser: argparse.ArgumentParser, holdout: bool) -> None:
@@ -136,13 +136,13 @@ def check_without(names: Sequence[str], model: Model) -> None:
         ConfigurationError: an unknown effect, or one that the model has.
     """
     from t2l.errors import ConfigurationError
-    from t2l.typed import suggestion
+    from t2l.typed import describe, suggestion
 
     known = model.known_effects()
     for name in names:
         if name not in known:
             raise ConfigurationError(
-                f"--without: found {name!r}{suggestion(name, list(known))}; allowed: "
+                f"--without: found {describe(name)}{suggestion(name, list(known))}; allowed: "
                 f"{', '.join(sorted(known))}"
             )
         if name in model.effects:
@@ -195,12 +195,17 @@ def progress_line() -> Callable[[str, float], None]:
 
 def long_work(what: str, clock: Callable[[], float] = time.monotonic) -> Callable[[float], None]:
     """Report which part of some work is done, and how long all of it takes, if that is long."""
-    started, line, said = clock(), progress_line(), [""]
+    line, said, first = progress_line(), [""], []
 
     def report(part: float) -> None:
-        elapsed = clock() - started
-        if not said[0] and elapsed > FIRST_S and part > 0 and elapsed / part > LONG_S:
-            said[0] = f"{what}, about {elapsed / part:.0f} s"
+        # what comes before the first part is not of the same pace
+        if not first:
+            first.append((clock(), part))
+        began, begun = first[0]
+        elapsed, done = clock() - began, part - begun
+        if not said[0] and elapsed > FIRST_S and done > 0:
+            whole_s = elapsed * (1 - begun) / done
+            said[0] = f"{what}, about {whole_s:.0f} s" if whole_s > LONG_S else ""
         if said[0]:
             line(said[0], part)
 

@@ -117,7 +117,7 @@ def _model_and_effects(arguments: argparse.Namespace, setup):
     from t2l.identify.model import Model, check_joints, read_model
     from t2l.registry import python_files
     from t2l.robots.plant import mjcf_path
-    from t2l.typed import suggestion
+    from t2l.typed import describe, suggestion
 
     own = tuple(path.resolve() for path in arguments.effects)
     model = Model(setup.robot.name, {}, own)
@@ -140,7 +140,7 @@ def _model_and_effects(arguments: argparse.Namespace, setup):
     for name in arguments.tell or ():
         if name not in missing:
             raise ConfigurationError(
-                f"--tell: found {name!r}{suggestion(name, list(missing))}; allowed: "
+                f"--tell: found {describe(name)}{suggestion(name, list(missing))}; allowed: "
                 f"{', '.join(missing)}"
             )
     return model, [missing[name] for name in arguments.tell or missing]

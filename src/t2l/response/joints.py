@@ -12,6 +12,7 @@ from t2l.response.region import STIFF_FROM_HZ, Region, region
 from t2l.response.second_order import SecondOrder, fit
 from t2l.response.track import Track
 
+FEWEST_SAMPLES = 2  # measured, of a motion that tells anything
 MOST_ROWS = 60_000  # that a fit looks at: more narrow no interval that matters
 STILL = 1e-6  # of the commands' own size: a joint whose commands change less is not asked
 
@@ -46,7 +47,15 @@ def responses(
     """Of every joint that is commanded to move."""
     found = []
     for j, joint in enumerate(motions.joints):
-        rows = _kept([(time, c[:, j], q[:, j]) for time, c, q in motions.rows])
+        rows = _kept(
+            [
+                (time, c[:, j], q[:, j])
+                for time, c, q in motions.rows
+                if np.isfinite(q[:, j]).sum() >= FEWEST_SAMPLES
+            ]
+        )
+        if not rows:
+            continue
         command = np.concatenate([c for _, c, _ in rows])
         if np.ptp(command) <= STILL * max(1.0, np.abs(command).max()):
             continue
