@@ -9,9 +9,9 @@ from t2l.recordings.recording import Recording
 
 TRIED = 32  # numerics: variants that are timed: as many as fill the threads, in a second or two
 TIMED_S = 10.0  # numerics: of each recording, of which more is not simulated to be timed
-# measured, least and most: times that every candidate is simulated once, by command, on one arm to
-# another: of explain after one step or after several and with curves
-ROUNDS = {"compare": (1, 2), "diagnose": (30, 90), "explain": (60, 400), "propose": (20, 200)}
+# measured, least and most: times that every candidate is simulated once, by command, on ten robots:
+# of explain after one step or after several and with curves
+ROUNDS = {"compare": (1, 2), "diagnose": (15, 80), "explain": (60, 600), "propose": (20, 200)}
 UNITS = ((200.0, 1.0, "s"), (6000.0, 60.0, "minutes"), (math.inf, 3600.0, "h"))
 PAGE_S = {"compare": 4, "diagnose": 5, "explain": 12, "propose": 5}  # measured: figures and pages
 
