@@ -160,6 +160,20 @@ def test_what_is_chosen_rarely_is_said_to_be_uncertain(tmp_path):
         assert (sentence in page) == uncertain
 
 
+def test_what_a_name_is_not_told_from_stands_beside_how_often_it_was_chosen(tmp_path):
+    explained(tmp_path)
+    path = tmp_path / "explanation.json"
+    content = json.loads(path.read_text())
+    assert "not told from" not in write_report(tmp_path).read_text()
+    rivals = [{"effects": ["armature", "payload"], "collinearity": 12.0}]
+    name = content["steps"][1]["effect"]
+    found = {"beforehand": [], "names": [{"effect": name, "not_told_from": rivals}]}
+    path.write_text(json.dumps(content | {"confounded": found}))
+    page = write_report(tmp_path).read_text()
+    assert "<th>not told from</th>" in page
+    assert "armature and payload</td>" in page
+
+
 EVIL = """</script><img src=x onerror=alert(1)>&"'"""
 
 

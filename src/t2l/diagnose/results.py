@@ -74,6 +74,12 @@ class Found:
         return self.explanation.get("partial") if self.explanation else None
 
     @property
+    def untold(self) -> dict[str, list[dict[str, Any]]]:
+        """By name of an adopted effect: what the recordings cannot tell it from."""
+        confounded = (self.explanation or {}).get("confounded", {"names": []})
+        return {entry["effect"]: entry["not_told_from"] for entry in confounded["names"]}
+
+    @property
     def uses(self) -> dict[str, str]:
         """What recordings were used for as a whole, by name: "validation" or "test"."""
         if not self.steps:
