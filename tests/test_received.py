@@ -3,6 +3,7 @@
 import ast
 import dataclasses
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -11,19 +12,23 @@ import numpy as np
 import pytest
 import yaml
 
-from t2l import registry
+from t2l import documents, registry
 from t2l.cli.main import main
+from t2l.cli.terminal import printable
 from t2l.documents import read_json, read_yaml
 from t2l.effects.expression import evaluate, parse
 from t2l.effects.law import TENDON, TORQUE, Curve, Law
-from t2l.errors import ConfigurationError
+from t2l.errors import ConfigurationError, OutputError, RecordingError
 from t2l.identify.model import Model, read_model, write_model
 from t2l.identify.prediction import Predictor
+from t2l.outputs import MARK, claim, output_folder
 from t2l.propose import formula as formulas
 from t2l.propose.artefacts import formula_law, with_formula, write_proposal
 from t2l.propose.expression import Formula
 from t2l.propose.proposal import LAW, Learned, Proposal
 from t2l.recordings import write_recording
+from t2l.recordings.log import read_recordings
+from t2l.robots import plant
 from tests.diagnose.made import pendulum, swings
 from tests.effects.test_registry import RUBBER
 
@@ -139,6 +144,7 @@ FORMULA = {
         (("formula",), "a.__class__ * x", "formulas.0.formula: found"),
         (("formula",), "a * x if x else 0", "formulas.0.formula: found"),
         (("formula",), "a * x +", "which is no formula"),
+        (("formula",), f"a * x + 1{'0' * 400}", "which is no formula"),
         (("formula",), "a * y", "'y'; allowed: numbers, names"),
         (("formula",), "eval(a)", "'eval\\(a\\)'; allowed"),
         (("formula",), f"a * x{' + x' * 200}", "characters; allowed: at most 500"),
@@ -255,11 +261,101 @@ def test_extensions_of_a_configuration_run_only_if_the_person_says_so(received):
     assert not (received / "X").exists()
 
 
+def test_lerobot_runs_extensions_of_its_command_line_only(monkeypatch):
+    """A folder, a type or an output that the command names besides is no consent."""
+    from lerobot_env_t2l.config import _named_in_command
+
+    command = ["lerobot-eval", "--config_path=received", "--env.type=t2l", "--output_dir=."]
+    for given, named in (
+        ([], set()),
+        (["--env.extensions=[mine.py, a/b.py]"], {"mine.py", "a/b.py"}),
+        (["--env.extensions", "['mine.py']"], {"mine.py"}),
+    ):
+        monkeypatch.setattr("sys.argv", [*command, *given])
+        assert _named_in_command() == named
+
+
+@pytest.mark.parametrize("path", ["diagnosis", "diagnosis/before"])
+def test_a_link_in_results_of_the_workflow_is_not_written_through(tmp_path, path):
+    (tmp_path / "theirs").mkdir()
+    link = tmp_path / "results" / path
+    link.parent.mkdir(parents=True)
+    link.symlink_to(tmp_path / "theirs")
+    (tmp_path / f"results/{MARK}").write_text('{"command": "snakemake", "entries": []}')
+    with pytest.raises(OutputError, match="is a link"):
+        claim(tmp_path / "results", "snakemake")
+    link.unlink()
+    # its own, such as the last of some checkpoints
+    link.symlink_to("seed0")
+    os.close(claim(tmp_path / "results", "snakemake"))
+
+
+def test_a_mark_that_is_somebodys_file_is_left_alone(tmp_path):
+    (tmp_path / "mine").write_text("mine")
+    (tmp_path / "out").mkdir()
+    os.link(tmp_path / "mine", tmp_path / f"out/{MARK}")
+    with pytest.raises(OutputError, match="file of two names"), \
+            output_folder(tmp_path / "out", "t2l test", ["a"]):  # fmt: skip
+        pass
+    assert (tmp_path / "mine").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("element", "said"),
+    [
+        ('<asset><texture name="t" type="2d" builtin="flat" width="60000" height="60000"/></asset>',
+         "width and height: found 3.6e\\+09 in all"),
+        ('<asset><hfield name="h" nrow="40000" ncol="40000" size="1 1 1 1"/></asset>', "nrow and"),
+        ('<worldbody><replicate count="300000"><body/></replicate></worldbody>', "count: found"),
+        ("<worldbody>" + "<body>" * 3000 + "</body>" * 3000 + "</worldbody>", "too many levels"),
+    ],
+)  # fmt: skip
+def test_a_small_robot_file_takes_no_large_memory(tmp_path, element, said):
+    path = Path(pendulum(tmp_path))
+    path.write_text(path.read_text().replace("<worldbody>", f"{element}<worldbody>", 1))
+    with pytest.raises(ConfigurationError, match=said):
+        plant.read(str(path))
+
+
+def test_a_small_table_takes_no_large_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr(documents, "MOST_CELLS", 100)
+    log = swings(pendulum(tmp_path), duration_s=0.3)[0]
+    write_recording(log, tmp_path / "log", "parquet")
+    with pytest.raises(RecordingError, match="31 rows of"):
+        read_recordings([tmp_path / "log.parquet"])
+
+
+def test_pipes_are_found_wherever_mujoco_may_look(tmp_path):
+    (tmp_path / "m").mkdir()
+    (tmp_path / "inc.xml").write_text(
+        '<mujoco><asset><mesh name="m" file="gone/pipe.stl"/></asset></mujoco>'
+    )
+    os.mkfifo(tmp_path / "m/pipe.stl")
+    path = tmp_path / "robot.xml"
+    path.write_text(
+        '<mujoco><compiler meshdir="m" strippath="true"/><include file="inc.xml"/><worldbody/>'
+        "</mujoco>"
+    )
+    with pytest.raises(ConfigurationError, match="pipe"):
+        plant.read(str(path))
+
+
+def test_names_steer_no_terminal(received, capsys):
+    evil = "x\x1b[2K\r.py"
+    (received / evil).write_text("open('X', 'w')")
+    content = yaml.safe_load((received / "model.yaml").read_text())
+    (received / "model.yaml").write_text(yaml.safe_dump(content | {"effect_files": [evil]}))
+    with pytest.raises(SystemExit) as ended:
+        main(["compare", "logs", "--model", "model.yaml", "--out", "out"])
+    assert "\x1b" not in str(ended.value)
+    assert "x\\x1b[2K\\r.py" in str(ended.value)
+    with printable():
+        print("a\x1b[31mb\tc")
+    assert capsys.readouterr().out == "a\\x1b[31mb\tc\n"
+
+
 @pytest.mark.parametrize("name", ["a\nb", "a\x1b[2J"])
 def test_a_joint_name_that_is_no_line_of_text_is_refused(tmp_path, name):
-    from t2l.errors import RecordingError
-    from t2l.recordings.log import read_recordings
-
     log = swings(pendulum(tmp_path), duration_s=0.3)[0]
     write_recording(dataclasses.replace(log, joints=("odd",)), tmp_path / "log")
     for path in (tmp_path / "log.yaml", tmp_path / "log.csv"):

@@ -53,6 +53,16 @@ class Settings(Typed):
     picture_hz: Annotated[Integer, Field(ge=0)]
 
 
+def _named_in_command() -> set[str]:
+    """Paths that the command line gives as extensions; that of a saved configuration names none."""
+    option, found = "--env.extensions", set()
+    for argument, following in zip(sys.argv, [*sys.argv[1:], ""], strict=True):
+        value = following if argument == option else argument.removeprefix(f"{option}=")
+        if argument == option or value != argument:
+            found.update(re.split(r"[\[\],'\"\s]+", value))
+    return found - {""}
+
+
 @dataclass
 class ActionsConfig:
     """What the policy's actions mean, as under `actions` of a configuration of t2l."""
@@ -107,8 +117,7 @@ class T2LEnvConfig(EnvConfig):
         own["actions"] = {key: value for key, value in own["actions"].items() if value is not None}
         given = {key: own[key] for key in Settings.model_fields if own[key] is not None}
         settings = check(Settings, given)
-        words = {word for argument in sys.argv for word in re.split(r"[^\w./-]+", argument)}
-        named = [path for path in settings.extensions if path in words]
+        named = [path for path in settings.extensions if path in _named_in_command()]
         # a saved configuration may hold extensions too
         check_trusted(
             python_files(settings.extensions), "env.extensions", python_files(named)

@@ -28,6 +28,8 @@ from t2l.errors import InputError
 MOST_BYTES = 1_000_000
 # with aliases written out: one node every ten bytes of the largest document
 MOST_NODES = 100_000
+# of a table: hours of seven joints at 1 kHz, which take 1.6 GB as numbers
+MOST_CELLS = 200_000_000
 # Python's own limit on nested calls is 1000, and readers of the result need several a level
 MOST_LEVELS = 50
 
@@ -113,6 +115,21 @@ def is_text(text: str) -> bool:
         return all(yaml.load(text, reader) == text for reader in readers)
     except (yaml.YAMLError, ValueError):
         return False
+
+
+def check_size(parquet: Any, path: Path | str, error: type[InputError] = InputError) -> None:
+    """Refuse a table that is far larger in memory than in its file, before it is read.
+
+    Args:
+        parquet: `pyarrow.parquet.ParquetFile`, of which the footer alone has been read.
+
+    Raises:
+        InputError: it has more cells than `MOST_CELLS`.
+    """
+    rows, columns = parquet.metadata.num_rows, parquet.metadata.num_columns
+    if rows * columns > MOST_CELLS:
+        allowed = f"at most {MOST_CELLS:.0e} cells"
+        raise error(path, "the table", f"{rows} rows of {columns} columns", allowed)
 
 
 def kind_of_file(path: Path | str) -> str | None:

@@ -84,6 +84,10 @@ def claim(folder: Path | str, command: str) -> int:
     """
     folder = Path(folder)
     _check(folder, command, (), (), force=None, once=False)
+    for inside in folder.rglob("*"):
+        # its own links lead to what is there, such as the last of some checkpoints
+        if inside.is_symlink() and not inside.resolve().is_relative_to(folder.resolve()):
+            _refuse_link(inside)
     _make(folder)
     descriptor = _lock(folder)
     with writing(folder):
@@ -223,8 +227,13 @@ def _lock(folder: Path) -> int:
             raise AlreadyRunningError(
                 f"{folder}: another run is at work here; wait for it or stop it first"
             ) from None
-        # a run that made nothing may have removed the mark since it was opened
         found = os.fstat(descriptor)
+        if found.st_nlink > 1:
+            os.close(descriptor)
+            raise OutputError(
+                f"{path}: is a file of two names, which may be somebody's; allowed: no such name"
+            )
+        # a run that made nothing may have removed the mark since it was opened
         if _identity(path) == (found.st_dev, found.st_ino):
             return descriptor
         os.close(descriptor)

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 PATIENCE_S = 10.0  # after which a person asks what is being done
 GRACE_S = 1.5  # from Ctrl-C: a run that has not ended by itself is ended; 2 s are promised
 _told: set[str] = set()
+_stops_itself = threading.Event()
 STATUS = 128 + signal.SIGINT  # what shells expect of a process that Ctrl-C ended
 
 
@@ -46,11 +47,21 @@ def told_if_slow(what: str, after_s: float = PATIENCE_S) -> Iterator[None]:
 
 
 @contextmanager
+def stopping_itself() -> Iterator[None]:
+    """Leave Ctrl-C to the body, however long it takes: a robot is stopped first."""
+    _stops_itself.set()
+    try:
+        yield
+    finally:
+        _stops_itself.clear()
+
+
+@contextmanager
 def interruptible(said: str) -> Iterator[None]:
     """Let Ctrl-C end the process within 2 s, whatever runs, also threads that nothing stops.
 
     What is written appears whole or not at all, so an end at any moment loses only what was being
-    made. The body sees `Interrupted` first and may end by itself.
+    made. The body sees `Interrupted` first and may end by itself; see `stopping_itself` too.
 
     Args:
         said: on standard error where the process has to be ended.
@@ -64,7 +75,7 @@ def interruptible(said: str) -> Iterator[None]:
     def watch() -> None:
         # numbers of signals; 0 at the end of the body. The main thread may be deep in a library
         while (number := os.read(read, 1)) not in (b"\0", b""):
-            if number[0] == signal.SIGINT:
+            if number[0] == signal.SIGINT and not _stops_itself.is_set():
                 time.sleep(GRACE_S)
                 print(f"\n{said}", file=sys.stderr, flush=True)
                 os._exit(STATUS)

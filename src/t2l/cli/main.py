@@ -4,7 +4,6 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
 
 from t2l.cli import (
     adopt,
@@ -24,6 +23,7 @@ from t2l.cli import (
     retarget,
 )
 from t2l.cli.extras import extra_of
+from t2l.cli.terminal import plain, printable
 from t2l.errors import T2LError
 from t2l.registry import load_extensions, trusting
 from t2l.waiting import STATUS, interruptible
@@ -62,10 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parsed = parser.parse_args(arguments)
     command = COMMANDS[parsed.command]
     interrupted = f"t2l {parsed.command}: interrupted; {getattr(command, 'RESUME', RESUME)}"
-    # a robot that moves is stopped first, however long that takes
-    watched = nullcontext() if command is record else interruptible(interrupted)
     try:
-        with watched, trusting(getattr(parsed, "trust", False)):
+        with interruptible(interrupted), printable(), trusting(getattr(parsed, "trust", False)):
             load_extensions(getattr(parsed, "extensions", []))
             command.run(parsed)
         sys.stdout.flush()
@@ -73,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # whoever reads, such as `head`, has seen enough; nothing is left to flush at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except T2LError as error:
-        sys.exit(f"t2l {parsed.command}: {error}")
+        sys.exit(plain(f"t2l {parsed.command}: {error}"))
     except ModuleNotFoundError as error:
         extra = extra_of(error.name or "")
         if extra is None:
@@ -85,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # what the system refuses, such as a path that is too long
     except OSError as error:
         named = f"{error.filename}: " if error.filename else ""
-        sys.exit(f"t2l {parsed.command}: {named}{error.strerror or error}")
+        sys.exit(plain(f"t2l {parsed.command}: {named}{error.strerror or error}"))
     except MemoryError:
         sys.exit(f"t2l {parsed.command}: not enough memory for recordings of this size")
     except KeyboardInterrupt:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from t2l.cli.inputs import add_extensions
 from t2l.errors import ConfigurationError
+from t2l.waiting import stopping_itself
 
 RESUME = "motions that were recorded are kept"
 
@@ -66,7 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
             return
         if moving and not arguments.yes:
             _ask(moving)
-        with _termination_as_interrupt():
+        with stopping_itself(), _termination_as_interrupt():
             record_plan(plan, out)
 
 

@@ -37,7 +37,7 @@ def parse(text: str, names: Collection[str]) -> str:
         # no line of Python begins with a space
         tree = ast.parse(text.strip(), mode="eval")
         return " ".join(_postfix(tree.body, {VARIABLE, *names}))
-    except (SyntaxError, RecursionError, MemoryError):
+    except (SyntaxError, OverflowError, RecursionError, MemoryError):
         shown = repr(text[:SHOWN_CHARACTERS])
         raise ValueError(f"{shown}, which is no formula; allowed: {GRAMMAR}") from None
 

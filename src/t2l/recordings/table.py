@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 
+from t2l.documents import check_size
 from t2l.errors import RecordingError
 from t2l.typed import describe
 
@@ -100,7 +101,9 @@ def _read_parquet(path: Path, check_columns: Callable) -> tuple[list[str], pa.Ta
     try:
         # a file object: a path would also let folder names become columns
         with path.open("rb") as file:
-            table = pa_parquet.read_table(file, use_threads=False)
+            parquet = pa_parquet.ParquetFile(file)
+            check_size(parquet, path, RecordingError)
+            table = parquet.read(use_threads=False)
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise RecordingError(

@@ -2,7 +2,7 @@
 
 import os
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import mujoco
@@ -14,6 +14,7 @@ from t2l.robots import robot_file
 from t2l.robots.registry import ROBOTS, make_robot
 from t2l.robots.robot import Robot
 from t2l.robots.specs import hold_at_rest
+from t2l.waiting import told_if_slow
 
 # of a path in a message; more is no path
 MOST_CHARACTERS = 500
@@ -82,6 +83,21 @@ def _collect(path: Path, home: Path, found: dict[Path, ElementTree.Element | Non
                 break
 
 
+def _elsewhere(found: Mapping[Path, ElementTree.Element | None]) -> set[Path]:
+    """Where else MuJoCo may look for what XML files name: without folders, and in each other's."""
+    roots = {path: root for path, root in found.items() if root is not None}
+    main = next(iter(found)).parent
+    folders = {path.parent for path in roots} | {
+        main / element.get(key, "")
+        for root in roots.values()
+        for element in root.iter("compiler")
+        for key in ("meshdir", "texturedir", "assetdir")
+    }
+    names = {name for root in roots.values() for _, name in _named_files(root)}
+    return {folder / spelt for folder in folders for name in names
+            for spelt in (name, os.path.basename(name))}  # fmt: skip
+
+
 def _named_files(root: ElementTree.Element) -> Iterator[tuple[str, str]]:
     for element in root.iter():
         for key, value in element.attrib.items():
@@ -133,14 +149,15 @@ def read(robot: str) -> mujoco.MjSpec:
     known = robot in ROBOTS.names()
     if not known:
         found = _files_and_roots(path)
-        for file in found:
+        for file in (*found, *_elsewhere(found)):
             check_regular(file)
         robot_file.parsed(path)
         for file, root in found.items():
             if root is not None:
                 robot_file.check(file, root)
     try:
-        return make_robot(robot).bare() if known else mujoco.MjSpec.from_file(str(path))
+        with told_if_slow(f"robot file {path}, to be read"):
+            return make_robot(robot).bare() if known else mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise ConfigurationError(f"{path}: MuJoCo cannot read it: {reason}") from None

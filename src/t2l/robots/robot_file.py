@@ -29,6 +29,10 @@ WITH_AXIS = (*LIMITED, "continuous", "planar")
 XACRO = "xacro"
 # numerics: of the sum of two principal moments, beyond which a third is no rounding
 ROUNDING = 1e-6
+PIXELS, ROWS, COPIES = ("width", "height"), ("nrow", "ncol"), ("count",)
+SIZES = {"texture": PIXELS, "hfield": ROWS, "replicate": COPIES, "composite": COPIES}
+# bound: of pictures, of a height field and of bodies, ten times what robots and scenes have
+MOST = {PIXELS: 1e8, ROWS: 1e7, COPIES: 1e4, (): np.inf}
 
 
 def parsed(path: Path) -> ElementTree.Element:
@@ -65,12 +69,31 @@ def check(path: Path, root: ElementTree.Element) -> None:
         InputError: naming element and attribute.
     """
     named = {element.get(key) for element in root.iter() for key in ("name", "class")}
-    for element, place in _elements(root):
+    try:
+        elements = list(_elements(root))
+    except RecursionError:
+        raise InputError(path, "its elements", "too many levels", "fewer") from None
+    for element, place in elements:
         for key, text in element.attrib.items():
             if text not in named:
                 _check_numbers(path, f"{place}, attribute {key}", _tag(element), key, text)
+    _check_sizes(path, root)
     if root.tag == "robot":
         _check_urdf(path, root)
+
+
+def _check_sizes(path: Path, root: ElementTree.Element) -> None:
+    """What takes more memory than any robot, as MuJoCo builds it before it looks at it."""
+    for element in root.iter():
+        keys = SIZES.get(_tag(element), ())
+        words = " ".join(element.get(key, "") for key in keys).split()
+        try:
+            size = float(np.prod([float(word) for word in words]))
+        except ValueError:
+            continue  # MuJoCo says so
+        if size > MOST[keys]:
+            where = f"<{_tag(element)}>, attribute {' and '.join(keys)}"
+            raise InputError(path, where, f"{size:.3g} in all", f"at most {MOST[keys]:.0f}")
 
 
 def _of_xacro(element: ElementTree.Element, namespace: str | None) -> str:

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from pydantic import Field
 
-from t2l.documents import check_regular, read_json
+from t2l.documents import check_regular, check_size, read_json
 from t2l.errors import RecordingError
 from t2l.recordings.checks import COMMANDED
 from t2l.recordings.keys import checked
@@ -150,6 +150,7 @@ def read_episodes(folder: Path, info: Info) -> dict[int, tuple[np.ndarray, dict[
         files = sorted(where.glob("*/*.parquet"))
         for file in files:
             check_regular(file, RecordingError)
+            check_size(pq.ParquetFile(file), file, RecordingError)
         table = pa.concat_tables(pq.read_table(file, columns=columns) for file in files)
         missing = [name for name in columns if name not in table.column_names]
         if missing:

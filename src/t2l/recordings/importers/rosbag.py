@@ -37,6 +37,7 @@ from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
 from t2l.recordings.recording import Recording
 from t2l.typed import Typed, describe, suggestion
+from t2l.waiting import told_if_slow
 
 STATE = "sensor_msgs/msg/JointState"
 NUMBERS = "std_msgs/msg/Float64MultiArray"
@@ -113,7 +114,10 @@ def read_bag(bag: Path | str, mapping: BagMapping) -> Recording:
     states, commands = [], []
     try:
         # bags of SQLite do not hold the definitions of their messages
-        with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        with (
+            told_if_slow(f"bag {bag}, to be read"),
+            AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader,
+        ):
             connections = _connections(reader.connections, mapping.state, (STATE,), bag, mapping)
             commanding = _connections(reader.connections, mapping.command, COMMANDS, bag, mapping)
             if mapping.command != mapping.state:
