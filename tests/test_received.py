@@ -318,7 +318,7 @@ def test_a_small_robot_file_takes_no_large_memory(tmp_path, element, said):
 
 
 def test_a_small_table_takes_no_large_memory(tmp_path, monkeypatch):
-    monkeypatch.setattr(documents, "MOST_CELLS", 100)
+    monkeypatch.setattr(documents, "MOST_CELLS", 50)
     log = swings(pendulum(tmp_path), duration_s=0.3)[0]
     write_recording(log, tmp_path / "log", "parquet")
     with pytest.raises(RecordingError, match="31 rows of"):

@@ -119,8 +119,8 @@ def test_compare_says_so_first_and_on_the_page(chattering, caplog):
 def test_with_the_line_of_yaml_that_it_gives_it_is_fitted(chattering, caplog):
     main(["compare", "logs", "--out", "out"])
     (said,) = [r.getMessage() for r in caplog.records if "chatters" in r.getMessage()]
-    line = said[said.index("armature: {") :]
-    (chattering / "model.yaml").write_text(f"robot: arm.urdf\neffects: {{{line}}}\n")
+    line = said[said.index("effects: {") :]
+    (chattering / "model.yaml").write_text(f"robot: arm.urdf\n{line}\n")
     caplog.clear()
     main(["compare", "logs", "--model", "model.yaml", "--out", "better"])
     assert not caplog.records

@@ -119,8 +119,9 @@ def test_words_name_a_shared_partner_once_and_each_pair_of_effects_once():
         Confounded("payload", (Rival(("armature",), 20.0, 1.0),)),
     ]
     said = sentences(both, builtin(), [])
-    assert said[0] == "These recordings cannot tell armature from payload, while more is missing."
-    assert len(said) == 2
-    assert said[1].endswith("--tell armature,payload")
+    assert said[0] == "These recordings cannot tell armature from payload."
+    assert said[1].startswith("This is no error: more is missing")
+    assert len(said) == 3
+    assert said[2].endswith("--tell armature,payload")
     assert members(both) == ["armature", "payload"]
     assert as_json(both)[0]["not_told_from"] == [{"effects": ["payload"], "collinearity": 20.0}]

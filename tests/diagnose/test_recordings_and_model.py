@@ -19,7 +19,9 @@ def robot(tmp_path):
 
 def write(folder, name, robot, **changes):
     made = recording(robot, swing(), name, duration_s=0.5)
-    made = dataclasses.replace(made, **changes)
+    # no two have the same noise
+    noise = 1e-4 * np.random.default_rng(sum(name.encode())).normal(size=made.q.shape)
+    made = dataclasses.replace(made, **{"q": made.q + noise, **changes})
     return write_recording(made, folder / "logs" / name)
 
 
@@ -103,6 +105,17 @@ def test_a_recording_is_either_fitted_or_held_out(logs, held):
     text = message(RecordingError, [logs], [logs / held])
     assert "c.csv" in text
     assert "--holdout" in text
+
+
+def test_a_copy_under_another_name_is_not_held_out(logs, tmp_path, caplog):
+    (tmp_path / "held").mkdir()
+    for ending in ("csv", "yaml"):
+        shutil.copy(logs / f"b.{ending}", tmp_path / f"held/other.{ending}")
+    text = message(RecordingError, [logs], [tmp_path / "held"])
+    assert "other.csv: --holdout: found the measurements of" in text
+    assert "b.csv" in text
+    read_recordings_and_model([logs, tmp_path / "held"])
+    assert "other.csv: holds the measurements of" in caplog.text
 
 
 def test_a_held_out_recording_is_the_same_by_any_path(logs, monkeypatch):

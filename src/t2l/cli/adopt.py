@@ -47,7 +47,9 @@ def run(arguments: argparse.Namespace) -> None:
     folder = arguments.diagnosis
     available = [*diagnosed_effects(folder), *proposed(folder)]
     if not available:
-        raise ConfigurationError(f"--diagnosis {folder}: no diagnosis in that folder")
+        steps = [path.name for path in sorted((folder / "steps").glob("*")) if path.is_dir()]
+        instead = f"; allowed: {folder / 'steps'}/N, with N of {', '.join(steps)}" if steps else ""
+        raise ConfigurationError(f"--diagnosis {folder}: no diagnosis in that folder{instead}")
     merged, models = None, folder / "models"
     for name in arguments.names:
         if name not in available:

@@ -9,7 +9,10 @@ ENTRIES = (
     EXPLANATION, MODEL, "steps/", "proposal/", "before/", "after/", "figures/", "report.html",
 )  # fmt: skip
 
-RESUME = "steps that are finished are kept; the same command goes on with the next"
+RESUME = (
+    "finished steps are kept, each with its model.yaml, in steps/ of --out; the same command goes "
+    "on with the step it was in"
+)
 EXPLAINED = 0.95  # format: of the whole, when only the comparison is left
 
 HELP = "diagnose and adopt in turn, and watch the error fall"

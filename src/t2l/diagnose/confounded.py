@@ -56,10 +56,12 @@ def sentences(
         done |= {(entry.effect, *rival.effects) for rival in rivals}
         if rivals:
             what = Confounded(entry.effect, rivals).from_what(titles)
-            now = ", while more is missing" if entry.more_missing else ""
-            said.append(f"These recordings cannot tell {titles[entry.effect]} from {what}{now}.")
+            said.append(f"These recordings cannot tell {titles[entry.effect]} from {what}.")
     if not said:
         return []
+    if any(entry.more_missing for entry in found):
+        said.append("This is no error: more is missing than one of these, and what is found first "
+                    "may tell them apart.")  # fmt: skip
     if len({(*r.kp, *r.kd) for r in recordings}) == 1:
         said.append("All of them have one pair of gains (Kp, Kd): record others too.")
     # of a plan no optional column is known beforehand

@@ -52,7 +52,8 @@ def write_export(
         "note": (
             "The MJCF moves as the recordings only with integrator Euler and this timestep. It has "
             "no geoms: put the attributes of its joints, bodies and actuators into a file with "
-            "shapes where contacts matter."
+            "shapes where contacts matter. Delayed actuators begin with commands of zero: start "
+            "them with mj_initCtrlHistory, as robot.py does."
         ),
         "ranges": ranges(model, controller, found) if found is not None else None,
     }

@@ -70,10 +70,11 @@ class Chatter:
             for joint, value in self.armature.items()
         )
         return (
-            "Usually the armature is missing, the inertia of rotor and gears, which a URDF cannot "
-            "hold; or gains are in other units than N·m/rad and N·m·s/rad; or the loop is faster "
-            "than control_rate_hz, the rate of the log. If it is the armature, put at least "
-            f"this into the file of --model, below effects: armature: {{inertia: {{{values}}}}}"
+            "First make sure that Kp and Kd are in N·m/rad and N·m·s/rad, no registers, and that "
+            "control_rate_hz is the rate of the loop, not that of the log. If so, the armature is "
+            "missing, the inertia of rotor and gears, which a URDF cannot hold: put at least this "
+            "into a file for --model, beside the line of its robot: effects: {armature: "
+            f"{{inertia: {{{values}}}}}}}"
         )
 
     @property
