@@ -17,13 +17,22 @@ PAGE_S = {"compare": 4, "diagnose": 5, "explain": 12, "propose": 5}  # measured:
 
 
 def say_how_long(
-    command: str, model: Model, recordings: Sequence[Recording], threads: int | None = None
+    command: str,
+    model: Model,
+    recordings: Sequence[Recording],
+    substeps: int | None = None,
+    threads: int | None = None,
 ) -> None:
-    """Print about how long a command takes with these recordings on this machine."""
+    """Print about how long a command takes with these recordings on this machine.
+
+    Args:
+        substeps: of a tick, where the command has found out how many the model needs.
+    """
     from t2l.identify.prediction import Predictor
     from t2l.identify.step_size import substeps_for
 
-    predictor = Predictor(model.robot, recordings, substeps_for(model, recordings), threads)
+    substeps = substeps or substeps_for(model, recordings)
+    predictor = Predictor(model.robot, recordings, substeps, threads)
     low, high = estimated_s(command, model, predictor)
     cores = predictor.threads
     print(

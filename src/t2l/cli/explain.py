@@ -46,8 +46,9 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
-        say_how_long(arguments.command, model, recordings)
-        evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
+        substeps = substeps_for(model, recordings)
+        say_how_long(arguments.command, model, recordings, substeps)
+        evidence = gather(model.robot, recordings, holdout, substeps)
         evidence = telling(model, evidence)
         beforehand = say_what_is_confounded(model, evidence)
         progress = progress_line()

@@ -37,8 +37,8 @@ def run(arguments: argparse.Namespace) -> None:
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
-        say_how_long(arguments.command, model, recordings)
         substeps = substeps_for(model, recordings)
+        say_how_long(arguments.command, model, recordings, substeps)
         predictor = Predictor(model.robot, recordings, substeps)
         report = predictor.of(holdout) if holdout else None
         progress = progress_line()
