@@ -33,6 +33,7 @@ class Actuator(Effect):
     summary = "the joint's own inertia and friction, and how much of the torque it delivers"
     signature = "it is fitted whole"
     source = "MuJoCo, XML reference, joint; τ = k_t i with an unknown k_t"
+    remembers = False
 
     def install(self, loop, rows, joints, values):
         batch, dofs = loop.batch, loop.dofs[joints]

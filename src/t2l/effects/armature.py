@@ -30,6 +30,7 @@ class Armature(Effect):
     summary = "inertia of rotor and gears, reflected through the gear ratio squared"
     signature = "the error follows the acceleration"
     source = "MuJoCo, XML reference, joint/armature"
+    remembers = False
     follows = "acceleration"
 
     def export(self, to, joints, values):

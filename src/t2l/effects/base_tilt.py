@@ -22,6 +22,7 @@ class BaseTilt(Effect):
     summary = "the base leans, so that gravity pulls in another direction than the model thinks"
     signature = "the error follows the gravity load as it would be for a leaning robot"
     source = "Newton-Euler with another gravity; MuJoCo, XML reference, option/gravity"
+    remembers = False
     follows = "gravity"
 
     def export(self, to, joints, values):

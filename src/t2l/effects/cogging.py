@@ -27,6 +27,7 @@ class Cogging(Effect):
     summary = "torque that ripples with the joint angle, from magnets and gear teeth"
     signature = "the error repeats over the position, alike in both directions"
     source = "MuJoCo, DC motor technical note, section 1.2"
+    remembers = False
     follows = "position"
 
     def export(self, to, joints, values):

@@ -26,6 +26,7 @@ class CoulombFriction(Effect):
     summary = "dry friction: a constant torque against the motion that holds the joint at rest"
     signature = "the error follows the direction of motion and jumps at reversals"
     source = "MuJoCo, XML reference, joint/frictionloss"
+    remembers = False
     follows = "direction"
 
     def export(self, to, joints, values):

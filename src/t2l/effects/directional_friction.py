@@ -22,6 +22,7 @@ class DirectionalFriction(Effect):
     summary = "dry friction that is stronger in one direction than in the other"
     signature = "the error follows the direction of motion, by more in one than in the other"
     source = "Armstrong-Hélouvry et al., A survey of models for machines with friction, 1994"
+    remembers = False
     contains = ("coulomb_friction",)
     follows = "direction"
 

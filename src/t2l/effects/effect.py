@@ -102,6 +102,7 @@ class Effect(ABC):
             joint's derivatives take simulations of their own.
         needs: optional columns that the recordings must have for it to be fitted.
         least_joints: how many driven joints it takes.
+        remembers: what it does at a tick depends on ticks before.
         hides_state: it has a far side that no encoder sees, which need not start at rest.
         order: effects on the same signal apply in this order, command to joint, each to what those
             before it left.
@@ -119,6 +120,7 @@ class Effect(ABC):
     coupled: bool = False
     needs: tuple[str, ...] = ()
     least_joints: int = 1
+    remembers: bool = True
     hides_state: bool = False
     order: int = 0
 

@@ -14,6 +14,7 @@ class EncoderOffset(Effect):
     summary = "the encoder's zero is off: the robot stands elsewhere than it says"
     signature = "the error follows the gravity load as if the arm stood at another angle"
     source = "q_measured = q + δ"
+    remembers = False
     follows = "gravity"
     coupled = True  # the links beyond hang elsewhere
 

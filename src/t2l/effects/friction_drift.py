@@ -25,6 +25,7 @@ class FrictionDrift(Effect):
     summary = "dry friction that changes as the machine runs, as of grease that warms up"
     signature = "the error follows the direction of motion, and by how much changes with time"
     source = "Bittencourt and Gunnarsson, Static friction in a robot joint, 2012"
+    remembers = False
     contains = ("coulomb_friction",)
     follows = "direction"
 

@@ -19,6 +19,7 @@ class FrictionTemperature(Effect):
     summary = "dry friction that falls or grows with the temperature of the joint"
     signature = "the error follows the direction of motion, by more the colder the joint is"
     source = "Bittencourt and Gunnarsson, Static friction in a robot joint, 2012"
+    remembers = False
     contains = ("coulomb_friction",)
     follows = "direction"
     needs = ("temperature",)

@@ -26,6 +26,7 @@ class JointCoupling(Effect):
     summary = "a cable or belt along a joint and the one before it ties the two elastically"
     signature = "the torque that one joint lacks follows the position of its neighbour"
     source = "MuJoCo, XML reference, tendon/fixed: a spring and damper over a sum of joints"
+    remembers = False
     follows = "position"
     coupled = True
     least_joints = 2

@@ -303,9 +303,7 @@ def variable(
         "speed": lambda tick, q, dq, motor: np.abs(dq[rows, of]),
         "commanded torque": lambda tick, q, dq, motor: motor[:, of],
         "commanded torque size": lambda tick, q, dq, motor: np.abs(motor[:, of]),
-        "time": lambda tick, q, dq, motor: np.full(
-            rows.stop - rows.start, (tick + 0.5) * loop.period_s
-        ),
+        "time": lambda tick, q, dq, motor: loop.elapsed_s(tick)[rows, 0],
     }[law.follows]
 
 

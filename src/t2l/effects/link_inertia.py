@@ -38,6 +38,7 @@ class LinkInertia(Effect):
         "Wensing et al., Linear matrix inequalities for physically consistent inertial parameter "
         "identification, 2018"
     )
+    remembers = False
     follows = "gravity"
     coupled = True
 

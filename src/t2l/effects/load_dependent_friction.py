@@ -20,6 +20,7 @@ class LoadDependentFriction(Effect):
     summary = "dry friction of gear teeth under load, in proportion to the torque they transmit"
     signature = "the error follows the direction of motion and grows with the torque transmitted"
     source = "Duclusaud et al., Extended friction models for servo actuators, 2024, models M3, M5"
+    remembers = False
     follows = "load"
 
     def export(self, to, joints, values):

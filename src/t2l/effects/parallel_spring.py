@@ -20,6 +20,7 @@ class ParallelSpring(Effect):
     summary = "a spring, or a cable that pulls more the farther the joint is from its rest"
     signature = "the error grows with the distance from one position, alike in both directions"
     source = "MuJoCo, XML reference, joint/stiffness and joint/springref"
+    remembers = False
     follows = "position"
 
     def export(self, to, joints, values):

@@ -29,6 +29,7 @@ class Payload(Effect):
     summary = "a mass at the flange that neither model nor gravity compensation knows"
     signature = "the error follows the gravity load of the last link, on every joint that bears it"
     source = "Newton-Euler; MuJoCo, XML reference, body/inertial"
+    remembers = False
     follows = "gravity"
 
     def extend(self, spec, joints):

@@ -23,6 +23,7 @@ class PeriodicTorque(Effect):
     summary = "a torque that swings at a rate of its own: a fan, a pump, a swaying base"
     signature = "the error repeats in time, whatever is commanded"
     source = "τ = A sin(2π f t + φ)"
+    remembers = False
     follows = "time"
 
     def export(self, to, joints, values):

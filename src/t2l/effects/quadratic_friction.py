@@ -12,6 +12,7 @@ class QuadraticFriction(Effect):
     summary = "friction that grows with the square of velocity, as of churning oil and air"
     signature = "the error follows the square of the velocity and vanishes in slow motion"
     source = "MuJoCo, XML reference, joint/damping, second coefficient"
+    remembers = False
     follows = "velocity squared"
 
     def export(self, to, joints, values):

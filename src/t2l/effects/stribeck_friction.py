@@ -29,6 +29,7 @@ class StribeckFriction(Effect):
     summary = "dry friction that falls from a breakaway torque to a lower level in motion"
     signature = "the error follows the direction of motion and is largest in slow motion"
     source = "Canudas de Wit et al., A new model for control of systems with friction, 1995, eq. 4"
+    remembers = False
     contains = ("coulomb_friction",)
     follows = "direction"
 

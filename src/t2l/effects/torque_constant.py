@@ -19,6 +19,7 @@ class TorqueConstant(Effect):
     summary = "the motor delivers a fixed fraction of the commanded torque, gravity's part too"
     signature = "the error follows the commanded torque"
     source = "τ = k_t i with a wrong k_t"
+    remembers = False
     follows = "torque"
     order = 40
 

@@ -25,6 +25,7 @@ class TorqueConstantDrift(Effect):
     summary = "the motor delivers less, or more, of the commanded torque as it warms up"
     signature = "the error follows the commanded torque, by a share that changes with time"
     source = "first-order warming; magnets and winding lose torque with temperature"
+    remembers = False
     contains = ("torque_constant",)
     follows = "torque"
     order = 40

@@ -18,6 +18,7 @@ class TorqueConstantTemperature(Effect):
     summary = "the motor delivers less of the commanded torque the warmer it is"
     signature = "the error follows the commanded torque, by more the warmer the motor is"
     source = "remanence of magnets falls by 0.1 to 0.2 % a kelvin"
+    remembers = False
     contains = ("torque_constant",)
     follows = "torque"
     needs = ("temperature",)

@@ -12,6 +12,7 @@ class TorqueOffset(Effect):
     summary = "a constant torque: imperfect gravity compensation, a cable that pulls"
     signature = "the error keeps one sign, and a compliant gain shows more of it"
     source = "Newton; Gaz et al., Dynamic identification of the Franka Emika Panda, 2019"
+    remembers = False
     follows = "constant"
 
     def export(self, to, joints, values):

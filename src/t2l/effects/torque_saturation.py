@@ -17,6 +17,7 @@ class TorqueSaturation(Effect):
     summary = "the motor torque is cut at a limit, gravity compensation included"
     signature = "the error appears where the commanded torque is largest, and nowhere else"
     source = "clip(τ, ±τ_max)"
+    remembers = False
     follows = "torque"
     order = 20
 

@@ -31,6 +31,7 @@ class TorqueSpeedLimit(Effect):
     summary = "the faster the motor turns, the less torque its supply voltage can give"
     signature = "the error appears where the commanded torque is large and the joint is fast"
     source = "MuJoCo, DC motor technical note: τ = k_t (V − k_e ω) / R at full voltage"
+    remembers = False
     follows = "velocity"
     order = 20
 

@@ -23,6 +23,7 @@ class ViscousFriction(Effect):
     summary = "friction proportional to velocity, as of grease and back-EMF"
     signature = "the error follows the velocity, in proportion"
     source = "MuJoCo, XML reference, joint/damping"
+    remembers = False
     follows = "velocity"
 
     def export(self, to, joints, values):

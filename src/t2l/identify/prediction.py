@@ -1,7 +1,7 @@
 """Recordings predicted by a plant with effects: many variants of it in one batch."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -15,7 +15,7 @@ from t2l.identify import batches
 from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.samples import Samples
 from t2l.identify.schedules import Group, groups
-from t2l.identify.simulation import simulate
+from t2l.identify.simulation import at_every_tick, simulate
 from t2l.recordings.recording import Recording
 from t2l.robots import plant
 from t2l.sim.dry_friction import make_room
@@ -102,6 +102,20 @@ class Predictor:
         dq = [np.full_like(values, np.nan) for values in q] if velocity else []
         batches.run(self._jobs(requests, velocity, progress), (q, dq), self.threads)
         return (q, dq) if velocity else q
+
+    def at_ticks(
+        self, layout: Layout, u: np.ndarray
+    ) -> Iterator[tuple[Group, np.ndarray, np.ndarray]]:
+        """Each group of recordings with its position and velocity at every tick.
+
+        (ntick, nrec, njoint) rad and rad/s, of one variant u (n,).
+        """
+        model = self.model(layout.terms)
+        for group in self._groups[self._coarseness(model)]:
+            yield group, *at_every_tick(
+                model, self.joints, group.schedule, self._substeps(model), layout, u,
+                self.threads, group.beginning,
+            )  # fmt: skip
 
     def _jobs(
         self,

@@ -1,6 +1,7 @@
 """Variants of a plant simulated in one batch and read where the recordings were measured."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -37,18 +38,51 @@ def simulate(
         beginning: of recordings of which some begin in motion.
         progress: told now and then which part of the ticks is done.
     """
-    hidden, hiding = None, _hiding(variants)
-    if beginning is not None and (hiding or beginning.doubt.any()):
-        hidden = np.zeros((sum(len(u) for _, u in variants), *beginning.doubt.shape, UNKNOWN))
-        estimated = np.arange(len(schedule.kp))
-        if not hiding:
-            estimated = np.flatnonzero(beginning.doubt.any(axis=1))
-            beginning = beginning.of(estimated).within(VELOCITY_S)
-        hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads)
+    hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning)
     with blaming(_taking_part(variants), "to simulate it"):
         q, dq, period = _run(model, joints, schedule, substeps, variants, threads, hidden, progress)
     between, rate = _at(wanted, q, dq, period)
     return (between, rate) if velocity else (between,)
+
+
+def at_every_tick(
+    model: mujoco.MjModel,
+    joints: tuple[str, ...],
+    schedule: Schedule,
+    substeps: int,
+    layout: Layout,
+    u: np.ndarray,
+    threads: int = 1,
+    beginning: Beginning | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the encoders read and its velocity at the ticks of a schedule, (ntick, nrec, njoint).
+
+    Args:
+        u: (n,) parameters of `layout`.
+    """
+    variants = [(layout, u[None])]
+    ticks = np.arange(schedule.sample_ticks[-1] + 1)
+    hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning)
+    whole = replace(schedule, sample_ticks=ticks)
+    with blaming(_taking_part(variants), "to simulate it"):
+        q, dq, _ = _run(model, joints, whole, substeps, variants, threads, hidden)
+    return q[0].transpose(1, 0, 2), dq[0].transpose(1, 0, 2)
+
+
+def _starts(
+    model, joints, schedule, substeps, variants, threads, beginning: Beginning | None
+) -> np.ndarray | None:
+    """How recordings start that begin in motion, (m, nrec, njoint, 3); None if none does."""
+    hiding = _hiding(variants)
+    if beginning is None or not (hiding or beginning.doubt.any()):
+        return None
+    hidden = np.zeros((sum(len(u) for _, u in variants), *beginning.doubt.shape, UNKNOWN))
+    estimated = np.arange(len(schedule.kp))
+    if not hiding:
+        estimated = np.flatnonzero(beginning.doubt.any(axis=1))
+        beginning = beginning.of(estimated).within(VELOCITY_S)
+    hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads)
+    return hidden
 
 
 def _at(wanted, q, dq, period) -> tuple[np.ndarray, np.ndarray]:

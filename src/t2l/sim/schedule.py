@@ -23,6 +23,7 @@ class Schedule:
         coarseness: periods of the real loop from tick to tick.
         powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
         clock_s: (nrec,) s, what the logs' clocks show at the first tick; None for zero.
+        elapsed_s: (nrec,) s, time since the start at the first tick; None for zero.
         logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
     """
 
@@ -38,6 +39,7 @@ class Schedule:
     coarseness: int = 1
     powered: np.ndarray | None = None
     clock_s: np.ndarray | None = None
+    elapsed_s: np.ndarray | None = None
     logged: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def of(self, recordings: np.ndarray) -> "Schedule":
@@ -53,13 +55,21 @@ class Schedule:
             balanced=self.balanced[recordings],
             powered=None if self.powered is None else self.powered[:, recordings],
             clock_s=None if self.clock_s is None else self.clock_s[recordings],
+            elapsed_s=None if self.elapsed_s is None else self.elapsed_s[recordings],
             logged={name: values[:, recordings] for name, values in self.logged.items()},
         )
 
     def clock_s_at(self, tick: int) -> np.ndarray:
         """What the logs' clocks show in the middle of a tick, (nrec,) s."""
-        start = np.zeros(len(self.kp)) if self.clock_s is None else self.clock_s
-        return start + (tick + 0.5) * self.period_s
+        return self._since(self.clock_s, tick)
+
+    def elapsed_s_at(self, tick: int) -> np.ndarray:
+        """Time since the start in the middle of a tick, (nrec,) s."""
+        return self._since(self.elapsed_s, tick)
+
+    def _since(self, start: np.ndarray | None, tick: int) -> np.ndarray:
+        begin = np.zeros(len(self.kp)) if start is None else start
+        return begin + (tick + 0.5) * self.period_s
 
     def column(self, name: str, needed_by: str | None = None) -> np.ndarray | None:
         """An optional column, (ntick, nrec, njoint); None if a recording lacks it.

@@ -121,6 +121,10 @@ class ServoLoop:
         """What the log's clock shows in the middle of a tick, (nsim, 1) s."""
         return np.tile(self.schedule.clock_s_at(tick), self.nvariant)[:, None]
 
+    def elapsed_s(self, tick: int) -> np.ndarray:
+        """Time since the start in the middle of a tick, (nsim, 1) s."""
+        return np.tile(self.schedule.elapsed_s_at(tick), self.nvariant)[:, None]
+
     def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
         """An optional column at a tick, (nsim, njoint); as `Schedule.column`."""
         values = self.schedule.column(column, needed_by)
@@ -163,7 +167,8 @@ class ServoLoop:
         wanted, taken = schedule.sample_ticks.tolist(), 0
         limited = np.isfinite(self.motor_limits).any()
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
-        command, recording = self._commands(), np.tile(np.arange(self.nrec), self.nvariant)
+        command = commands(schedule, self.command_lead_s, self.nvariant)
+        recording = np.tile(np.arange(self.nrec), self.nvariant)
         if self.friction or self.added_friction.any():
             friction = AddedFriction(batch, self.joints)
             friction.write(self.added_friction)
@@ -235,25 +240,6 @@ class ServoLoop:
             out_dq.reshape(order).transpose(1, 2, 0, 3),
         )
 
-    def _commands(self) -> Callable[[int], np.ndarray]:
-        """q_des (nsim, njoint) in force at a tick, before any filter."""
-        commands = self.schedule.commands
-        recording = np.tile(np.arange(self.nrec), self.nvariant)
-        if not self.command_lead_s.any():
-            return lambda tick: commands[tick].take(recording, axis=0)
-        lead = self.command_lead_s / self.period_s
-        whole = np.floor(lead + 1e-9).astype(int)
-        part, last, joint = lead - whole, len(commands) - 1, np.arange(len(self.joints))
-
-        def at(tick: int) -> np.ndarray:
-            now, next = (
-                commands[np.minimum(tick + n, last), recording[:, None], joint]
-                for n in (whole, whole + 1)
-            )
-            return now + part * (next - now)
-
-        return at
-
     def _balance(self) -> np.ndarray | None:
         """What carries the weight continuously, (nsim, nv) N·m, kept up to date, or None."""
         balanced = np.tile(self.schedule.balanced, self.nvariant)
@@ -288,6 +274,29 @@ class ServoLoop:
         batch.forward()
         for prepare in self.settle:
             prepare(self)
+
+
+def commands(schedule: Schedule, lead_s: np.ndarray, nvariant: int) -> Callable[[int], np.ndarray]:
+    """q_des (nsim, njoint) in force at a tick, before any filter.
+
+    Args:
+        lead_s: as `ServoLoop.command_lead_s`.
+    """
+    given = schedule.commands
+    recording = np.tile(np.arange(given.shape[1]), nvariant)
+    if not lead_s.any():
+        return lambda tick: given[tick].take(recording, axis=0)
+    lead = lead_s / schedule.period_s
+    whole = np.floor(lead + 1e-9).astype(int)
+    part, last, joint = lead - whole, len(given) - 1, np.arange(given.shape[2])
+
+    def at(tick: int) -> np.ndarray:
+        now, next = (
+            given[np.clip(tick + n, 0, last), recording[:, None], joint] for n in (whole, whole + 1)
+        )
+        return now + part * (next - now)
+
+    return at
 
 
 def torque_limits(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:

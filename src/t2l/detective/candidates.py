@@ -1,0 +1,351 @@
+"""What may be missing: known effects on one joint or on all, each with columns of responses.
+
+A candidate's response is affine in its parameters: what it does at a setting, and the derivatives
+there. Where it is linear in them the setting is its absence, so that derivatives say all.
+Otherwise each of its first guesses is a setting, and the best few are kept.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from t2l.detective.linear_loop import Section, respond
+from t2l.detective.responses import added_torques
+from t2l.effects.effect import Effect
+from t2l.effects.term import Layout, Term
+from t2l.identify.prediction import Predictor
+
+LINEAR = 0.03  # tuned: of a torque: what it may be off by and still be a sum of derivatives
+RELATIVE_STEP = (
+    0.02  # numerics: of finite differences along a motion, which has no noise of its own
+)
+KEPT = 2  # numerics: settings of an effect on a joint that go on to the screen
+FARTHEST = 1.0  # numerics: of a logarithm, beyond which a derivative tells nothing
+NOWHERE = 1e-6  # numerics: rad; a smaller response is none
+
+Values = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A derivative by one number.
+
+    Attributes:
+        at: index into the columns of a table.
+        parameter, joint: of the effect; None where it is the robot's.
+        lower, upper: how far u may move from the setting.
+    """
+
+    at: int
+    parameter: str
+    joint: int | None
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect on some joints at a setting.
+
+    Attributes:
+        setting: u by (parameter, joint).
+        constants: indices of columns that it adds as they are.
+        columns: those that are weighted.
+    """
+
+    effect: Effect
+    joints: tuple[int, ...]
+    setting: dict[tuple[str, int | None], float]
+    constants: tuple[int, ...]
+    columns: tuple[Column, ...]
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...]]:
+        """Effect and joints, whatever the setting."""
+        return self.effect.name, self.joints
+
+    def __repr__(self) -> str:
+        where = ",".join(map(str, self.joints))
+        return f"{self.effect.name}[{where}]"
+
+
+@dataclass
+class Table:
+    """Columns (nsample, m) of responses, and the candidates that are made of them."""
+
+    columns: np.ndarray
+    candidates: list[Candidate]
+    base: tuple[int, ...] = ()
+    bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+
+
+@dataclass
+class _Asked:
+    """Variants of one effect, whose torques are wanted.
+
+    Attributes:
+        joint: on which alone it is; None where it is on all, each answered by its own torque.
+        settings: u (s, n) of a layout with the adopted terms.
+        own: indices of the effect's own slots.
+        steps: (s, n own) of finite differences.
+    """
+
+    effect: Effect
+    term: Term
+    layout: Layout
+    settings: np.ndarray
+    own: list[int]
+    steps: np.ndarray
+    apart: bool
+    linear: bool = False
+    torque: list[np.ndarray] | None = None  # by section (ntick, s (1 + p), nrec, n)
+
+    @property
+    def variants(self) -> np.ndarray:
+        """(s (1 + p), n): each setting, followed by a step of each own slot group."""
+        rows = []
+        for u, step in zip(self.settings, self.steps, strict=True):
+            rows.append(u)
+            for group in self.groups:
+                moved = u.copy()
+                moved[group] += step[[self.own.index(i) for i in group]]
+                rows.append(moved)
+        return np.array(rows)
+
+    @property
+    def groups(self) -> list[list[int]]:
+        """Own slots that are moved together: of a parameter, all joints'."""
+        found: dict[str, list[int]] = {}
+        for i in self.own:
+            slot = self.layout.slots[i]
+            if not slot.parameter.rough:
+                found.setdefault(slot.parameter.name, []).append(i)
+        return list(found.values())
+
+
+def known_candidates(
+    predictor: Predictor,
+    sections: Sequence[Section],
+    adopted: tuple[Layout, np.ndarray],
+    effects: Sequence[Effect],
+    guesses: Mapping[str, Sequence[Values]],
+    residual: np.ndarray,
+) -> Table:
+    """Every effect as candidates, with columns at the predictor's samples.
+
+    Args:
+        guesses: of each effect by name, each parameter (njoint,) or (1,).
+        residual: (nsample,) measured minus predicted, rad.
+    """
+    asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name])]
+    driven = [one for one in asked if predictor.model(one.layout.terms).nv == len(predictor.joints)]
+    for section in sections:
+        variants = [(one.layout, one.variants) for one in driven]
+        for one, torque in zip(
+            driven, added_torques(predictor, section, adopted, variants), strict=True
+        ):
+            one.torque = [*(one.torque or []), torque.astype(np.float32)]
+    builder = _Builder(predictor, sections, residual)
+    for one in driven:
+        builder.add(one)
+    table = builder.table()
+    return _with_base(predictor, sections, adopted, table)
+
+
+def _with_base(predictor, sections, adopted, table: Table) -> Table:
+    """The table with derivatives by the parameters that the model has already."""
+    layout, u = adopted
+    free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
+    if not free or predictor.model(layout.terms).nv != len(predictor.joints):
+        return table
+    steps = _steps(layout, free, u)
+    moved = np.repeat(u[None], len(free), axis=0)
+    moved[np.arange(len(free)), free] += steps
+    wanted = _Columns(predictor, sections, table.columns.shape[1])
+    torques = [added_torques(predictor, s, adopted, [(layout, moved)])[0] for s in sections]
+    at = [wanted.ask([t[:, k] / steps[k] for t in torques], None) for k in range(len(free))]
+    bounds = np.array([[layout.lower[i] - u[i], layout.upper[i] - u[i]] for i in free])
+    log = layout.log[free]
+    bounds[log] = np.clip(bounds[log], -FARTHEST, FARTHEST)
+    columns = np.concatenate([table.columns, wanted.responses()], axis=1)
+    return Table(columns, table.candidates, tuple(at), bounds)
+
+
+def _asked(
+    predictor: Predictor,
+    adopted: tuple[Layout, np.ndarray],
+    effect: Effect,
+    guesses: Sequence[Values],
+) -> Iterable[_Asked]:
+    layout, u = adopted
+    has = {j for t in layout.terms if t.effect.name == effect.name for j in t.joints}
+    free = [j for j in range(len(predictor.joints)) if j not in has]
+    per_joint = any(p.per_joint for p in effect.parameters)
+    if not free or (has and not per_joint):
+        return
+    apart = per_joint and effect.coupled
+    sets = [(j,) for j in free] if apart else [tuple(free)]
+    old = {slot.key: value for slot, value in zip(layout.slots, u, strict=True)}
+    for joints in sets:
+        term = Term(effect, tuple(sorted({*has, *joints})))
+        others = [t for t in layout.terms if t.effect.name != effect.name]
+        whole = Layout([*others, term])
+        own = [
+            i for i, s in enumerate(whole.slots)
+            if s.key not in old or (s.term.effect.name == effect.name and s.joint not in has
+            and s.joint is not None)
+        ]  # fmt: skip
+        rows = []
+        for guess in guesses:
+            own_u = _encoded(effect, guess)
+            rows.append([old[s.key] if s.key in old else own_u(s) for s in whole.slots])
+        settings = np.array(rows, float)
+        settings = np.clip(settings, whole.lower, whole.upper)
+        steps = np.array([_steps(whole, own, row) for row in settings])
+        yield _Asked(effect, term, whole, settings, own, steps, apart)
+
+
+def _encoded(effect: Effect, guess: Values):
+    def of(slot) -> float:
+        value = np.ravel(guess[slot.parameter.name])
+        number = value[slot.joint] if slot.joint is not None and len(value) > 1 else value[0]
+        return np.log(number) if slot.parameter.log else number
+
+    return of
+
+
+def _steps(layout: Layout, own: Sequence[int], u: np.ndarray) -> np.ndarray:
+    steps = []
+    for i in own:
+        slot = layout.slots[i]
+        size = max(abs(u[i]), slot.parameter.size)
+        span = layout.upper[i] - layout.lower[i]
+        step = RELATIVE_STEP * (1.0 if slot.parameter.log else size or 1e-3 * span)
+        steps.append(-step if u[i] + step > layout.upper[i] else step)
+    return np.array(steps)
+
+
+class _Builder:
+    def __init__(self, predictor, sections, residual):
+        self.predictor, self.sections, self.residual = predictor, sections, residual
+        self.single: list[tuple[list[np.ndarray], int]] = []  # torque by section, joint
+        self.dense: list[list[np.ndarray]] = []
+        self.wanted: list[_Asked] = []
+
+    def add(self, one: _Asked) -> None:
+        self.wanted.append(one)
+
+    def table(self) -> Table:
+        n = len(self.predictor.joints)
+        first = _Columns(self.predictor, self.sections)
+        # what each setting does, on each joint or on all
+        places: dict[tuple[int, int, int | None], int] = {}
+        for w, one in enumerate(self.wanted):
+            each = self._joints(one)
+            width = 1 + len(one.groups)
+            for s in range(len(one.settings)):
+                for joint in each:
+                    places[w, s, joint] = first.ask([t[:, s * width] for t in one.torque], joint)
+        columns = [first.responses()]
+        values = columns[0]
+        second = _Columns(self.predictor, self.sections, values.shape[1])
+        candidates: list[Candidate] = []
+        for w, one in enumerate(self.wanted):
+            width = 1 + len(one.groups)
+            by_joint: dict[int | None, list[Candidate]] = {}
+            for joint in self._joints(one):
+                at = [places[w, s, joint] for s in range(len(one.settings))]
+                ranked = self._ranked(values[:, at])
+                for s in ranked[:KEPT]:
+                    made = self._candidate(one, s, width, joint, at[s], second)
+                    by_joint.setdefault(joint, []).append(made)
+            candidates += [c for some in by_joint.values() for c in some]
+            if len(by_joint) > 1:
+                candidates.append(_together([some[0] for some in by_joint.values()]))
+        columns.append(second.responses())
+        return Table(np.concatenate(columns, axis=1), candidates)
+
+    def _joints(self, one: _Asked) -> list[int | None]:
+        if not any(p.per_joint for p in one.effect.parameters):
+            return [None]
+        if one.apart:
+            return [-1 - one.term.joints[-1]] if False else [None]
+        new = {one.layout.slots[i].joint for i in one.own} - {None}
+        return sorted(new)
+
+    def _ranked(self, values: np.ndarray) -> list[int]:
+        r = self.residual
+        square, along = np.einsum("ij,ij->j", values, values, dtype=float), values.T @ r
+        scale = np.clip(along / np.maximum(square, 1e-30), 0.3, 3.0)
+        left = r @ r - 2 * scale * along + scale**2 * square
+        left[~np.isfinite(left)] = np.inf
+        left[square < NOWHERE**2 * len(r)] = np.inf
+        return [int(s) for s in np.argsort(left) if np.isfinite(left[s])]
+
+    def _candidate(
+        self, one: _Asked, s: int, width: int, joint, constant: int, second
+    ) -> Candidate:
+        columns, setting = [], {}
+        for g, group in enumerate(one.groups):
+            mine = [i for i in group if joint is None or one.layout.slots[i].joint in (joint, None)]
+            for i in mine:
+                k = one.own.index(i)
+                step = one.steps[s, k]
+                torques = [(t[:, s * width + 1 + g] - t[:, s * width]) / step for t in one.torque]
+                slot, u = one.layout.slots[i], one.settings[s, i]
+                at = second.ask(torques, joint)
+                lower, upper = one.layout.lower[i] - u, one.layout.upper[i] - u
+                if slot.parameter.log:
+                    lower, upper = max(lower, -FARTHEST), min(upper, FARTHEST)
+                columns.append(Column(at, slot.parameter.name, slot.joint, lower, upper))
+        joints = one.term.joints if joint is None else (joint,)
+        if one.apart:
+            joints = tuple(sorted({one.layout.slots[i].joint for i in one.own} - {None}))
+        for i in one.own:
+            slot = one.layout.slots[i]
+            if joint is None or slot.joint in (joint, None):
+                setting[slot.parameter.name, slot.joint] = float(one.settings[s, i])
+        return Candidate(one.effect, joints, setting, (constant,), tuple(columns))
+
+
+def _together(some: Sequence[Candidate]) -> Candidate:
+    columns = [c for one in some for c in one.columns]
+    return Candidate(
+        some[0].effect,
+        tuple(sorted(j for one in some for j in one.joints)),
+        {k: v for one in some for k, v in one.setting.items()},
+        tuple(c for one in some for c in one.constants),
+        tuple(columns),
+    )
+
+
+class _Columns:
+    """Torques that are wanted as responses, all in one pass through the loop."""
+
+    def __init__(self, predictor: Predictor, sections: Sequence[Section], first: int = 0):
+        self.predictor, self.sections, self.first = predictor, sections, first
+        self.asked: list[tuple[list[np.ndarray], int | None]] = []
+
+    def ask(self, torques: list[np.ndarray], joint: int | None) -> int:
+        """Index of the response to a torque (ntick, nrec, n) in each section; of one joint's."""
+        if joint is not None:
+            torques = [t[..., joint] for t in torques]
+        self.asked.append((torques, joint))
+        return self.first + len(self.asked) - 1
+
+    def responses(self) -> np.ndarray:
+        """(nsample, m)."""
+        out = np.empty((len(self.predictor.samples), len(self.asked)), np.float32)
+        single = [i for i, (_, joint) in enumerate(self.asked) if joint is not None]
+        dense = [i for i, (_, joint) in enumerate(self.asked) if joint is None]
+        for k, section in enumerate(self.sections):
+            held = section.motion.group.held
+            if single:
+                torque = np.stack([self.asked[i][0][k] for i in single], axis=-1)
+                joints = np.array([self.asked[i][1] for i in single])
+                out[np.ix_(held, single)] = respond(section, torque, joints)
+            if dense:
+                torque = np.stack([self.asked[i][0][k] for i in dense], axis=-1)
+                out[np.ix_(held, dense)] = respond(section, torque)
+        return out

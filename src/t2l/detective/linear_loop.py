@@ -1,0 +1,250 @@
+"""The control loop linearised along a motion: how positions answer to small torques.
+
+    M δq̈ = δτ − K δq − D δq̇,   K, D = inverse dynamics, springs, dampers, less the controller's
+
+discretised over a tick, implicit in the damping. So x = (δq, δq̇) follows x' = A_t x + B_t δτ_t,
+and the response to any torque is one pass over the ticks, for all torques at once.
+
+Source: Åström and Wittenmark, Computer-controlled systems, 1997, section 2.3; along a trajectory,
+Ljung, System identification, 1999, section 4.2.
+"""
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from t2l.detective.motion import Motion
+from t2l.effects.term import Layout
+from t2l.identify.prediction import Predictor
+from t2l.sim.driven_loop import DrivenLoop, Path, Poses, all_at_once
+
+STEP_RAD = 1e-6  # numerics: of finite differences
+STEP_RAD_S = 1e-6  # numerics: likewise
+CHUNK = 400_000  # numerics: rows of one call of a driven loop
+# tuned: of a joint's usual speed, below which the sign of its velocity is not known
+AT_REST = 0.02
+
+
+@dataclass(frozen=True)
+class Section:
+    """A group of recordings, linearised.
+
+    Attributes:
+        path: what the recordings did.
+        step, torque: (ntick, nrec, 2n, 2n) and (ntick, nrec, 2n, n) of x and of δτ.
+        poses: of the path.
+    """
+
+    motion: Motion
+    path: Path
+    poses: Poses
+    step: np.ndarray
+    torque: np.ndarray
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A candidate with its parameters, and which of them are derived by: a layout and u (n,)."""
+
+    layout: Layout
+    u: np.ndarray
+
+
+def linearised(predictor: Predictor, layout: Layout, u: np.ndarray, motions: Sequence[Motion]):
+    """Sections of every group along its motion, at the model so far u (n,)."""
+    return [_section(predictor, layout, u, motion) for motion in motions]
+
+
+def _section(predictor: Predictor, layout: Layout, u: np.ndarray, motion: Motion) -> Section:
+    model, joints = predictor.model(layout.terms), predictor.joints
+    schedule = motion.group.schedule
+    speed = np.sqrt(np.mean(motion.dq**2, axis=(0, 1)))
+    at_rest = np.maximum(AT_REST * speed, np.minimum(3 * motion.noise_dq, 0.3 * speed)) + 1e-9
+    zero = np.zeros_like(motion.q)
+    bare = Path(motion.q, motion.dq, motion.ddq, zero, zero, at_rest)
+    poses = Poses(bare, schedule.period_s)
+    carried = schedule.compensated | schedule.balanced
+    load, weight, *plant = _rigid(model, predictor.model(), joints, poses, carried)
+    path = Path(
+        motion.q, motion.dq, motion.ddq, poses.at_ticks(load), poses.at_ticks(weight), at_rest
+    )
+    plant = _Plant(*(poses.at_ticks(one) for one in plant))
+    step, torque = _discrete(predictor, layout, u, motion, path, plant, model)
+    return Section(motion, path, poses, step, torque)
+
+
+@dataclass(frozen=True)
+class _Plant:
+    """Mass matrix, and derivatives of what the motion takes beyond what cancels the weight.
+
+    (ntick, nrec, n, n) each.
+    """
+
+    mass: np.ndarray
+    by_q: np.ndarray
+    by_dq: np.ndarray
+
+
+def _rigid(
+    model: mujoco.MjModel,
+    nominal: mujoco.MjModel,
+    joints: Sequence[str],
+    poses: Poses,
+    carried: np.ndarray,
+) -> tuple[np.ndarray, ...]:
+    """Load, weight of the nominal model, mass matrix, and derivatives of inverse dynamics.
+
+    Args:
+        carried: (nrec,) bool, whether the weight is cancelled.
+    """
+    model = copy.copy(model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    data = mujoco.MjData(model)
+    qpos = [model.joint(name).qposadr[0] for name in joints]
+    dofs = [model.joint(name).dofadr[0] for name in joints]
+    weight_of = _weight(nominal, joints)
+    n, shape = len(dofs), poses.q.shape[:2]
+    load, weight = np.empty((2, *poses.q.shape))
+    mass, by_q, by_dq = np.empty((3, *shape, n, n))
+    full = np.zeros((model.nv, model.nv))
+
+    def inverse(q, dq, ddq):
+        data.qpos[qpos], data.qvel[dofs], data.qacc[dofs] = q, dq, ddq
+        mujoco.mj_inverse(model, data)
+        return data.qfrc_inverse[dofs]
+
+    for index in np.ndindex(shape):
+        q, dq, ddq = (values[index] for values in (poses.q, poses.dq, poses.ddq))
+        whole, weight[index] = inverse(q, dq, ddq).copy(), weight_of(q)
+        mujoco.mj_fullM(model, data, full)
+        mass[index], load[index] = full[np.ix_(dofs, dofs)], data.qfrc_bias[dofs]
+        for j, unit in enumerate(np.eye(n)):
+            more = inverse(q + STEP_RAD * unit, dq, ddq) - whole
+            if carried[index[1]]:
+                more = more - (weight_of(q + STEP_RAD * unit) - weight[index])
+            by_q[index][:, j] = more / STEP_RAD
+            by_dq[index][:, j] = (inverse(q, dq + STEP_RAD_S * unit, ddq) - whole) / STEP_RAD_S
+    return load, weight, mass, by_q, by_dq
+
+
+def _weight(model: mujoco.MjModel, joints: Sequence[str]) -> Callable[[np.ndarray], np.ndarray]:
+    """N·m (n,) that carry a model still, from the positions (n,) of its joints."""
+    data, bias = mujoco.MjData(model), np.zeros(model.nv)
+    qpos = [model.joint(name).qposadr[0] for name in joints]
+    dofs = [model.joint(name).dofadr[0] for name in joints]
+
+    def weight(q: np.ndarray) -> np.ndarray:
+        data.qpos[qpos] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_rne(model, data, 0, bias)
+        return bias[dofs]
+
+    return weight
+
+
+def _discrete(predictor, layout, u, motion: Motion, path: Path, plant: _Plant, model):
+    schedule = motion.group.schedule
+    ntick, nrec, n = path.q.shape
+    h = schedule.period_s
+    stiffness, damping = controller(predictor, layout, u, schedule, path, model)
+    loop = DrivenLoop(model, predictor.joints, schedule, 1)
+    _install(loop, layout, u)
+    ahead = loop.ahead[:nrec]
+    mass = plant.mass + (ahead * loop.kd[:nrec])[:, :, None] * np.eye(n)
+    more = loop._armature()[:nrec]
+    mass = mass + more[:, :, None] * np.eye(n)
+    # what the joints' own dry friction does near rest
+    own = model.dof_frictionloss[[model.joint(name).dofadr[0] for name in predictor.joints]]
+    slope = path.at_rest**2 / (path.dq**2 + path.at_rest**2) ** 1.5
+    sticking = (own * slope)[..., None] * np.eye(n)
+    k, d = plant.by_q - stiffness, plant.by_dq - damping + sticking
+    inverse = np.linalg.inv(mass + h * d)
+    step = np.empty((ntick, nrec, 2 * n, 2 * n), np.float32)
+    torque = np.empty((ntick, nrec, 2 * n, n), np.float32)
+    # v' = (M + hD)⁻¹ (M v + h (u − K q)),  q' = q + h (v + v') / 2
+    by_v, by_x, by_u = inverse @ mass, -h * inverse @ k, h * inverse
+    eye = np.eye(n)
+    step[..., n:, n:], step[..., n:, :n], torque[..., n:, :] = by_v, by_x, by_u
+    step[..., :n, n:] = 0.5 * h * (by_v + eye)
+    step[..., :n, :n] = eye + 0.5 * h * by_x
+    torque[..., :n, :] = 0.5 * h * by_u
+    return step, torque
+
+
+def controller(predictor, layout, u, schedule, path: Path, model):
+    """Derivatives of the torque of a loop by position and velocity, (ntick, nrec, n, n)."""
+    ntick, nrec, n = path.q.shape
+    kept = Layout([term for term in layout.terms if not term.effect.remembers])
+    index = [i for i, slot in enumerate(layout.slots) if not slot.term.effect.remembers]
+    u = u[index]
+    if (
+        not kept.terms
+        and not np.isfinite(DrivenLoop(model, predictor.joints, schedule, 1).motor_limits).any()
+    ):
+        loop = DrivenLoop(model, predictor.joints, schedule, 1)
+        on = 1.0 if schedule.powered is None else schedule.powered[:ntick]
+        eye = np.eye(n)
+        k = -(on * loop.kp)[..., None] * eye
+        d = -(on * (loop.kd + loop.ahead * loop.kp))[..., None] * eye
+        return np.broadcast_to(k, (ntick, nrec, n, n)), np.broadcast_to(d, (ntick, nrec, n, n))
+    k, d = np.empty((2, ntick, nrec, n, n))
+    flat, whole = all_at_once(schedule, ntick), path.all_at_once()
+
+    def at(path):
+        loop = DrivenLoop(model, predictor.joints, flat, 1)
+        _install(loop, kept, u)
+        return loop.torque(path)[0, 0].reshape(ntick, nrec, n)
+
+    base = at(whole)
+    for j in range(n):
+        for out, name, step in ((k, "q", 1e-6), (d, "dq", 1e-6)):
+            moved = getattr(whole, name).copy()
+            moved[..., j] += step
+            out[..., j] = (at(replace(whole, **{name: moved})) - base) / step
+    return k, d
+
+
+def _install(loop: DrivenLoop, layout: Layout, u: np.ndarray) -> None:
+    install(loop, [(layout, u[None])])
+
+
+def install(loop: DrivenLoop, variants: Sequence[tuple[Layout, np.ndarray]]) -> None:
+    """Effects of variants in turn, u (mi, n) each."""
+    at = 0
+    for layout, u in variants:
+        rows = loop.rows(slice(at, at + len(u)))
+        values = layout.decode(u)
+        for term in layout.terms:
+            per_row = {k: loop.per_row(v) for k, v in values[term.effect.name].items()}
+            term.effect.install(loop, rows, np.array(term.joints, int), per_row)
+        at += len(u)
+
+
+def respond(section: Section, torque: np.ndarray, joint: np.ndarray | None = None) -> np.ndarray:
+    """Position of every sample of a group in answer to torques, (k, m) for m of them.
+
+    Args:
+        torque: (ntick, nrec, m) on `joint` (m,) each, or (ntick, nrec, n, m).
+    """
+    ntick, nrec, n = section.path.q.shape
+    m = torque.shape[-1]
+    wanted = section.motion.group.schedule.sample_ticks
+    kept = np.empty((len(wanted), nrec, n, m), np.float32)
+    x = np.zeros((nrec, 2 * n, m), np.float32)
+    place = dict(zip(wanted.tolist(), range(len(wanted)), strict=True))
+    torque = torque.astype(np.float32, copy=False)
+    for tick in range(ntick):
+        if tick in place:
+            kept[place[tick]] = x[:, :n]
+        by = section.torque[tick]
+        push = by @ torque[tick] if joint is None else by[:, :, joint] * torque[tick][:, None]
+        x = section.step[tick] @ x
+        x += push
+    recording, tick, rest, of = section.motion.group.wanted
+    rest = rest[:, None].astype(np.float32)
+    return (1 - rest) * kept[tick, recording, of] + rest * kept[tick + 1, recording, of]

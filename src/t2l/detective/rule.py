@@ -1,0 +1,46 @@
+"""The one rule: does what a model has more earn its place?
+
+It must lower the error where it was not fitted, by enough to matter and by no chance. Both models'
+errors are those on what was left out. Chance is judged by a paired bootstrap over blocks of time.
+
+Source: Künsch, The jackknife and the bootstrap for general stationary observations, 1989.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from t2l.identify.block_bootstrap import Improvement, improvement
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, TIED
+
+SEED = 0  # statistics: of the bootstrap
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Judges models by their errors on what was left out.
+
+    Attributes:
+        block: (nsample,) of each fitted sample.
+        noise_rad: RMS error of a perfect model.
+    """
+
+    block: np.ndarray
+    noise_rad: float
+
+    def quiet(self, rmse_rad: float) -> bool:
+        """Whether an error is what measurement alone leaves."""
+        return rmse_rad <= AT_THE_FLOOR * self.noise_rad
+
+    def improvement(self, before: np.ndarray, after: np.ndarray) -> Improvement:
+        """Of left-out residuals (nsample,)."""
+        return improvement(before, after, self.block, np.random.default_rng(SEED))
+
+    def earns(self, before: np.ndarray, after: np.ndarray) -> bool:
+        """Whether what `after` has more than `before` earns its place; (nsample,) rad."""
+        gain = self.improvement(before, after)
+        return gain.lower > 0 and gain.fraction >= MATERIAL
+
+    def alike(self, error: float, best: float) -> bool:
+        """Whether an RMS error is as good as another: within a tie of it, or noise alone."""
+        return error <= max((1 + TIED) * best, AT_THE_FLOOR * self.noise_rad)

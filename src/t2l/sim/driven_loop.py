@@ -1,0 +1,344 @@
+"""A control loop that is led along a given motion: what torque it puts on the joints there.
+
+Effects install themselves as in a simulation (`t2l.sim.servo`), but nothing moves by itself: at
+every tick the loop is shown a position and a velocity and asked for the torque. Two variants of a
+plant differ along a motion by the difference of their torques, less what their inverse dynamics
+differ by. To first order that is what one of them lacks against the other.
+
+What remembers nothing needs no order of ticks, so that all of them are one call (`all_at_once`).
+"""
+
+import copy
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from t2l.sim.schedule import Schedule
+from t2l.sim.servo import commands, torque_limits
+
+POSES_PER_S = 50.0  # numerics: at which inverse dynamics are evaluated, linear between them
+# fields of a model that only its inverse dynamics know
+OF_BODIES = ("body_mass", "body_inertia", "body_ipos", "opt.gravity")
+
+
+@dataclass(frozen=True)
+class Path:
+    """A motion at the ticks of a schedule; (ntick, nrec, njoint) each.
+
+    Attributes:
+        q, dq, ddq: rad, rad/s and rad/s².
+        load: N·m that the plant's weight and its velocity ask for, as MuJoCo's qfrc_bias.
+        weight: N·m, of that the weight of the nominal model alone.
+        at_rest: (njoint,) rad/s, below which the sign of a velocity is not known.
+    """
+
+    q: np.ndarray
+    dq: np.ndarray
+    ddq: np.ndarray
+    load: np.ndarray
+    weight: np.ndarray
+    at_rest: np.ndarray
+
+    def all_at_once(self) -> "Path":
+        """One tick, at which each tick of each recording is a recording."""
+        flat = {
+            name: getattr(self, name).reshape(1, -1, self.q.shape[2])
+            for name in ("q", "dq", "ddq", "load", "weight")
+        }
+        return replace(self, **flat)
+
+
+def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
+    """A schedule of one tick, at which each tick of each recording is a recording."""
+    nrec, njoint = schedule.kp.shape
+
+    def every(values):
+        return np.tile(values, (ntick, *(1,) * (values.ndim - 1)))
+
+    def flat(values):
+        return None if values is None else values[:ntick].reshape(1, ntick * nrec, njoint)
+
+    clock = np.zeros(nrec) if schedule.clock_s is None else schedule.clock_s
+    passed = np.arange(ntick) * schedule.period_s
+    return replace(
+        schedule,
+        commands=flat(schedule.commands),
+        kp=every(schedule.kp),
+        kd=every(schedule.kd),
+        start_q=every(schedule.start_q),
+        start_dq=every(schedule.start_dq),
+        compensated=every(schedule.compensated),
+        balanced=every(schedule.balanced),
+        powered=flat(schedule.powered),
+        clock_s=(passed[:, None] + clock).ravel(),
+        elapsed_s=np.repeat(passed, nrec),
+        logged={name: flat(values) for name, values in schedule.logged.items()},
+    )
+
+
+class _Fields:
+    """Stands for a batch: fields of the model for each simulation, and the state it is shown."""
+
+    def __init__(self, model: mujoco.MjModel, nsim: int):
+        self.model, self.nsim = model, nsim
+        self.qpos = np.zeros((nsim, model.nq))
+        self.qvel = np.zeros((nsim, model.nv))
+        self.qfrc_applied = np.zeros((nsim, model.nv))
+        self.changed: dict[str, np.ndarray] = {}
+        self.bound: dict[str, np.ndarray] = {}
+
+    def expand(self, name: str) -> np.ndarray:
+        if name not in self.changed:
+            value = np.asarray(_field(self.model, name), float)
+            self.changed[name] = np.tile(value, (self.nsim, *(1,) * value.ndim))
+        return self.changed[name]
+
+    def expanded(self, name: str) -> np.ndarray | None:
+        return self.changed.get(name)
+
+    def bind(self, name: str) -> np.ndarray:
+        if name not in self.bound:
+            self.bound[name] = np.zeros((self.nsim, self.model.nv))
+        return self.bound[name]
+
+    def forward(self) -> None:
+        """Nothing: the state is given."""
+
+    set_const = forward
+
+
+def _field(model: mujoco.MjModel, name: str):
+    value = model
+    for part in name.split("."):
+        value = getattr(value, part)
+    return value
+
+
+class DrivenLoop:
+    """Variants of a plant, led along one motion each; attributes as of `t2l.sim.servo.ServoLoop`.
+
+    Simulation i is variant ``i // nrec`` on recording ``i % nrec``.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, joints: tuple[str, ...], schedule: Schedule, nvariant: int
+    ):
+        self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
+        self.real_period_s = schedule.period_s / schedule.coarseness
+        self.nrec = len(schedule.kp)
+        nsim = self.nrec * nvariant
+        self.batch = _Fields(model, nsim)
+        self.ids = np.array([model.joint(name).id for name in joints])
+        self.dofs = np.array([model.joint(name).dofadr[0] for name in joints])
+        self.qpos = np.array([model.joint(name).qposadr[0] for name in joints])
+        self.kp, self.kd = self._per_simulation(schedule.kp), self._per_simulation(schedule.kd)
+        self.start_q = self._per_simulation(schedule.start_q)
+        self.encoder_offset = np.zeros_like(self.kp)
+        late = (schedule.period_s - self.real_period_s) / 2
+        self.ahead = np.full_like(self.kp, late)
+        self.hidden_start = np.zeros((*self.kp.shape, 3))
+        self.play = np.zeros_like(self.kp)
+        self.command_lead_s = np.zeros_like(self.kp)
+        self.added_friction = np.zeros_like(self.kp)
+        self.command_filters: list[Callable] = []
+        self.controller_filters: list[Callable] = []
+        self.motor_filters: list[Callable] = []
+        self.sensor_filters: list[Callable] = []
+        self.joint_torques: list[Callable] = []
+        self.friction: list[Callable] = []
+        self.settle: list[Callable] = []
+        self.other_weight = np.zeros(nsim, bool)
+        self.inertia_changed = False
+        self.motor_limits = torque_limits(model, joints)
+
+    @property
+    def period_s(self) -> float:
+        """From tick to tick."""
+        return self.schedule.period_s
+
+    def clock_s(self, tick: int) -> np.ndarray:
+        """As of `ServoLoop`."""
+        return np.tile(self.schedule.clock_s_at(tick), self.nvariant)[:, None]
+
+    def elapsed_s(self, tick: int) -> np.ndarray:
+        """As of `ServoLoop`."""
+        return np.tile(self.schedule.elapsed_s_at(tick), self.nvariant)[:, None]
+
+    def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
+        """As of `ServoLoop`."""
+        values = self.schedule.column(column, needed_by)
+        return None if values is None else np.tile(values[tick], (self.nvariant, 1))
+
+    def _per_simulation(self, values: np.ndarray) -> np.ndarray:
+        return np.tile(values, (self.nvariant, 1)).astype(float)
+
+    def rows(self, variants: slice) -> slice:
+        """The simulations of `variants`."""
+        return slice(variants.start * self.nrec, variants.stop * self.nrec)
+
+    def columns(self, joints: np.ndarray) -> np.ndarray | slice:
+        """As of `ServoLoop`."""
+        return slice(None) if len(joints) == len(self.joints) else joints
+
+    def per_row(self, values: np.ndarray) -> np.ndarray:
+        """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
+        return np.repeat(values, self.nrec, axis=0)
+
+    def torque(self, path: Path) -> np.ndarray:
+        """N·m on the joints along a motion, (ntick, nvariant, nrec, njoint).
+
+        What the masses of bodies and the direction of gravity change is not in it, see
+        `by_bodies`; all else is: motor, friction, springs, dampers and the armature.
+        """
+        ntick, many = len(path.q), self.nvariant
+        out = np.empty((ntick, *self.kp.shape))
+        schedule, batch = self.schedule, self.batch
+        compensated = np.tile(schedule.compensated, many)[:, None]
+        balanced = np.tile(schedule.balanced, many)[:, None]
+        damping = self.kd + self.ahead * self.kp
+        heavier = self._armature() + self.ahead * self.kd
+        least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
+        command = commands(schedule, self.command_lead_s, many)
+        recording = np.tile(np.arange(self.nrec), many)
+        at_rest = path.at_rest
+        shown = {"qfrc_bias": path.load, "qfrc_gravcomp": path.weight}
+        for tick in range(ntick):
+            measured, dq, ddq = (
+                np.tile(values[tick], (many, 1)) for values in (path.q, path.dq, path.ddq)
+            )
+            q, measured_dq = measured - self.encoder_offset, dq.copy()
+            batch.qpos[:, self.qpos], batch.qvel[:, self.dofs] = q, dq
+            for name, values in shown.items():
+                if name in batch.bound:
+                    batch.bound[name][:, self.dofs] = np.tile(values[tick], (many, 1))
+            if "qfrc_passive" in batch.bound:
+                batch.bound["qfrc_passive"][:, self.dofs] = self._own_passive(q, dq)
+            for change in self.sensor_filters:
+                change(tick, measured, measured_dq)
+            target = command(tick)
+            for change in self.command_filters:
+                change(tick, target)
+            torque = self.kp * (target - measured) - damping * measured_dq
+            torque += compensated * np.tile(path.weight[tick], (many, 1))
+            for change in self.controller_filters:
+                change(tick, torque)
+            carried = balanced * np.tile(path.weight[tick], (many, 1))
+            torque += carried
+            for change in self.motor_filters:
+                change(tick, torque)
+            np.minimum(np.maximum(torque, least, out=torque), most, out=torque)
+            if schedule.powered is not None:
+                on = schedule.powered[tick][recording]
+                torque = carried + (torque - carried) * on
+            level = self.added_friction.copy()
+            for add in self.friction:
+                add(tick, dq, torque, level)
+            torque -= carried
+            for add in self.joint_torques:
+                add(tick, q, dq, torque)
+            torque -= level * dq / np.sqrt(dq**2 + at_rest**2)
+            torque += self._passive(q, dq)
+            out[tick] = torque - heavier * ddq
+        return out.reshape(ntick, many, self.nrec, -1)
+
+    def by_bodies(self, poses: "Poses") -> np.ndarray | None:
+        """N·m that the masses of bodies and gravity take as they are in each variant.
+
+        (npose, nvariant, nrec, njoint); None if no variant has other ones than the model.
+        """
+        batch = self.batch
+        fields = {name: batch.changed[name] for name in OF_BODIES if name in batch.changed}
+        if not fields and not self.encoder_offset.any():
+            return None
+        found = np.zeros((len(poses.q), self.nvariant, *poses.q.shape[1:]))
+        for variant in range(self.nvariant):
+            row = variant * self.nrec
+            own = {name: values[row] for name, values in fields.items()}
+            offset = self.encoder_offset[row : row + self.nrec]
+            found[:, variant] = poses.inverse(batch.model, own, self.dofs, self.qpos, offset)
+        return found
+
+    def _armature(self) -> np.ndarray:
+        changed = self.batch.changed.get("dof_armature")
+        if changed is None:
+            return np.zeros_like(self.kp)
+        return changed[:, self.dofs] - self.batch.model.dof_armature[self.dofs]
+
+    def _own_passive(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+        model = self.batch.model
+        spring = model.jnt_stiffness[self.ids] * (q - model.qpos_spring[self.qpos])
+        return -spring - model.dof_damping[self.dofs] * dq
+
+    def _passive(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray | float:
+        """N·m of springs and dampers beyond those that the model has."""
+        model, changed, torque = self.batch.model, self.batch.changed, 0.0
+        if "dof_damping" in changed:
+            more = changed["dof_damping"][:, self.dofs] - model.dof_damping[self.dofs]
+            torque = torque - more * dq
+        if "dof_dampingpoly" in changed:
+            more = changed["dof_dampingpoly"][:, self.dofs] - model.dof_dampingpoly[self.dofs]
+            torque = torque - (more[..., 0] * np.abs(dq) + more[..., 1] * dq**2) * dq
+        if "jnt_stiffness" in changed or "qpos_spring" in changed:
+            own = model.jnt_stiffness[self.ids], model.qpos_spring[self.qpos]
+            springs = changed.get("jnt_stiffness"), changed.get("qpos_spring")
+            k = own[0] if springs[0] is None else springs[0][:, self.ids]
+            rest = own[1] if springs[1] is None else springs[1][:, self.qpos]
+            torque = torque - k * (q - rest) + own[0] * (q - own[1])
+        return torque
+
+
+class Poses:
+    """Some of the places of a motion, and what rigid bodies ask for there.
+
+    Attributes:
+        q, dq, ddq: (npose, nrec, njoint).
+    """
+
+    def __init__(self, path: Path, period_s: float):
+        ntick = len(path.q)
+        every = max(1, round(1 / (POSES_PER_S * period_s)))
+        self.at = np.unique(np.append(np.arange(0, ntick, every), ntick - 1))
+        self.ntick = ntick
+        self.q, self.dq, self.ddq = (values[self.at] for values in (path.q, path.dq, path.ddq))
+
+    def at_ticks(self, values: np.ndarray) -> np.ndarray:
+        """Values (npose, …) at every tick, (ntick, …), linear between the poses."""
+        ticks = np.arange(self.ntick)
+        after = np.clip(np.searchsorted(self.at, ticks, side="left"), 1, len(self.at) - 1)
+        gap = self.at[after] - self.at[after - 1]
+        part = ((ticks - self.at[after - 1]) / gap).reshape(-1, *(1,) * (values.ndim - 1))
+        return values[after - 1] + part * (values[after] - values[after - 1])
+
+    def inverse(
+        self,
+        model: mujoco.MjModel,
+        fields: Mapping[str, np.ndarray],
+        dofs: np.ndarray,
+        qpos: np.ndarray,
+        offset: np.ndarray | float = 0.0,
+    ) -> np.ndarray:
+        """N·m that the motion takes of a model with other `fields`, (npose, nrec, njoint).
+
+        Args:
+            offset: rad, of the encoders, (nrec, njoint).
+        """
+        model = copy.copy(model)
+        model.opt.disableflags |= (
+            mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING
+            | mujoco.mjtDisableBit.mjDSBL_DAMPER
+        )  # fmt: skip
+        for name, value in fields.items():
+            _field(model, name)[:] = value
+        data = mujoco.MjData(model)
+        if fields:
+            mujoco.mj_setConst(model, data)
+        out = np.empty(self.q.shape)
+        where = self.q - offset
+        for index in np.ndindex(self.q.shape[:2]):
+            data.qpos[qpos], data.qvel[dofs] = where[index], self.dq[index]
+            data.qacc[dofs] = self.ddq[index]
+            mujoco.mj_inverse(model, data)
+            out[index] = data.qfrc_inverse[dofs]
+        return out
