@@ -13,7 +13,7 @@ from tests.conftest import ROOT
 LAYERS = [
     {"cli", "config", "figures", "report", "scoreboard", "stats"},
     {
-        *("attenuation", "bc", "decoupling", "design", "diagnose", "drift", "export"),
+        *("attenuation", "bc", "decoupling", "design", "detective", "diagnose", "drift", "export"),
         *("propose", "response", "rl", "transfer"),
     },
     {"identify"},

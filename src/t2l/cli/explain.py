@@ -1,9 +1,15 @@
 """``t2l explain``: diagnose and adopt in turn until nothing more is justified."""
 
 import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from t2l.cli.inputs import add_log_arguments, add_without
 from t2l.diagnose.files import EXPLANATION, MODEL
+
+if TYPE_CHECKING:
+    from t2l.identify.model import Model
+    from t2l.recordings.recording import Recording
 
 ENTRIES = (
     EXPLANATION, MODEL, "steps/", "proposal/", "before/", "after/", "figures/", "report.html",
@@ -14,6 +20,11 @@ RESUME = (
     "on with the step it was in"
 )
 EXPLAINED = 0.95  # format: of the whole, when only the comparison is left
+
+QUICK = (
+    "an answer in seconds: sets of known effects from one linear model of the loop, the best of "
+    "them fitted in full; without curves and without a diagnosis of each step"
+)
 
 HELP = "diagnose and adopt in turn, and watch the error fall"
 
@@ -28,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_log_arguments(parser, holdout=True)
     add_without(parser)
+    parser.add_argument("--quick", action="store_true", help=QUICK)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -45,6 +57,9 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
+    if arguments.quick:
+        quick(arguments, model, recordings, holdout)
+        return
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
         substeps = substeps_for(model, recordings)
         say_how_long(arguments.command, model, recordings, substeps)
@@ -68,6 +83,37 @@ def run(arguments: argparse.Namespace) -> None:
             f"{_sure(step.chosen_share, step.effect in untold)}"
         )
     print(explanation.sentence)
+    print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
+
+
+def quick(
+    arguments: argparse.Namespace,
+    model: "Model",
+    recordings: "Sequence[Recording]",
+    holdout: "Sequence[Recording]",
+) -> None:
+    """Answer by `t2l.detective`; files and page as of the whole explanation."""
+    from t2l.cli.inputs import log_output
+    from t2l.detective.data_split import split
+    from t2l.detective.explanation import check_no_steps, explained_quickly, in_words
+    from t2l.diagnose.compare import compare, write
+    from t2l.diagnose.final_parameters import parameters_of
+    from t2l.diagnose.forward_selection import write_explanation
+    from t2l.figures.diagnosis import draw_explanation
+    from t2l.identify.step_size import substeps_for
+    from t2l.report import write_report
+
+    check_no_steps(arguments.out)
+    with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
+        data = split(model.robot, recordings, holdout, substeps_for(model, recordings))
+        explanation = explained_quickly(model, data, lambda what: print(what, flush=True))
+        rows = parameters_of(explanation.model, data.fitted, data.fitted_mask)
+        write_explanation(explanation, out, rows)
+        for name, which in (("before", model), ("after", explanation.model)):
+            write(compare(which, [*recordings, *holdout]), out / name)
+        draw_explanation(out)
+        write_report(out)
+    print("\n".join(in_words(explanation)))
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
 
 

@@ -14,7 +14,7 @@ from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
-from t2l.identify.prediction import Predictor
+from t2l.identify.prediction import Predictor, Request
 
 LINEAR = 0.03  # tuned: of a torque: what it may be off by and still be a sum of derivatives
 RELATIVE_STEP = (
@@ -22,6 +22,8 @@ RELATIVE_STEP = (
 )
 KEPT = 2  # numerics: settings of an effect on a joint that go on to the screen
 FARTHEST = 1.0  # numerics: of a logarithm, beyond which a derivative tells nothing
+# numerics: of a simulated response, beyond what it is: its parameters are fitted later
+SCALED = (-0.8, 2.0)
 NOWHERE = 1e-6  # numerics: rad; a smaller response is none
 
 Values = Mapping[str, np.ndarray]
@@ -33,12 +35,13 @@ class Column:
 
     Attributes:
         at: index into the columns of a table.
-        parameter, joint: of the effect; None where it is the robot's.
+        parameter, joint: of the effect; no joint where it is the robot's, and no parameter where
+            it scales a response.
         lower, upper: how far u may move from the setting.
     """
 
     at: int
-    parameter: str
+    parameter: str | None
     joint: int | None
     lower: float
     upper: float
@@ -52,6 +55,7 @@ class Candidate:
         setting: u by (parameter, joint).
         constants: indices of columns that it adds as they are.
         columns: those that are weighted.
+        numbers: of parameters, where it has more than columns.
     """
 
     effect: Effect
@@ -59,6 +63,12 @@ class Candidate:
     setting: dict[tuple[str, int | None], float]
     constants: tuple[int, ...]
     columns: tuple[Column, ...]
+    numbers: int = 0
+
+    @property
+    def parameters(self) -> int:
+        """How many numbers it fits."""
+        return max(self.numbers, len(self.columns), 1)
 
     @property
     def key(self) -> tuple[str, tuple[int, ...]]:
@@ -149,8 +159,52 @@ def known_candidates(
     builder = _Builder(predictor, sections, residual)
     for one in driven:
         builder.add(one)
-    table = builder.table()
+    simulated = [one for one in asked if one not in driven]
+    table = _with_simulated(predictor, adopted, simulated, builder.table(), residual)
     return _with_base(predictor, sections, adopted, table)
+
+
+def _with_simulated(
+    predictor: Predictor,
+    adopted: tuple[Layout, np.ndarray],
+    asked: Sequence[_Asked],
+    table: Table,
+    residual: np.ndarray,
+) -> Table:
+    """The table with effects that have a state of their own, as simulated at their settings."""
+    if not asked:
+        return table
+    base = Request(adopted[0], adopted[1][None])
+    requests = [Request(one.layout, one.settings) for one in asked]
+    (before,), *moved = predictor.predict([base, *requests])
+    columns, candidates = [table.columns], list(table.candidates)
+    count = table.columns.shape[1]
+    for one, q in zip(asked, moved, strict=True):
+        singles = []
+        for joint in sorted({one.layout.slots[i].joint for i in one.own} - {None}):
+            own = predictor.samples.joint == joint
+            answers = np.where(own, np.nan_to_num(q - before, nan=np.inf), 0.0).T
+            answers = answers.astype(np.float32)
+            for s in _ranked(residual * own, answers)[:KEPT]:
+                made = _simulated(one, s, joint, count)
+                columns.append(answers[:, [s]])
+                candidates.append(made)
+                count += 1
+                if not singles or singles[-1].joints != (joint,):
+                    singles.append(made)
+        if len(singles) > 1:
+            candidates.append(_together(singles))
+    return Table(np.concatenate(columns, axis=1), candidates)
+
+
+def _simulated(one: _Asked, s: int, joint: int, at: int) -> Candidate:
+    slots = [(i, one.layout.slots[i]) for i in one.own]
+    mine = [(i, slot) for i, slot in slots if slot.joint in (joint, None)]
+    setting = {(t.parameter.name, t.joint): float(one.settings[s, i]) for i, t in mine}
+    number = sum(not parameter.rough for parameter in one.effect.parameters)
+    return Candidate(
+        one.effect, (joint,), setting, (at,), (Column(at, None, joint, *SCALED),), number
+    )
 
 
 def _with_base(predictor, sections, adopted, table: Table) -> Table:
@@ -237,7 +291,6 @@ class _Builder:
         self.wanted.append(one)
 
     def table(self) -> Table:
-        n = len(self.predictor.joints)
         first = _Columns(self.predictor, self.sections)
         # what each setting does, on each joint or on all
         places: dict[tuple[int, int, int | None], int] = {}
@@ -256,7 +309,7 @@ class _Builder:
             by_joint: dict[int | None, list[Candidate]] = {}
             for joint in self._joints(one):
                 at = [places[w, s, joint] for s in range(len(one.settings))]
-                ranked = self._ranked(values[:, at])
+                ranked = _ranked(self.residual, values[:, at])
                 for s in ranked[:KEPT]:
                     made = self._candidate(one, s, width, joint, at[s], second)
                     by_joint.setdefault(joint, []).append(made)
@@ -270,18 +323,9 @@ class _Builder:
         if not any(p.per_joint for p in one.effect.parameters):
             return [None]
         if one.apart:
-            return [-1 - one.term.joints[-1]] if False else [None]
+            return [None]
         new = {one.layout.slots[i].joint for i in one.own} - {None}
         return sorted(new)
-
-    def _ranked(self, values: np.ndarray) -> list[int]:
-        r = self.residual
-        square, along = np.einsum("ij,ij->j", values, values, dtype=float), values.T @ r
-        scale = np.clip(along / np.maximum(square, 1e-30), 0.3, 3.0)
-        left = r @ r - 2 * scale * along + scale**2 * square
-        left[~np.isfinite(left)] = np.inf
-        left[square < NOWHERE**2 * len(r)] = np.inf
-        return [int(s) for s in np.argsort(left) if np.isfinite(left[s])]
 
     def _candidate(
         self, one: _Asked, s: int, width: int, joint, constant: int, second
@@ -309,6 +353,17 @@ class _Builder:
         return Candidate(one.effect, joints, setting, (constant,), tuple(columns))
 
 
+def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:
+    """Settings, by what their responses (nsample, m) leave of the residual; not what is none."""
+    finite = np.isfinite(values).all(axis=0)
+    values = np.where(finite, values, 0.0)
+    square, along = np.einsum("ij,ij->j", values, values, dtype=float), values.T @ residual
+    scale = np.clip(along / np.maximum(square, 1e-30), 0.3, 3.0)
+    left = residual @ residual - 2 * scale * along + scale**2 * square
+    left[~finite | (square < NOWHERE**2 * len(residual))] = np.inf
+    return [int(s) for s in np.argsort(left) if np.isfinite(left[s])]
+
+
 def _together(some: Sequence[Candidate]) -> Candidate:
     columns = [c for one in some for c in one.columns]
     return Candidate(
@@ -317,6 +372,7 @@ def _together(some: Sequence[Candidate]) -> Candidate:
         {k: v for one in some for k, v in one.setting.items()},
         tuple(c for one in some for c in one.constants),
         tuple(columns),
+        sum(one.numbers for one in some),
     )
 
 

@@ -1,9 +1,9 @@
 """Recordings that a model is fitted to, and those that report its error.
 
-What is fitted is also what chooses, by cross-validation: each fold is left out in turn and judged by
-a model that the others fitted. Folds are whole recordings, and where gains and motions both vary
-also all recordings of one pair of gains, so that a term must help under gains that no fit has seen.
-Blocks of time are folds where there is one recording. Test samples do neither.
+What is fitted is also what chooses, by cross-validation: each fold is left out in turn and judged
+by a model that the others fitted. Folds are whole recordings; where several recordings share a pair
+of gains, all of one pair, so that a term must help under gains that no fit has seen; and stretches
+of time where there are fewer than three recordings. Test samples do neither.
 """
 
 from collections.abc import Sequence

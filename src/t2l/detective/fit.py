@@ -7,13 +7,17 @@ import numpy as np
 
 from t2l.detective.candidates import Candidate
 from t2l.effects.term import Layout, Term
-from t2l.identify.fitting import run
+from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.prediction import Predictor
+from t2l.identify.levels import AT_THE_FLOOR
+from t2l.identify.optimiser import minimise
+from t2l.identify.prediction import Predictor, Request
 
 ITERATIONS = 6  # numerics: of a fit that begins near its end
+FINISHING = 3  # numerics: on every tick, with the derivatives of coarser ones
 RIDGE = 1e-6  # numerics: of a column's sum of squares
-MARGIN = 1e-3  # numerics: of a range, by which a start keeps off its ends
+COARSENESS = (5, 4, 2)  # numerics: control periods a tick that are tried
+HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,7 @@ class FittedSet:
         residual: (nsample,) of the fitted samples, rad, predicted minus measured.
         left_out: (nsample,) likewise, each fold by a fit to the others.
         jacobian: (nsample, n).
+        free: (n,) bool, which were fitted.
     """
 
     layout: Layout
@@ -53,6 +58,55 @@ class FittedSet:
     def names(self) -> set[tuple[str, tuple[int, ...]]]:
         """Effects and the joints that have them."""
         return {(t.effect.name, t.joints) for t in self.layout.terms}
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What is fitted: the samples of a predictor, at fewer ticks for all but the last steps.
+
+    Attributes:
+        exact, draft: predictors of the same recordings.
+        mask: (nsample,) bool.
+        folds: (nfitted,) of the samples of `mask`.
+    """
+
+    exact: Predictor
+    draft: Predictor
+    mask: np.ndarray
+    folds: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        exact: Predictor,
+        mask: np.ndarray,
+        folds: np.ndarray,
+        model: tuple[Layout, np.ndarray],
+        noise_rad: float,
+    ) -> "Samples":
+        """With ticks as coarse as the model so far allows; their error is taken from the target.
+
+        So it may be as large as the noise, but not as what is missing.
+        """
+        layout, u = model
+        request = Request(layout, u[None])
+        known = exact.predict([request])[0][0]
+        missing = np.sqrt(np.mean((known - exact.samples.q)[mask] ** 2))
+        limit = max(noise_rad, missing / AT_THE_FLOOR / 5)
+        for coarseness in COARSENESS:
+            draft = exact.of(exact.recordings, coarseness)
+            change = draft.predict([request])[0][0] - known
+            if np.sqrt(np.mean(change[mask] ** 2)) < limit:
+                return cls(exact, draft, mask, folds)
+        return cls(exact, exact, mask, folds)
+
+
+class _Shifted(Positions):
+    """Positions as coarser ticks predict them, less what these are off by at a known model."""
+
+    def __init__(self, predictor: Predictor, mask: np.ndarray, shift: np.ndarray):
+        super().__init__(predictor, mask)
+        self.measured = self.measured + shift
 
 
 def begun(
@@ -92,24 +146,58 @@ def begun(
 
 def fit_sets(
     starts: Sequence[tuple[Layout, np.ndarray]],
-    predictor: Predictor,
-    mask: np.ndarray,
-    folds: np.ndarray,
+    samples: Samples,
+    known: tuple[tuple[Layout, np.ndarray], np.ndarray] | None = None,
     iterations: int = ITERATIONS,
-) -> list[FittedSet | None]:
-    """Fit layouts from their starts; None where every simulation runs away."""
+) -> list[FittedSet]:
+    """Fit layouts from their starts, on the draft; those that run away are left out.
+
+    Args:
+        known: a model, and what it leaves of the fitted samples on every tick.
+    """
+    if not starts:
+        return []
     fits = []
     for layout, u in starts:
         stated = np.array([s.parameter.size for s in layout.slots])
         size = np.maximum(np.maximum(np.abs(u), stated), 1e-9)
         fits.append(LeastSquares(layout, u.copy(), size))
-    run(fits, predictor, mask, iterations)
-    return [fitted(fit, folds) for fit in fits]
+    shift = 0.0
+    if known is not None and samples.draft is not samples.exact:
+        (layout, u), residual = known
+        coarse = samples.draft.predict([Request(layout, u[None])])[0][0][samples.mask]
+        shift = coarse - (residual + samples.draft.samples.q[samples.mask])
+    objective = _Shifted(samples.draft, samples.mask, shift)
+
+    def give_up(fits):
+        least = min(fit.loss for fit in fits)
+        for fit in fits:
+            if fit.iterations >= 2 and fit.loss > HOPELESS * least and fit.gain < 0.3:
+                fit.done = True
+
+    minimise(fits, objective, iterations, give_up)
+    return [found for fit in fits if (found := fitted(fit, samples.folds)) is not None]
+
+
+def finish(sets: Sequence[FittedSet], samples: Samples) -> list[FittedSet]:
+    """The same on every tick, with the derivatives that they have."""
+    if samples.draft is samples.exact or not sets:
+        return list(sets)
+    fits = []
+    for one in sets:
+        size = np.maximum(np.abs(one.u), 1e-9)
+        keys = (slot.key for slot in one.layout.slots)
+        given = {key: one.jacobian[:, i] for i, key in enumerate(keys)}
+        fits.append(
+            LeastSquares(one.layout, one.u.copy(), size, free=one.free, given=given, damping=1e-3)
+        )
+    minimise(fits, Positions(samples.exact, samples.mask), FINISHING)
+    return [found for fit in fits if (found := fitted(fit, samples.folds)) is not None]
 
 
 def fitted(fit: LeastSquares, folds: np.ndarray) -> FittedSet | None:
     """A fit with what it leaves on each fold when the others fit it; to first order."""
-    if not np.isfinite(fit.loss) or fit.residual is None:
+    if not np.isfinite(fit.loss) or fit.residual is None or fit.jacobian is None:
         return None
     jacobian, residual = fit.jacobian, fit.residual
     left = residual.copy()

@@ -72,13 +72,21 @@ class Screen:
             )
         return self.known[key]
 
+    def chosen(self, members: Sequence[int]) -> list[Candidate]:
+        """The candidates of a set."""
+        return [self.table.candidates[i] for i in members]
+
+    def words(self, members: Sequence[int]) -> list[str]:
+        """What they are called."""
+        return [repr(one) for one in self.chosen(members)]
+
     def weights(self, members: Sequence[int]) -> np.ndarray:
         """Of the base's and the set's columns, fitted to all."""
         constants, at, lower, upper = self._columns(members)
         return self._solve(self.total, constants, at, lower, upper)
 
     def _count(self, members: Sequence[int]) -> int:
-        return sum(max(len(self.table.candidates[i].columns), 1) for i in members)
+        return sum(self.table.candidates[i].parameters for i in members)
 
     def _columns(self, members: Sequence[int]):
         chosen = [self.table.candidates[i] for i in members]
@@ -150,7 +158,7 @@ class Screen:
             normal = between(at, at)
             normal = normal + RIDGE * np.diag(np.diag(product)[at]) + 1e-30 * np.eye(len(at))
             left -= float(target @ np.linalg.solve(normal, target))
-        return left * (1 + PARSIMONY * max(len(at), 1))
+        return left * (1 + PARSIMONY * candidate.parameters)
 
     def search(self, beginnings: Sequence[tuple[int, ...]] = ((),)) -> list[Scored]:
         """The front: of every number of parameters the best set, if it is better than all less."""

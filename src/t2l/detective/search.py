@@ -1,90 +1,133 @@
 """Linearise, screen, fit, judge, and again from what was adopted, until nothing earns its place."""
 
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.detective.candidates import known_candidates
+from t2l.detective.candidates import Table, known_candidates
 from t2l.detective.data_split import DataSplit
-from t2l.detective.fit import FittedSet, begun, fit_sets
+from t2l.detective.fit import FittedSet, Samples, begun, finish, fit_sets
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.rule import Judge
-from t2l.detective.screen import Screen
+from t2l.detective.screen import Scored, Screen
 from t2l.diagnose.starting_points import _read_off
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
+from t2l.identify.levels import PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
+from t2l.identify.prediction import Request, check_finite
 from t2l.identify.scales import scales
 
-ROUNDS = 6
-FITTED = 8  # numerics: sets of a round that are fitted in full
+ROUNDS = 6  # bound: of a search: more is a model that fits anything
+FITTED = 10  # numerics: sets of a round that are fitted in full
+FINISHED = 4  # numerics: of these, on every tick
+
+Say = Callable[[str], None]
+
+
+@dataclass
+class Round:
+    """What was looked at from one model, and what was adopted.
+
+    Attributes:
+        before: the model that it began with.
+        front: sets of the screen: how many numbers, the promised error in rad, and the effects
+            with the joints that have them.
+        fits: sets that were fitted, best first.
+        adopted: what became of it; None if nothing earned its place.
+    """
+
+    before: FittedSet
+    noise_rad: float
+    front: list[tuple[int, float, list[tuple[str, tuple[int, ...]]]]] = field(default_factory=list)
+    fits: list[FittedSet] = field(default_factory=list)
+    adopted: FittedSet | None = None
 
 
 @dataclass
 class Found:
+    """The final model and the rounds that led to it."""
+
     model: Model
-    steps: list = field(default_factory=list)
-    log: list = field(default_factory=list)
+    rounds: list[Round] = field(default_factory=list)
 
 
-def search(model: Model, data: DataSplit, coarseness: int = 4, say=lambda *a: None) -> Found:
-    began = time.time()
-    predictor, mask = data.fitted.of(data.fitted.recordings, coarseness), data.fitted_mask
-    joints = predictor.joints
-    samples = predictor.samples
-    layout, u = model.vector(joints)
+def search(
+    model: Model,
+    data: DataSplit,
+    say: Say = lambda what: None,
+    looked: Callable[["Round"], None] = lambda this: None,
+) -> Found:
+    """What `model` lacks.
+
+    Args:
+        say: told what is tried and found, in detail.
+        looked: told of each round when its front is known, and again when it adopted something.
+
+    Raises:
+        DivergenceError: the simulation of the model runs away.
+    """
+    predictor, mask = data.fitted, data.fitted_mask
+    joints, samples = predictor.joints, predictor.samples
     block = blocks(samples.recording[mask], samples.time[mask])
-    (current,) = fit_sets([(layout, u)], predictor, mask, data.folds, 0)
+    whole = Samples(predictor, predictor, mask, data.folds)
+    layout, u = model.vector(joints)
+    request = Request(layout, u[None])
+    check_finite(predictor.predict([request])[0][0], predictor, request)
+    (current,) = fit_sets([(layout, u)], whole, iterations=0)
     found = Found(model)
     for number in range(ROUNDS):
-        full = np.full(len(samples), np.nan)
-        full[mask] = -current.residual
-        residual = np.where(np.isnan(full), 0.0, full)
-        floor = noise_floor(list(predictor.recordings), samples.by_row(full))
-        judge = Judge(block, floor)
-        say(
-            f"[{time.time() - began:.1f}] round {number}: {1e3 * current.rmse:.3f} left out {1e3 * current.left_out_rmse:.3f} noise {1e3 * floor:.3f}"
-        )
+        left = np.full(len(samples), np.nan)
+        left[mask] = -current.residual
+        judge = Judge(block, noise_floor(list(predictor.recordings), samples.by_row(left)))
+        this = Round(current, judge.noise_rad)
+        found.rounds.append(this)
+        say(f"round {number + 1}: {_mrad(current)} left, noise {1e3 * judge.noise_rad:.3g} mrad")
         if judge.quiet(current.left_out_rmse):
             break
         adopted = current.layout, current.u
-        screen, table = _screen(model, predictor, mask, data, adopted, residual)
-        say(f"[{time.time() - began:.1f}] columns {table.columns.shape}")
-        front = screen.search()
-        chosen = _to_fit(screen, front)
-        say(
-            f"[{time.time() - began:.1f}] "
-            + " | ".join(
-                f"{s.parameters}:{1e3 * np.sqrt(s.error):.3f} {[table.candidates[i] for i in s.members]}"
-                for s in chosen
+        fitted = Samples.of(predictor, mask, data.folds, adopted, judge.noise_rad)
+        screen = _screen(model, fitted, adopted, np.nan_to_num(left))
+        sets = _worth_fitting(screen)
+        this.front = [
+            (
+                one.parameters, float(np.sqrt(one.error)),
+                [candidate.key for candidate in screen.chosen(one.members)],
             )
-        )
-        starts = []
-        for one in chosen:
-            members = [table.candidates[i] for i in one.members]
-            starts.append(begun(adopted, members, screen.weights(one.members), len(screen.base)))
-        fits = [f for f in fit_sets(starts, predictor, mask, data.folds) if f is not None]
-        for f in fits:
-            say(
-                f"   {f.parameters}: {1e3 * f.rmse:.3f} / {1e3 * f.left_out_rmse:.3f} {sorted(f.names)}"
-            )
+            for one in sets
+        ]  # fmt: skip
+        looked(this)
+        for parameters, error, words in this.front:
+            say(f"  promises {1e3 * error:.3g} mrad with {parameters}: {words}")
+        starts = [
+            begun(adopted, screen.chosen(s.members), screen.weights(s.members), len(screen.base))
+            for s in sets
+        ]
+        fits = fit_sets(starts, fitted, (adopted, current.residual))
+        fits = finish(_leaders(current, fits, judge), fitted)
+        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
+        for one in this.fits:
+            say(f"  fitted {_mrad(one)} with {one.parameters}: {_words(one)}")
         better = choose(current, fits, judge)
         if better is None:
             break
-        better = prune(better, current, predictor, mask, data.folds, judge, say)
-        current = better
-        found.steps.append(current)
-        say(
-            f"[{time.time() - began:.1f}] ADOPTED {sorted(current.names)} {1e3 * current.left_out_rmse:.3f}"
-        )
+        current = this.adopted = prune(better, fitted, judge, say)
+        looked(this)
+        say(f"  adopted {_mrad(current)}: {_words(current)}")
     found.model = from_vector(model, current.layout, current.u, joints)
-    found.log = [time.time() - began]
     return found
+
+
+def _mrad(one: FittedSet) -> str:
+    return f"{1e3 * one.rmse:.3g} ({1e3 * one.left_out_rmse:.3g}) mrad"
+
+
+def _words(one: FittedSet) -> str:
+    return ", ".join(f"{name}{list(joints)}" for name, joints in sorted(one.names))
 
 
 def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> FittedSet | None:
@@ -97,57 +140,80 @@ def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> Fitte
     return min(alike, key=lambda f: (f.parameters, f.left_out_rmse))
 
 
-def prune(better, current, predictor, mask, folds, judge, say) -> FittedSet:
+def _leaders(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
+    """Of those fitted at fewer ticks what may be taken: the best, and others of few numbers."""
+    ranked = sorted(fits, key=lambda f: f.left_out_rmse)
+    if not ranked:
+        return []
+    chosen = ranked[:1]
+    limit = max(PROMISING * ranked[0].left_out_rmse, 2 * judge.noise_rad)
+    near = [f for f in ranked if f.left_out_rmse <= limit]
+    for one in sorted(near, key=lambda f: (f.parameters, f.left_out_rmse)):
+        if one not in chosen and len(chosen) < FINISHED:
+            chosen.append(one)
+    return chosen
+
+
+def prune(better: FittedSet, samples: Samples, judge: Judge, say: Say) -> FittedSet:
     """Drop terms, joint by joint, that the rule does not miss."""
     while True:
-        trials = []
-        for term in better.layout.terms:
-            lesser = [tuple(j for j in term.joints if j != gone) for gone in term.joints]
-            if not any(p.per_joint for p in term.effect.parameters) or len(term.joints) == 1:
-                lesser = [()]
-            for joints in lesser:
-                others = [t for t in better.layout.terms if t is not term]
-                terms = [*others, Term(term.effect, joints)] if joints else others
-                layout = Layout(terms)
-                old = {s.key: v for s, v in zip(better.layout.slots, better.u, strict=True)}
-                trials.append((layout, np.array([old[s.key] for s in layout.slots])))
-        trials = [t for t in trials if t[0].terms]
+        trials = _without_one(better)
         if not trials:
             return better
-        fits = [f for f in fit_sets(trials, predictor, mask, folds) if f is not None]
+        known = (better.layout, better.u), better.residual
+        fits = fit_sets(trials, samples, known, iterations=3)
         kept = [f for f in fits if not judge.earns(f.left_out, better.left_out)]
+        kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2], samples)
+        kept = [f for f in kept if not judge.earns(f.left_out, better.left_out)]
         if not kept:
             return better
         better = min(kept, key=lambda f: f.left_out_rmse)
-        say(f"   pruned to {sorted(better.names)} {1e3 * better.left_out_rmse:.3f}")
+        say(f"  pruned {_mrad(better)}: {_words(better)}")
 
 
-def _to_fit(screen: Screen, front) -> list:
-    """The front, and of each size what nearly is on it."""
-    some = [s for s in front if s.members]
-    singles = sorted(
-        (s for s in screen.known.values() if len(s.members) == 1), key=lambda s: s.error
-    )
-    ranked = sorted((s for s in screen.known.values() if s.members), key=lambda s: s.error)
-    chosen = []
-    for s in [*some[: FITTED // 2], *singles[:4], *ranked[:2]]:
-        if s not in chosen:
-            chosen.append(s)
-    return chosen[:10]
+def _without_one(whole: FittedSet) -> list[tuple[Layout, np.ndarray]]:
+    old = {s.key: v for s, v in zip(whole.layout.slots, whole.u, strict=True)}
+    trials = []
+    for term in whole.layout.terms:
+        others = [t for t in whole.layout.terms if t is not term]
+        fewer = [tuple(j for j in term.joints if j != gone) for gone in term.joints]
+        if not any(p.per_joint for p in term.effect.parameters) or len(term.joints) == 1:
+            fewer = [()]
+        for joints in fewer:
+            layout = Layout([*others, Term(term.effect, joints)] if joints else others)
+            if layout.terms:
+                trials.append((layout, np.array([old[s.key] for s in layout.slots])))
+    return trials
 
 
-def _screen(model, predictor, mask, data, adopted, residual):
+def _worth_fitting(screen: Screen) -> list[Scored]:
+    """The front, what is nearly on it, and the best single candidates."""
+    front = [s for s in screen.search() if s.members]
+    known = sorted((s for s in screen.known.values() if s.members), key=lambda s: s.error)
+    singles = [s for s in known if len(s.members) == 1]
+    chosen: list[Scored] = []
+    names: list[set[str]] = []
+    for one in [*front[: FITTED // 2], *singles[:4], *known[:2]]:
+        words = set(screen.words(one.members))
+        if words not in names:
+            chosen.append(one)
+            names.append(words)
+    return chosen[:FITTED]
+
+
+def _screen(
+    model: Model, samples: Samples, adopted: tuple[Layout, np.ndarray], residual: np.ndarray
+) -> Screen:
+    predictor, mask = samples.draft, samples.mask
     layout, u = adopted
-    motions = measured_motion(predictor, layout, u)
-    sections = linearised(predictor, layout, u, motions)
-    sizes = scales(predictor)
+    sections = linearised(predictor, layout, u, measured_motion(predictor, layout, u))
+    sizes, n = scales(predictor), len(predictor.joints)
     effects = [
-        e for e in model.known_effects(predictor.joints).values() if e.may_act(predictor.recordings)
-    ]
+        e for e in model.known_effects(predictor.joints).values()
+        if e.may_act(predictor.recordings)
+    ]  # fmt: skip
     read = _read_off(predictor, mask, effects, residual)
-    n = len(predictor.joints)
     guesses = {e.name: first_guesses(e, sizes, n) + read[e.name] for e in effects}
     table = known_candidates(predictor, sections, adopted, effects, guesses, residual)
-    table.columns = table.columns[mask]
-    screen = Screen(table, residual[mask], data.folds, table.base, table.bounds)
-    return screen, table
+    table = Table(table.columns[mask], table.candidates, table.base, table.bounds)
+    return Screen(table, residual[mask], samples.folds, table.base, table.bounds)

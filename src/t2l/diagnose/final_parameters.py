@@ -7,6 +7,7 @@ import numpy as np
 from t2l.diagnose.evidence import Evidence, fine_enough
 from t2l.diagnose.ranking import telling
 from t2l.identify.model import Model
+from t2l.identify.prediction import Predictor
 from t2l.identify.refit import at_its_values
 
 
@@ -22,10 +23,15 @@ def final_parameters(original: Model, final: Model, evidence: Evidence) -> list[
         evidence: what `t2l.diagnose.forward_selection.explain` was given.
     """
     evidence = fine_enough(final, telling(original, evidence))
-    joints = evidence.train.joints
+    return parameters_of(final, evidence.train, evidence.train_mask)
+
+
+def parameters_of(final: Model, predictor: Predictor, mask: np.ndarray) -> list[dict[str, Any]]:
+    """The same rows, by the samples of `mask` (nsample,)."""
+    joints = predictor.joints
     if not any(term.effect.parameters for term in final.terms(joints)):
         return []
-    found = at_its_values(final, evidence.train, evidence.train_mask)
+    found = at_its_values(final, predictor, mask)
     theta = found.layout.theta(found.u)
     told = np.isfinite(found.error) & ~found.layout.rough
     told[found.unexcited()] = False
