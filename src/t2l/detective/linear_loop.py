@@ -102,6 +102,7 @@ def _rigid(
     """
     model = copy.copy(model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    model.body_gravcomp[:] = 0.0  # what cancels the weight is the controller's
     data = mujoco.MjData(model)
     qpos = [model.joint(name).qposadr[0] for name in joints]
     dofs = [model.joint(name).dofadr[0] for name in joints]

@@ -329,6 +329,7 @@ class Poses:
             mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING
             | mujoco.mjtDisableBit.mjDSBL_DAMPER
         )  # fmt: skip
+        model.body_gravcomp[:] = 0.0  # what cancels the weight is the controller's
         for name, value in fields.items():
             _field(model, name)[:] = value
         data = mujoco.MjData(model)

@@ -1,0 +1,50 @@
+"""The screen's algebra."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
+
+from t2l.detective.candidates import Candidate, Column, Table
+from t2l.detective.screen import Screen, bounded
+from t2l.effects.registry import builtin
+
+
+@given(st.integers(0, 10_000), st.integers(1, 6))
+def test_weights_within_bounds_are_those_of_least_squares(seed, count):
+    rng = np.random.default_rng(seed)
+    columns, target = rng.normal(size=(40, count)), rng.normal(size=40)
+    lower, upper = -rng.uniform(0, 0.3, count), rng.uniform(1e-3, 0.3, count)
+    found = bounded(columns.T @ columns, columns.T @ target, lower, upper)
+    best = lsq_linear(columns, target, (lower, upper)).x
+    assert (found >= lower - 1e-9).all()
+    assert (found <= upper + 1e-9).all()
+    left = [np.sum((target - columns @ w) ** 2) for w in (found, best)]
+    assert left[0] <= left[1] * (1 + 1e-4)
+
+
+def made(rng, names, n=300):
+    columns = rng.normal(size=(n, len(names))).astype(np.float32)
+    candidates = [
+        Candidate(builtin()[name], (0,), {("x", 0): 0.0}, (), (Column(i, "x", 0, -10, 10),))
+        for i, name in enumerate(names)
+    ]
+    return Table(columns, candidates)
+
+
+def test_the_front_holds_the_set_that_made_the_data():
+    rng = np.random.default_rng(0)
+    table = made(rng, list(builtin())[:12])
+    residual = table.columns[:, 3] - 0.7 * table.columns[:, 8] + 0.01 * rng.normal(size=300)
+    screen = Screen(table, residual, np.arange(300) % 3)
+    front = screen.search()
+    assert [one.members for one in front if one.parameters == 2] == [(3, 8)]
+    assert len(front[-1].members) == 2
+    assert np.allclose(screen.weights((3, 8)), [1.0, -0.7], atol=0.01)
+
+
+def test_noise_alone_has_no_front():
+    rng = np.random.default_rng(1)
+    table = made(rng, list(builtin())[:12])
+    screen = Screen(table, rng.normal(size=300), np.arange(300) % 3)
+    assert [one.members for one in screen.search()] == [()]

@@ -1,0 +1,90 @@
+"""The search on made recordings, and the command that shows what it found."""
+
+import json
+
+import numpy as np
+import pytest
+
+from t2l.cli.main import main
+from t2l.detective.data_split import split
+from t2l.detective.explanation import explained_quickly
+from t2l.detective.search import search
+from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
+from t2l.identify.model import Model, read_model
+from t2l.recordings.log import write_recording
+from tests.diagnose.made import pendulum, swings
+
+HIDDEN = {"coulomb_friction": {"torque": {"hinge": 0.05}}, "command_delay": {"delay": 0.02}}
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    return pendulum(tmp_path_factory.mktemp("robot"))
+
+
+def recorded(robot, effects=None, seed=0):
+    """Four recordings of which one reports."""
+    return swings(robot, effects, duration_s=2.0) + swings(robot, effects, duration_s=1.0)[1:2]
+
+
+def test_two_effects_at_once_are_found_with_their_numbers(robot):
+    found = search(Model(robot), split(robot, recorded(robot, HIDDEN), threads=1)).model
+    assert set(found.effects) == set(HIDDEN)
+    assert found.effects["coulomb_friction"]["torque"]["hinge"] == pytest.approx(0.05, rel=0.03)
+    assert found.effects["command_delay"]["delay"] == pytest.approx(0.02, abs=5e-4)
+
+
+def test_where_nothing_is_missing_nothing_is_looked_for(robot):
+    explanation = explained_quickly(Model(robot), split(robot, recorded(robot), threads=1))
+    assert explanation.verdict == NOTHING_MISSING
+    assert [step.effect for step in explanation.steps] == [None]
+    assert explanation.model.effects == {}
+
+
+def test_what_is_not_known_is_not_named(robot):
+    few = Model(robot, without=("coulomb_friction", "dahl_friction", "directional_friction",
+        "friction_drift", "load_dependent_friction", "lugre_friction", "stribeck_friction",
+    ))  # fmt: skip
+    hidden = {"coulomb_friction": HIDDEN["coulomb_friction"]}
+    explanation = explained_quickly(few, split(robot, recorded(robot, hidden), threads=1))
+    assert explanation.verdict == UNEXPLAINED
+    first, last = explanation.steps[0], explanation.steps[-1]
+    assert last.test_rmse_rad <= 1.02 * first.test_rmse_rad
+
+
+def test_folds_are_pairs_of_gains_where_recordings_share_them(robot):
+    twice = swings(robot, duration_s=1.0) + swings(robot, duration_s=1.0)
+    data = split(robot, twice, swings(robot, duration_s=1.0)[:1], threads=1)
+    gains = np.array([r.kp[0] for r in data.fitted.recordings])[data.fitted.samples.recording]
+    for fold in np.unique(data.folds):
+        assert len(np.unique(gains[data.folds == fold])) == 1
+    assert len(np.unique(data.folds)) == 3
+
+
+@pytest.fixture
+def at_home(robot, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for recording in recorded(robot, HIDDEN):
+        name = f"{recording.name}_{recording.duration_s:g}"
+        write_recording(recording, tmp_path / "logs" / name)
+    return tmp_path
+
+
+def test_the_quick_answer_is_written_with_its_page(at_home, capsys):
+    main(["explain", "logs", "--quick", "--out", "quick"])
+    said = capsys.readouterr().out
+    assert "most likely" in said
+    assert "Nothing more is missing." in said
+    content = json.loads((at_home / "quick/explanation.json").read_text())
+    assert content["verdict"] == NOTHING_MISSING
+    assert {row["effect"] for row in content["parameters"]} == set(HIDDEN)
+    assert set(read_model(at_home / "quick/model.yaml").effects) == set(HIDDEN)
+    assert (at_home / "quick/report.html").exists()
+
+
+def test_the_steps_of_a_whole_run_are_left_alone(at_home):
+    (at_home / "whole/steps/0").mkdir(parents=True)
+    with pytest.raises(SystemExit) as caught:
+        main(["explain", "logs", "--quick", "--out", "whole"])
+    assert "--quick" in str(caught.value.code)
+    assert [p.name for p in (at_home / "whole").iterdir()] == ["steps"]
