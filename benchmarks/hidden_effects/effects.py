@@ -512,7 +512,7 @@ class TwoMass(HiddenEffect):
             )
             body.add_joint(
                 name=rotor(joint),
-                type=mujoco.mjtJoint.mjJNT_HINGE,
+                type=link.type,
                 axis=(0, 0, 1),
                 armature=link.armature,
                 damping=link.damping,
