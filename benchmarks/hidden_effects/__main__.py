@@ -32,18 +32,26 @@ def main(out: Path, names: list[str], drawn: list[Case]) -> None:
     if unknown:
         sys.exit(f"no case {', '.join(sorted(unknown))}; there are {', '.join(table)}")
     chosen = [table[name] for name in names or table]
+    failed = []
     with ProcessPoolExecutor(PROCESSES) as pool:
         jobs = {pool.submit(write_case, case, out): case for case in chosen}
         for job in as_completed(jobs):
-            print(f"{jobs[job].name}: {job.result():.1f} s", flush=True)
+            case = jobs[job]
+            try:
+                print(f"{case.name}: {job.result():.1f} s", flush=True)
+            except FloatingPointError as error:  # the others are worth having
+                print(f"{case.name}: not written: {error}", flush=True)
+                failed.append(case.name)
 
-    files = [out / case.name / "visibility.csv" for case in chosen if case.hidden]
+    files = [out / c.name / "visibility.csv" for c in chosen if c.hidden and c.name not in failed]
     if files:
         seen = pd.concat([pd.read_csv(file) for file in files])
         print(seen.round(3).to_markdown(index=False))
         hardly = seen[seen["ratio"] < VISIBLE]
         if len(hardly):
             sys.exit(f"hardly visible: {', '.join(hardly['case'])}")
+    if failed:
+        sys.exit(f"not written: {', '.join(failed)}")
 
 
 if __name__ == "__main__":
