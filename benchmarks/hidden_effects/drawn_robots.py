@@ -288,8 +288,9 @@ def _spring(d: RobotDraw):
 
 
 def _saturation(d: RobotDraw):
+    # an arm that swings beyond its path must still be lifted
     return fx.TorqueSaturation(
-        d.on(d.some(), lambda j: max(d.size(0.5, 0.95) * d.loop.peak[j], 1.2 * d.loop.weight[j]))
+        d.on(d.some(), lambda j: max(d.size(0.5, 0.95) * d.loop.peak[j], 2 * d.loop.weight[j]))
     )
 
 
@@ -300,8 +301,10 @@ def _speed_limit(d: RobotDraw):
 
 
 def _rate_limit(d: RobotDraw):
+    # the torque of a step of the motion's size, within a fraction of the loop's time
+    jump = 2 * d.kp.max(axis=0) * d.loop.reach
     fast = 2 * np.pi * d.crossover_hz
-    return fx.TorqueRateLimit(d.on(d.some(), lambda j: d.size(2, 20) * d.loop.torque[j] * fast))
+    return fx.TorqueRateLimit(d.on(d.some(), lambda j: d.size(1.5, 10) * jump[j] * fast))
 
 
 def _flexible(d: RobotDraw) -> np.ndarray:
