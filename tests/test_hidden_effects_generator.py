@@ -10,7 +10,8 @@ import yaml
 from benchmarks import proposals
 from benchmarks.hidden_effects import effects as fx
 from benchmarks.hidden_effects import real_effects as rx
-from benchmarks.hidden_effects.cases import ROBOTS, cases, recording
+from benchmarks.hidden_effects.cases import ROBOTS, cases, is_complete, make, recording, scaled
+from benchmarks.hidden_effects.drawn_robots import NAMES, cases_on_robots, settles
 from benchmarks.hidden_effects.generator import Logger, Machine, record, write
 from scipy.integrate import solve_ivp
 
@@ -429,3 +430,74 @@ def test_what_is_removed_from_the_library_is_in_it_and_a_right_answer_is_judged_
         assert proposals.near(formula) is proposals.near(formula | far) is near
     loop = {"case": "integral_pendulum", "curves": [law], "after": 1.0, "noise_floor": 1e-4}
     assert proposals.right(loop) is proposals.near(loop) is None
+
+
+# --------------------------------------------------------------------------------- more robots
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_heavier_robot_under_gains_as_much_higher_moves_the_same(name):
+    robot = ROBOTS[name]
+    (gains,) = robot.setup.gains
+    amplitude, factor = np.array(robot.amplitude), 50.0
+
+    def move(t):
+        return np.array(robot.home) + amplitude * np.sin(6 * t[:, None])
+
+    light, heavy = (
+        run(
+            scaled(robot.mjcf.read_text(), times), move,
+            kp=times * np.array(gains[0]), kd=times * np.array(gains[1]),
+            joints=robot.joints, duration_s=0.2, gravity_compensation=True,
+        )
+        for times in (1.0, factor)
+    )  # fmt: skip
+    assert np.abs(light - light[0]).max() > 0.01
+    np.testing.assert_allclose(heavy, light, atol=1e-5)
+
+
+def test_a_slide_falls_under_a_payload_it_does_not_know():
+    scara = ROBOTS["scara"]
+    home, mass, kp = np.array(scara.home), 0.5, np.array([300.0, 60.0, 1500.0, 4.0])
+    q = run(
+        scara.mjcf, held(*home), fx.Payload(mass), kp=kp, kd=scara.setup.gains[0][1],
+        joints=scara.joints, duration_s=0.1, gravity_compensation=True,
+    )[-1]  # fmt: skip
+    np.testing.assert_allclose(home - q, [0, 0, mass * GRAVITY / kp[2], 0], atol=1e-5)
+
+
+def test_a_loop_settles_where_a_simulated_one_does(pendulum):
+    """A mass under damping alone, held for a period T, comes to rest while Kd T / M < 2."""
+    mass, kp = np.array([[2.0]]), np.array([1e-3])
+    assert settles(mass, kp, np.array([0.99 * 2 * 2.0 * 100]), 0.01)
+    assert not settles(mass, kp, np.array([1.01 * 2 * 2.0 * 100]), 0.01)
+
+
+def test_a_seed_draws_cases_on_every_robot():
+    one, again, other = (cases_on_robots(seed) for seed in (5, 5, 6))
+    assert one == again
+    assert not {c.name for c in one} & {c.name for c in other}
+    assert {c.robot for c in one} == set(NAMES)
+    assert {len(c.hidden) for c in one} == set(range(6))
+    factors = [c.mass_factor for c in one]
+    assert max(factors) / min(factors) > 100
+    for case in one:
+        case.truth()
+        told = case.setup
+        assert 3 <= len(case.train) <= 6
+        assert len(case.holdout) == 2
+        assert {gain for _, gain, *_ in case.train} == set(range(len(told.gains)))
+        rates = (told.control_rate_hz, told.command_rate_hz, told.sample_rate_hz)
+        assert all(told.physics_rate_hz % rate == 0 for rate in rates)
+
+
+def test_a_drawn_robot_is_written_with_its_masses(tmp_path):
+    case = next(c for c in cases_on_robots(5) if c.robot == "light_arm" and not c.hidden)
+    case = dataclasses.replace(
+        case, changes=case.changes | {"duration_s": 0.2}, train=case.train[:1]
+    )
+    make(case, tmp_path / "case")
+    assert is_complete(case, tmp_path / "case")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "case/light_arm.xml"))
+    assert model.body_mass.sum() == pytest.approx(0.007 * case.mass_factor, rel=1e-4)
+    assert len(list((tmp_path / "case").glob("*/*.csv"))) == 3

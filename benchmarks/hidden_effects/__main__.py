@@ -1,4 +1,4 @@
-"""Write cases: `python -m benchmarks.hidden_effects OUT [--test-seed N] [CASE ...]`."""
+"""Write cases: `python -m benchmarks.hidden_effects OUT [CASE ...]`, of a drawn set if asked."""
 
 import argparse
 import sys
@@ -9,6 +9,7 @@ from time import perf_counter
 import pandas as pd
 
 from benchmarks.hidden_effects.cases import VISIBLE, Case, cases, is_complete, make, visibility
+from benchmarks.hidden_effects.drawn_robots import cases_on_robots
 
 PROCESSES = 2
 
@@ -24,31 +25,42 @@ def write_case(case: Case, out: Path) -> float:
     return perf_counter() - began
 
 
-def main(out: Path, names: list[str], test_seed: int | None) -> None:
-    """Write cases, then print how visible their effects are."""
-    table = {case.name: case for case in cases(test_seed)}
+def main(out: Path, names: list[str], drawn: list[Case]) -> None:
+    """Write those that are named, or all of them, and print how visible their effects are."""
+    table = {case.name: case for case in drawn}
     unknown = set(names) - set(table)
     if unknown:
         sys.exit(f"no case {', '.join(sorted(unknown))}; there are {', '.join(table)}")
     chosen = [table[name] for name in names or table]
+    failed = []
     with ProcessPoolExecutor(PROCESSES) as pool:
         jobs = {pool.submit(write_case, case, out): case for case in chosen}
         for job in as_completed(jobs):
-            print(f"{jobs[job].name}: {job.result():.1f} s", flush=True)
+            case = jobs[job]
+            try:
+                print(f"{case.name}: {job.result():.1f} s", flush=True)
+            except FloatingPointError as error:  # the others are worth having
+                print(f"{case.name}: not written: {error}", flush=True)
+                failed.append(case.name)
 
-    files = [out / case.name / "visibility.csv" for case in chosen if case.hidden]
+    files = [out / c.name / "visibility.csv" for c in chosen if c.hidden and c.name not in failed]
     if files:
         seen = pd.concat([pd.read_csv(file) for file in files])
         print(seen.round(3).to_markdown(index=False))
         hardly = seen[seen["ratio"] < VISIBLE]
         if len(hardly):
             sys.exit(f"hardly visible: {', '.join(hardly['case'])}")
+    if failed:
+        sys.exit(f"not written: {', '.join(failed)}")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
     parser.add_argument("names", nargs="*", metavar="CASE")
-    parser.add_argument("--test-seed", type=int, help="of a test set that is drawn anew")
+    seeds = parser.add_mutually_exclusive_group()
+    seeds.add_argument("--test-seed", type=int, metavar="N", help="of a test set drawn anew")
+    seeds.add_argument("--robots", type=int, metavar="N", help="seed of a set over more robots")
     asked = parser.parse_args()
-    main(asked.out, asked.names, asked.test_seed)
+    drawn = cases(asked.test_seed) if asked.robots is None else cases_on_robots(asked.robots)
+    main(asked.out, asked.names, drawn)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+import re
 import shutil
 import zlib
 from dataclasses import dataclass, field
@@ -106,9 +107,13 @@ class Setup:
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot, its home pose and the size of its motions [rad], and its usual setup."""
+    """A robot, its home pose and the size of its motions [rad], and its usual setup.
 
-    mjcf: Path
+    A slide counts in metres and newtons where a hinge counts in radians and newton metres. `mjcf`
+    is a path, or the text of a robot whose masses were scaled.
+    """
+
+    mjcf: Path | str
     joints: tuple[str, ...]
     home: tuple[float, ...]
     amplitude: tuple[float, ...]
@@ -149,6 +154,65 @@ ROBOTS = {
     ),
 }
 
+# Robots of `drawn_robots`, which draws their setups: home, amplitude and one pair of gains.
+for _name, _joints, _home, _amplitude, _kp, _kd in (
+    (
+        "ur5e",
+        ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"),
+        (0.3, -1.2, 1.5, -1.8, -1.5, 0.2),
+        (0.4, 0.3, 0.4, 0.5, 0.5, 0.6),
+        (800, 800, 300, 30, 30, 25),
+        (110, 110, 40, 3, 3, 2),
+    ),
+    (
+        "quadruped_leg",
+        ("abduction", "thigh", "knee"),
+        (0.1, 0.8, -1.5),
+        (0.3, 0.5, 0.6),
+        (20, 20, 10),
+        (1.5, 1.2, 0.5),
+    ),
+    (
+        "scara",
+        ("inner", "outer", "lift", "turn"),
+        (0.4, 0.8, 0.0, 0.0),
+        (0.5, 0.6, 0.06, 0.8),
+        (300, 60, 1500, 4),
+        (40, 8, 120, 0.3),
+    ),
+    (
+        "hobby_arm",
+        ("pan", "lift", "elbow", "wrist", "roll"),
+        (0.1, -0.8, 1.2, 0.4, 0.2),
+        (0.5, 0.4, 0.5, 0.5, 0.6),
+        (6, 6, 5, 4, 4),
+        (0.5, 0.5, 0.4, 0.3, 0.3),
+    ),
+    (
+        "heavy_arm",
+        ("swing", "boom", "jib"),
+        (0.2, 0.1, 0.2),
+        (0.4, 0.25, 0.3),
+        (40000, 50000, 20000),
+        (6000, 7000, 3000),
+    ),
+    (
+        "light_arm",
+        ("shoulder", "elbow"),
+        (0.4, 0.6),
+        (0.5, 0.6),
+        (4e-3, 8e-4),
+        (4e-4, 8e-5),
+    ),
+):
+    ROBOTS[_name] = Robot(
+        mjcf=ROBOTS_FOLDER / f"{_name}.xml",
+        joints=_joints,
+        home=_home,
+        amplitude=_amplitude,
+        setup=Setup(gains=((_kp, _kd),), gravity_compensation=True, physics_rate_hz=4000),
+    )
+
 for _variant in ("bare_pendulum", "rubbing_pendulum"):
     ROBOTS[_variant] = dataclasses.replace(
         ROBOTS["pendulum"], mjcf=ROBOTS_FOLDER / f"{_variant}.xml"
@@ -177,6 +241,9 @@ class Case:
         hidden: the effects that the model lacks.
         seed: of motions and noise.
         changes: fields of `Setup` that differ from the robot's usual one.
+        mass_factor: by which all masses, armatures and dampings of the MJCF are multiplied.
+        train, holdout: names of the recordings, which of the gains, what is commanded, share of
+            the amplitude.
     """
 
     name: str
@@ -184,6 +251,17 @@ class Case:
     hidden: tuple[HiddenEffect, ...] = ()
     seed: int = 0
     changes: dict = field(default_factory=dict)
+    mass_factor: float = 1.0
+    train: tuple[tuple[str, int, str, float], ...] = TRAIN
+    holdout: tuple[tuple[str, int, str, float], ...] = HOLDOUT
+
+    @property
+    def nominal(self) -> Robot:
+        """The robot without what is hidden, its masses scaled."""
+        robot = ROBOTS[self.robot]
+        if self.mass_factor == 1.0:
+            return robot
+        return dataclasses.replace(robot, mjcf=scaled(robot.mjcf.read_text(), self.mass_factor))
 
     @property
     def setup(self) -> Setup:
@@ -197,8 +275,11 @@ class Case:
             "name": self.name,
             "robot": self.robot,
             "seed": self.seed,
+            "mass_factor": self.mass_factor,
             "hidden": hidden,
             "setup": dataclasses.asdict(self.setup),
+            "train": self.train,
+            "holdout": self.holdout,
             "generator": generator_digest(),
         }
         return yaml.safe_load(yaml.safe_dump(_plain(facts)))
@@ -220,13 +301,25 @@ def _plain(value):
     return [_plain(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
+def scaled(mjcf: str, factor: float) -> str:
+    """The text of an MJCF with all masses, armatures and dampings multiplied, to six digits.
+
+    Torques along a motion are multiplied likewise: no motion under gains so scaled changes.
+    """
+    return re.sub(
+        r'\b(mass|armature|damping)="([^"]+)"',
+        lambda found: f'{found[1]}="{factor * float(found[2]):.6g}"',
+        mjcf,
+    )
+
+
 def recording(case: Case, index: int, hidden: tuple[HiddenEffect, ...]) -> pd.DataFrame:
-    """Recording `index` of TRAIN and HOLDOUT together, as if the case hid `hidden`.
+    """Recording `index` of a case's training and holdout together, as if the case hid `hidden`.
 
     Motions and noise are the same whatever is hidden.
     """
-    robot, setup = ROBOTS[case.robot], case.setup
-    _, gain, kind, share = (TRAIN + HOLDOUT)[index]
+    robot, setup = case.nominal, case.setup
+    _, gain, kind, share = (case.train + case.holdout)[index]
     kp, kd = setup.gains[gain]
     motion, noise = np.random.default_rng([case.seed, index]).spawn(2)
     moves_s = setup.begin_s + setup.duration_s
@@ -270,10 +363,16 @@ def make(case: Case, folder: Path) -> None:
     """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    robot, setup = ROBOTS[case.robot], case.setup
-    model = "fr3" if case.robot == "fr3" else Path(shutil.copy(robot.mjcf, folder))
-    for index, (name, gain, _, _) in enumerate(TRAIN + HOLDOUT):
-        part = "train" if index < len(TRAIN) else "holdout"
+    robot, setup = case.nominal, case.setup
+    if case.robot == "fr3":
+        model = "fr3"
+    elif isinstance(robot.mjcf, Path):
+        model = Path(shutil.copy(robot.mjcf, folder))
+    else:
+        model = folder / f"{case.robot}.xml"
+        model.write_text(robot.mjcf)
+    for index, (name, gain, _, _) in enumerate(case.train + case.holdout):
+        part = "train" if index < len(case.train) else "holdout"
         kp, kd = setup.gains[gain]
         frame = recording(case, index, case.hidden)
         if worst_tracking_rad(frame) > OUT_OF_CONTROL:
@@ -309,7 +408,7 @@ def visibility(case: Case, folder: Path) -> list[dict]:
         it is largest; `worst_tracking_rad` of these recordings.
     """
     columns = [f"q.{joint}" for joint in ROBOTS[case.robot].joints]
-    recorded = [pd.read_csv(folder / "train" / f"{name}.csv") for name, *_ in TRAIN]
+    recorded = [pd.read_csv(folder / "train" / f"{name}.csv") for name, *_ in case.train]
     rows = []
     for effect in case.hidden:
         others = tuple(e for e in case.hidden if e is not effect)

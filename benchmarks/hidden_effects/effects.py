@@ -25,14 +25,17 @@ CONTACT_FREQUENCY = 1000.0
 CONTACT_DAMPING_RATIO = 0.1
 
 
-def per_joint(value: PerJoint, joints: tuple[str, ...], absent: float = 0.0) -> np.ndarray:
-    """One number per joint; `absent` for joints that a mapping does not name."""
+def per_joint(
+    value: PerJoint, joints: tuple[str, ...], absent: float | np.ndarray = 0.0
+) -> np.ndarray:
+    """One number per joint; `absent`, one or one per joint, where a mapping names none."""
     if not isinstance(value, dict):
         return np.full(len(joints), float(value))
     unknown = set(value) - set(joints)
     if unknown:
         raise ValueError(f"no joint {sorted(unknown)}; there are {joints}")
-    return np.array([float(value.get(joint, absent)) for joint in joints])
+    others = np.broadcast_to(absent, len(joints))
+    return np.array([float(value.get(j, other)) for j, other in zip(joints, others, strict=True)])
 
 
 @dataclass(frozen=True)
@@ -512,7 +515,7 @@ class TwoMass(HiddenEffect):
             )
             body.add_joint(
                 name=rotor(joint),
-                type=mujoco.mjtJoint.mjJNT_HINGE,
+                type=link.type,
                 axis=(0, 0, 1),
                 armature=link.armature,
                 damping=link.damping,

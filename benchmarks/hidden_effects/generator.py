@@ -92,7 +92,7 @@ class Machine:
     """A robot with hidden effects, at rest until its controller runs.
 
     Args:
-        mjcf: path of the nominal model.
+        mjcf: the nominal model, its path or its text.
         joints: names, in the order of all arrays; every joint of the model.
         hidden: effects; those on the motor torque act in this order.
         physics_rate_hz: rate of integration.
@@ -104,7 +104,7 @@ class Machine:
 
     def __init__(
         self,
-        mjcf: Path,
+        mjcf: Path | str,
         joints: Sequence[str],
         hidden: Sequence[HiddenEffect],
         physics_rate_hz: float,
@@ -129,7 +129,7 @@ class Machine:
         self._start(hidden)
 
     def _compile(self, mjcf, hidden) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        spec = mujoco.MjSpec.from_file(str(mjcf))
+        spec = read(mjcf)
         for geom in [g for g in spec.geoms if g.type == mujoco.mjtGeom.mjGEOM_MESH]:
             spec.delete(geom)  # looks and collisions; the FR3's inertias are explicit
         for element in [*spec.meshes, *spec.actuators, *spec.excludes, *spec.keys]:
@@ -149,8 +149,10 @@ class Machine:
         """Degrees of freedom of links and motors in the machine's model."""
         names = [self.model.joint(i).name for i in range(self.model.njnt)]
         unheld = {n for n in names if not n.endswith("_rotor")} - set(self.joints)
-        if unheld or np.any(self.model.jnt_type != mujoco.mjtJoint.mjJNT_HINGE):
-            raise ValueError(f"every joint must be a hinge under control; {sorted(unheld)} are not")
+        if unheld or self.model.nv > self.model.njnt:
+            raise ValueError(
+                f"every joint must be a hinge or a slide under control; {sorted(unheld)} are not"
+            )
         motors = [rotor(j) if rotor(j) in names else j for j in self.joints]
         return np.array([names.index(j) for j in self.joints]), np.array(
             [names.index(m) for m in motors]
@@ -243,17 +245,24 @@ class Machine:
             self.clock_s += self.timestep_s
 
 
-def motor_limits(mjcf: Path, joints: Sequence[str]) -> np.ndarray:
+def read(mjcf: Path | str) -> mujoco.MjSpec:
+    """A model of its file or, given a string, of its text."""
+    if isinstance(mjcf, Path):
+        return mujoco.MjSpec.from_file(str(mjcf))
+    return mujoco.MjSpec.from_string(mjcf)
+
+
+def motor_limits(mjcf: Path | str, joints: Sequence[str]) -> np.ndarray:
     """(2, joints) least and greatest torque of each joint's motor [N·m], infinite without one."""
     limits = np.repeat([[-np.inf], [np.inf]], len(joints), axis=1)
-    for motor in mujoco.MjSpec.from_file(str(mjcf)).actuators:
+    for motor in read(mjcf).actuators:
         if motor.target in joints and motor.ctrlrange[0] < motor.ctrlrange[1]:
             limits[:, list(joints).index(motor.target)] = motor.gear[0] * motor.ctrlrange
     return limits
 
 
 def record(
-    mjcf: Path,
+    mjcf: Path | str,
     joints: Sequence[str],
     kp: float | Sequence[float],
     kd: float | Sequence[float],
@@ -279,7 +288,7 @@ def record(
     """Record the machine following commands, from rest under the first one.
 
     Args:
-        mjcf: path of the nominal model.
+        mjcf: the nominal model, its path or its text.
         joints: names, in the order of all arrays and columns.
         kp: stiffness, one or one per joint [N·m/rad].
         kd: damping, one or one per joint [N·m·s/rad].
