@@ -32,14 +32,21 @@ class SetPointInterpolation(Effect):
         to.call(self.name, ramp_commands, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        ramp, at, state = np.maximum(values["ramp"], loop.period_s), (rows, joints), {}
-        before = DelayLine(ramp / loop.period_s)
+        at, period, state = (rows, loop.columns(joints)), loop.real_period_s, {}
+        ramp = np.maximum(values["ramp"], period)
+        before = DelayLine(ramp / period)
+
+        def follow(command):
+            state["sum"] = state["sum"] + (command - state["first"]) * period
+            return state["first"] + (state["sum"] - before(state["sum"])) / ramp
 
         def change(tick, target):
+            command = target[at].copy()
             if not state:
-                state.update(first=target[at].copy(), sum=0.0)
-            state["sum"] = state["sum"] + (target[at] - state["first"]) * loop.period_s
-            target[at] = state["first"] + (state["sum"] - before(state["sum"])) / ramp
+                state.update(first=command, sum=0.0 * command)
+            # a tick may hold several of the real loop, of which the torque sees the mean
+            steps = [follow(command) for _ in range(loop.schedule.coarseness)]
+            target[at] = sum(steps) / len(steps)
 
         loop.command_filters.append(change)
 

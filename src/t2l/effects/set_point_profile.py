@@ -31,7 +31,10 @@ class SetPointProfile(Effect):
         velocity, acceleration = values["velocity"], values["acceleration"]
 
         def change(tick, target):
-            target[at] = profiled(target[at].copy(), state, velocity, acceleration, loop.period_s)
+            # a tick may hold several of the real loop, of which the torque sees the mean
+            command, limits = target[at].copy(), (velocity, acceleration, loop.real_period_s)
+            steps = [profiled(command, state, *limits) for _ in range(loop.schedule.coarseness)]
+            target[at] = sum(steps) / len(steps)
 
         loop.command_filters.append(change)
 
