@@ -19,6 +19,7 @@ from tests.diagnose.made import measured, pendulum, recording, swing, swings, tw
 
 HIDDEN = {"viscous_friction": {"damping": {"hinge": 0.05}}}
 MODERATE = {
+    "encoder_eccentricity": {"amplitude": [0.03, 0.03], "phase": [1.0, 1.0]},
     "actuator_bandwidth": {"cutoff": 8.0},
     "backlash": {"play": 0.02, "contact_time": 0.01, "contact_damping": 0.7, "encoder_on_link": 1},
     "joint_flexibility": {"stiffness": 20.0, "damping": 0.05, "encoder_on_link": 1},
@@ -105,7 +106,8 @@ def test_an_effect_changes_a_coarse_simulation_as_it_does_a_fine_one(tmp_path, n
     def both(t):
         return np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)
 
-    made = recording(robot, both, kp=15.0, kd=0.3, duration_s=1.0)
+    compensated = name == "gravity_compensation_error"
+    made = recording(robot, both, kp=15.0, kd=0.3, duration_s=1.0, gravity_compensation=compensated)
     fine = Predictor(robot, [made], threads=1)
     layout = Layout([Term(effect, (0, 1))])
     values = MODERATE.get(name) or effect.starts(scales(fine))[0]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.diagnose.inverse_dynamics_residual import missing_torque
+from t2l.diagnose.inverse_dynamics_residual import missing_torque, motor_torque
 from t2l.effects.effect import Effect, within
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
@@ -46,6 +46,7 @@ def _starts(effect, predictor, joints):
     of_joints = []
     for j in joints:
         at = samples.joint == j
-        of_joints.append(effect.read_off(samples.q[at], torque[at], clock[at]))
+        also = {"motor": motor_torque(predictor)[at]} if effect.reads_motor else {}
+        of_joints.append(effect.read_off(samples.q[at], torque[at], clock[at], **also))
     return [*starts, {p.name: np.array([found[p.name] for found in of_joints])
                       for p in effect.parameters}]  # fmt: skip

@@ -46,6 +46,7 @@ ALMOST_ABSENT = {
     ),
     "command_filter": ({"cutoff": 300.0}, 2e-3),
     "joint_flexibility": ({"stiffness": 2e3, "damping": 1.0, "encoder_on_link": 0.0}, 2e-3),
+    "set_point_profile": ({"velocity": 1e3, "acceleration": 1e6}, 2e-3),
     "velocity_filter": ({"cutoff": 500.0}, 1e-3),
     "payload": ({"mass": 0.0, "com_x": 0.0, "com_y": 0.0, "com_z": 0.0}, 1e-6),
 }
@@ -73,7 +74,7 @@ def pendulums(tmp_path_factory):
 
     recordings = [
         recording(robot, both, "soft", 10.0, 0.5, 0.5),
-        recording(robot, both, "stiff", 60.0, 1.5, 0.4),
+        recording(robot, both, "stiff", 60.0, 1.5, 0.4, gravity_compensation=True),
     ]
     recordings = [dataclasses.replace(r, temperature=np.full_like(r.q, 40.0)) for r in recordings]
     return Predictor(robot, [measured(r) for r in recordings], threads=2)

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from t2l.effects.registry import builtin
 from t2l.errors import EffectError
 from tests.diagnose.made import (
+    DAMPING,
     GRAVITY,
     LENGTH,
     WEIGHT,
@@ -36,6 +37,19 @@ PLANTED = {
     "base_tilt": ({"pitch": 0.12}, 0.01),
     "integral_action": ({"gain": 12.0, "limit": 0.5}, 0.01),
     "velocity_filter": ({"cutoff": 8.0}, 0.01),
+    "error_dead_band": ({"band": 0.008}, 0.02),
+    "error_clip": ({"limit": 0.04}, 0.02),
+    "torque_dead_zone": ({"zone": 0.1}, 0.02),
+    "velocity_feed_forward": ({"factor": 0.6}, 0.01),
+    "torque_delay": ({"delay": 0.006}, 0.02),
+    "measurement_delay": ({"delay": 0.006}, 0.02),
+    "square_root_friction": ({"coefficient": 0.06}, 0.02),
+    "torque_ripple_with_position": ({"amplitude": 0.15, "phase": 0.7, "periods": 20.0}, 0.05),
+    "set_point_interpolation": ({"ramp": 0.03}, 0.02),
+    "set_point_profile": ({"velocity": 1.5, "acceleration": 30.0}, 0.05),
+    "encoder_scale": ({"error": 0.03}, 0.02),
+    "encoder_eccentricity": ({"amplitude": 0.02, "phase": 0.8}, 0.05),
+    "supply_sag": ({"drop": 0.2}, 0.02),
     "directional_friction": ({"forward": 0.08, "backward": 0.03}, 0.02),
     "torque_speed_limit": ({"stall_torque": 1.2, "no_load_speed": 4.0}, 0.01),
     "periodic_torque": ({"amplitude": 0.05, "frequency": 1.7, "phase": 0.4}, 0.05),
@@ -80,6 +94,17 @@ def test_what_follows_temperature_is_found_from_the_logged_column(tmp_path, name
         made.append(measured(warm, on_the_hinge(name, values), NOISE_RAD))
     assert builtin()[name].may_act(made)
     check(name, values, made, part)
+
+
+@pytest.mark.parametrize("compensation", [True, "continuous"])
+def test_a_wrong_compensation_is_found_where_there_is_one(tmp_path, compensation):
+    planted = on_the_hinge("gravity_compensation_error", {"factor": 0.85})
+    changes = SHORT | {"gravity_compensation": compensation}
+    made = swings(pendulum(tmp_path), planted, NOISE_RAD, **changes)[:2]
+    check("gravity_compensation_error", {"factor": 0.85}, made, 0.01)
+    effect = builtin()["gravity_compensation_error"]
+    assert effect.may_act(made)
+    assert not effect.may_act(swings(pendulum(tmp_path), {}, **SHORT)[:1])
 
 
 def test_what_follows_a_column_is_not_tried_without_it(tmp_path):
@@ -213,3 +238,132 @@ def test_a_payload_leaves_its_start_on_a_body_whose_frame_is_at_the_pivot(tmp_pa
     assert error < 1.1 * NOISE_RAD
     torque = found["mass"] * GRAVITY * np.hypot(found["com_x"], found["com_z"])
     assert torque == pytest.approx(0.2 * GRAVITY * 0.3, rel=0.02)
+
+
+@pytest.mark.parametrize("compensation", [True, "continuous"])
+def test_a_wrong_compensation_leaves_its_part_of_the_weight(tmp_path, compensation):
+    wrong = on_the_hinge("gravity_compensation_error", {"factor": 0.7})
+    q = at_rest(pendulum(tmp_path), wrong, gravity_compensation=compensation)
+    assert KP * (0.8 - q) == pytest.approx(0.3 * WEIGHT * np.sin(q), abs=1e-6)
+
+
+def test_a_dead_band_and_a_dead_zone_take_their_part_of_the_springs_torque(tmp_path):
+    robot, band, zone = pendulum(tmp_path), 0.01, 0.15
+    q = at_rest(robot, on_the_hinge("error_dead_band", {"band": band}))
+    assert KP * (0.8 - q - band) == pytest.approx(WEIGHT * np.sin(q), abs=1e-6)
+    q = at_rest(robot, on_the_hinge("torque_dead_zone", {"zone": zone}))
+    assert KP * (0.8 - q) - zone == pytest.approx(WEIGHT * np.sin(q), abs=1e-6)
+
+
+def test_a_clipped_error_is_a_saturated_spring(tmp_path):
+    """At rest at most Kp L holds the arm: it hangs where that is its weight."""
+    made = recording(pendulum(tmp_path), hold(0.8), kp=KP, kd=1.5, duration_s=20.0)
+    q = predict(made, on_the_hinge("error_clip", {"limit": 0.02}))[-1]
+    assert WEIGHT * np.sin(q) == pytest.approx(KP * 0.02, abs=1e-4)
+
+
+def test_full_feed_forward_leaves_a_ramp_only_its_friction(tmp_path):
+    """Kd (q̇_des − q̇) is zero in steady motion, which leaves the damper of the MJCF."""
+    made = recording(
+        spinner(tmp_path), lambda t: 0.6 * t, kp=KP, kd=1.0, duration_s=1.5, row_rate_hz=1000.0
+    )
+    q = predict(made, {"velocity_feed_forward": {"factor": 1.0}})
+    assert KP * (made.q_des[-1, 0] - q[-1]) == pytest.approx(DAMPING * 0.6, rel=1e-3)
+
+
+def test_feed_forward_is_the_difference_of_commands_over_their_period(tmp_path):
+    """Commands of 50 Hz: the torque of each step is held for the 20 ms to the next."""
+    robot, f, kd = pendulum(tmp_path), 0.7, 0.8
+    made = recording(robot, swing(), row_rate_hz=50.0, kp=KP, kd=kd)
+    q = predict(made, {"velocity_feed_forward": {"factor": f}})
+    step = np.diff(made.q_des, axis=0, prepend=made.q_des[:1])
+    more = dataclasses.replace(made, q_des=made.q_des + f * kd * step / (0.02 * KP))
+    np.testing.assert_allclose(q, predict(more), atol=1e-9)
+
+
+def test_a_ramp_over_the_command_period_is_the_line_between_commands(tmp_path):
+    robot = pendulum(tmp_path)
+    held = recording(robot, swing(), row_rate_hz=50.0)
+    fine = recording(robot, swing(), row_rate_hz=1000.0)
+    # the ramp to a command begins with the tick at which it arrives
+    line = np.interp(fine.time + 0.001 - 0.02, held.time, held.q_des[:, 0])[:, None]
+    expected = predict(dataclasses.replace(fine, q_des=line))[::20]
+    q = predict(held, {"set_point_interpolation": {"ramp": 0.02}})
+    np.testing.assert_allclose(q, expected, atol=1e-9)
+
+
+def test_a_profile_is_a_trapezoid(tmp_path):
+    """Up in v/a, then at v, down in v/a; what its ticks are off by halves with the tick."""
+    robot, v, a, size = spinner(tmp_path), 1.0, 5.0, 0.6
+    profile = on_the_hinge("set_point_profile", {"velocity": v, "acceleration": a})
+
+    def error(rate):
+        made = recording(robot, hold(0.0), row_rate_hz=rate, control_rate_hz=rate)
+        step = np.where(made.time >= 0.1, size, 0.0)[:, None]
+        since = np.clip(made.time - 0.1, 0.0, size / v + v / a)
+        left = size / v + v / a - since
+        up, down = 0.5 * a * since**2, size - 0.5 * a * left**2
+        even = v * since - 0.5 * v**2 / a
+        trapezoid = np.where(since < v / a, up, np.where(left < v / a, down, even))[:, None]
+        expected = predict(dataclasses.replace(made, q_des=trapezoid))
+        return np.abs(predict(dataclasses.replace(made, q_des=step), profile) - expected).max()
+
+    assert error(500.0) < 0.01 * size
+    assert error(1000.0) == pytest.approx(0.5 * error(500.0), rel=0.1)
+    assert error(2000.0) == pytest.approx(0.25 * error(500.0), rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["torque_delay", "measurement_delay"])
+def test_a_delay_in_the_loop_takes_damping_and_inertia_from_it(tmp_path, name):
+    """To first order a delay d takes Kp d from the damping and Kd d from the inertia."""
+    kp, kd = 20.0, 0.5
+    made = recording(spinner(tmp_path), hold(0.3), kp=kp, kd=kd, row_rate_hz=500.0)
+    made = dataclasses.replace(made, q=np.zeros_like(made.q))
+
+    def beyond_first_order(delay):
+        less = dataclasses.replace(made, kd=made.kd - kp * delay)
+        expected = predict(less, on_the_hinge("armature", {"inertia": -kd * delay}))
+        change = np.abs(expected - predict(made)).max()
+        return np.abs(predict(made, {name: {"delay": delay}}) - expected).max() / change
+
+    assert beyond_first_order(0.002) < 0.2
+    assert beyond_first_order(0.001) == pytest.approx(0.5 * beyond_first_order(0.002), rel=0.15)
+
+
+def test_a_supply_that_sags_gives_each_joint_less_the_more_the_other_works(tmp_path):
+    drop, robot = 0.3, two_pendulums(tmp_path)
+
+    def left_q(right):
+        def both(t):
+            return np.tile([0.5, right], (len(t), 1))
+
+        made = recording(robot, both, kp=KP, kd=1.5, duration_s=2.0)
+        return predict(made, {"supply_sag": {"drop": drop}}).reshape(-1, 2)[-1]
+
+    for right in (0.0, 1.2):
+        q = left_q(right)
+        spring = KP * (np.array([0.5, right]) - q)
+        given = spring / (1 + drop * np.abs(spring).sum())
+        # dry friction of 0.01 N·m may hold them a little aside
+        np.testing.assert_allclose(given, WEIGHT * np.sin(q), atol=0.011)
+    assert left_q(1.2)[0] < left_q(0.0)[0] - 1e-3
+
+
+def test_an_encoder_that_counts_too_much_stops_the_joint_short(tmp_path):
+    """The reading reaches the command: the true motion, which gravity tells, is less."""
+    scale = 0.1
+    made = recording(pendulum(tmp_path), hold(0.8), kp=KP, kd=1.5, duration_s=2.0)
+    made = dataclasses.replace(made, q=np.full_like(made.q, 0.2))
+    q = predict(made, on_the_hinge("encoder_scale", {"error": scale}))[-1]
+    true = 0.2 + (q - 0.2) / (1 + scale)
+    assert KP * (0.8 - q) == pytest.approx(WEIGHT * np.sin(true), abs=1e-4)
+
+
+def test_an_eccentric_encoder_reads_the_start_that_was_measured(tmp_path):
+    a, phase = 0.05, 0.6
+    effect = on_the_hinge("encoder_eccentricity", {"amplitude": a, "phase": phase})
+    made = recording(pendulum(tmp_path), hold(0.8), kp=KP, kd=1.5, duration_s=2.0)
+    q = predict(made, effect)
+    true = brentq(lambda x: x + a * np.sin(x + phase) - q[-1], 0, 1)
+    assert q[0] == pytest.approx(0.8, abs=1e-9)
+    assert KP * (0.8 - q[-1]) == pytest.approx(WEIGHT * np.sin(true), abs=1e-5)

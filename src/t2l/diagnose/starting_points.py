@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.diagnose.inverse_dynamics_residual import missing_torque
+from t2l.diagnose.inverse_dynamics_residual import missing_torque, motor_torque
 from t2l.effects.blame import blaming, described, shipped
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
@@ -165,10 +165,19 @@ def _read_off(
         return guesses
     torque, samples = missing_torque(predictor, residual), predictor.samples
     clock = samples.time + np.array([r.time[0] for r in predictor.recordings])[samples.recording]
+    motor = motor_torque(predictor) if any(e.reads_motor for e in readers) else None
     where = [mask & (samples.joint == j) for j in range(len(predictor.joints))]
     for effect in readers:
         with blaming([effect], "to read a first guess off (read_off)"):
-            of_joints = [effect.read_off(samples.q[at], torque[at], clock[at]) for at in where]
+            of_joints = [
+                effect.read_off(
+                    samples.q[at],
+                    torque[at],
+                    clock[at],
+                    **({"motor": motor[at]} if effect.reads_motor else {}),
+                )
+                for at in where
+            ]
             if any(found is None for found in of_joints):
                 continue
             names = [parameter.name for parameter in effect.parameters]

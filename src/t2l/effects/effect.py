@@ -104,6 +104,8 @@ class Effect(ABC):
         least_joints: how many driven joints it takes.
         remembers: what it does at a tick depends on ticks before.
         hides_state: it has a far side that no encoder sees, which need not start at rest.
+        reads_motor: `read_off` takes a further argument `motor`: the motor torque (n,) of the
+            logged commands and gains, N·m.
         order: effects on the same signal apply in this order, command to joint, each to what those
             before it left.
     """
@@ -122,6 +124,7 @@ class Effect(ABC):
     least_joints: int = 1
     remembers: bool = True
     hides_state: bool = False
+    reads_motor: bool = False
     order: int = 0
 
     def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:

@@ -66,7 +66,7 @@ def limit_by_velocity(loop: ServoLoop, rows: slice, joints: np.ndarray, most: Ca
     state, at = {}, (rows, loop.columns(joints))
 
     def measured(tick, q, dq):
-        state["dq"] = dq
+        state["dq"] = dq.copy()  # the motor's own, not what reaches the controller
 
     def change(tick, torque):
         dq = state["dq"][at]

@@ -100,6 +100,7 @@ def _group(
         coarseness=coarseness,
         powered=None if powered.all() else powered,
         clock_s=np.array([r.time[0] for r in recordings]),
+        command_period_s=np.array([1 / r.command_rate_hz for r in recordings]),
         logged=logged,
     )
     column = {index: i for i, index in enumerate(indices)}

@@ -74,6 +74,9 @@ def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
         powered=flat(schedule.powered),
         clock_s=(passed[:, None] + clock).ravel(),
         elapsed_s=np.repeat(passed, nrec),
+        command_period_s=None
+        if schedule.command_period_s is None
+        else every(schedule.command_period_s),
         logged={name: flat(values) for name, values in schedule.logged.items()},
     )
 
@@ -146,6 +149,8 @@ class DrivenLoop:
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
         self.sensor_filters: list[Callable] = []
+        self.feedback_filters: list[Callable] = []
+        self.compensation_factor = np.ones_like(self.kp)
         self.joint_torques: list[Callable] = []
         self.friction: list[Callable] = []
         self.settle: list[Callable] = []
@@ -215,16 +220,17 @@ class DrivenLoop:
                     batch.bound[name][:, self.dofs] = np.tile(values[tick], (many, 1))
             if "qfrc_passive" in batch.bound:
                 batch.bound["qfrc_passive"][:, self.dofs] = self._own_passive(q, dq)
-            for change in self.sensor_filters:
+            for change in (*self.sensor_filters, *self.feedback_filters):
                 change(tick, measured, measured_dq)
             target = command(tick)
             for change in self.command_filters:
                 change(tick, target)
             torque = self.kp * (target - measured) - damping * measured_dq
-            torque += compensated * np.tile(path.weight[tick], (many, 1))
+            weight = np.tile(path.weight[tick], (many, 1))
+            torque += compensated * self.compensation_factor * weight
             for change in self.controller_filters:
                 change(tick, torque)
-            carried = balanced * np.tile(path.weight[tick], (many, 1))
+            carried = balanced * self.compensation_factor * weight
             torque += carried
             for change in self.motor_filters:
                 change(tick, torque)
@@ -235,7 +241,8 @@ class DrivenLoop:
             level = self.added_friction.copy()
             for add in self.friction:
                 add(tick, dq, torque, level)
-            torque -= carried
+            # the balance that the model has goes by itself
+            torque -= balanced * weight
             for add in self.joint_torques:
                 add(tick, q, dq, torque)
             torque -= level * dq / np.sqrt(dq**2 + at_rest**2)

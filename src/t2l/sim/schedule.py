@@ -24,6 +24,7 @@ class Schedule:
         powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
         clock_s: (nrec,) s, what the logs' clocks show at the first tick; None for zero.
         elapsed_s: (nrec,) s, time since the start at the first tick; None for zero.
+        command_period_s: (nrec,) s, from command to command; None for that of the ticks.
         logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
     """
 
@@ -40,6 +41,7 @@ class Schedule:
     powered: np.ndarray | None = None
     clock_s: np.ndarray | None = None
     elapsed_s: np.ndarray | None = None
+    command_period_s: np.ndarray | None = None
     logged: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def of(self, recordings: np.ndarray) -> "Schedule":
@@ -56,6 +58,9 @@ class Schedule:
             powered=None if self.powered is None else self.powered[:, recordings],
             clock_s=None if self.clock_s is None else self.clock_s[recordings],
             elapsed_s=None if self.elapsed_s is None else self.elapsed_s[recordings],
+            command_period_s=None
+            if self.command_period_s is None
+            else self.command_period_s[recordings],
             logged={name: values[:, recordings] for name, values in self.logged.items()},
         )
 

@@ -62,6 +62,9 @@ class ServoLoop:
         motor_filters: called with (tick, torque), change the motor torque, any gravity
             compensation included, in place.
         sensor_filters: called with (tick, q, dq), change what encoders read in place.
+        feedback_filters: called with (tick, q, dq), change what of that reaches the controller, in
+            place; the log keeps what the encoders read.
+        compensation_factor: (nsim, njoint) of the modelled weight that is compensated.
         joint_torques: called with (tick, q, dq, torque), add to the last in place.
         added_friction: (nsim, njoint) N·m of Coulomb friction beside the MJCF's own.
         friction: called with (tick, dq, motor torque, level), add to that in place.
@@ -105,6 +108,8 @@ class ServoLoop:
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
         self.sensor_filters: list[Callable] = []
+        self.feedback_filters: list[Callable] = []
+        self.compensation_factor = np.ones_like(self.kp)
         self.joint_torques: list[Callable] = []
         self.friction: list[Callable] = []
         self.settle: list[Callable] = []
@@ -153,7 +158,8 @@ class ServoLoop:
         dt = batch.model.opt.timestep
         balance = self._balance()
         # in full, as the limits: what NumPy spreads at every tick takes it twice as long
-        compensated = np.full_like(self.kp, np.tile(schedule.compensated, self.nvariant)[:, None])
+        compensated = np.tile(schedule.compensated, self.nvariant)[:, None]
+        compensated = compensated * self.compensation_factor
         gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
         off_balance = self._off_balance()
         kd = self._look_ahead()
@@ -179,7 +185,7 @@ class ServoLoop:
         for tick in range(wanted[-1] + 1):
             q, dq = qpos[:, at_qpos].copy(), qvel[:, dofs].copy()
             measured, measured_dq = q + self.encoder_offset, dq
-            if self.sensor_filters:
+            if self.sensor_filters or self.feedback_filters:
                 measured_dq = dq.copy()
                 for change in self.sensor_filters:
                     change(tick, measured, measured_dq)
@@ -188,6 +194,8 @@ class ServoLoop:
                 taken += 1
                 if taken == len(wanted):
                     break
+            for change in self.feedback_filters:
+                change(tick, measured, measured_dq)
             target = command(tick)
             for change in self.command_filters:
                 change(tick, target)
@@ -198,7 +206,7 @@ class ServoLoop:
             for change in self.controller_filters:
                 change(tick, torque)
             if balance is not None:
-                carried = balance[:, dofs].copy()
+                carried = balance[:, dofs] * self.compensation_factor
                 torque += carried
             for change in self.motor_filters:
                 change(tick, torque)
@@ -251,13 +259,15 @@ class ServoLoop:
 
     def _off_balance(self) -> Callable[[], np.ndarray] | None:
         """What carries the model's weight beyond what carries the real one, (nsim, njoint) N·m."""
-        wrong = self.other_weight & np.tile(self.schedule.balanced, self.nvariant)
+        factor = self.compensation_factor
+        wrong = self.other_weight | (factor != 1).any(axis=1)
+        wrong &= np.tile(self.schedule.balanced, self.nvariant)
         if not wrong.any():
             return None
         real = self.batch.bind("qfrc_gravcomp")
         nominal = GravityCompensation(self.batch, self.joints)
         # both where the last step evaluated its forces
-        return lambda: wrong[:, None] * (nominal(0.0) - real[:, self.dofs])
+        return lambda: wrong[:, None] * (factor * nominal(0.0) - real[:, self.dofs])
 
     def _look_ahead(self) -> np.ndarray:
         """Damping (nsim, njoint) with which the loop is no later than the real one."""
