@@ -2,10 +2,10 @@
 
 import math
 
-# format: in rad, rad/s and N·m
-_RAD = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180}
+_RAD = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180}  # format: in rad
+# format: in rad/s
 _RAD_S = {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.pi / 180, "rpm": math.pi / 30}
-_NM = {"N·m": 1.0, "N*m": 1.0, "Nm": 1.0, "mN·m": 1e-3, "mNm": 1e-3}
+_NM = {"N·m": 1.0, "N*m": 1.0, "Nm": 1.0, "mN·m": 1e-3, "mNm": 1e-3}  # format: in N·m
 
 # format: by what a column of a recording holds
 FACTORS = {
