@@ -149,3 +149,56 @@ def test_degrees_are_recognised():
         check_against_joint_ranges(in_degrees, RANGES, MODEL)
     with pytest.raises(RecordingError, match=r"column q.b: found .*looks like degrees"):
         check_against_joint_ranges(recording(q=in_degrees.q), RANGES, MODEL)
+
+
+ADDED = {"dq_des": np.zeros((50, 2)), "tau_ff": np.ones((50, 2))}
+
+
+@pytest.mark.parametrize("column", ADDED)
+@pytest.mark.parametrize(
+    ("cell", "found"), [("", r"nothing \(NaN\)"), ("inf", "inf"), ("1e300", "1e\\+300")]
+)
+def test_a_command_beside_the_position_is_a_number_at_every_row(tmp_path, column, cell, found):
+    files = written(tmp_path, **ADDED)
+    files.spoil_row(4, f"{column}.b", cell)
+    with pytest.raises(RecordingError, match=rf"row 4, column {column}.b: found {found}; allowed"):
+        read_recording(files.table)
+
+
+@pytest.mark.parametrize(("column", "unit"), [("dq_des", "rad/s"), ("tau_ff", "N·m")])
+def test_it_is_there_for_every_joint_or_for_none(tmp_path, column, unit):
+    files = written(tmp_path, **{column: ADDED[column]})
+    at = files.rows[0].index(f"{column}.b")
+    files.rows = [row[:at] + row[at + 1 :] for row in files.rows]
+    files.save()
+    message = rf"column {column}.b: found nothing; .* 2 joints of the YAML, in {unit}, or of none"
+    with pytest.raises(RecordingError, match=message):
+        read_recording(files.table)
+
+
+def test_a_recording_begins_where_every_joint_is_measured(caplog):
+    made = recording(torque_enabled=np.full((50, 2), np.nan), **ADDED)
+    made.q[:4, 1] = np.nan
+    made.torque_enabled[1] = 0.0
+    begun = check_samples(made)
+    assert "first 4 of 50 rows (0.08 s) left out, as column q.b begins after them" in caplog.text
+    np.testing.assert_array_equal(begun.time, made.time[4:])
+    np.testing.assert_array_equal(begun.q_des, made.q_des[4:])
+    np.testing.assert_array_equal(begun.tau_ff, made.tau_ff[4:])
+    assert (begun.powered == 0).all()
+
+
+def test_a_joint_that_is_measured_too_late_is_named():
+    made = recording()
+    made.q[:40, 1] = np.nan
+    with pytest.raises(RecordingError, match=r"column q.b: found 5 measured positions; allowed"):
+        check_samples(made)
+
+
+def test_what_is_commanded_of_a_joint_without_stiffness_may_be_outside_its_range():
+    made = recording(kp=0.0)
+    ranges = np.array([[-1.0, 1.0], [-2.0, -1.2]])
+    made.q_des[:] = 0.5
+    check_against_joint_ranges(made, ranges, ("a", "b"))
+    with pytest.raises(RecordingError, match=r"column q_des\.b"):
+        check_against_joint_ranges(recording(q_des=made.q_des), ranges, ("a", "b"))

@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from t2l.cli.main import main
+from t2l.errors import RecordingError
 from t2l.recordings import Recording, write_recording
 from t2l.response.joints import responses
 from t2l.response.motions import read_motions
@@ -161,3 +162,18 @@ def test_what_is_hardly_measured_is_left_out():
     (found,) = responses(Motions("set", ("a",), rows, UNKNOWN))
     assert len(found.rows) == 1
     assert responses(Motions("set", ("a",), rows[:2], UNKNOWN)) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"kp": np.array([16.0, 0.0])}, "key kp: found joint b with kp 0"),
+        ({"tau_ff": np.tile([0.0, 0.1], (150, 1))}, "column tau_ff.b: found a command beside"),
+        ({"dq_des": np.tile([0.0, 0.1], (150, 1))}, "column dq_des.b: found a command beside"),
+    ],
+)
+def test_a_joint_that_follows_something_else_is_refused_by_name(tmp_path, change, message):
+    path = write_recording(replace(log("one", 16.0, 8.0, 1.0), **change), tmp_path / "one")
+    with pytest.raises(RecordingError, match=message):
+        read_motions([path])
+    assert read_motions([path], ["a"])[0].joints == ("a",)

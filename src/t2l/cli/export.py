@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace) -> None:
         if recordings and len(u):
             found = refit(model, recordings).found
         content = write_export(model, controller, layout, u, found, out)
-        alike = [r for r in recordings if _same_loop(r, controller)][:5]
+        alike = [r for r in recordings if _same_loop(r, controller) and _by_position(r)][:5]
         if alike:
             content["from_t2l_rad"] = difference(out, model, layout, u, alike)
             write_summary(content, out)
@@ -96,6 +96,11 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"Of the log, not of the robot: {', '.join(content['of_the_log'])}")
     for effect, why in content["not_carried"].items():
         print(f"Not carried: {effect}: {why}")
+    if not all(map(_by_position, recordings)):
+        print(
+            "The exported robot takes positions alone: recordings with dq_des or tau_ff are not "
+            "compared with it"
+        )
     if alike:
         print(f"The exported robot is {1e3 * content['from_t2l_rad']:.3g} mrad from t2l's")
     print(f"Written to {arguments.out}")
@@ -107,6 +112,10 @@ def _same_loop(recording, controller) -> bool:
         and (recording.kd == controller.kd).all()
         and recording.control_rate_hz == controller.control_rate_hz
     )
+
+
+def _by_position(recording) -> bool:
+    return recording.dq_des is None and recording.tau_ff is None
 
 
 def _check_options(arguments: argparse.Namespace) -> None:

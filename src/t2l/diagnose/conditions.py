@@ -54,6 +54,7 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
     gravity = gravity_torque(predictor)
     command = predictor.samples.of([r.q_des for r in predictor.recordings])
     torque = kp[recording, joint] * (command - q) - kd[recording, joint] * dq
+    torque += samples.of([r.feed_forward for r in predictor.recordings])
     torque += np.where(compensated[recording], gravity, 0.0)
     torque *= samples.of([r.powered for r in predictor.recordings])
     direction = np.where(np.abs(dq) > AT_REST_RAD_S, np.sign(dq), 0.0)

@@ -246,7 +246,7 @@ def fingerprint(model: Model, evidence: Evidence) -> str:
         for r in predictor.recordings:
             said = (r.name, r.kp, r.kd, r.control_rate_hz, r.gravity_compensation)
             digest.update(repr(said).encode())
-            for array in (r.time, r.q_des, r.q, r.dq, r.torque_enabled):
+            for array in (r.time, r.q_des, r.dq_des, r.tau_ff, r.q, r.dq, r.torque_enabled):
                 digest.update(b"" if array is None else array.tobytes())
     return digest.hexdigest()
 

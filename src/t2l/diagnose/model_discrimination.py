@@ -111,7 +111,9 @@ def _motions(predictor: Predictor) -> list[tuple[str, Recording]]:
 def _recording(like: Recording, start, time, offset) -> Recording:
     # every row is a sample to compare; the value only sets the start
     q = np.repeat(start[None], len(time), axis=0)
-    return replace(like, time=time, q_des=start + offset, q=q, dq=None, tau=None)
+    return replace(
+        like, time=time, q_des=start + offset, dq_des=None, tau_ff=None, q=q, dq=None, tau=None
+    )
 
 
 def _list(values: np.ndarray) -> str:

@@ -156,5 +156,6 @@ def _resolved(path: Path | None) -> Path | object:
 
 def _measured(recording: Recording) -> bytes:
     """Its gains, commands and positions; two recordings never have the same noise."""
-    parts = (recording.time, recording.q_des, recording.q, recording.kp, recording.kd)
+    commands = (recording.q_des, recording.feed_forward)
+    parts = (recording.time, *commands, recording.q, recording.kp, recording.kd)
     return hashlib.sha256(b"".join(part.tobytes() for part in parts)).digest()

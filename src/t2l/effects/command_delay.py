@@ -1,4 +1,4 @@
-"""Position commands that arrive late."""
+"""Commands that arrive late."""
 
 import numpy as np
 
@@ -7,14 +7,14 @@ from t2l.sim.delay import DelayLine
 
 
 class CommandDelay(Effect):
-    """q_des(t) → q_des(t − d)."""
+    """q_des(t) → q_des(t − d), and likewise velocity and torque where they are commanded."""
 
     name = "command_delay"
     title = "command delay"
     parameters = (
         Parameter("delay", "s", 0.0, 0.3, "time from command to controller", per_joint=False),
     )
-    summary = "position commands reach the controller late: network, bus, interpolation"
+    summary = "commands reach the controller late: network, bus, interpolation"
     signature = "the response is the model's shifted in time, alike at all gains"
     source = "q_des(t − d), interpolated between two ticks of the loop"
     follows = "command velocity"
@@ -23,12 +23,16 @@ class CommandDelay(Effect):
         to.delay_s[joints] += values["delay"]
 
     def install(self, loop, rows, joints, values):
-        delayed, at = DelayLine(values["delay"] / loop.period_s), (rows, loop.columns(joints))
-
-        def change(tick, target):
-            target[at] = delayed(target[at])
-
-        loop.command_filters.append(change)
+        at = rows, loop.columns(joints)
+        for filters in (loop.command_filters, loop.feed_forward_filters):
+            filters.append(_delay(DelayLine(values["delay"] / loop.period_s), at))
 
     def starts(self, scales):
         return [{"delay": np.array([d])} for d in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08)]
+
+
+def _delay(delayed, at):
+    def change(tick, command):
+        command[at] = delayed(command[at])
+
+    return change

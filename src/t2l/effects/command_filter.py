@@ -1,4 +1,4 @@
-"""Position commands that a low-pass smooths."""
+"""Commands that a low-pass smooths."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 
 
 class CommandFilter(Effect):
-    """ẋ = ω (q_des − x), the controller follows x."""
+    """ẋ = ω (q_des − x), the controller follows x; likewise velocity and torque commands."""
 
     name = "command_filter"
     title = "command low-pass"
@@ -16,7 +16,7 @@ class CommandFilter(Effect):
             per_joint=False,
         ),
     )  # fmt: skip
-    summary = "the robot smooths position commands by a first-order low-pass"
+    summary = "the robot smooths commands by a first-order low-pass"
     signature = "the response is the model's, later and smaller the faster the command"
     source = "first-order low-pass, exact for a held command"
     follows = "command velocity"
@@ -27,14 +27,20 @@ class CommandFilter(Effect):
 
     def install(self, loop, rows, joints, values):
         keep = np.exp(-2 * np.pi * values["cutoff"] * loop.period_s)
-        state, at = {}, (rows, loop.columns(joints))
-
-        def change(tick, target):
-            raw = target[at].copy()
-            value = raw + (state.get("x", raw) - raw) * keep
-            state["x"] = target[at] = value
-
-        loop.command_filters.append(change)
+        at = rows, loop.columns(joints)
+        for filters in (loop.command_filters, loop.feed_forward_filters):
+            filters.append(_low_pass(keep, at))
 
     def starts(self, scales):
         return [{"cutoff": np.array([f])} for f in (1.0, 3.0, 10.0, 30.0)]
+
+
+def _low_pass(keep, at):
+    state = {}
+
+    def change(tick, command):
+        raw = command[at].copy()
+        value = raw + (state.get("x", raw) - raw) * keep
+        state["x"] = command[at] = value
+
+    return change

@@ -21,6 +21,7 @@ def scales(predictor: Predictor) -> Scales:
     command = samples.of([r.q_des for r in recordings])
     torque = kp[samples.recording, samples.joint] * (command - samples.q)
     torque -= kd[samples.recording, samples.joint] * velocity
+    torque += samples.of([r.feed_forward for r in recordings])
     compensated = np.array([bool(r.gravity_compensation) for r in recordings])
     torque += np.where(compensated[samples.recording], gravity_torque(predictor), 0.0)
     torque *= samples.of([r.powered for r in recordings])
@@ -31,10 +32,10 @@ def scales(predictor: Predictor) -> Scales:
 
     step = np.array(
         [
-            [np.abs(np.diff(r.q_des[:, j])).max(initial=0) * r.kp[j] for r in recordings]
-            for j in range(njoint)
+            np.abs(np.diff(r.kp * r.q_des + r.feed_forward, axis=0)).max(axis=0, initial=0)
+            for r in recordings
         ]
-    ).max(axis=1)
+    ).max(axis=0)
     model = predictor.model()
     dofs = [model.joint(name).dofadr[0] for name in predictor.joints]
     return Scales(

@@ -9,6 +9,7 @@ from t2l.identify.hidden_state import WINDOW_S, Beginning
 from t2l.identify.initial_state import begins_in_motion, slope_of_motion, start_state
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
+from t2l.recordings.checks import ADDED
 from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.sim.schedule import Schedule
 
@@ -71,10 +72,16 @@ def _group(
     commands = np.empty((len(ticks), len(recordings), len(recordings[0].joints)))
     powered = np.empty_like(commands)
     logged = {name: np.empty_like(commands) for name in FOLLOWED if _all_have(recordings, name)}
+    added = {n: np.zeros_like(commands) for n in ADDED if _any_has(recordings, n)}
     for column, recording in enumerate(recordings):
         elapsed = recording.time - recording.time[0]
         row = np.searchsorted(elapsed, real * real_period + 1e-6, side="right") - 1
         columns = [(signal, recording.held(name)) for name, signal in logged.items()]
+        columns += [
+            (signal, getattr(recording, name))
+            for name, signal in added.items()
+            if getattr(recording, name) is not None
+        ]
         for signal, held in (
             (commands, recording.q_des), (powered, recording.powered), *columns
         ):  # fmt: skip
@@ -102,6 +109,7 @@ def _group(
         clock_s=np.array([r.time[0] for r in recordings]),
         command_period_s=np.array([1 / r.command_rate_hz for r in recordings]),
         logged=logged,
+        **added,
     )
     column = {index: i for i, index in enumerate(indices)}
     record = np.array([column[r] for r in samples.recording[held]])
@@ -111,6 +119,10 @@ def _group(
         noise = max(noise_floor(list(recordings), divided=True), 1e-9)
         beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt).within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
+
+
+def _any_has(recordings: Sequence[Recording], column: str) -> bool:
+    return any(getattr(recording, column) is not None for recording in recordings)
 
 
 def _all_have(recordings: Sequence[Recording], column: str) -> bool:

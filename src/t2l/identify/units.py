@@ -84,7 +84,8 @@ def _of(model: mujoco.MjModel, recording: Recording, rows: int) -> Iterator[tupl
     few = np.unique(np.linspace(0, len(known) - 1, rows).astype(int))
     ddq = np.gradient(dq, time, axis=0)[few]
     needed, weight = _torques(model, recording.joints, q[few], dq[few], ddq)
-    given = recording.kp * (q_des - q)[few] * recording.powered[known][few]
+    given = recording.kp * (q_des - q)[few] + recording.feed_forward[known][few]
+    given *= recording.powered[known][few]
     for j, name in enumerate(recording.joints):
         joint = model.joint(name)
         for kind, question in (
@@ -96,7 +97,8 @@ def _of(model: mujoco.MjModel, recording: Recording, rows: int) -> Iterator[tupl
             yield name, kind, question
         follows = 0 < _rms((q_des - q)[:, j]) < np.ptp(q[:, j])
         least = LEAST_OVER_WEIGHT * _rms(weight[:, j])
-        if follows and not recording.gravity_compensation and _rms(given[:, j]) < least:
+        stiff = recording.kp[j] > 0
+        if stiff and follows and not recording.gravity_compensation and _rms(given[:, j]) < least:
             yield name, "weight", (
                 f"{_gain(recording.kp[j], name)} gives {_rms(given[:, j]):.2g} N·m RMS, where its "
                 f"weight takes {_rms(weight[:, j]):.2g}: is Kp in N·m/deg, or is "

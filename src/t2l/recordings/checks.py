@@ -15,12 +15,15 @@ logger = logging.getLogger(__name__)
 
 # prefixes of the columns that belong to one joint
 COMMANDED = "q_des"
+ADDED = ("dq_des", "tau_ff")  # commands beside it
+COMMANDS = (COMMANDED, *ADDED)
 UNITS = {
-    "q_des": "rad", "q": "rad", "dq": "rad/s", "tau": "N·m", "current": "A",
-    "supply_voltage": "V", "temperature": "°C", "torque_enabled": "0 or 1",
+    "q_des": "rad", "dq_des": "rad/s", "tau_ff": "N·m", "q": "rad", "dq": "rad/s",
+    "tau": "N·m", "current": "A", "supply_voltage": "V", "temperature": "°C",
+    "torque_enabled": "0 or 1",
 }  # fmt: skip
-MEASURED = tuple(kind for kind in UNITS if kind != COMMANDED)
-OPTIONAL = tuple(kind for kind in MEASURED if kind != "q")
+KINDS = tuple(UNITS)
+OPTIONAL = tuple(kind for kind in KINDS if kind not in (COMMANDED, "q"))
 # a column without a joint stands for all of them
 SHARED = ("supply_voltage", "temperature", "torque_enabled")
 
@@ -52,7 +55,7 @@ def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> 
         raise RecordingError(
             path, "the header", f"one column, {columns[0]!r}", "columns separated by commas"
         )
-    known = ["time", *(f"{kind}.{j}" for kind in (COMMANDED, *MEASURED) for j in joints), *SHARED]
+    known = ["time", *(f"{kind}.{j}" for kind in KINDS for j in joints), *SHARED]
     for column in columns:
         if column not in known:
             raise RecordingError(
@@ -77,15 +80,16 @@ def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> 
         if missing and not (optional and len(missing) == len(joints)):
             allowed = f"{kind} of each of the {len(joints)} joints of the YAML, in {unit}"
             if optional:
-                allowed += ", with empty cells where not sampled, or of none"
+                empty = "" if kind in COMMANDS else ", with empty cells where not sampled"
+                allowed += f"{empty}, or of none"
             raise RecordingError(path, f"column {kind}.{missing[0]}", "nothing", allowed)
 
 
 def check_samples(recording: Recording) -> Recording:
     """The recording with one row a stamp, if its numbers can be a run of a machine.
 
-    NaN in measured arrays means "not sampled" and gaps in time are legal. How many
-    rows were left out is logged as a warning.
+    It begins where every joint has been measured. NaN in measured arrays means "not sampled" and
+    gaps in time are legal. How many rows were left out, and why, is logged as a warning.
 
     Raises:
         RecordingError: time that decreases, NaN among the commands, an infinite value, a joint
@@ -104,12 +108,28 @@ def check_samples(recording: Recording) -> Recording:
         )  # fmt: skip
     _check_clock(merged, path)
     _check_enough(merged, path)
-    return merged
+    return _begun(merged, path)
+
+
+def _begun(recording: Recording, path: Path | str) -> Recording:
+    """From the row on by which every joint has been measured: before, its state is not known."""
+    first = np.argmax(~np.isnan(recording.q), axis=0)
+    last = int(np.argmax(first))
+    if first[last] == 0:
+        return recording
+    logger.warning(
+        "%s: the first %d of %d rows (%.3g s) left out, as column q.%s begins after them",
+        path, first[last], len(recording.time), recording.time[first[last]] - recording.time[0],
+        recording.joints[last],
+    )  # fmt: skip
+    begun = recording.from_row(int(first[last]))
+    _check_enough(begun, path)
+    return begun
 
 
 def _check_values(recording: Recording, path: Path | str) -> None:
     """Whether every number is finite, or absent where it may be, and of a possible size."""
-    for kind in (COMMANDED, *MEASURED):
+    for kind in KINDS:
         values = getattr(recording, kind)
         if values is None:
             continue
@@ -121,11 +141,11 @@ def _check_values(recording: Recording, path: Path | str) -> None:
                 f"an array of shape {values.shape}",
                 f"{expected}, rows by joints",
             )
-        bad = ~np.isfinite(values) if kind == COMMANDED else np.isinf(values)
+        bad = ~np.isfinite(values) if kind in COMMANDS else np.isinf(values)
         if bad.any():
             row, joint = np.argwhere(bad)[0]
             found = "nothing (NaN)" if np.isnan(values[row, joint]) else f"{values[row, joint]}"
-            allowed = "a finite number" + ("" if kind == COMMANDED else ", or nothing")
+            allowed = "a finite number" + ("" if kind in COMMANDS else ", or nothing")
             column = _column(recording, kind, joint)
             raise RecordingError(path, f"row {row + 1}, column {column}", found, allowed)
         most = MOST_RAD if kind in (COMMANDED, "q") else LARGEST
@@ -276,12 +296,14 @@ def check_against_joint_ranges(
         values = getattr(recording, kind)
         # comparisons with NaN are false: what was not sampled is not outside
         outside = (values < low) | (values > high)
+        if kind == COMMANDED:
+            outside &= recording.kp > 0  # else nothing follows it
         if not outside.any():
             continue
         row, joint = np.argwhere(outside)[0]
         value = values[row, joint]
         found = f"{value:.6g} rad"
-        beyond = np.nanmax(np.maximum(low - values, values - high))
+        beyond = np.max(np.maximum(low - values, values - high)[outside])
         in_degrees = np.deg2rad(values)
         fits = not ((in_degrees < low) | (in_degrees > high)).any()
         if fits and beyond > math.pi:

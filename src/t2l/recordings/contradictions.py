@@ -87,7 +87,7 @@ def _same_commands(first: Recording, second: Recording) -> bool:
     # midpoints: at an edge itself, rounding decides which command holds
     times = (edges[:-1] + np.diff(edges) / 2)[lasting]
     held = [
-        np.hstack([recording.q_des, recording.powered])[
+        np.hstack([recording.q_des, recording.feed_forward, recording.powered])[
             np.searchsorted(clock, times, side="right") - 1
         ]
         for recording, clock in zip((first, second), clocks, strict=True)

@@ -4,7 +4,8 @@
 >>> recording.q_des.shape, recording.duration_s
 
 The table has a column `time` [s] and, for every joint of the YAML, `q_des.JOINT` [rad],
-`q.JOINT` [rad] and, if recorded, `dq.JOINT` [rad/s], `tau.JOINT` [N·m] and `current.JOINT` [A].
+`q.JOINT` [rad], if commanded `dq_des.JOINT` [rad/s] and `tau_ff.JOINT` [N·m], and, if recorded,
+`dq.JOINT` [rad/s], `tau.JOINT` [N·m] and `current.JOINT` [A].
 `supply_voltage` [V], `temperature` [°C] and `torque_enabled` (0 or 1) are one column, or one for
 each joint. An empty measured cell means that nothing was sampled there.
 """
@@ -17,7 +18,7 @@ import numpy as np
 
 from t2l.documents import check_regular, read_yaml, to_yaml
 from t2l.errors import RecordingError
-from t2l.recordings.checks import COMMANDED, MEASURED, SHARED, check_columns, check_samples
+from t2l.recordings.checks import KINDS, SHARED, check_columns, check_samples
 from t2l.recordings.metadata import as_written, check_metadata
 from t2l.recordings.recording import Recording
 from t2l.recordings.table import read_numbers
@@ -55,7 +56,7 @@ def read_recording(path: Path | str) -> Recording:
         name=stem.name,
         path=table_path,
         time=np.ascontiguousarray(numbers[:, index["time"]]),
-        **{kind: signal(kind) for kind in (COMMANDED, *MEASURED)},
+        **{kind: signal(kind) for kind in KINDS},
         **metadata,
     )
     return check_samples(recording)
@@ -125,7 +126,7 @@ def _write_table(recording: Recording, path: Path, format: str) -> None:
     import pandas as pd
 
     columns = {"time": recording.time}
-    for kind in (COMMANDED, *MEASURED):
+    for kind in KINDS:
         values = getattr(recording, kind)
         if values is not None and kind in SHARED and _same(values).all():
             columns[kind] = values[:, 0]

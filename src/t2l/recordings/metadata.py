@@ -58,7 +58,7 @@ class Metadata(Typed):
         BeforeValidator(_joint_names),
         Field(description=JOINTS_ALLOWED),
     ]
-    kp: Annotated[per_joint(above=0, unit="N·m/rad"), Field(description="numbers, in N·m/rad")]
+    kp: Annotated[per_joint(at_least=0, unit="N·m/rad"), Field(description="numbers, in N·m/rad")]
     kd: Annotated[
         per_joint(at_least=0, unit="N·m·s/rad"), Field(description="numbers, in N·m·s/rad")
     ]

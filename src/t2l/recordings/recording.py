@@ -10,7 +10,8 @@ from t2l.gains import Cell
 
 CONTINUOUS = "continuous"
 SIGNALS = (
-    "time", "q_des", "q", "dq", "tau", "current", "supply_voltage", "temperature", "torque_enabled",
+    "time", "q_des", "dq_des", "tau_ff", "q", "dq", "tau", "current", "supply_voltage",
+    "temperature", "torque_enabled",
 )  # fmt: skip
 
 
@@ -18,12 +19,14 @@ SIGNALS = (
 class Recording:
     """Commands and measurements over time, with the controller that ran.
 
+    Its law is τ = Kp (q_des − q) + Kd (dq_des − q̇) + tau_ff, with zero for a command that is None.
+
     Attributes:
         name: the file's name without its ending.
         path: the table it was read from; None while it exists in memory only.
         robot: a name of `t2l.robots.ROBOTS`, or the absolute path of an MJCF file.
         joints: names, in the order of every array's columns.
-        kp: N·m/rad, (njoint,).
+        kp: N·m/rad, (njoint,); zero for a joint that no command of position moves.
         kd: N·m·s/rad, (njoint,).
         command_rate_hz: how often the commanded positions change.
         control_rate_hz: how often the controller evaluates its law.
@@ -32,6 +35,8 @@ class Recording:
         time: s, (n,), strictly increasing; gaps are allowed.
         q_des: rad, (n, njoint), each row held until the next.
         q: rad, (n, njoint), NaN where not sampled.
+        dq_des: rad/s, as q_des; None if velocities are not commanded.
+        tau_ff: N·m, as q_des; None if no torque is fed forward.
         dq: rad/s, as q; None if never recorded.
         tau: N·m, as q; None if never recorded.
         current: A, of the motors, as q; None if never recorded.
@@ -55,6 +60,8 @@ class Recording:
     time: np.ndarray
     q_des: np.ndarray
     q: np.ndarray
+    dq_des: np.ndarray | None = None
+    tau_ff: np.ndarray | None = None
     dq: np.ndarray | None = None
     tau: np.ndarray | None = None
     current: np.ndarray | None = None
@@ -87,6 +94,13 @@ class Recording:
         kept = {name: None if values is None else latest(values) for name, values in kept.items()}
         return replace(self, time=self.time[ends], **kept)
 
+    def from_row(self, first: int) -> "Recording":
+        """Without the rows before one; whether a motor is on stays as it was."""
+        values = {name: getattr(self, name) for name in SIGNALS}
+        if self.torque_enabled is not None:
+            values["torque_enabled"] = self.powered
+        return replace(self, **{n: None if v is None else v[first:] for n, v in values.items()})
+
     def beginning(self, duration_s: float) -> "Recording":
         """The rows before `duration_s`."""
         return self.part(0.0, duration_s)
@@ -97,6 +111,16 @@ class Recording:
         rows = (elapsed >= begin_s) & (elapsed < end_s)
         values = {name: getattr(self, name) for name in SIGNALS}
         return replace(self, **{n: None if v is None else v[rows] for n, v in values.items()})
+
+    @property
+    def feed_forward(self) -> np.ndarray:
+        """(n, njoint) N·m that the loop adds whatever it measures, Kd dq_des + tau_ff."""
+        torque = np.zeros_like(self.q_des)
+        if self.dq_des is not None:
+            torque += self.kd * self.dq_des
+        if self.tau_ff is not None:
+            torque += self.tau_ff
+        return torque
 
     @property
     def powered(self) -> np.ndarray:
@@ -126,7 +150,7 @@ class Recording:
     def cell(self) -> str:
         """``kp64_kd4`` where every joint has the same gains, else the recording's name."""
         kp, kd = self.kp[0], self.kd[0]
-        # no cell has zero damping, but a recording may
-        if (self.kp != kp).any() or (self.kd != kd).any() or kd <= 0:
+        # no cell has a gain of zero, but a recording may
+        if (self.kp != kp).any() or (self.kd != kd).any() or min(kp, kd) <= 0:
             return self.name
         return Cell(kp=float(kp), kd=float(kd)).name

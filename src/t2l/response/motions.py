@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from t2l.errors import RecordingError
+from t2l.recordings.checks import ADDED
 from t2l.recordings.importers import read_lerobot_positions
 from t2l.recordings.log import files, read_recordings
 from t2l.recordings.recording import Recording
@@ -78,6 +79,29 @@ def _of_recordings(recordings: Sequence[Recording], joints: Sequence[str] | None
         if joint not in first.joints:
             raise RecordingError(first.path, "--joints", joint, ", ".join(first.joints))
     chosen = [first.joints.index(joint) for joint in joints or first.joints]
+    for recording in recordings:
+        _check_position_controlled(recording, chosen)
     rows = tuple((r.time - r.time[0], r.q_des[:, chosen], r.q[:, chosen]) for r in recordings)
     names = tuple(first.joints[j] for j in chosen)
     return Motions(first.cell, names, rows, UNIT, (first.kp[chosen], first.kd[chosen]))
+
+
+def _check_position_controlled(recording: Recording, chosen: Sequence[int]) -> None:
+    """Whether joints follow nothing but their position command.
+
+    Raises:
+        RecordingError: one has no stiffness, or a command beside it.
+    """
+    path = recording.path or recording.name
+    for j in chosen:
+        joint = recording.joints[j]
+        if recording.kp[j] == 0:
+            found, allowed = f"joint {joint} with kp 0", "joints with a kp above 0; see --joints"
+            raise RecordingError(path, "key kp", found, allowed)
+        for name in ADDED:
+            values = getattr(recording, name)
+            if values is not None and values[:, j].any():
+                raise RecordingError(
+                    path, f"column {name}.{joint}", "a command beside the position", "0 or no such "
+                    "column: gains are told from motions that follow q_des alone"
+                )  # fmt: skip

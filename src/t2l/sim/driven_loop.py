@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from t2l.sim.schedule import Schedule
-from t2l.sim.servo import commands, torque_limits
+from t2l.sim.servo import commands, feed_forward, torque_limits
 
 POSES_PER_S = 50.0  # numerics: at which inverse dynamics are evaluated, linear between them
 # fields of a model that only its inverse dynamics know
@@ -65,6 +65,8 @@ def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
     return replace(
         schedule,
         commands=flat(schedule.commands),
+        dq_des=flat(schedule.dq_des),
+        tau_ff=flat(schedule.tau_ff),
         kp=every(schedule.kp),
         kd=every(schedule.kd),
         start_q=every(schedule.start_q),
@@ -146,6 +148,7 @@ class DrivenLoop:
         self.command_lead_s = np.zeros_like(self.kp)
         self.added_friction = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
+        self.feed_forward_filters: list[Callable] = []
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
         self.sensor_filters: list[Callable] = []
@@ -205,7 +208,7 @@ class DrivenLoop:
         damping = self.kd + self.ahead * self.kp
         heavier = self._armature() + self.ahead * self.kd
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
-        command = commands(schedule, self.command_lead_s, many)
+        command, added = commands(schedule.commands, self), feed_forward(self)
         recording = np.tile(np.arange(self.nrec), many)
         at_rest = path.at_rest
         shown = {"qfrc_bias": path.load, "qfrc_gravcomp": path.weight}
@@ -226,6 +229,8 @@ class DrivenLoop:
             for change in self.command_filters:
                 change(tick, target)
             torque = self.kp * (target - measured) - damping * measured_dq
+            if added is not None:
+                torque += added(tick)
             weight = np.tile(path.weight[tick], (many, 1))
             torque += compensated * self.compensation_factor * weight
             for change in self.controller_filters:

@@ -23,6 +23,7 @@ class Schedule:
         coarseness: periods of the real loop from tick to tick.
         powered: (ntick, nrec, njoint) part of each tick for which the motor is on; None if always.
         clock_s: (nrec,) s, what the logs' clocks show at the first tick; None for zero.
+        dq_des, tau_ff: (ntick, nrec, njoint) rad/s and N·m, commanded beside q_des; None for zero.
         elapsed_s: (nrec,) s, time since the start at the first tick; None for zero.
         command_period_s: (nrec,) s, from command to command; None for that of the ticks.
         logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
@@ -42,6 +43,8 @@ class Schedule:
     clock_s: np.ndarray | None = None
     elapsed_s: np.ndarray | None = None
     command_period_s: np.ndarray | None = None
+    dq_des: np.ndarray | None = None
+    tau_ff: np.ndarray | None = None
     logged: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def of(self, recordings: np.ndarray) -> "Schedule":
@@ -61,6 +64,8 @@ class Schedule:
             command_period_s=None
             if self.command_period_s is None
             else self.command_period_s[recordings],
+            dq_des=None if self.dq_des is None else self.dq_des[:, recordings],
+            tau_ff=None if self.tau_ff is None else self.tau_ff[:, recordings],
             logged={name: values[:, recordings] for name, values in self.logged.items()},
         )
 

@@ -1,8 +1,9 @@
 """Position-controlled joints as a robot runs them: torque held between the ticks of its loop.
 
-    τ_k = Kp (q_des − q_k) − Kd q̇_k + g(q_k),   held for one period
+    τ_k = Kp (q_des − q_k) + Kd (dq_des − q̇_k) + τ_ff + g(q_k),   held for one period
 
-with the gravity compensation g where the loop gives one. A machine that compensates elsewhere, by
+with velocity and torque where they are commanded too, and the gravity compensation g where the loop
+gives one. A machine that compensates elsewhere, by
 springs or by a much faster loop of its drives, does so continuously.
 
 The plant moves under finer or equal physics steps of dt. MuJoCo's single-step integrators evaluate
@@ -57,6 +58,8 @@ class ServoLoop:
         command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
             what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
+        feed_forward_filters: called with (tick, torque), change Kd dq_des + tau_ff in place,
+            likewise; where neither is commanded they are not called.
         controller_filters: called with (tick, torque), change what the loop computes, the gravity
             compensation that it gives included, in place.
         motor_filters: called with (tick, torque), change the motor torque, any gravity
@@ -105,6 +108,7 @@ class ServoLoop:
         self.command_lead_s = np.zeros_like(self.kp)
         self.added_friction = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
+        self.feed_forward_filters: list[Callable] = []
         self.controller_filters: list[Callable] = []
         self.motor_filters: list[Callable] = []
         self.sensor_filters: list[Callable] = []
@@ -173,7 +177,8 @@ class ServoLoop:
         wanted, taken = schedule.sample_ticks.tolist(), 0
         limited = np.isfinite(self.motor_limits).any()
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
-        command = commands(schedule, self.command_lead_s, self.nvariant)
+        command = commands(schedule.commands, self)
+        added = feed_forward(self)
         recording = np.tile(np.arange(self.nrec), self.nvariant)
         if self.friction or self.added_friction.any():
             friction = AddedFriction(batch, self.joints)
@@ -201,6 +206,8 @@ class ServoLoop:
                 change(tick, target)
             torque = self.kp * (target - measured)
             torque -= kd * measured_dq
+            if added is not None:
+                torque += added(tick)
             if gravity:
                 torque += compensated * gravity(later if tick == 1 else ahead)
             for change in self.controller_filters:
@@ -286,17 +293,17 @@ class ServoLoop:
             prepare(self)
 
 
-def commands(schedule: Schedule, lead_s: np.ndarray, nvariant: int) -> Callable[[int], np.ndarray]:
-    """q_des (nsim, njoint) in force at a tick, before any filter.
+def commands(given: np.ndarray, loop) -> Callable[[int], np.ndarray]:
+    """What is commanded (nsim, njoint) at a tick, before any filter.
 
     Args:
-        lead_s: as `ServoLoop.command_lead_s`.
+        given: (ntick, nrec, njoint) at their time.
+        loop: whose `nvariant`, `period_s` and `command_lead_s` count.
     """
-    given = schedule.commands
-    recording = np.tile(np.arange(given.shape[1]), nvariant)
-    if not lead_s.any():
+    recording = np.tile(np.arange(given.shape[1]), loop.nvariant)
+    if not loop.command_lead_s.any():
         return lambda tick: given[tick].take(recording, axis=0)
-    lead = lead_s / schedule.period_s
+    lead = loop.command_lead_s / loop.period_s
     whole = np.floor(lead + 1e-9).astype(int)
     part, last, joint = lead - whole, len(given) - 1, np.arange(given.shape[2])
 
@@ -305,6 +312,28 @@ def commands(schedule: Schedule, lead_s: np.ndarray, nvariant: int) -> Callable[
             given[np.clip(tick + n, 0, last), recording[:, None], joint] for n in (whole, whole + 1)
         )
         return now + part * (next - now)
+
+    return at
+
+
+def feed_forward(loop) -> Callable[[int], np.ndarray] | None:
+    """Kd dq_des + tau_ff (nsim, njoint), N·m, that arrives at a tick; None without such commands.
+
+    Args:
+        loop: a `ServoLoop` or what stands for one; its Kd counts as effects left it.
+    """
+    given = loop.schedule.dq_des, loop.schedule.tau_ff
+    velocity, torque = (None if values is None else commands(values, loop) for values in given)
+    if velocity is None and torque is None:
+        return None
+
+    def at(tick: int) -> np.ndarray:
+        total = np.zeros_like(loop.kp) if torque is None else torque(tick)
+        if velocity is not None:
+            total += loop.kd * velocity(tick)
+        for change in loop.feed_forward_filters:
+            change(tick, total)
+        return total
 
     return at
 

@@ -63,6 +63,25 @@ def test_one_column_may_be_the_supply_of_all_joints(files):
     np.testing.assert_allclose(recording.supply_voltage, np.full_like(Q, 7.4))
 
 
+def test_commanded_velocity_and_torque_come_in_other_units_and_are_held(tmp_path):
+    joints = ["fr3_joint1", "fr3_joint2"]
+    lines = ["t,p1,p2,c1,c2,v1,v2,u1,u2"]
+    lines += [f"{0.02 * i},0,0,0,0,{'' if i % 2 else '90,180,500,-250'}" for i in range(30)]
+    lines = [line + ",,," if line.endswith(",") else line for line in lines]
+    table, mapping = tmp_path / "run.csv", tmp_path / "mapping.yaml"
+    table.write_text("\n".join(lines))
+    columns = {
+        "time": "t", "q": ["p1", "p2"], "q_des": ["c1", "c2"],
+        "dq_des": {"from": ["v1", "v2"], "unit": "deg/s"},
+        "tau_ff": {"from": ["u1", "u2"], "unit": "mN·m"},
+    }  # fmt: skip
+    keys = MAPPING | {"joints": joints, "columns": columns, "held_commands": True}
+    mapping.write_text(yaml.safe_dump(keys))
+    recording = read_mapped(table, read_mapping(mapping))
+    np.testing.assert_allclose(recording.dq_des, np.tile([np.pi / 2, np.pi], (30, 1)))
+    np.testing.assert_allclose(recording.tau_ff, np.tile([0.5, -0.25], (30, 1)))
+
+
 def test_the_command_writes_recordings(files, tmp_path, capsys):
     table, mapping, _ = files
     out = tmp_path / "out"
@@ -126,7 +145,7 @@ def test_the_example_reads_decimal_commas_and_holds_commands(tmp_path):
 
 
 SPOILT = [
-    ({"kp": 0}, "key kp: found 0"),
+    ({"kp": -1}, "key kp: found -1"),
     ({"colums": {}}, r"key colums: found an unknown key \(did you mean columns\?\)"),
     ({"columns": None}, "key columns: found nothing"),
     ({"separator": ",", "decimal": ","}, "key decimal: found ','; allowed: another mark"),

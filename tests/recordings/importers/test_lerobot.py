@@ -137,7 +137,7 @@ def test_names_in_groups_and_no_names_at_all(dataset):
 def test_what_is_wrong_is_named(dataset):
     for change, message in (
         ({"joints": ["hip", "elbow"]}, r"features.action: found shoulder.pos, elbow.pos; .* hip"),
-        ({"kp": 0}, "key kp: found 0"),
+        ({"kp": -1}, "key kp: found -1"),
         ({"robot": "so101"}, "key robot: found 'so101'"),
     ):
         with pytest.raises(RecordingError, match=message):

@@ -27,7 +27,7 @@ from pydantic import Field
 
 from t2l.documents import check_regular, read_yaml
 from t2l.errors import RecordingError
-from t2l.recordings.checks import COMMANDED, MEASURED, OPTIONAL, SHARED, check_samples
+from t2l.recordings.checks import COMMANDS, KINDS, OPTIONAL, SHARED, check_samples
 from t2l.recordings.importers.units import FACTORS
 from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
@@ -136,7 +136,7 @@ def read_mapped(table: Path | str, mapping: Mapping) -> Recording:
         name=table.stem,
         path=table,
         time=time - time[0] if len(time) else time,
-        **{kind: signal(kind) for kind in (COMMANDED, *MEASURED)},
+        **{kind: signal(kind) for kind in KINDS},
         **mapping.metadata,
     )
     try:
@@ -147,15 +147,15 @@ def read_mapped(table: Path | str, mapping: Mapping) -> Recording:
 
 
 def _sources(found: MappingFile, path: Path) -> dict[str, Source]:
-    joints, kinds = found.joints, (COMMANDED, *MEASURED)
-    known = ["time", *kinds, *(f"{kind}.{joint}" for kind in kinds for joint in joints)]
+    joints = found.joints
+    known = ["time", *KINDS, *(f"{kind}.{joint}" for kind in KINDS for joint in joints)]
     sources: dict[str, Source] = {}
     for key, value in found.columns.items():
         if key not in known:
             shown = f"an unknown key{suggestion(key, known)}"
             raise RecordingError(path, f"key columns.{key}", shown, ", ".join(known))
         kind = next(k for k in FACTORS if key == k or key.startswith(f"{k}."))
-        targets = [f"{kind}.{joint}" for joint in joints] if key in kinds else [key]
+        targets = [f"{kind}.{joint}" for joint in joints] if key in KINDS else [key]
         # text alone names a column that is in SI already
         value = {"from": value} if isinstance(value, str | list) else value
         each = _each_source(value, path, f"columns.{key}.", kind, len(targets))
@@ -209,7 +209,7 @@ def _each_source(value: Any, path: Path, prefix: str, kind: str, count: int) -> 
 def _check_complete(sources: AnyMapping, joints: tuple[str, ...], path: Path) -> None:
     if "time" not in sources:
         raise RecordingError(path, "key columns.time", "nothing", "the column that holds the time")
-    for kind in (COMMANDED, *MEASURED):
+    for kind in KINDS:
         missing = [joint for joint in joints if f"{kind}.{joint}" not in sources]
         optional = kind in OPTIONAL
         if missing and not (optional and len(missing) == len(joints)):
@@ -288,7 +288,7 @@ def _hold_commands(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     held = dict(columns)
     first = 0
     for name, values in columns.items():
-        if not name.startswith(f"{COMMANDED}."):
+        if name.partition(".")[0] not in COMMANDS:
             continue
         given = np.where(np.isnan(values), -1, np.arange(len(values)))
         last = np.maximum.accumulate(given)
