@@ -4,6 +4,8 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 
+NEWTON = 8  # numerics: steps, each of which doubles the digits
+
 
 class EncoderEccentricity(Effect):
     """q_measured = q + a sin(q + φ)."""
@@ -52,6 +54,6 @@ class EncoderEccentricity(Effect):
 def true_angle(reading, amplitude, phase):
     """The angle at a reading, rad, by Newton's method."""
     q = np.array(reading, float)
-    for _ in range(8):
+    for _ in range(NEWTON):
         q = q - (q + amplitude * np.sin(q + phase) - reading) / (1 + amplitude * np.cos(q + phase))
     return q

@@ -6,6 +6,8 @@ from t2l.effects.cogging import FEWEST, LEAST_RANGE_RAD, MOST, PHASE_STEP
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
 
+LARGEST = 0.9  # bound: of a first guess: the motor does not change its direction
+
 
 class TorqueRippleWithPosition(Effect):
     """τ_motor → τ_motor (1 + a sin(N q + φ))."""
@@ -62,7 +64,7 @@ class TorqueRippleWithPosition(Effect):
         periods = grid[np.argmin([_ripple(q, torque, motor, n)[0] for n in grid])]
         sine, cosine = _ripple(q, torque, motor, periods)[1]
         return {
-            "amplitude": min(np.hypot(sine, cosine), 0.9),
+            "amplitude": min(np.hypot(sine, cosine), LARGEST),
             "phase": np.arctan2(cosine, sine),
             "periods": periods,
         }
