@@ -1,6 +1,7 @@
 """The search on made recordings, and the command that shows what it found."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -79,7 +80,9 @@ def test_the_quick_answer_is_written_with_its_page(at_home, capsys):
     assert content["verdict"] == NOTHING_MISSING
     assert {row["effect"] for row in content["parameters"]} == set(HIDDEN)
     assert set(read_model(at_home / "quick/model.yaml").effects) == set(HIDDEN)
-    assert (at_home / "quick/report.html").exists()
+    assert "effects adopted: none" not in (at_home / "quick/model.yaml").read_text()
+    page = (at_home / "quick/report.html").read_text()
+    assert re.search(r"2\s*(<[^>]*>\s*)*known effects added", page)
 
 
 def test_the_steps_of_a_whole_run_are_left_alone(at_home):

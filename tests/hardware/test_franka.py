@@ -166,8 +166,8 @@ def test_an_arm_beyond_its_limits_is_stopped_between_two_commands(tmp_path):
 
     begun = time.perf_counter()
     with Watched(Slow()) as arm:
-        # so near that the approach is slow enough
-        beyond = r"stuck, 1\.\d\d s: .*stopped: found velocity of fr3_joint7 0\.1\d+ rad/s; .*-0.15"
+        # before the next command; how fast it is by then is a matter of when the machine looks
+        beyond = r"stuck, 1\.\d\d s: .*stopped: found velocity of fr3_joint7 0\.\d+ rad/s; .*-0.15"
         with pytest.raises(BeyondLimitError, match=beyond):
             arm.record(Motion("stuck", q_des, 1.0, *gains))
         assert time.perf_counter() - begun < 10

@@ -290,7 +290,8 @@ def write_explanation(
         parameters: of the final model, as `t2l.diagnose.final_parameters` finds them.
     """
     stand = explanation.model.effects
-    names = [step.effect for step in explanation.steps if step.effect in stand]
+    found = [name for step in explanation.steps for name in (step.effect or "").split(" + ")]
+    names = [name for name in found if name in stand]
     comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
     write_model(explanation.model, folder / MODEL, comment)
     content = as_json(explanation) | {"parameters": list(parameters)}
