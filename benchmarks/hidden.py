@@ -161,14 +161,10 @@ def explained(folder: Path) -> dict:
     from t2l.diagnose.evidence import gather
     from t2l.diagnose.files import PROPOSAL, PROPOSED
     from t2l.diagnose.forward_selection import explain
-    from t2l.diagnose.recordings_and_model import read_recordings_and_model
-    from t2l.identify.step_size import substeps_for
     from t2l.propose.beside import proposed_beside
 
     began = perf_counter()
-    truth = yaml.safe_load((folder / "truth.yaml").read_text())
-    model, recordings, holdout = read_recordings_and_model([folder / "train"], [folder / "holdout"])
-    substeps = substeps_for(model, recordings)
+    truth, model, recordings, holdout, substeps = _read(folder)
     evidence = gather(model.robot, recordings, holdout, substeps, threads=1)
     work = FOLDER / "work" / folder.name
     shutil.rmtree(work, ignore_errors=True)  # steps of other code
@@ -209,17 +205,24 @@ def explained(folder: Path) -> dict:
     }
 
 
+def _read(folder: Path) -> tuple:
+    """Truth, model, recordings, those held out, and physics steps a tick."""
+    from t2l.diagnose.recordings_and_model import read_recordings_and_model
+    from t2l.identify.step_size import substeps_for
+
+    truth = yaml.safe_load((folder / "truth.yaml").read_text())
+    read = read_recordings_and_model([folder / "train"], [folder / "holdout"])
+    return truth, *read, substeps_for(*read[:2])
+
+
 def explained_quickly(folder: Path) -> dict:
     """Explain the recordings of `folder` as `t2l explain --quick` does."""
     from t2l.detective.data_split import split
     from t2l.detective.explanation import explained_quickly
-    from t2l.diagnose.recordings_and_model import read_recordings_and_model
-    from t2l.identify.step_size import substeps_for
 
     began = perf_counter()
-    truth = yaml.safe_load((folder / "truth.yaml").read_text())
-    model, recordings, holdout = read_recordings_and_model([folder / "train"], [folder / "holdout"])
-    data = split(model.robot, recordings, holdout, substeps_for(model, recordings), threads=1)
+    truth, model, recordings, holdout, substeps = _read(folder)
+    data = split(model.robot, recordings, holdout, substeps, threads=1)
     found = explained_quickly(model, data)
     seconds = perf_counter() - began
     adopted = [name for s in found.steps if s.effect for name in s.effect.split(" + ")]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from t2l.detective.linear_loop import install, linearised, respond
+from t2l.detective.linear_loop import linearised, respond
 from t2l.detective.motion import measured_motion
 from t2l.detective.responses import added_torques
 from t2l.effects.registry import builtin
@@ -11,6 +11,7 @@ from t2l.effects.term import Layout, Term
 from t2l.identify.first_guesses import first_guesses
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.scales import scales
+from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, all_at_once
 from tests.diagnose.made import WEIGHT, hold, measured, pendulum, recording, swings
 

@@ -7,7 +7,7 @@ from benchmarks.hidden_effects.cases import ROBOTS
 
 from t2l.errors import ConfigurationError
 from t2l.robots import make_robot, plant
-from t2l.sim.servo import torque_limits
+from t2l.sim.loop import torque_limits
 
 # an arm with what a manufacturer's MJCF may have: a gripper, sensors, keys, looks
 ROBOT = """<mujoco><compiler angle="radian"/>

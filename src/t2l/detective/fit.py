@@ -113,13 +113,11 @@ def begun(
     adopted: tuple[Layout, np.ndarray],
     members: Sequence[Candidate],
     weights: np.ndarray,
-    nbase: int,
 ) -> tuple[Layout, np.ndarray]:
     """Layout and start u of the adopted terms with a set of candidates.
 
     Args:
-        weights: of the base's columns, and of the columns of the members in turn.
-        nbase: how many columns the base has.
+        weights: of the columns of the model so far, and then of those of the members in turn.
     """
     layout, u = adopted
     values = {slot.key: value for slot, value in zip(layout.slots, u, strict=True)}
@@ -131,7 +129,7 @@ def begun(
         name = member.effect.name
         effects[name] = member.effect
         joints.setdefault(name, set()).update(member.joints)
-    new, at = {}, nbase
+    new, at = {}, len(weights) - sum(len(member.columns) for member in members)
     for member in members:
         for (parameter, joint), start in member.setting.items():
             new.setdefault((member.effect.name, parameter, joint), start)

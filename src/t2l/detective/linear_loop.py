@@ -19,11 +19,11 @@ import numpy as np
 from t2l.detective.motion import Motion
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
+from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, Path, Poses, all_at_once
 
 STEP_RAD = 1e-6  # numerics: of finite differences
 STEP_RAD_S = 1e-6  # numerics: likewise
-CHUNK = 400_000  # numerics: rows of one call of a driven loop
 # tuned: of a joint's usual speed, below which the sign of its velocity is not known
 AT_REST = 0.02
 
@@ -45,15 +45,9 @@ class Section:
     torque: np.ndarray
 
 
-@dataclass(frozen=True)
-class Setting:
-    """A candidate with its parameters, and which of them are derived by: a layout and u (n,)."""
-
-    layout: Layout
-    u: np.ndarray
-
-
-def linearised(predictor: Predictor, layout: Layout, u: np.ndarray, motions: Sequence[Motion]):
+def linearised(
+    predictor: Predictor, layout: Layout, u: np.ndarray, motions: Sequence[Motion]
+) -> list[Section]:
     """Sections of every group along its motion, at the model so far u (n,)."""
     return [_section(predictor, layout, u, motion) for motion in motions]
 
@@ -152,13 +146,11 @@ def _discrete(predictor, layout, u, motion: Motion, path: Path, plant: _Plant, m
     schedule = motion.group.schedule
     ntick, nrec, n = path.q.shape
     h = schedule.period_s
-    stiffness, damping = controller(predictor, layout, u, schedule, path, model)
+    stiffness, damping = _controller(predictor, layout, u, schedule, path, model)
     loop = DrivenLoop(model, predictor.joints, schedule, 1)
-    _install(loop, layout, u)
-    ahead = loop.ahead[:nrec]
-    mass = plant.mass + (ahead * loop.kd[:nrec])[:, :, None] * np.eye(n)
-    more = loop._armature()[:nrec]
-    mass = mass + more[:, :, None] * np.eye(n)
+    install(loop, [(layout, u[None])])
+    more = loop.ahead * loop.kd + loop.added_armature()
+    mass = plant.mass + more[..., None] * np.eye(n)
     # what the joints' own dry friction does near rest
     own = model.dof_frictionloss[[model.joint(name).dofadr[0] for name in predictor.joints]]
     slope = path.at_rest**2 / (path.dq**2 + path.at_rest**2) ** 1.5
@@ -177,53 +169,28 @@ def _discrete(predictor, layout, u, motion: Motion, path: Path, plant: _Plant, m
     return step, torque
 
 
-def controller(predictor, layout, u, schedule, path: Path, model):
-    """Derivatives of the torque of a loop by position and velocity, (ntick, nrec, n, n)."""
+def _controller(predictor, layout, u, schedule, path: Path, model):
+    """Derivatives of the torque of a loop by position and velocity, (ntick, nrec, n, n) each.
+
+    What remembers is left out: it would need the order of the ticks.
+    """
     ntick, nrec, n = path.q.shape
     kept = Layout([term for term in layout.terms if not term.effect.remembers])
-    index = [i for i, slot in enumerate(layout.slots) if not slot.term.effect.remembers]
-    u = u[index]
-    if (
-        not kept.terms
-        and not np.isfinite(DrivenLoop(model, predictor.joints, schedule, 1).motor_limits).any()
-    ):
-        loop = DrivenLoop(model, predictor.joints, schedule, 1)
-        on = 1.0 if schedule.powered is None else schedule.powered[:ntick]
-        eye = np.eye(n)
-        k = -(on * loop.kp)[..., None] * eye
-        d = -(on * (loop.kd + loop.ahead * loop.kp))[..., None] * eye
-        return np.broadcast_to(k, (ntick, nrec, n, n)), np.broadcast_to(d, (ntick, nrec, n, n))
-    k, d = np.empty((2, ntick, nrec, n, n))
+    u = u[[i for i, slot in enumerate(layout.slots) if not slot.term.effect.remembers]]
     flat, whole = all_at_once(schedule, ntick), path.all_at_once()
 
-    def at(path):
+    def at(path: Path) -> np.ndarray:
         loop = DrivenLoop(model, predictor.joints, flat, 1)
-        _install(loop, kept, u)
+        install(loop, [(kept, u[None])])
         return loop.torque(path)[0, 0].reshape(ntick, nrec, n)
 
     base = at(whole)
-    for j in range(n):
-        for out, name, step in ((k, "q", 1e-6), (d, "dq", 1e-6)):
-            moved = getattr(whole, name).copy()
-            moved[..., j] += step
-            out[..., j] = (at(replace(whole, **{name: moved})) - base) / step
-    return k, d
 
+    def by(name: str, step: float) -> np.ndarray:
+        moved = (getattr(whole, name) + step * unit for unit in np.eye(n))
+        return np.stack([(at(replace(whole, **{name: x})) - base) / step for x in moved], axis=-1)
 
-def _install(loop: DrivenLoop, layout: Layout, u: np.ndarray) -> None:
-    install(loop, [(layout, u[None])])
-
-
-def install(loop: DrivenLoop, variants: Sequence[tuple[Layout, np.ndarray]]) -> None:
-    """Effects of variants in turn, u (mi, n) each."""
-    at = 0
-    for layout, u in variants:
-        rows = loop.rows(slice(at, at + len(u)))
-        values = layout.decode(u)
-        for term in layout.terms:
-            per_row = {k: loop.per_row(v) for k, v in values[term.effect.name].items()}
-            term.effect.install(loop, rows, np.array(term.joints, int), per_row)
-        at += len(u)
+    return by("q", STEP_RAD), by("dq", STEP_RAD_S)
 
 
 def respond(section: Section, torque: np.ndarray, joint: np.ndarray | None = None) -> np.ndarray:

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.detective.linear_loop import Section, install
+from t2l.detective.linear_loop import Section
 from t2l.effects.blame import blaming
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
+from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, all_at_once
 
 ROWS = 300_000  # numerics: ticks of variants that one call computes

@@ -9,7 +9,7 @@ Source: beam search over models, Hastie et al., The elements of statistical lear
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -43,14 +43,11 @@ class Screen:
 
     Attributes:
         folds: (nsample,) number of the part that each sample is left out with.
-        base: columns that every set has: of the model so far, with bounds (p, 2).
     """
 
     table: Table
     residual: np.ndarray
     folds: np.ndarray
-    base: Sequence[int] = ()
-    bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
         columns = np.concatenate([self.table.columns, self.residual[:, None]], axis=1)
@@ -76,10 +73,6 @@ class Screen:
         """The candidates of a set."""
         return [self.table.candidates[i] for i in members]
 
-    def words(self, members: Sequence[int]) -> list[str]:
-        """What they are called."""
-        return [repr(one) for one in self.chosen(members)]
-
     def weights(self, members: Sequence[int]) -> np.ndarray:
         """Of the base's and the set's columns, fitted to all."""
         constants, at, lower, upper = self._columns(members)
@@ -92,9 +85,9 @@ class Screen:
         chosen = [self.table.candidates[i] for i in members]
         constants = [c for one in chosen for c in one.constants]
         columns = [c for one in chosen for c in one.columns]
-        at = np.array([*self.base, *(c.at for c in columns)], int)
-        lower = np.array([*self.bounds[:, 0], *(c.lower for c in columns)])
-        upper = np.array([*self.bounds[:, 1], *(c.upper for c in columns)])
+        at = np.array([*self.table.base, *(c.at for c in columns)], int)
+        lower = np.array([*self.table.bounds[:, 0], *(c.lower for c in columns)])
+        upper = np.array([*self.table.bounds[:, 1], *(c.upper for c in columns)])
         return constants, at, lower, upper
 
     def _left(self, members: Sequence[int]) -> float:

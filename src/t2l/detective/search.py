@@ -1,18 +1,18 @@
 """Linearise, screen, fit, judge, and again from what was adopted, until nothing earns its place."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from t2l.detective.candidates import Table, known_candidates
+from t2l.detective.candidates import known_candidates
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import FittedSet, Samples, begun, finish, fit_sets
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Scored, Screen
-from t2l.diagnose.starting_points import _read_off
+from t2l.diagnose.starting_points import read_off
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
@@ -25,8 +25,6 @@ from t2l.identify.scales import scales
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 FITTED = 10  # numerics: sets of a round that are fitted in full
 FINISHED = 4  # numerics: of these, on every tick
-
-Say = Callable[[str], None]
 
 
 @dataclass
@@ -59,13 +57,11 @@ class Found:
 def search(
     model: Model,
     data: DataSplit,
-    say: Say = lambda what: None,
     looked: Callable[["Round"], None] = lambda this: None,
 ) -> Found:
     """What `model` lacks.
 
     Args:
-        say: told what is tried and found, in detail.
         looked: told of each round when its front is known, and again when it adopted something.
 
     Raises:
@@ -80,13 +76,12 @@ def search(
     check_finite(predictor.predict([request])[0][0], predictor, request)
     (current,) = fit_sets([(layout, u)], whole, iterations=0)
     found = Found(model)
-    for number in range(ROUNDS):
+    for _ in range(ROUNDS):
         left = np.full(len(samples), np.nan)
         left[mask] = -current.residual
         judge = Judge(block, noise_floor(list(predictor.recordings), samples.by_row(left)))
         this = Round(current, judge.noise_rad)
         found.rounds.append(this)
-        say(f"round {number + 1}: {_mrad(current)} left, noise {1e3 * judge.noise_rad:.3g} mrad")
         if judge.quiet(current.left_out_rmse):
             break
         adopted = current.layout, current.u
@@ -101,33 +96,17 @@ def search(
             for one in sets
         ]  # fmt: skip
         looked(this)
-        for parameters, error, words in this.front:
-            say(f"  promises {1e3 * error:.3g} mrad with {parameters}: {words}")
-        starts = [
-            begun(adopted, screen.chosen(s.members), screen.weights(s.members), len(screen.base))
-            for s in sets
-        ]
+        starts = [begun(adopted, screen.chosen(s.members), screen.weights(s.members)) for s in sets]
         fits = fit_sets(starts, fitted, (adopted, current.residual))
-        fits = finish(_leaders(current, fits, judge), fitted)
+        fits = finish(_leaders(fits, judge), fitted)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
-        for one in this.fits:
-            say(f"  fitted {_mrad(one)} with {one.parameters}: {_words(one)}")
         better = choose(current, fits, judge)
         if better is None:
             break
-        current = this.adopted = prune(better, fitted, judge, say)
+        current = this.adopted = prune(better, fitted, judge)
         looked(this)
-        say(f"  adopted {_mrad(current)}: {_words(current)}")
     found.model = from_vector(model, current.layout, current.u, joints)
     return found
-
-
-def _mrad(one: FittedSet) -> str:
-    return f"{1e3 * one.rmse:.3g} ({1e3 * one.left_out_rmse:.3g}) mrad"
-
-
-def _words(one: FittedSet) -> str:
-    return ", ".join(f"{name}{list(joints)}" for name, joints in sorted(one.names))
 
 
 def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> FittedSet | None:
@@ -140,7 +119,7 @@ def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> Fitte
     return min(alike, key=lambda f: (f.parameters, f.left_out_rmse))
 
 
-def _leaders(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
+def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
     """Of those fitted at fewer ticks what may be taken: the best, and others of few numbers."""
     ranked = sorted(fits, key=lambda f: f.left_out_rmse)
     if not ranked:
@@ -154,7 +133,7 @@ def _leaders(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> lis
     return chosen
 
 
-def prune(better: FittedSet, samples: Samples, judge: Judge, say: Say) -> FittedSet:
+def prune(better: FittedSet, samples: Samples, judge: Judge) -> FittedSet:
     """Drop terms, joint by joint, that the rule does not miss."""
     while True:
         trials = _without_one(better)
@@ -168,7 +147,6 @@ def prune(better: FittedSet, samples: Samples, judge: Judge, say: Say) -> Fitted
         if not kept:
             return better
         better = min(kept, key=lambda f: f.left_out_rmse)
-        say(f"  pruned {_mrad(better)}: {_words(better)}")
 
 
 def _without_one(whole: FittedSet) -> list[tuple[Layout, np.ndarray]]:
@@ -192,12 +170,12 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
     known = sorted((s for s in screen.known.values() if s.members), key=lambda s: s.error)
     singles = [s for s in known if len(s.members) == 1]
     chosen: list[Scored] = []
-    names: list[set[str]] = []
+    names: list[set[tuple[str, tuple[int, ...]]]] = []
     for one in [*front[: FITTED // 2], *singles[:4], *known[:2]]:
-        words = set(screen.words(one.members))
-        if words not in names:
+        keys = {candidate.key for candidate in screen.chosen(one.members)}
+        if keys not in names:
             chosen.append(one)
-            names.append(words)
+            names.append(keys)
     return chosen[:FITTED]
 
 
@@ -212,8 +190,8 @@ def _screen(
         e for e in model.known_effects(predictor.joints).values()
         if e.may_act(predictor.recordings)
     ]  # fmt: skip
-    read = _read_off(predictor, mask, effects, residual)
+    read = read_off(predictor, mask, effects, residual)
     guesses = {e.name: first_guesses(e, sizes, n) + read[e.name] for e in effects}
     table = known_candidates(predictor, sections, adopted, effects, guesses, residual)
-    table = Table(table.columns[mask], table.candidates, table.base, table.bounds)
-    return Screen(table, residual[mask], samples.folds, table.base, table.bounds)
+    table = replace(table, columns=table.columns[mask])
+    return Screen(table, residual[mask], samples.folds)

@@ -82,7 +82,7 @@ def gather(
         masks, chooses = [_all(train), _all(validation)], "whole recordings"
     else:
         train = validation = predictor(rest)
-        masks, chooses = _by_blocks(train, TWO_SETS if test else THREE_SETS), "blocks of time"
+        masks, chooses = sets_by_time(train, TWO_SETS if test else THREE_SETS), "blocks of time"
     if test:
         tested = predictor(test)
         masks = [*masks[:2], _all(tested)]
@@ -125,7 +125,7 @@ def fine_enough(model: Model, evidence: Evidence) -> Evidence:
     return evidence
 
 
-def _by_blocks(predictor: Predictor, sets: Sequence[str]) -> list[np.ndarray]:
+def sets_by_time(predictor: Predictor, sets: Sequence[str]) -> list[np.ndarray]:
     """Masks (nsample,) of two or three sets: blocks of time in turn, with a guard at each edge.
 
     Residuals are alike over a short time, so that samples beside an edge belong to no set.

@@ -74,9 +74,9 @@ def starting_points_of(
     layouts = [candidate_layout(adopted, term) for term in terms]
     so_far = predictor.predict([Request(adopted, u_adopted[None])])[0][0]
     effects = list({term.effect.name: term.effect for term in terms}.values())
-    read_off = _read_off(predictor, mask, effects, samples.q - so_far)
+    found_off = read_off(predictor, mask, effects, samples.q - so_far)
     sizes = scales(predictor)
-    guesses = {e.name: first_guesses(e, sizes, njoint) + read_off[e.name] for e in effects}
+    guesses = {e.name: first_guesses(e, sizes, njoint) + found_off[e.name] for e in effects}
     requests = [
         Request(
             layout,
@@ -155,7 +155,7 @@ def _check_some_runs(effect: Effect, error: np.ndarray) -> None:
     )
 
 
-def _read_off(
+def read_off(
     predictor: Predictor, mask: np.ndarray, effects: Sequence[Effect], residual: np.ndarray
 ) -> dict[str, list[dict[str, np.ndarray]]]:
     """Guesses of each effect, at most one, from the torque that the model so far lacks."""

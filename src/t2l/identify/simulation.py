@@ -10,6 +10,7 @@ from t2l.effects.blame import blaming
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout
 from t2l.identify.hidden_state import UNKNOWN, VELOCITY_S, Beginning
+from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
 from t2l.sim.servo import ServoLoop
 
@@ -149,6 +150,12 @@ def made_loop(
     """The loop of every variant, with their effects; arguments as of `simulate`."""
     m = sum(len(u) for _, u in variants)
     loop = ServoLoop(model, joints, schedule, m, threads, substeps)
+    install(loop, variants)
+    return loop
+
+
+def install(loop: Loop, variants: Sequence[tuple[Layout, np.ndarray]]) -> None:
+    """Give a loop the effects of its variants in turn, u (mi, n) each."""
     at = 0
     for layout, u in variants:
         simulations = loop.rows(slice(at, at + len(u)))
@@ -157,7 +164,6 @@ def made_loop(
             per_row = {k: loop.per_row(v) for k, v in values[term.effect.name].items()}
             term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
         at += len(u)
-    return loop
 
 
 def _hermite(part, period, q0, q1, v0, v1) -> np.ndarray:

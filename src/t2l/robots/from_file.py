@@ -90,7 +90,7 @@ def _velocities_of_urdf(path: Path, joints: Sequence[str]) -> np.ndarray:
 
 
 def _torques(model: mujoco.MjModel, joints: Sequence[str]) -> np.ndarray:
-    from t2l.sim.servo import torque_limits
+    from t2l.sim.loop import torque_limits
 
     return np.abs(torque_limits(model, tuple(joints))).min(axis=1)
 

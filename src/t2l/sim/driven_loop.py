@@ -9,14 +9,15 @@ What remembers nothing needs no order of ticks, so that all of them are one call
 """
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
+from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
-from t2l.sim.servo import commands, feed_forward, torque_limits
+from t2l.sim.servo import commands, feed_forward
 
 POSES_PER_S = 50.0  # numerics: at which inverse dynamics are evaluated, linear between them
 # fields of a model that only its inverse dynamics know
@@ -121,78 +122,14 @@ def _field(model: mujoco.MjModel, name: str):
     return value
 
 
-class DrivenLoop:
-    """Variants of a plant, led along one motion each; attributes as of `t2l.sim.servo.ServoLoop`.
-
-    Simulation i is variant ``i // nrec`` on recording ``i % nrec``.
-    """
+class DrivenLoop(Loop):
+    """A loop that is led along a motion of each recording."""
 
     def __init__(
         self, model: mujoco.MjModel, joints: tuple[str, ...], schedule: Schedule, nvariant: int
     ):
-        self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
-        self.real_period_s = schedule.period_s / schedule.coarseness
-        self.nrec = len(schedule.kp)
-        nsim = self.nrec * nvariant
-        self.batch = _Fields(model, nsim)
-        self.ids = np.array([model.joint(name).id for name in joints])
-        self.dofs = np.array([model.joint(name).dofadr[0] for name in joints])
-        self.qpos = np.array([model.joint(name).qposadr[0] for name in joints])
-        self.kp, self.kd = self._per_simulation(schedule.kp), self._per_simulation(schedule.kd)
-        self.start_q = self._per_simulation(schedule.start_q)
-        self.encoder_offset = np.zeros_like(self.kp)
-        late = (schedule.period_s - self.real_period_s) / 2
-        self.ahead = np.full_like(self.kp, late)
-        self.hidden_start = np.zeros((*self.kp.shape, 3))
-        self.play = np.zeros_like(self.kp)
-        self.command_lead_s = np.zeros_like(self.kp)
-        self.added_friction = np.zeros_like(self.kp)
-        self.command_filters: list[Callable] = []
-        self.feed_forward_filters: list[Callable] = []
-        self.controller_filters: list[Callable] = []
-        self.motor_filters: list[Callable] = []
-        self.sensor_filters: list[Callable] = []
-        self.feedback_filters: list[Callable] = []
-        self.compensation_factor = np.ones_like(self.kp)
-        self.joint_torques: list[Callable] = []
-        self.friction: list[Callable] = []
-        self.settle: list[Callable] = []
-        self.other_weight = np.zeros(nsim, bool)
-        self.inertia_changed = False
-        self.motor_limits = torque_limits(model, joints)
-
-    @property
-    def period_s(self) -> float:
-        """From tick to tick."""
-        return self.schedule.period_s
-
-    def clock_s(self, tick: int) -> np.ndarray:
-        """As of `ServoLoop`."""
-        return np.tile(self.schedule.clock_s_at(tick), self.nvariant)[:, None]
-
-    def elapsed_s(self, tick: int) -> np.ndarray:
-        """As of `ServoLoop`."""
-        return np.tile(self.schedule.elapsed_s_at(tick), self.nvariant)[:, None]
-
-    def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
-        """As of `ServoLoop`."""
-        values = self.schedule.column(column, needed_by)
-        return None if values is None else np.tile(values[tick], (self.nvariant, 1))
-
-    def _per_simulation(self, values: np.ndarray) -> np.ndarray:
-        return np.tile(values, (self.nvariant, 1)).astype(float)
-
-    def rows(self, variants: slice) -> slice:
-        """The simulations of `variants`."""
-        return slice(variants.start * self.nrec, variants.stop * self.nrec)
-
-    def columns(self, joints: np.ndarray) -> np.ndarray | slice:
-        """As of `ServoLoop`."""
-        return slice(None) if len(joints) == len(self.joints) else joints
-
-    def per_row(self, values: np.ndarray) -> np.ndarray:
-        """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
-        return np.repeat(values, self.nrec, axis=0)
+        super().__init__(model, joints, schedule, nvariant)
+        self.batch = _Fields(model, self.nrec * nvariant)
 
     def torque(self, path: Path) -> np.ndarray:
         """N·m on the joints along a motion, (ntick, nvariant, nrec, njoint).
@@ -206,7 +143,7 @@ class DrivenLoop:
         compensated = np.tile(schedule.compensated, many)[:, None]
         balanced = np.tile(schedule.balanced, many)[:, None]
         damping = self.kd + self.ahead * self.kp
-        heavier = self._armature() + self.ahead * self.kd
+        heavier = self.added_armature() + self.ahead * self.kd
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
         command, added = commands(schedule.commands, self), feed_forward(self)
         recording = np.tile(np.arange(self.nrec), many)
@@ -272,7 +209,8 @@ class DrivenLoop:
             found[:, variant] = poses.inverse(batch.model, own, self.dofs, self.qpos, offset)
         return found
 
-    def _armature(self) -> np.ndarray:
+    def added_armature(self) -> np.ndarray:
+        """kg·m² beyond the model's, (nsim, njoint)."""
         changed = self.batch.changed.get("dof_armature")
         if changed is None:
             return np.zeros_like(self.kp)

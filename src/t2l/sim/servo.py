@@ -3,8 +3,8 @@
     τ_k = Kp (q_des − q_k) + Kd (dq_des − q̇_k) + τ_ff + g(q_k),   held for one period
 
 with velocity and torque where they are commanded too, and the gravity compensation g where the loop
-gives one. A machine that compensates elsewhere, by
-springs or by a much faster loop of its drives, does so continuously.
+gives one. A machine that compensates elsewhere, by springs or by a much faster loop of its drives,
+does so continuously.
 
 The plant moves under finer or equal physics steps of dt. MuJoCo's single-step integrators evaluate
 forces at q and advance to q + dt v'. Moving the position dt/2 ahead before the steps and back
@@ -31,51 +31,18 @@ from t2l.sim.arrays import columns
 from t2l.sim.batch import diverged, make_batch
 from t2l.sim.dry_friction import AddedFriction, stiffen
 from t2l.sim.gravity import GravityCompensation
+from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
 
 
-class ServoLoop:
-    """One batch: every variant of a plant under every recording's commands.
-
-    Simulation i runs variant ``i // nrec`` on recording ``i % nrec``. What differs between
-    variants is written by `t2l.effects` into the batch's expanded fields and into the attributes
-    below, before `run`.
+class ServoLoop(Loop):
+    """A loop whose plant is simulated, all of it in one batch.
 
     Attributes:
-        batch: the simulations.
-        real_period_s: of the loop that is simulated, by a coarser one or by itself.
-        ids, dofs, qpos: (njoint,) indices and addresses of the driven joints.
-        kp, kd: (nsim, njoint) gains the loop really uses.
-        encoder_offset: (nsim, njoint) rad, measured minus true position.
-        start_q: (nsim, njoint) rad, measured.
-        ahead: (nsim, njoint) s, how far the loop looks ahead to be no later than the real one.
-        hidden_start: (nsim, njoint, 3) angle and velocity with which what no encoder sees starts,
-            beyond its rest under load, rad and rad/s, and what to add to `Schedule.start_dq`.
-        play: (nsim, njoint) rad, within which it is free.
-        command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
-        command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
-            what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
-        feed_forward_filters: called with (tick, torque), change Kd dq_des + tau_ff in place,
-            likewise; where neither is commanded they are not called.
-        controller_filters: called with (tick, torque), change what the loop computes, the gravity
-            compensation that it gives included, in place.
-        motor_filters: called with (tick, torque), change the motor torque, any gravity
-            compensation included, in place.
-        sensor_filters: called with (tick, q, dq), change what encoders read in place.
-        feedback_filters: called with (tick, q, dq), change what of that reaches the controller, in
-            place; the log keeps what the encoders read.
-        compensation_factor: (nsim, njoint) of the modelled weight that is compensated.
-        joint_torques: called with (tick, q, dq, torque), add to the last in place.
-        added_friction: (nsim, njoint) N·m of Coulomb friction beside the MJCF's own.
-        friction: called with (tick, dq, motor torque, level), add to that in place.
-        settle: called once with the loop after the start state is set.
-        other_weight: (nsim,) bool, where gravity or masses are not the model's, which is all that
-            any compensation knows.
-        inertia_changed: set by effects that write masses or armature, whose derived constants
-            must then follow.
+        nstep: physics steps a tick.
     """
 
     def __init__(
@@ -87,72 +54,12 @@ class ServoLoop:
         threads: int,
         substeps: int = 1,
     ):
-        self.real_period_s = schedule.period_s / schedule.coarseness
-        self.nstep = int(np.ceil(self.real_period_s / MAX_TIMESTEP_S - 1e-9)) * substeps
         model = copy.copy(model)  # loops in other threads have a step of their own
+        super().__init__(model, joints, schedule, nvariant)
+        self.nstep = int(np.ceil(self.real_period_s / MAX_TIMESTEP_S - 1e-9)) * substeps
         model.opt.timestep = schedule.period_s / self.nstep
         stiffen(model, joints)
-        self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
-        self.nrec = len(schedule.kp)
         self.batch = make_batch(model, self.nrec * nvariant, threads)
-        self.ids = np.array([model.joint(name).id for name in joints])
-        self.dofs = np.array([model.joint(name).dofadr[0] for name in joints])
-        self.qpos = np.array([model.joint(name).qposadr[0] for name in joints])
-        self.kp, self.kd = self._per_simulation(schedule.kp), self._per_simulation(schedule.kd)
-        self.start_q = self._per_simulation(schedule.start_q)
-        self.encoder_offset = np.zeros_like(self.kp)
-        late = (schedule.period_s - self.real_period_s) / 2
-        self.ahead = np.full_like(self.kp, late)
-        self.hidden_start = np.zeros((*self.kp.shape, 3))
-        self.play = np.zeros_like(self.kp)
-        self.command_lead_s = np.zeros_like(self.kp)
-        self.added_friction = np.zeros_like(self.kp)
-        self.command_filters: list[Callable] = []
-        self.feed_forward_filters: list[Callable] = []
-        self.controller_filters: list[Callable] = []
-        self.motor_filters: list[Callable] = []
-        self.sensor_filters: list[Callable] = []
-        self.feedback_filters: list[Callable] = []
-        self.compensation_factor = np.ones_like(self.kp)
-        self.joint_torques: list[Callable] = []
-        self.friction: list[Callable] = []
-        self.settle: list[Callable] = []
-        self.other_weight = np.zeros(len(self.kp), bool)
-        self.inertia_changed = False
-        self.motor_limits = torque_limits(model, joints)
-
-    @property
-    def period_s(self) -> float:
-        """From tick to tick."""
-        return self.schedule.period_s
-
-    def clock_s(self, tick: int) -> np.ndarray:
-        """What the log's clock shows in the middle of a tick, (nsim, 1) s."""
-        return np.tile(self.schedule.clock_s_at(tick), self.nvariant)[:, None]
-
-    def elapsed_s(self, tick: int) -> np.ndarray:
-        """Time since the start in the middle of a tick, (nsim, 1) s."""
-        return np.tile(self.schedule.elapsed_s_at(tick), self.nvariant)[:, None]
-
-    def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
-        """An optional column at a tick, (nsim, njoint); as `Schedule.column`."""
-        values = self.schedule.column(column, needed_by)
-        return None if values is None else np.tile(values[tick], (self.nvariant, 1))
-
-    def _per_simulation(self, values: np.ndarray) -> np.ndarray:
-        return np.tile(values, (self.nvariant, 1)).astype(float)
-
-    def rows(self, variants: slice) -> slice:
-        """The simulations of `variants`."""
-        return slice(variants.start * self.nrec, variants.stop * self.nrec)
-
-    def columns(self, joints: np.ndarray) -> np.ndarray | slice:
-        """`joints` as an index into signals (nsim, njoint), a slice where it is all of them."""
-        return slice(None) if len(joints) == len(self.joints) else joints
-
-    def per_row(self, values: np.ndarray) -> np.ndarray:
-        """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
-        return np.repeat(values, self.nrec, axis=0)
 
     def run(self, progress: Callable[[float], None] = lambda part: None) -> tuple[np.ndarray, ...]:
         """Measured position and velocity, (nvariant, nrec, nsample, njoint); NaN if it diverges.
@@ -336,13 +243,3 @@ def feed_forward(loop) -> Callable[[int], np.ndarray] | None:
         return total
 
     return at
-
-
-def torque_limits(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
-    """(njoint, 2) N·m that the MJCF allows each joint's actuators, infinite where it is silent."""
-    limits = np.full((len(joints), 2), (-np.inf, np.inf))
-    for i, name in enumerate(joints):
-        joint = model.joint(name).id
-        if model.jnt_actfrclimited[joint]:
-            limits[i] = model.jnt_actfrcrange[joint]
-    return limits
