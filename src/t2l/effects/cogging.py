@@ -1,5 +1,7 @@
 """Torque ripple over the angle of the motor."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
@@ -48,15 +50,26 @@ class Cogging(Effect):
         return [{"amplitude": 0.01 * scales.torque, "phase": 0.0 * one, "periods": 10.0 * one}]
 
     def read_off(self, q, torque, clock_s):
-        step = PHASE_STEP / max(np.ptp(q), LEAST_RANGE_RAD)
-        grid = np.arange(FEWEST, MOST, step)
-        periods = grid[np.argmin([_ripple(q, torque, n)[0] for n in grid])]
-        sine, cosine = _ripple(q, torque, periods)[1]
+        periods, (sine, cosine) = strongest_ripple(q, lambda n: _ripple(q, torque, n))
         return {
             "amplitude": np.hypot(sine, cosine),
             "phase": np.arctan2(cosine, sine),
             "periods": periods,
         }
+
+
+def strongest_ripple(
+    q: np.ndarray, ripple: Callable[[float], tuple[float, np.ndarray]]
+) -> tuple[float, np.ndarray]:
+    """Periods in a turn of the ripple that leaves least along positions (n,), and its amplitudes.
+
+    Args:
+        ripple: of so many periods, what it leaves and its amplitudes of sine and cosine.
+    """
+    step = PHASE_STEP / max(np.ptp(q), LEAST_RANGE_RAD)
+    grid = np.arange(FEWEST, MOST, step)
+    periods = grid[np.argmin([ripple(n)[0] for n in grid])]
+    return periods, ripple(periods)[1]
 
 
 def _ripple(q: np.ndarray, torque: np.ndarray, periods: float) -> tuple[float, np.ndarray]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.cogging import FEWEST, LEAST_RANGE_RAD, MOST, PHASE_STEP
+from t2l.effects.cogging import FEWEST, MOST, strongest_ripple
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
 
@@ -59,10 +59,7 @@ class TorqueRippleWithPosition(Effect):
     def read_off(self, q, torque, clock_s, motor=None):
         if motor is None:
             return None
-        step = PHASE_STEP / max(np.ptp(q), LEAST_RANGE_RAD)
-        grid = np.arange(FEWEST, MOST, step)
-        periods = grid[np.argmin([_ripple(q, torque, motor, n)[0] for n in grid])]
-        sine, cosine = _ripple(q, torque, motor, periods)[1]
+        periods, (sine, cosine) = strongest_ripple(q, lambda n: _ripple(q, torque, motor, n))
         return {
             "amplitude": min(np.hypot(sine, cosine), LARGEST),
             "phase": np.arctan2(cosine, sine),
