@@ -15,7 +15,8 @@ def test_weights_within_bounds_are_those_of_least_squares(seed, count):
     rng = np.random.default_rng(seed)
     columns, target = rng.normal(size=(40, count)), rng.normal(size=40)
     lower, upper = -rng.uniform(0, 0.3, count), rng.uniform(1e-3, 0.3, count)
-    found = bounded(columns.T @ columns, columns.T @ target, lower, upper)
+    normal, goal = (columns.T @ columns)[None], (columns.T @ target)[None]
+    found = bounded(normal, goal, lower[None], upper[None])[0]
     best = lsq_linear(columns, target, (lower, upper)).x
     assert (found >= lower - 1e-9).all()
     assert (found <= upper + 1e-9).all()

@@ -21,6 +21,7 @@ KEPT = 2  # numerics: settings of an effect on a joint that go on to the screen
 FARTHEST = 1.0  # numerics: of a logarithm, beyond which a derivative tells nothing
 # numerics: of a simulated response, beyond what it is: its parameters are fitted later
 SCALED = (-0.8, 2.0)
+NEAR = np.log(5.0)  # numerics: of a parameter, between settings of which one serves for both
 NOWHERE = 1e-6  # numerics: rad; a smaller response is none
 
 Values = Mapping[str, np.ndarray]
@@ -170,6 +171,7 @@ class _Asked:
 
 def known_candidates(
     predictor: Predictor,
+    draft: Predictor,
     sections: Sequence[Section],
     adopted: tuple[Layout, np.ndarray],
     effects: Sequence[Effect],
@@ -179,6 +181,7 @@ def known_candidates(
     """Every effect as candidates, with columns at the predictor's samples.
 
     Args:
+        draft: of the same recordings at fewer ticks, for what must be simulated.
         guesses: of each effect by name, each parameter (njoint,) or (1,).
         residual: (nsample,) measured minus predicted, rad.
     """
@@ -192,7 +195,7 @@ def known_candidates(
             one.torque.append(torque.astype(np.float32))
     simulated = [one for one in asked if not one.torque]
     table = _driven(predictor, sections, driven, residual)
-    table = _with_simulated(predictor, adopted, simulated, table, residual)
+    table = _with_simulated(draft, adopted, simulated, table, residual)
     return _with_base(predictor, sections, adopted, table)
 
 
@@ -284,6 +287,8 @@ def _asked(
             if s.key not in old or (s.term.effect.name == effect.name and s.joint not in has
             and s.joint is not None)
         ]  # fmt: skip
+        if predictor.model(whole.terms).nv > len(predictor.joints):
+            guesses = _far_apart(effect, guesses)
         rows = []
         for guess in guesses:
             own_u = _encoded(effect, guess)
@@ -292,6 +297,25 @@ def _asked(
         settings = np.clip(settings, whole.lower, whole.upper)
         steps = np.array([_steps(whole, own, row) for row in settings])
         yield _Asked(effect, term, whole, settings, own, steps, apart)
+
+
+def _far_apart(effect: Effect, guesses: Sequence[Values]) -> list[Values]:
+    """Of settings that are simulated one by one those that a scale of another does not replace."""
+    kept: list[Values] = []
+    for guess in guesses:
+        if not any(_is_near(effect, guess, other) for other in kept):
+            kept.append(guess)
+    return kept
+
+
+def _is_near(effect: Effect, one: Values, other: Values) -> bool:
+    for parameter in effect.parameters:
+        a, b = (np.asarray(values[parameter.name], float) for values in (one, other))
+        if parameter.log and np.abs(np.log(a / b)).max() > NEAR:
+            return False
+        if not parameter.log and not np.allclose(a, b):
+            return False
+    return True
 
 
 def _encoded(effect: Effect, guess: Values):

@@ -1,11 +1,11 @@
 """Sets of candidates fitted in full simulation, from where the linear model leads."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.detective.candidates import Candidate
+from t2l.detective.screen import Screen
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
@@ -13,11 +13,27 @@ from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.optimiser import minimise
 from t2l.identify.prediction import Predictor, Request
 
-ITERATIONS = 6  # numerics: of a fit that begins near its end
+ITERATIONS = 5  # numerics: of a fit with the derivatives of the linear model
+REFINING = 2  # numerics: more, with derivatives by simulation
 FINISHING = 3  # numerics: on every tick, with the derivatives of coarser ones
+NEAR_ITS_END = 1e-3  # numerics: damping of a fit that begins there
 RIDGE = 1e-6  # numerics: of a column's sum of squares
 COARSENESS = (5, 4, 2)  # numerics: control periods a tick that are tried
 HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a fit begins.
+
+    Attributes:
+        layout, u: all terms and their parameters.
+        columns: derivatives (nsample,) of the fitted samples, by slot key, where they are known.
+    """
+
+    layout: Layout
+    u: np.ndarray
+    columns: dict[tuple, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -53,6 +69,12 @@ class FittedSet:
     def parameters(self) -> int:
         """How many numbers were fitted."""
         return int(self.free.sum())
+
+    @property
+    def columns(self) -> dict[tuple, np.ndarray]:
+        """Of the Jacobian, by slot key."""
+        keys = (slot.key for slot in self.layout.slots)
+        return {key: self.jacobian[:, i] for i, key in enumerate(keys) if self.free[i]}
 
     @property
     def names(self) -> set[tuple[str, tuple[int, ...]]]:
@@ -109,57 +131,65 @@ class _Shifted(Positions):
         self.measured = self.measured + shift
 
 
-def begun(
-    adopted: tuple[Layout, np.ndarray],
-    members: Sequence[Candidate],
-    weights: np.ndarray,
-) -> tuple[Layout, np.ndarray]:
-    """Layout and start u of the adopted terms with a set of candidates.
-
-    Args:
-        weights: of the columns of the model so far, and then of those of the members in turn.
-    """
+def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[int]) -> Start:
+    """The adopted terms with a set of candidates, at the weights that the screen gives them."""
     layout, u = adopted
+    weights, chosen = screen.weights(members), screen.chosen(members)
     values = {slot.key: value for slot, value in zip(layout.slots, u, strict=True)}
     joints: dict[str, set[int]] = {}
     effects = {}
     for term in layout.terms:
         joints[term.effect.name], effects[term.effect.name] = set(term.joints), term.effect
-    for member in members:
+    for member in chosen:
         name = member.effect.name
         effects[name] = member.effect
         joints.setdefault(name, set()).update(member.joints)
-    new, at = {}, len(weights) - sum(len(member.columns) for member in members)
-    for member in members:
+    table, new, known = screen.table, {}, {}
+    if len(table.base):
+        soft = [slot.key for slot in layout.slots if not slot.parameter.rough]
+        known = {k: table.columns[:, at] for k, at in zip(soft, table.base, strict=True)}
+    at = len(table.base)
+    for member in chosen:
+        name = member.effect.name
         for (parameter, joint), start in member.setting.items():
-            new.setdefault((member.effect.name, parameter, joint), start)
+            new.setdefault((name, parameter, joint), start)
         for column in member.columns:
             if column.parameter is not None:
-                new[member.effect.name, column.parameter, column.joint] += weights[at]
+                key = name, column.parameter, column.joint
+                new[key] += weights[at]
+                known[key] = table.columns[:, column.at]
             at += 1
     whole = Layout([Term(effects[name], tuple(sorted(of))) for name, of in joints.items()])
     start = np.array([values[s.key] if s.key in values else new[s.key] for s in whole.slots])
-    return whole, np.clip(start, whole.lower, whole.upper)
+    columns = {key: column.astype(float) for key, column in known.items()}
+    return Start(whole, np.clip(start, whole.lower, whole.upper), columns)
 
 
 def fit_sets(
-    starts: Sequence[tuple[Layout, np.ndarray]],
+    starts: Sequence[Start],
     samples: Samples,
     known: tuple[tuple[Layout, np.ndarray], np.ndarray] | None = None,
     iterations: int = ITERATIONS,
+    damping: float = 1e-2,
 ) -> list[FittedSet]:
     """Fit layouts from their starts, on the draft; those that run away are left out.
 
     Args:
         known: a model, and what it leaves of the fitted samples on every tick.
+        damping: at first.
     """
     if not starts:
         return []
     fits = []
-    for layout, u in starts:
-        stated = np.array([s.parameter.size for s in layout.slots])
-        size = np.maximum(np.maximum(np.abs(u), stated), 1e-9)
-        fits.append(LeastSquares(layout, u.copy(), size))
+    for start in starts:
+        stated = np.array([s.parameter.size for s in start.layout.slots])
+        size = np.maximum(np.maximum(np.abs(start.u), stated), 1e-9)
+        given = dict(start.columns)
+        fits.append(
+            LeastSquares(
+                start.layout, start.u.copy(), size, damping=damping, given=given, secant=True
+            )
+        )
     shift = 0.0
     if known is not None and samples.draft is not samples.exact:
         (layout, u), residual = known
@@ -177,6 +207,16 @@ def fit_sets(
     return [found for fit in fits if (found := fitted(fit, samples.folds)) is not None]
 
 
+def refine(
+    sets: Sequence[FittedSet],
+    samples: Samples,
+    known: tuple[tuple[Layout, np.ndarray], np.ndarray],
+) -> list[FittedSet]:
+    """The same with derivatives by simulation."""
+    starts = [Start(one.layout, one.u) for one in sets]
+    return fit_sets(starts, samples, known, REFINING, NEAR_ITS_END)
+
+
 def finish(sets: Sequence[FittedSet], samples: Samples) -> list[FittedSet]:
     """The same on every tick, with the derivatives that they have."""
     if samples.draft is samples.exact or not sets:
@@ -184,11 +224,12 @@ def finish(sets: Sequence[FittedSet], samples: Samples) -> list[FittedSet]:
     fits = []
     for one in sets:
         size = np.maximum(np.abs(one.u), 1e-9)
-        keys = (slot.key for slot in one.layout.slots)
-        given = {key: one.jacobian[:, i] for i, key in enumerate(keys)}
         fits.append(
-            LeastSquares(one.layout, one.u.copy(), size, free=one.free, given=given, damping=1e-3)
-        )
+            LeastSquares(
+                one.layout, one.u.copy(), size, free=one.free, damping=NEAR_ITS_END,
+                given=one.columns, secant=True,
+            )
+        )  # fmt: skip
     minimise(fits, Positions(samples.exact, samples.mask), FINISHING)
     return [found for fit in fits if (found := fitted(fit, samples.folds)) is not None]
 

@@ -8,8 +8,9 @@ Source: beam search over models, Hastie et al., The elements of statistical lear
 3.3 (forward and backward selection); leave-one-out as of section 7.10.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -21,6 +22,7 @@ WIDTH = 6  # numerics: sets that go on at each size
 LOOKED_AT = 30  # numerics: of the candidates to add, the most promising, that are scored in full
 MOST = 5  # candidates in a set
 SWEEPS = 40  # numerics: of coordinate descent within bounds
+SETTLED = 1e-4  # numerics: relative change of a sweep that is none
 
 
 @dataclass(frozen=True)
@@ -58,16 +60,36 @@ class Screen:
         ).astype(float)
         self.total = self.products.sum(axis=0)
         self.known: dict[frozenset[int], Scored] = {}
+        # candidates by how many constants and columns they have
+        alike: dict[tuple[int, int], list[int]] = {}
+        for i in range(len(self.table.candidates)):
+            alike.setdefault(self._width((i,)), []).append(i)
+        self._alike = [
+            (
+                rows,
+                np.array([self.table.candidates[i].constants for i in rows], int),
+                np.array([[c.at for c in self.table.candidates[i].columns] for i in rows], int),
+            )
+            for rows in alike.values()
+        ]
 
     def score(self, members: Sequence[int]) -> Scored:
         """Of a set of indices of candidates."""
-        key = frozenset(members)
-        if key not in self.known:
-            error, count = self._left(members), self._count(members)
-            self.known[key] = Scored(
-                tuple(sorted(key)), count, error * (1 + PARSIMONY * count) / self.count
-            )
-        return self.known[key]
+        return self.scores([members])[0]
+
+    def scores(self, sets: Sequence[Sequence[int]]) -> list[Scored]:
+        """Of many sets; those of as many columns are solved together."""
+        keys = [frozenset(members) for members in sets]
+        alike: dict[tuple[int, int], list[frozenset[int]]] = {}
+        for key in dict.fromkeys(keys):
+            if key not in self.known:
+                alike.setdefault(self._width(key), []).append(key)
+        for some in alike.values():
+            for key, error in zip(some, self._left(some), strict=True):
+                members, count = tuple(sorted(key)), self._count(key)
+                penalised = error * (1 + PARSIMONY * count) / self.count
+                self.known[key] = Scored(members, count, float(penalised))
+        return [self.known[key] for key in keys]
 
     def chosen(self, members: Sequence[int]) -> list[Candidate]:
         """The candidates of a set."""
@@ -76,36 +98,51 @@ class Screen:
     def weights(self, members: Sequence[int]) -> np.ndarray:
         """Of the base's and the set's columns, fitted to all."""
         constants, at, lower, upper = self._columns(members)
-        return self._solve(self.total, constants, at, lower, upper)
+        return self._solve(self.total, constants, at, lower, upper)[0]
 
-    def _count(self, members: Sequence[int]) -> int:
+    def _count(self, members: Iterable[int]) -> int:
         return sum(self.table.candidates[i].parameters for i in members)
 
-    def _columns(self, members: Sequence[int]):
+    def _width(self, members: Iterable[int]) -> tuple[int, int]:
         chosen = [self.table.candidates[i] for i in members]
-        constants = [c for one in chosen for c in one.constants]
+        return sum(len(one.constants) for one in chosen), sum(len(one.columns) for one in chosen)
+
+    def _columns(self, members: Iterable[int]):
+        """Constants (k,), columns (p,) with those of the base, and their bounds."""
+        chosen = [self.table.candidates[i] for i in members]
+        constants = np.array([c for one in chosen for c in one.constants], int)
         columns = [c for one in chosen for c in one.columns]
         at = np.array([*self.table.base, *(c.at for c in columns)], int)
         lower = np.array([*self.table.bounds[:, 0], *(c.lower for c in columns)])
         upper = np.array([*self.table.bounds[:, 1], *(c.upper for c in columns)])
         return constants, at, lower, upper
 
-    def _left(self, members: Sequence[int]) -> float:
-        constants, at, lower, upper = self._columns(members)
-        whole, error = np.array([*constants, *at, -1], int), 0.0
-        n = len(constants)
-        for product in self.products:
-            w = self._solve(self.total - product, constants, at, lower, upper)
-            vector = np.concatenate([-np.ones(n), -w, [1.0]])
-            error += max(float(vector @ product[np.ix_(whole, whole)] @ vector), 0.0)
-        return error
+    def _left(self, sets: Sequence[Iterable[int]]) -> np.ndarray:
+        """Squared error on what was left out, of sets of equal width."""
+        # what a set needs of the products: (nset, nfold, k + p + 1, k + p + 1)
+        parts = [self._columns(members) for members in sets]
+        constants, at, lower, upper = (np.array(values) for values in zip(*parts, strict=True))
+        last = np.full((len(sets), 1), self.products.shape[-1] - 1)
+        whole = np.concatenate([constants, at, last], axis=1)
+        products = self.products[:, whole[:, :, None], whole[:, None, :]].swapaxes(0, 1)
+        k, p = constants.shape[1], at.shape[1]
+        vector = np.zeros((*products.shape[:2], k + p + 1))
+        vector[..., :k], vector[..., -1] = -1.0, 1.0
+        if p:
+            others = products.sum(axis=1, keepdims=True) - products
+            of = slice(k, k + p)
+            target = others[..., of, -1] - others[..., of, :k].sum(axis=-1)
+            every = (len(sets), len(self.products), p)
+            bounds = (np.broadcast_to(b[:, None], every).reshape(-1, p) for b in (lower, upper))
+            w = bounded(others[..., of, of].reshape(-1, p, p), target.reshape(-1, p), *bounds)
+            vector[..., of] = -w.reshape(every)
+        errors = np.einsum("sfi,sfij,sfj->sf", vector, products, vector)
+        return np.maximum(errors, 0.0).sum(axis=1)
 
     def _solve(self, product, constants, at, lower, upper) -> np.ndarray:
-        if not len(at):
-            return np.zeros(0)
         normal = product[np.ix_(at, at)]
         target = product[at, -1] - product[np.ix_(at, constants)].sum(axis=1)
-        return bounded(normal, target, lower, upper)
+        return bounded(normal[None], target[None], lower[None], upper[None])
 
     def growing(self, members: Sequence[int]) -> list[int]:
         """Candidates that may be added, the most promising first, bounds left aside."""
@@ -119,39 +156,37 @@ class Screen:
         # what is left along each column, and the products of columns with the set's taken off
         along = product @ vector
         square = float(vector @ along)
-        reduced = None
+        across = taken_off = np.zeros((0, len(product)))
         if len(at):
             normal = product[np.ix_(at, at)]
             normal = normal + RIDGE * np.diag(np.diag(normal) + 1e-30)
-            across = np.linalg.solve(normal, product[at])
-            reduced = product[at], across
+            taken_off = product[at]
+            across = np.linalg.solve(normal, taken_off)
             w = across @ vector
-            square -= float(w @ (product[at] @ vector))
-            along = along - product[:, at] @ w
-        scores = []
-        for i, candidate in enumerate(self.table.candidates):
-            if any(_excludes(candidate, other) for other in taken):
-                continue
-            scores.append((self._promise(candidate, product, reduced, along, square), i))
-        scores.sort()
-        return [i for _, i in scores[:LOOKED_AT]]
+            square -= float(w @ (taken_off @ vector))
+            along = along - w @ taken_off
 
-    def _promise(self, candidate: Candidate, product, reduced, along, square) -> float:
-        def between(a, b):
-            value = product[np.ix_(a, b)]
-            return value if reduced is None else value - reduced[0][:, a].T @ reduced[1][:, b]
+        def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+            """Products (g, k, l) of columns a (g, k) and b (g, l), less the set's."""
+            both = product[a[:, :, None], b[:, None, :]]
+            return both - np.einsum("qgk,qgl->gkl", taken_off[:, a], across[:, b])
 
-        left, constants = square, list(candidate.constants)
-        at = [c.at for c in candidate.columns]
-        target = along[at]
-        if constants:
-            left += between(constants, constants).sum() - 2 * along[constants].sum()
-            target = target - between(at, constants).sum(axis=1) if at else target
-        if at:
-            normal = between(at, at)
-            normal = normal + RIDGE * np.diag(np.diag(product)[at]) + 1e-30 * np.eye(len(at))
-            left -= float(target @ np.linalg.solve(normal, target))
-        return left * (1 + PARSIMONY * candidate.parameters)
+        left = np.full(len(self.table.candidates), np.inf)
+        for rows, constants, columns in self._alike:
+            error = square - 2 * along[constants].sum(axis=1)
+            error += between(constants, constants).sum(axis=(1, 2))
+            target = along[columns] - between(columns, constants).sum(axis=2)
+            normal = between(columns, columns)
+            ridge = RIDGE * np.diagonal(product)[columns] + 1e-30
+            normal = normal + ridge[..., None] * np.eye(columns.shape[1])
+            w = np.linalg.solve(normal, target[..., None])[..., 0]
+            left[rows] = error - (target * w).sum(axis=1)
+        left *= 1 + PARSIMONY * np.array([c.parameters for c in self.table.candidates])
+        free = (
+            i for i in np.argsort(left, kind="stable")
+            if not any(_excludes(self.table.candidates[i], other) for other in taken)
+        )  # fmt: skip
+        return [int(i) for i in islice(free, LOOKED_AT)]
 
     def search(self, beginnings: Sequence[tuple[int, ...]] = ((),)) -> list[Scored]:
         """The front: of every number of parameters the best set, if it is better than all less."""
@@ -161,10 +196,9 @@ class Screen:
         for _ in range(MOST):
             grown: dict[frozenset[int], Scored] = {}
             for one in beam:
-                for i in self.growing(one.members):
-                    found = self.score((*one.members, i))
-                    if found.error < one.error:
-                        grown[frozenset(found.members)] = found
+                more = [(*one.members, i) for i in self.growing(one.members)]
+                better = (found for found in self.scores(more) if found.error < one.error)
+                grown |= {frozenset(found.members): found for found in better}
             if not grown:
                 break
             ranked = sorted(grown.values(), key=lambda s: s.error)
@@ -187,10 +221,8 @@ class Screen:
     def _exchange(self, one: Scored) -> None:
         for _ in range(3):
             moves = [tuple(m for m in one.members if m != gone) for gone in one.members]
-            trials = [self.score(m) for m in moves]
-            for rest in moves:
-                trials += [self.score((*rest, i)) for i in self.growing(rest)[:8]]
-            best = min(trials, key=lambda s: s.error, default=one)
+            moves += [(*rest, i) for rest in moves for i in self.growing(rest)[:8]]
+            best = min(self.scores(moves), key=lambda s: s.error, default=one)
             if best.error >= 0.999 * one.error:
                 return
             one = best
@@ -203,19 +235,35 @@ def _excludes(one: Candidate, other: Candidate) -> bool:
 def bounded(
     normal: np.ndarray, target: np.ndarray, lower: np.ndarray, upper: np.ndarray
 ) -> np.ndarray:
-    """The w (p,) that minimises w·N w/2 − t·w within bounds, by coordinate descent."""
-    size = np.sqrt(np.diag(normal)) + 1e-15
-    scaled = normal / np.outer(size, size) + RIDGE * np.eye(len(size))
+    """The w that minimise w·N w/2 − t·w within bounds, by coordinate descent.
+
+    Args:
+        normal: (k, p, p), of k problems; the others are (k, p), and so is what is returned.
+    """
+    if not target.shape[-1]:
+        return np.zeros_like(target)
+    size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1)) + 1e-15
+    scaled = normal / (size[..., :, None] * size[..., None, :]) + RIDGE * np.eye(size.shape[-1])
     goal, lower, upper = target / size, lower * size, upper * size
-    w = np.linalg.solve(scaled, goal)
-    if (w >= lower).all() and (w <= upper).all():
-        return w / size
-    w = np.clip(w, lower, upper)
-    for _ in range(SWEEPS):
-        before = w.copy()
-        for i in range(len(w)):
-            step = (goal[i] - scaled[i] @ w) / scaled[i, i]
-            w[i] = min(max(w[i] + step, lower[i]), upper[i])
-        if np.abs(w - before).max() < 1e-6 * (np.abs(w).max() + 1e-12):
-            break
+    w = np.linalg.solve(scaled, goal[..., None])[..., 0]
+    outside = np.flatnonzero(((w < lower) | (w > upper)).any(axis=-1))
+    if len(outside):
+        some = (values[outside] for values in (scaled, goal, lower, upper, w))
+        w[outside] = _descended(*some)
     return w / size
+
+
+def _descended(scaled, goal, lower, upper, w) -> np.ndarray:
+    w, going = np.clip(w, lower, upper), np.arange(len(w))
+    for _ in range(SWEEPS):
+        n, g, lo, up, x = (values[going] for values in (scaled, goal, lower, upper, w))
+        before = x.copy()
+        for i in range(x.shape[-1]):
+            step = g[:, i] - np.einsum("kj,kj->k", n[:, i], x)
+            x[:, i] = np.minimum(np.maximum(x[:, i] + step / n[:, i, i], lo[:, i]), up[:, i])
+        w[going] = x
+        moved = np.abs(x - before).max(axis=1) > SETTLED * np.abs(x).max(axis=1)
+        going = going[moved]
+        if not len(going):
+            break
+    return w

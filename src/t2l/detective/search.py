@@ -7,7 +7,7 @@ import numpy as np
 
 from t2l.detective.candidates import known_candidates
 from t2l.detective.data_split import DataSplit
-from t2l.detective.fit import FittedSet, Samples, begun, finish, fit_sets
+from t2l.detective.fit import FittedSet, Samples, Start, begun, finish, fit_sets, refine
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.rule import Judge
@@ -74,7 +74,7 @@ def search(
     layout, u = model.vector(joints)
     request = Request(layout, u[None])
     check_finite(predictor.predict([request])[0][0], predictor, request)
-    (current,) = fit_sets([(layout, u)], whole, iterations=0)
+    (current,) = fit_sets([Start(layout, u)], whole, iterations=0)
     found = Found(model)
     for _ in range(ROUNDS):
         left = np.full(len(samples), np.nan)
@@ -96,9 +96,10 @@ def search(
             for one in sets
         ]  # fmt: skip
         looked(this)
-        starts = [begun(adopted, screen.chosen(s.members), screen.weights(s.members)) for s in sets]
-        fits = fit_sets(starts, fitted, (adopted, current.residual))
-        fits = finish(_leaders(fits, judge), fitted)
+        starts = [begun(adopted, screen, s.members) for s in sets]
+        known = adopted, current.residual
+        fits = fit_sets(starts, fitted, known)
+        fits = finish(refine(_leaders(fits, judge), fitted, known), fitted)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         better = choose(current, fits, judge)
         if better is None:
@@ -149,9 +150,9 @@ def prune(better: FittedSet, samples: Samples, judge: Judge) -> FittedSet:
         better = min(kept, key=lambda f: f.left_out_rmse)
 
 
-def _without_one(whole: FittedSet) -> list[tuple[Layout, np.ndarray]]:
+def _without_one(whole: FittedSet) -> list[Start]:
     old = {s.key: v for s, v in zip(whole.layout.slots, whole.u, strict=True)}
-    trials = []
+    known, trials = whole.columns, []
     for term in whole.layout.terms:
         others = [t for t in whole.layout.terms if t is not term]
         fewer = [tuple(j for j in term.joints if j != gone) for gone in term.joints]
@@ -160,7 +161,9 @@ def _without_one(whole: FittedSet) -> list[tuple[Layout, np.ndarray]]:
         for joints in fewer:
             layout = Layout([*others, Term(term.effect, joints)] if joints else others)
             if layout.terms:
-                trials.append((layout, np.array([old[s.key] for s in layout.slots])))
+                u = np.array([old[s.key] for s in layout.slots])
+                columns = {s.key: known[s.key] for s in layout.slots if s.key in known}
+                trials.append(Start(layout, u, columns))
     return trials
 
 
@@ -192,6 +195,8 @@ def _screen(
     ]  # fmt: skip
     read = read_off(predictor, mask, effects, residual)
     guesses = {e.name: first_guesses(e, sizes, n) + read[e.name] for e in effects}
-    table = known_candidates(predictor, sections, adopted, effects, guesses, residual)
+    table = known_candidates(
+        predictor, samples.draft, sections, adopted, effects, guesses, residual
+    )
     table = replace(table, columns=table.columns[mask])
     return Screen(table, residual[mask], samples.folds)

@@ -40,6 +40,8 @@ class LeastSquares(Optimiser):
         free: (n,) bool, which elements are fitted.
         tolerance: relative decrease of the loss that counts as none.
         given: columns (nsample,) of the Jacobian, by slot key, that are not computed anew.
+        secant: correct these by what each trial step shows (Broyden, A class of methods for
+            solving nonlinear simultaneous equations, 1965).
         last: iteration after which nobody needs derivatives, if there is one.
         gain: relative decrease of the loss in the last round.
         jacobian: (nsample, n) at u; residual: (nsample,) at u.
@@ -53,6 +55,7 @@ class LeastSquares(Optimiser):
     damping: float = 1e-2  # numerics: at first
     tolerance: float = TOLERANCE
     given: dict[tuple, np.ndarray] = field(default_factory=dict)
+    secant: bool = False
     last: int | None = None
     loss: float = np.inf
     residual: np.ndarray | None = None
@@ -100,9 +103,12 @@ class LeastSquares(Optimiser):
         ending = self._ending
         self.iterations += 1
         best, centre = int(np.argmin(losses)), 0
+        if self.secant and np.isfinite(losses[best]):
+            self._correct(self._trial[best] - self.u, residuals[best] - self.residual)
         if losses[best] >= self.loss:
-            # numerics: far beyond what was tried
-            self.damping, self.gain = 30.0 * self.damping, 0.0
+            # numerics: far beyond what was tried, or with other derivatives
+            factor = 5.0 if self.secant else 30.0
+            self.damping, self.gain = factor * self.damping, 0.0
             self.done = self.damping > 1e6  # numerics: no step is left
             return
         self.gain = 1 - losses[best] / self.loss
@@ -140,6 +146,17 @@ class LeastSquares(Optimiser):
         change = self._step(0.0) - self.u
         expected = self.residual + self.jacobian @ change
         return float(1 - np.mean(expected**2) / max(self.loss, np.finfo(float).tiny))
+
+    def _correct(self, change: np.ndarray, difference: np.ndarray) -> None:
+        """Let the given derivatives say what a step (n,) did to the residual (nsample,)."""
+        along = change / np.maximum(np.abs(self.u), self.size) ** 2
+        length = change @ along
+        if length > 0:
+            self.jacobian = self.jacobian + np.outer(
+                (difference - self.jacobian @ change) / length, along
+            )
+            columns = self.columns()
+            self.given = {key: columns[key] for key in self.given}
 
     def _columns(self) -> list[np.ndarray]:
         """Index sets of elements that are moved together."""

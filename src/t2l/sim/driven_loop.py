@@ -16,12 +16,14 @@ import mujoco
 import numpy as np
 
 from t2l.sim.loop import Loop
+from t2l.sim.regressor import PARAMETERS, inertial_parameters, regressor
 from t2l.sim.schedule import Schedule
 from t2l.sim.servo import commands, feed_forward
 
 POSES_PER_S = 50.0  # numerics: at which inverse dynamics are evaluated, linear between them
 # fields of a model that only its inverse dynamics know
-OF_BODIES = ("body_mass", "body_inertia", "body_ipos", "opt.gravity")
+INERTIAL = ("body_mass", "body_ipos", "body_inertia")
+OF_BODIES = (*INERTIAL, "opt.gravity")
 
 
 @dataclass(frozen=True)
@@ -193,7 +195,7 @@ class DrivenLoop(Loop):
         return out.reshape(ntick, many, self.nrec, -1)
 
     def by_bodies(self, poses: "Poses") -> np.ndarray | None:
-        """N·m that the masses of bodies and gravity take as they are in each variant.
+        """N·m that the masses of bodies and gravity take in each variant, but for what all share.
 
         (npose, nvariant, nrec, njoint); None if no variant has other ones than the model.
         """
@@ -201,6 +203,8 @@ class DrivenLoop(Loop):
         fields = {name: batch.changed[name] for name in OF_BODIES if name in batch.changed}
         if not fields and not self.encoder_offset.any():
             return None
+        if not self.encoder_offset.any() and not (fields.keys() - INERTIAL):
+            return self._by_inertia(poses, fields)
         found = np.zeros((len(poses.q), self.nvariant, *poses.q.shape[1:]))
         for variant in range(self.nvariant):
             row = variant * self.nrec
@@ -208,6 +212,17 @@ class DrivenLoop(Loop):
             offset = self.encoder_offset[row : row + self.nrec]
             found[:, variant] = poses.inverse(batch.model, own, self.dofs, self.qpos, offset)
         return found
+
+    def _by_inertia(self, poses: "Poses", fields: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The same beyond what the model takes, if only the masses of bodies are others."""
+        model = self.batch.model
+        own = inertial_parameters(*(getattr(model, name) for name in (*INERTIAL, "body_iquat")))
+        change = []
+        for row in range(0, self.nrec * self.nvariant, self.nrec):
+            values = (fields[n][row] if n in fields else getattr(model, n) for n in INERTIAL)
+            change.append(inertial_parameters(*values, model.body_iquat) - own)
+        y = poses.regressor(model, self.dofs, self.qpos)
+        return np.einsum("prbnk,vbk->pvrn", y, np.array(change), optimize=True)
 
     def added_armature(self) -> np.ndarray:
         """kg·m² beyond the model's, (nsim, njoint)."""
@@ -252,6 +267,8 @@ class Poses:
         self.at = np.unique(np.append(np.arange(0, ntick, every), ntick - 1))
         self.ntick = ntick
         self.q, self.dq, self.ddq = (values[self.at] for values in (path.q, path.dq, path.ddq))
+        # by identity; the model is held, so that no other takes its place
+        self._regressors: dict[int, tuple[mujoco.MjModel, np.ndarray]] = {}
 
     def at_ticks(self, values: np.ndarray) -> np.ndarray:
         """Values (npose, …) at every tick, (ntick, …), linear between the poses."""
@@ -274,12 +291,7 @@ class Poses:
         Args:
             offset: rad, of the encoders, (nrec, njoint).
         """
-        model = copy.copy(model)
-        model.opt.disableflags |= (
-            mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING
-            | mujoco.mjtDisableBit.mjDSBL_DAMPER
-        )  # fmt: skip
-        model.body_gravcomp[:] = 0.0  # what cancels the weight is the controller's
+        model = _bare(model)
         for name, value in fields.items():
             _field(model, name)[:] = value
         data = mujoco.MjData(model)
@@ -293,3 +305,29 @@ class Poses:
             mujoco.mj_inverse(model, data)
             out[index] = data.qfrc_inverse[dofs]
         return out
+
+    def regressor(self, model: mujoco.MjModel, dofs: np.ndarray, qpos: np.ndarray) -> np.ndarray:
+        """Y of `t2l.sim.regressor` along the motion, (npose, nrec, nbody, njoint, 10)."""
+        if id(model) not in self._regressors:
+            bare = _bare(model)
+            data = mujoco.MjData(bare)
+            shape = (*self.q.shape[:2], model.nbody, len(dofs), PARAMETERS)
+            out = np.empty(shape)
+            for index in np.ndindex(self.q.shape[:2]):
+                data.qpos[qpos], data.qvel[dofs] = self.q[index], self.dq[index]
+                data.qacc[dofs] = self.ddq[index]
+                mujoco.mj_inverse(bare, data)
+                out[index] = regressor(bare, data, dofs)
+            self._regressors[id(model)] = model, out
+        return self._regressors[id(model)][1]
+
+
+def _bare(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy whose inverse dynamics are those of its bodies alone."""
+    model = copy.copy(model)
+    model.opt.disableflags |= (
+        mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING
+        | mujoco.mjtDisableBit.mjDSBL_DAMPER
+    )  # fmt: skip
+    model.body_gravcomp[:] = 0.0  # what cancels the weight is the controller's
+    return model
