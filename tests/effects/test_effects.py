@@ -559,7 +559,7 @@ def test_armature_lengthens_the_period(tmp_path):
 def test_a_slow_loop_equals_a_recording_at_its_rate(tmp_path, compensated):
     made = recording(pendulum(tmp_path), swing(), row_rate_hz=50.0)
     made = dataclasses.replace(made, gravity_compensation=compensated)
-    q = predict(made, {"low_rate_loop": {"rate": 250.0}})
+    q = predict(made, {"low_rate_loop": {"rate": 250.0, "phase": 0.0}})
     slow = dataclasses.replace(made, control_rate_hz=250.0)
     np.testing.assert_allclose(q, predict(slow), atol=3e-5)
     assert np.abs(q - predict(made)).max() > 1e-3
@@ -571,7 +571,7 @@ def test_a_slow_loop_at_a_rate_that_does_not_divide_the_loops(tmp_path):
     plain = predict(made)
 
     def size(rate):
-        return np.abs(predict(made, {"low_rate_loop": {"rate": rate}}) - plain).mean()
+        return np.abs(predict(made, {"low_rate_loop": {"rate": rate, "phase": 0.0}}) - plain).mean()
 
     assert size(1000 / 3) < size(300.0) < size(250.0)
 

@@ -63,7 +63,7 @@ VALUES = {
         "inertia_factor": 1.5,
     },
     "load_dependent_friction": {"motor": 0.05, "load": 0.03},
-    "low_rate_loop": {"rate": 60.0},
+    "low_rate_loop": {"rate": 60.0, "phase": 0.0},
     "lugre_friction": {
         "coulomb": 0.08,
         "extra_at_rest": 0.06,

@@ -171,7 +171,6 @@ class _Asked:
 
 def known_candidates(
     predictor: Predictor,
-    draft: Predictor,
     sections: Sequence[Section],
     adopted: tuple[Layout, np.ndarray],
     effects: Sequence[Effect],
@@ -181,7 +180,6 @@ def known_candidates(
     """Every effect as candidates, with columns at the predictor's samples.
 
     Args:
-        draft: of the same recordings at fewer ticks, for what must be simulated.
         guesses: of each effect by name, each parameter (njoint,) or (1,).
         residual: (nsample,) measured minus predicted, rad.
     """
@@ -195,7 +193,7 @@ def known_candidates(
             one.torque.append(torque.astype(np.float32))
     simulated = [one for one in asked if not one.torque]
     table = _driven(predictor, sections, driven, residual)
-    table = _with_simulated(draft, adopted, simulated, table, residual)
+    table = _with_simulated(predictor, adopted, simulated, table, residual)
     return _with_base(predictor, sections, adopted, table)
 
 

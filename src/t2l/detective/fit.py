@@ -5,21 +5,30 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from t2l.detective.linear_loop import Section, respond
+from t2l.detective.responses import added_torques
 from t2l.detective.screen import Screen
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import AT_THE_FLOOR
-from t2l.identify.optimiser import minimise
+from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.prediction import Predictor, Request
 
 ITERATIONS = 5  # numerics: of a fit with the derivatives of the linear model
 REFINING = 2  # numerics: more, with derivatives by simulation
+# numerics: of what has no derivative, of its logarithm or size, one after the other
+ROUGH_STEPS = (0.3, 0.15, 0.08, 0.04, 0.02)
+ROUGH_ITERATIONS = 2  # numerics: of the others meanwhile
 FINISHING = 3  # numerics: on every tick, with the derivatives of coarser ones
 NEAR_ITS_END = 1e-3  # numerics: damping of a fit that begins there
 RIDGE = 1e-6  # numerics: of a column's sum of squares
 COARSENESS = (5, 4, 2)  # numerics: control periods a tick that are tried
 HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
+
+
+# a model, and what it leaves of the fitted samples on every tick
+Known = tuple[tuple[Layout, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,16 @@ class FittedSet:
     left_out: np.ndarray
     jacobian: np.ndarray
     free: np.ndarray
+
+    @property
+    def model(self) -> tuple[Layout, np.ndarray]:
+        """Layout and u."""
+        return self.layout, self.u
+
+    @property
+    def known(self) -> "Known":
+        """The model with what it leaves."""
+        return self.model, self.residual
 
     @property
     def rmse(self) -> float:
@@ -131,6 +150,82 @@ class _Shifted(Positions):
         self.measured = self.measured + shift
 
 
+class AlongMotion(Objective):
+    """Positions by the linear model of the loop, from torques along the measured motion.
+
+    Nothing is simulated: a torque is exact at any value of a parameter, only the loop's answer to
+    it is linear. So a fit is as quick as a product of matrices, and cannot run away.
+    """
+
+    def __init__(
+        self,
+        predictor: Predictor,
+        sections: Sequence[Section],
+        mask: np.ndarray,
+        known: Known,
+    ):
+        self.predictor, self.sections, self.mask = predictor, sections, mask
+        self.base, self.residual = known
+        self.joints = predictor.samples.joint[mask]
+
+    def can_lead(self, layout: Layout) -> bool:
+        """Whether a layout has no state besides the joints'."""
+        return self.predictor.model(layout.terms).nv == len(self.predictor.joints)
+
+    def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
+        variants = [(optimiser.layout, points) for optimiser, points in asked]
+        counts = [len(points) for _, points in variants]
+        answers = np.zeros((len(self.predictor.samples), sum(counts)))
+        for section in self.sections:
+            torques = added_torques(self.predictor, section, self.base, variants)
+            whole = np.concatenate([np.moveaxis(t, 1, -1) for t in torques], axis=-1)
+            answers[section.motion.group.held] = respond(section, whole)
+        moved = self.residual[:, None] + answers[self.mask]
+        return np.split(moved.T, np.cumsum(counts)[:-1])
+
+
+def fit_along(
+    starts: Sequence[Start], objective: AlongMotion, folds: np.ndarray
+) -> list[FittedSet]:
+    """Fit layouts from their starts along the measured motion.
+
+    What has no derivative is tried at other values, of which the best goes on.
+    """
+    fits = [LeastSquares(one.layout, one.u.copy(), _sizes(one)) for one in starts]
+    if fits:
+        minimise(fits, objective, ITERATIONS)
+    fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
+    return [found for fit in fits if (found := fitted(fit, folds)) is not None]
+
+
+def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
+    """The best with other values of what has no derivative, ever nearer to it."""
+    for times in ROUGH_STEPS:
+        others = []
+        for i in _steps(fit):
+            for step in (-times, times):
+                u = fit.u.copy()
+                size = 1.0 if fit.layout.log[i] else fit.layout.slots[i].parameter.size
+                u[i] = np.clip(u[i] + step * size, fit.layout.lower[i], fit.layout.upper[i])
+                others.append(LeastSquares(fit.layout, u, fit.size))
+        minimise(others, objective, ROUGH_ITERATIONS)
+        fit = min([fit, *others], key=lambda one: one.loss)
+    return fit
+
+
+def _steps(fit: LeastSquares) -> list[int]:
+    """Elements without a derivative that may have any value of a range."""
+    layout = fit.layout
+    return [
+        int(i) for i in np.flatnonzero(layout.rough & layout.log & (layout.lower < layout.upper))
+    ]
+
+
+def _sizes(start: Start) -> np.ndarray:
+    stated = np.array([s.parameter.size for s in start.layout.slots])
+    return np.maximum(np.maximum(np.abs(start.u), stated), 1e-9)
+
+
 def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[int]) -> Start:
     """The adopted terms with a set of candidates, at the weights that the screen gives them."""
     layout, u = adopted
@@ -168,7 +263,7 @@ def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[
 def fit_sets(
     starts: Sequence[Start],
     samples: Samples,
-    known: tuple[tuple[Layout, np.ndarray], np.ndarray] | None = None,
+    known: Known | None = None,
     iterations: int = ITERATIONS,
     damping: float = 1e-2,
 ) -> list[FittedSet]:
@@ -182,14 +277,12 @@ def fit_sets(
         return []
     fits = []
     for start in starts:
-        stated = np.array([s.parameter.size for s in start.layout.slots])
-        size = np.maximum(np.maximum(np.abs(start.u), stated), 1e-9)
-        given = dict(start.columns)
         fits.append(
             LeastSquares(
-                start.layout, start.u.copy(), size, damping=damping, given=given, secant=True
+                start.layout, start.u.copy(), _sizes(start), damping=damping,
+                given=dict(start.columns), secant=True,
             )
-        )
+        )  # fmt: skip
     shift = 0.0
     if known is not None and samples.draft is not samples.exact:
         (layout, u), residual = known
@@ -210,7 +303,7 @@ def fit_sets(
 def refine(
     sets: Sequence[FittedSet],
     samples: Samples,
-    known: tuple[tuple[Layout, np.ndarray], np.ndarray],
+    known: Known,
 ) -> list[FittedSet]:
     """The same with derivatives by simulation."""
     starts = [Start(one.layout, one.u) for one in sets]

@@ -7,8 +7,18 @@ import numpy as np
 
 from t2l.detective.candidates import known_candidates
 from t2l.detective.data_split import DataSplit
-from t2l.detective.fit import FittedSet, Samples, Start, begun, finish, fit_sets, refine
-from t2l.detective.linear_loop import linearised
+from t2l.detective.fit import (
+    AlongMotion,
+    FittedSet,
+    Samples,
+    Start,
+    begun,
+    finish,
+    fit_along,
+    fit_sets,
+    refine,
+)
+from t2l.detective.linear_loop import Section, linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Scored, Screen
@@ -16,7 +26,7 @@ from t2l.diagnose.starting_points import read_off
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
-from t2l.identify.levels import PROMISING
+from t2l.identify.levels import AT_THE_FLOOR, PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
@@ -24,7 +34,10 @@ from t2l.identify.scales import scales
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 FITTED = 10  # numerics: sets of a round that are fitted in full
-FINISHED = 4  # numerics: of these, on every tick
+FINISHED = 4  # numerics: of these, by simulation
+PRUNING = 3  # numerics: iterations of a fit with a term less
+SIMULATED = 2  # numerics: sets that can only be simulated, besides
+ASTRAY = 2.0  # numerics: times what the linear model promises, at which a fit by simulation is lost
 
 
 @dataclass
@@ -36,7 +49,8 @@ class Round:
         front: sets of the screen: how many numbers, the promised error in rad, and the effects
             with the joints that have them.
         fits: sets that were fitted, best first.
-        adopted: what became of it; None if nothing earned its place.
+        adopted: what became of it; None if nothing earned its place by simulation.
+        promised: what only the linear model promises, from which the next round goes on.
     """
 
     before: FittedSet
@@ -44,6 +58,7 @@ class Round:
     front: list[tuple[int, float, list[tuple[str, tuple[int, ...]]]]] = field(default_factory=list)
     fits: list[FittedSet] = field(default_factory=list)
     adopted: FittedSet | None = None
+    promised: FittedSet | None = None
 
 
 @dataclass
@@ -74,19 +89,23 @@ def search(
     layout, u = model.vector(joints)
     request = Request(layout, u[None])
     check_finite(predictor.predict([request])[0][0], predictor, request)
-    (current,) = fit_sets([Start(layout, u)], whole, iterations=0)
-    found = Found(model)
+    (simulated,) = fit_sets([Start(layout, u)], whole, iterations=0)
+    found, current, along = Found(model), simulated, None
     for _ in range(ROUNDS):
-        left = np.full(len(samples), np.nan)
+        left = np.zeros(len(samples))
         left[mask] = -current.residual
-        judge = Judge(block, noise_floor(list(predictor.recordings), samples.by_row(left)))
+        rows = samples.by_row(np.where(mask, left, np.nan))
+        judge = Judge(block, noise_floor(list(predictor.recordings), rows))
         this = Round(current, judge.noise_rad)
         found.rounds.append(this)
         if judge.quiet(current.left_out_rmse):
             break
-        adopted = current.layout, current.u
-        fitted = Samples.of(predictor, mask, data.folds, adopted, judge.noise_rad)
-        screen = _screen(model, fitted, adopted, np.nan_to_num(left))
+        if along is None:
+            fitted = Samples.of(predictor, mask, data.folds, simulated.model, judge.noise_rad)
+            motion = measured_motion(predictor, *simulated.model)
+            sections = linearised(predictor, *simulated.model, motion)
+            along = AlongMotion(predictor, sections, mask, simulated.known)
+        screen = _screen(model, fitted, sections, current.model, left)
         sets = _worth_fitting(screen)
         this.front = [
             (
@@ -96,18 +115,30 @@ def search(
             for one in sets
         ]  # fmt: skip
         looked(this)
-        starts = [begun(adopted, screen, s.members) for s in sets]
-        known = adopted, current.residual
-        fits = fit_sets(starts, fitted, known)
-        fits = finish(refine(_leaders(fits, judge), fitted, known), fitted)
+        starts = [begun(current.model, screen, one.members) for one in sets]
+        led = fit_along([s for s in starts if along.can_lead(s.layout)], along, data.folds)
+        leaders = [Start(f.layout, f.u, f.columns) for f in _leaders(led, judge)]
+        leaders += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
+        fits = fit_sets(leaders, fitted, simulated.known)
+        fits = finish(refine(fits, fitted, simulated.known), fitted)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
-        better = choose(current, fits, judge)
-        if better is None:
+        better, promised = choose(simulated, fits, judge), choose(current, led, judge)
+        if better is None and promised is None:
             break
-        current = this.adopted = prune(better, fitted, judge)
+        if better is None or (promised is not None and _astray(better, promised, judge)):
+            current = this.promised = _pruned_along(promised, along, judge, data.folds)
+        else:
+            current = simulated = this.adopted = _pruned(better, fitted, judge)
+            along = None
         looked(this)
-    found.model = from_vector(model, current.layout, current.u, joints)
+    found.model = from_vector(model, *simulated.model, joints)
     return found
+
+
+def _astray(simulated: FittedSet, promised: FittedSet, judge: Judge) -> bool:
+    """Whether a fit is far from what the linear model promises: it is lost, not the model."""
+    promise = max(promised.left_out_rmse, AT_THE_FLOOR * judge.noise_rad)
+    return simulated.left_out_rmse > ASTRAY * promise
 
 
 def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> FittedSet | None:
@@ -134,16 +165,34 @@ def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
     return chosen
 
 
-def prune(better: FittedSet, samples: Samples, judge: Judge) -> FittedSet:
-    """Drop terms, joint by joint, that the rule does not miss."""
+def _pruned(better: FittedSet, samples: Samples, judge: Judge) -> FittedSet:
+    def fit(trials):
+        return fit_sets(trials, samples, better.known, PRUNING)
+
+    return prune(better, judge, fit, lambda sets: finish(sets, samples))
+
+
+def _pruned_along(
+    promised: FittedSet, along: AlongMotion, judge: Judge, folds: np.ndarray
+) -> FittedSet:
+    return prune(promised, judge, lambda trials: fit_along(trials, along, folds))
+
+
+def prune(
+    better: FittedSet,
+    judge: Judge,
+    fit: Callable[[list[Start]], list[FittedSet]],
+    finish: Callable[[list[FittedSet]], list[FittedSet]] = lambda sets: sets,
+) -> FittedSet:
+    """Drop terms, joint by joint, that the rule does not miss.
+
+    Args:
+        fit: fits what is left when a term goes; `finish` does the same to the end.
+    """
     while True:
         trials = _without_one(better)
-        if not trials:
-            return better
-        known = (better.layout, better.u), better.residual
-        fits = fit_sets(trials, samples, known, iterations=3)
-        kept = [f for f in fits if not judge.earns(f.left_out, better.left_out)]
-        kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2], samples)
+        kept = [f for f in fit(trials) if not judge.earns(f.left_out, better.left_out)]
+        kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
         kept = [f for f in kept if not judge.earns(f.left_out, better.left_out)]
         if not kept:
             return better
@@ -183,11 +232,13 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
 
 
 def _screen(
-    model: Model, samples: Samples, adopted: tuple[Layout, np.ndarray], residual: np.ndarray
+    model: Model,
+    samples: Samples,
+    sections: Sequence[Section],
+    adopted: tuple[Layout, np.ndarray],
+    residual: np.ndarray,
 ) -> Screen:
-    predictor, mask = samples.draft, samples.mask
-    layout, u = adopted
-    sections = linearised(predictor, layout, u, measured_motion(predictor, layout, u))
+    predictor, mask = samples.exact, samples.mask
     sizes, n = scales(predictor), len(predictor.joints)
     effects = [
         e for e in model.known_effects(predictor.joints).values()
@@ -195,8 +246,6 @@ def _screen(
     ]  # fmt: skip
     read = read_off(predictor, mask, effects, residual)
     guesses = {e.name: first_guesses(e, sizes, n) + read[e.name] for e in effects}
-    table = known_candidates(
-        predictor, samples.draft, sections, adopted, effects, guesses, residual
-    )
+    table = known_candidates(predictor, sections, adopted, effects, guesses, residual)
     table = replace(table, columns=table.columns[mask])
     return Screen(table, residual[mask], samples.folds)

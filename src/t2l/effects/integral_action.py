@@ -67,7 +67,7 @@ class IntegralAction(Effect):
         return [
             {"gain": scales.kp / time_s, "limit": share * scales.torque}
             for time_s in (60.0, 15.0, 4.0, 1.5, 0.4)  # of the stiffest recording
-            for share in (0.3, 0.8, 10.0)
+            for share in (0.01, 0.1, 0.5, 10.0)
         ]
 
 

@@ -16,6 +16,10 @@ class LowRateLoop(Effect):
             "rate", "Hz", 10.0, 1e4, "rate of the loop", neutral=np.inf, log=True,
             per_joint=False, rough=True,
         ),
+        Parameter(
+            "phase", "1", 0.0, 1.0, "part of its period that has passed where a log begins",
+            neutral=np.nan, per_joint=False, rough=True, size=1.0,
+        ),
     )  # fmt: skip
     summary = "the control loop runs slower than the log says and holds its torque longer"
     signature = "stiff, damped gains ring and chatter, compliant ones do not"
@@ -33,19 +37,30 @@ class LowRateLoop(Effect):
         state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, torque):
-            torque[at] = renewed(torque[at].copy(), state, tick, per_tick)
+            torque[at] = renewed(
+                torque[at].copy(), state, tick * per_tick + values["phase"], per_tick
+            )
 
         loop.controller_filters.append(change)
 
     def starts(self, scales):
         divisors = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 33, 50)
         rates = [scales.control_rate_hz / d for d in divisors]
-        return [{"rate": np.array([rate])} for rate in rates if rate >= 10.0]
+        return [
+            {"rate": np.array([rate]), "phase": np.array([phase])}
+            for rate in rates if rate >= 10.0
+            for phase in (0.0, 0.5)
+        ]  # fmt: skip
 
 
-def renewed(command, state, tick, per_tick):
-    """The command, N·m, of the last tick at which it was due; `state` keeps it."""
-    due = np.floor(tick * per_tick + 1e-6) > np.floor((tick - 1) * per_tick + 1e-6)
+def renewed(command, state, periods, per_tick):
+    """The command, N·m, of the last tick at which it was due; `state` keeps it.
+
+    Args:
+        periods: of the slow loop that have passed, of which a tick is `per_tick`.
+    """
+    # numerics: what is due now is not missed by rounding
+    due = np.floor(periods + 1e-6) > np.floor(periods - per_tick + 1e-6)
     state["torque"] = np.where(due, command, state.get("torque", command))
     return state["torque"]
 
@@ -53,4 +68,5 @@ def renewed(command, state, tick, per_tick):
 def renew_at_lower_rate(robot, joints, values):
     """Hold what the loop computes between the ticks of a slower one."""
     per_tick = values["rate"] * robot.period_s
-    robot.motor[joints] = renewed(robot.motor[joints], robot.state, robot.tick, per_tick)
+    periods = robot.tick * per_tick + values["phase"]
+    robot.motor[joints] = renewed(robot.motor[joints], robot.state, periods, per_tick)
