@@ -176,12 +176,14 @@ def known_candidates(
     effects: Sequence[Effect],
     guesses: Mapping[str, Sequence[Values]],
     residual: np.ndarray,
+    rows: np.ndarray,
 ) -> Table:
-    """Every effect as candidates, with columns at the predictor's samples.
+    """Every effect as candidates, with columns at samples of the predictor.
 
     Args:
         guesses: of each effect by name, each parameter (njoint,) or (1,).
         residual: (nsample,) measured minus predicted, rad.
+        rows: (k,) indices of the samples that columns have.
     """
     asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name])]
     driven = [one for one in asked if predictor.model(one.layout.terms).nv == len(predictor.joints)]
@@ -192,9 +194,9 @@ def known_candidates(
         ):
             one.torque.append(torque.astype(np.float32))
     simulated = [one for one in asked if not one.torque]
-    table = _driven(predictor, sections, driven, residual)
-    table = _with_simulated(predictor, adopted, simulated, table, residual)
-    return _with_base(predictor, sections, adopted, table)
+    table = _driven(predictor, sections, driven, residual[rows], rows)
+    table = _with_simulated(predictor, adopted, simulated, table, residual[rows], rows)
+    return _with_base(predictor, sections, adopted, table, rows)
 
 
 def _with_simulated(
@@ -203,19 +205,20 @@ def _with_simulated(
     asked: Sequence[_Asked],
     table: Table,
     residual: np.ndarray,
+    rows: np.ndarray,
 ) -> Table:
     """The table with effects that have a state of their own, as simulated at their settings."""
     if not asked:
         return table
     base = Request(adopted[0], adopted[1][None])
     requests = [Request(one.layout, one.settings) for one in asked]
-    (before,), *moved = predictor.predict([base, *requests])
+    (before,), *moved = (q[:, rows] for q in predictor.predict([base, *requests]))
     columns, candidates = [table.columns], list(table.candidates)
     count = table.columns.shape[1]
     for one, q in zip(asked, moved, strict=True):
         singles = []
         for joint in one.new_joints:
-            own = predictor.samples.joint == joint
+            own = predictor.samples.joint[rows] == joint
             answers = np.where(own, np.nan_to_num(q - before, nan=np.inf), 0.0).T
             answers = answers.astype(np.float32)
             for s in _ranked(residual * own, answers)[:KEPT]:
@@ -242,7 +245,7 @@ def _simulated(one: _Asked, s: int, joint: int, at: int) -> Candidate:
     )
 
 
-def _with_base(predictor, sections, adopted, table: Table) -> Table:
+def _with_base(predictor, sections, adopted, table: Table, rows: np.ndarray) -> Table:
     """The table with derivatives by the parameters that the model has already."""
     layout, u = adopted
     free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
@@ -251,7 +254,7 @@ def _with_base(predictor, sections, adopted, table: Table) -> Table:
     steps = _steps(layout, free, u)
     moved = np.repeat(u[None], len(free), axis=0)
     moved[np.arange(len(free)), free] += steps
-    wanted = _Columns(predictor, sections, table.columns.shape[1])
+    wanted = _Columns(predictor, sections, rows, table.columns.shape[1])
     torques = [added_torques(predictor, s, adopted, [(layout, moved)])[0] for s in sections]
     at = [wanted.ask([t[:, k] / steps[k] for t in torques], None) for k in range(len(free))]
     bounds = np.array([[layout.lower[i] - u[i], layout.upper[i] - u[i]] for i in free])
@@ -341,9 +344,10 @@ def _driven(
     sections: Sequence[Section],
     asked: Sequence[_Asked],
     residual: np.ndarray,
+    rows: np.ndarray,
 ) -> Table:
     """Candidates of effects that were led along the motion."""
-    first = _Columns(predictor, sections)
+    first = _Columns(predictor, sections, rows)
     # what each setting does, on each joint or on all
     places = [
         {
@@ -353,7 +357,7 @@ def _driven(
         for one in asked
     ]
     values = first.responses()
-    second = _Columns(predictor, sections, values.shape[1])
+    second = _Columns(predictor, sections, rows, values.shape[1])
     candidates: list[Candidate] = []
     for one, at in zip(asked, places, strict=True):
         best = []
@@ -413,8 +417,16 @@ def _together(some: Sequence[Candidate]) -> Candidate:
 class _Columns:
     """Torques that are wanted as responses, all in one pass through the loop."""
 
-    def __init__(self, predictor: Predictor, sections: Sequence[Section], first: int = 0):
-        self.predictor, self.sections, self.first = predictor, sections, first
+    def __init__(
+        self,
+        predictor: Predictor,
+        sections: Sequence[Section],
+        rows: np.ndarray,
+        first: int = 0,
+    ):
+        self.sections, self.rows, self.first = sections, rows, first
+        self.place = np.full(len(predictor.samples), -1)
+        self.place[rows] = np.arange(len(rows))
         self.asked: list[tuple[list[np.ndarray], int | None]] = []
 
     def ask(self, torques: list[np.ndarray], joint: int | None) -> int:
@@ -425,17 +437,18 @@ class _Columns:
         return self.first + len(self.asked) - 1
 
     def responses(self) -> np.ndarray:
-        """(nsample, m)."""
-        out = np.empty((len(self.predictor.samples), len(self.asked)), np.float32)
+        """(k, m) at the rows."""
+        out = np.empty((len(self.rows), len(self.asked)), np.float32)
         single = [i for i, (_, joint) in enumerate(self.asked) if joint is not None]
         dense = [i for i, (_, joint) in enumerate(self.asked) if joint is None]
         for k, section in enumerate(self.sections):
-            held = section.motion.group.held
+            place = self.place[section.motion.group.held]
+            chosen = np.flatnonzero(place >= 0)
             if single:
                 torque = np.stack([self.asked[i][0][k] for i in single], axis=-1)
                 joints = np.array([self.asked[i][1] for i in single])
-                out[np.ix_(held, single)] = respond(section, torque, joints)
+                out[np.ix_(place[chosen], single)] = respond(section, torque, joints, chosen)
             if dense:
                 torque = np.stack([self.asked[i][0][k] for i in dense], axis=-1)
-                out[np.ix_(held, dense)] = respond(section, torque)
+                out[np.ix_(place[chosen], dense)] = respond(section, torque, None, chosen)
         return out

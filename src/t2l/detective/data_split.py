@@ -3,7 +3,7 @@
 What is fitted is also what chooses, by cross-validation: each fold is left out in turn and judged
 by a model that the others fitted. Folds are whole recordings; where several recordings share a pair
 of gains, all of one pair, so that a term must help under gains that no fit has seen; and stretches
-of time where there are fewer than three recordings. Test samples do neither.
+of time where there is one recording. Test samples do neither.
 """
 
 from collections.abc import Sequence
@@ -72,7 +72,7 @@ def _folds(predictor: Predictor, mask: np.ndarray) -> np.ndarray:
     recording = samples.recording[mask]
     gains = [(*r.kp, *r.kd) for r in recordings]
     distinct = sorted(set(gains))
-    if len(recordings) < LEAST_TO_HOLD_OUT_WHOLE:
+    if len(recordings) == 1:
         length = np.array([r.duration_s for r in recordings])[recording]
         piece = np.minimum((samples.time[mask] / length * PIECES).astype(int), PIECES - 1)
         return recording * PIECES + piece

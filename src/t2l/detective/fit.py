@@ -23,7 +23,9 @@ ROUGH_ITERATIONS = 2  # numerics: of the others meanwhile
 FINISHING = 3  # numerics: on every tick, with the derivatives of coarser ones
 NEAR_ITS_END = 1e-3  # numerics: damping of a fit that begins there
 RIDGE = 1e-6  # numerics: of a column's sum of squares
-COARSENESS = (5, 4, 2)  # numerics: control periods a tick that are tried
+COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
+COARSEST = 5  # numerics: of a loop with periods that are not short
+SHORT_TICK_S = 2.5e-3  # numerics: in which the linear model of a loop is nearly exact
 HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
 
 
@@ -107,12 +109,14 @@ class Samples:
 
     Attributes:
         exact, draft: predictors of the same recordings.
+        linear: likewise, at ticks that are short for a loop.
         mask: (nsample,) bool.
         folds: (nfitted,) of the samples of `mask`.
     """
 
     exact: Predictor
     draft: Predictor
+    linear: Predictor
     mask: np.ndarray
     folds: np.ndarray
 
@@ -134,12 +138,18 @@ class Samples:
         known = exact.predict([request])[0][0]
         missing = np.sqrt(np.mean((known - exact.samples.q)[mask] ** 2))
         limit = max(noise_rad, missing / AT_THE_FLOOR / 5)
-        for coarseness in COARSENESS:
-            draft = exact.of(exact.recordings, coarseness)
-            change = draft.predict([request])[0][0] - known
+        slowest = min(recording.control_rate_hz for recording in exact.recordings)
+        short = [c for c in COARSENESS if c <= SHORT_TICK_S * slowest]
+        draft = linear = exact
+        for coarseness in [c for c in COARSENESS if c in short or c <= COARSEST]:
+            coarser = exact.of(exact.recordings, coarseness)
+            change = coarser.predict([request])[0][0] - known
             if np.sqrt(np.mean(change[mask] ** 2)) < limit:
-                return cls(exact, draft, mask, folds)
-        return cls(exact, exact, mask, folds)
+                draft = coarser if draft is exact else draft
+                if coarseness in short:
+                    linear = coarser
+                    break
+        return cls(exact, draft, linear, mask, folds)
 
 
 class _Shifted(Positions):
@@ -239,25 +249,18 @@ def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[
         name = member.effect.name
         effects[name] = member.effect
         joints.setdefault(name, set()).update(member.joints)
-    table, new, known = screen.table, {}, {}
-    if len(table.base):
-        soft = [slot.key for slot in layout.slots if not slot.parameter.rough]
-        known = {k: table.columns[:, at] for k, at in zip(soft, table.base, strict=True)}
-    at = len(table.base)
+    new, at = {}, len(screen.table.base)
     for member in chosen:
         name = member.effect.name
         for (parameter, joint), start in member.setting.items():
             new.setdefault((name, parameter, joint), start)
         for column in member.columns:
             if column.parameter is not None:
-                key = name, column.parameter, column.joint
-                new[key] += weights[at]
-                known[key] = table.columns[:, column.at]
+                new[name, column.parameter, column.joint] += weights[at]
             at += 1
     whole = Layout([Term(effects[name], tuple(sorted(of))) for name, of in joints.items()])
     start = np.array([values[s.key] if s.key in values else new[s.key] for s in whole.slots])
-    columns = {key: column.astype(float) for key, column in known.items()}
-    return Start(whole, np.clip(start, whole.lower, whole.upper), columns)
+    return Start(whole, np.clip(start, whole.lower, whole.upper))
 
 
 def fit_sets(

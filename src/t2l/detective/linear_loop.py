@@ -193,11 +193,17 @@ def _controller(predictor, layout, u, schedule, path: Path, model):
     return by("q", STEP_RAD), by("dq", STEP_RAD_S)
 
 
-def respond(section: Section, torque: np.ndarray, joint: np.ndarray | None = None) -> np.ndarray:
-    """Position of every sample of a group in answer to torques, (k, m) for m of them.
+def respond(
+    section: Section,
+    torque: np.ndarray,
+    joint: np.ndarray | None = None,
+    chosen: np.ndarray | slice = slice(None),
+) -> np.ndarray:
+    """Position of samples of a group in answer to torques, (k, m) for m of them.
 
     Args:
         torque: (ntick, nrec, m) on `joint` (m,) each, or (ntick, nrec, n, m).
+        chosen: which of the group's samples.
     """
     ntick, nrec, n = section.path.q.shape
     m = torque.shape[-1]
@@ -213,6 +219,6 @@ def respond(section: Section, torque: np.ndarray, joint: np.ndarray | None = Non
         push = by @ torque[tick] if joint is None else by[:, :, joint] * torque[tick][:, None]
         x = section.step[tick] @ x
         x += push
-    recording, tick, rest, of = section.motion.group.wanted
+    recording, tick, rest, of = (values[chosen] for values in section.motion.group.wanted)
     rest = rest[:, None].astype(np.float32)
     return (1 - rest) * kept[tick, recording, of] + rest * kept[tick + 1, recording, of]

@@ -1,7 +1,7 @@
 """Linearise, screen, fit, judge, and again from what was adopted, until nothing earns its place."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from t2l.identify.scales import scales
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 FITTED = 10  # numerics: sets of a round that are fitted in full
+SCREENED = 8000  # numerics: samples that sets are scored by
 FINISHED = 4  # numerics: of these, by simulation
 PRUNING = 3  # numerics: iterations of a fit with a term less
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
@@ -85,7 +86,7 @@ def search(
     predictor, mask = data.fitted, data.fitted_mask
     joints, samples = predictor.joints, predictor.samples
     block = blocks(samples.recording[mask], samples.time[mask])
-    whole = Samples(predictor, predictor, mask, data.folds)
+    whole = Samples(predictor, predictor, predictor, mask, data.folds)
     layout, u = model.vector(joints)
     request = Request(layout, u[None])
     check_finite(predictor.predict([request])[0][0], predictor, request)
@@ -102,9 +103,10 @@ def search(
             break
         if along is None:
             fitted = Samples.of(predictor, mask, data.folds, simulated.model, judge.noise_rad)
-            motion = measured_motion(predictor, *simulated.model)
-            sections = linearised(predictor, *simulated.model, motion)
-            along = AlongMotion(predictor, sections, mask, simulated.known)
+            linear = fitted.linear
+            motion = measured_motion(linear, *simulated.model)
+            sections = linearised(linear, *simulated.model, motion)
+            along = AlongMotion(linear, sections, mask, simulated.known)
         screen = _screen(model, fitted, sections, current.model, left)
         sets = _worth_fitting(screen)
         this.front = [
@@ -238,7 +240,7 @@ def _screen(
     adopted: tuple[Layout, np.ndarray],
     residual: np.ndarray,
 ) -> Screen:
-    predictor, mask = samples.exact, samples.mask
+    predictor, mask = samples.linear, samples.mask
     sizes, n = scales(predictor), len(predictor.joints)
     effects = [
         e for e in model.known_effects(predictor.joints).values()
@@ -246,6 +248,9 @@ def _screen(
     ]  # fmt: skip
     read = read_off(predictor, mask, effects, residual)
     guesses = {e.name: first_guesses(e, sizes, n) + read[e.name] for e in effects}
-    table = known_candidates(predictor, sections, adopted, effects, guesses, residual)
-    table = replace(table, columns=table.columns[mask])
-    return Screen(table, residual[mask], samples.folds)
+    every = -(-int(mask.sum()) // SCREENED)
+    joint = predictor.samples.joint[mask]
+    some = np.sort(np.concatenate([np.flatnonzero(joint == j)[::every] for j in range(n)]))
+    rows = np.flatnonzero(mask)[some]
+    table = known_candidates(predictor, sections, adopted, effects, guesses, residual, rows)
+    return Screen(table, residual[rows], samples.folds[some])
