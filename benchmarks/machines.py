@@ -63,7 +63,9 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
         "--leave-outs", type=int, default=0, choices=range(MOST_LEAVE_OUTS + 1),
         metavar="N", help=others,
     )  # fmt: skip
-    longest = "the longest search; one that takes longer has no answer"
+    longest = (
+        "the longest search; one that takes longer is ended, when it next can be, and has no answer"
+    )
     parser.add_argument("--limit", type=float, default=LIMIT_S, metavar="S", help=longest)
     parser.add_argument("--out", type=Path, default=DOCS, help="where table and page are")
     one_core.add_processes(parser, PROCESSES)
@@ -332,11 +334,10 @@ def write(out: Path, rows: Sequence[dict[str, str]]) -> None:
 
 def with_table(page: str, table: pd.DataFrame) -> str:
     """The page with this table between its marks."""
-    inside = f"{BEGIN}\n\n{shown(table)}\n\n{END}"
     parts = re.split(f"{re.escape(BEGIN)}.*?{re.escape(END)}", page, flags=re.S)
     if len(parts) != 2:
         raise SystemExit(f"{PAGE}: found {len(parts) - 1} tables; allowed: 1, as {BEGIN} … {END}")
-    return inside.join(parts)
+    return f"{BEGIN}\n\n{shown(table)}\n\n{END}".join(parts)
 
 
 def shown(table: pd.DataFrame) -> str:
