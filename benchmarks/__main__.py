@@ -3,7 +3,8 @@
 `python -m benchmarks hidden [CASE …] [--processes N] [--earlier TABLE]` takes some cases, and
 puts an earlier table's errors and times beside the new ones. `python -m benchmarks proposals
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
-[--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout.
+[--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
+`python -m benchmarks machines --data FOLDER` recordings of real machines.
 """
 
 import sys
@@ -15,6 +16,7 @@ from benchmarks import (
     earlier,
     hidden,
     holdouts,
+    machines,
     overhead,
     proposals,
     published,
@@ -50,6 +52,7 @@ WITH_ARGUMENTS = {
     "proposals": proposals,
     "holdouts": holdouts,
     "earlier": earlier,
+    "machines": machines,
     "constants": constants,
 }
 
