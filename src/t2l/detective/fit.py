@@ -18,6 +18,7 @@ REFINING = 2  # numerics: more, with derivatives by simulation
 FINISHING = 3  # numerics: on every tick, with the derivatives of coarser ones
 NEAR_ITS_END = 1e-3  # numerics: damping of a fit that begins there
 RIDGE = 1e-6  # numerics: of a column's sum of squares
+NOT_ZERO = 1e-9  # numerics: of a parameter's scale
 COARSENESS = (5, 4, 2)  # numerics: control periods a tick that are tried
 HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
 
@@ -182,8 +183,8 @@ def fit_sets(
         return []
     fits = []
     for start in starts:
-        stated = np.array([s.parameter.size for s in start.layout.slots])
-        size = np.maximum(np.maximum(np.abs(start.u), stated), 1e-9)
+        stated = np.array([s.size for s in start.layout.slots])
+        size = np.maximum(np.maximum(np.abs(start.u), stated), _least(start.layout))
         given = dict(start.columns)
         fits.append(
             LeastSquares(
@@ -207,6 +208,11 @@ def fit_sets(
     return [found for fit in fits if (found := fitted(fit, samples.folds)) is not None]
 
 
+def _least(layout: Layout) -> np.ndarray:
+    """(n,) in place of a size of zero."""
+    return NOT_ZERO * np.array([slot.scale for slot in layout.slots])
+
+
 def refine(
     sets: Sequence[FittedSet],
     samples: Samples,
@@ -223,7 +229,7 @@ def finish(sets: Sequence[FittedSet], samples: Samples) -> list[FittedSet]:
         return list(sets)
     fits = []
     for one in sets:
-        size = np.maximum(np.abs(one.u), 1e-9)
+        size = np.maximum(np.abs(one.u), _least(one.layout))
         fits.append(
             LeastSquares(
                 one.layout, one.u.copy(), size, free=one.free, damping=NEAR_ITS_END,

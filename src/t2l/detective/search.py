@@ -20,7 +20,7 @@ from t2l.identify.levels import PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
-from t2l.identify.scales import scales
+from t2l.identify.scales import sized
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 FITTED = 10  # numerics: sets of a round that are fitted in full
@@ -71,6 +71,7 @@ def search(
     joints, samples = predictor.joints, predictor.samples
     block = blocks(samples.recording[mask], samples.time[mask])
     whole = Samples(predictor, predictor, mask, data.folds)
+    model = sized(model, predictor)
     layout, u = model.vector(joints)
     request = Request(layout, u[None])
     check_finite(predictor.predict([request])[0][0], predictor, request)
@@ -188,13 +189,13 @@ def _screen(
     predictor, mask = samples.draft, samples.mask
     layout, u = adopted
     sections = linearised(predictor, layout, u, measured_motion(predictor, layout, u))
-    sizes, n = scales(predictor), len(predictor.joints)
+    n = len(predictor.joints)
     effects = [
         e for e in model.known_effects(predictor.joints).values()
         if e.may_act(predictor.recordings)
     ]  # fmt: skip
     read = read_off(predictor, mask, effects, residual)
-    guesses = {e.name: first_guesses(e, sizes, n) + read[e.name] for e in effects}
+    guesses = {e.name: first_guesses(e, model.sizes, n) + read[e.name] for e in effects}
     table = known_candidates(
         predictor, samples.draft, sections, adopted, effects, guesses, residual
     )
