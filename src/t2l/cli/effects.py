@@ -41,6 +41,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _range(parameter) -> str:
     """Its bounds in words."""
-    lower = f"{parameter.lower:g}" if parameter.lower > -math.inf else "less all the MJCF has"
-    times = f" ({parameter.scale})" if parameter.scale else ""
+    lower = f"{parameter.lower:g}" if parameter.lower > -math.inf else "minus the MJCF's own"
+    times = f" × ({parameter.scale})" if parameter.scale else ""
     return f"{lower} to {parameter.upper:g}{times}"
