@@ -26,7 +26,7 @@ from tests.effects.test_ranges import power
 
 HIDDEN = (
     {"coulomb_friction": {"torque": {"hinge": 0.05}}, "command_delay": {"delay": 0.02}},
-    {"armature": {"inertia": {"hinge": 0.01}}, "torque_offset": {"torque": {"hinge": 0.1}}},
+    {"viscous_friction": {"damping": {"hinge": 0.1}}, "torque_offset": {"torque": {"hinge": 0.1}}},
 )
 FRICTION = 0.01
 # each is a real run: none to shrink what failed
@@ -84,7 +84,8 @@ def table_of(robot, recordings):
     effects = [e for e in model.known_effects(predictor.joints).values() if e.may_act(recordings)]
     read = read_off(predictor, np.ones(len(residual), bool), effects, residual)
     guesses = {e.name: first_guesses(e, model.sizes, 1) + read[e.name] for e in effects}
-    return known_candidates(predictor, sections, bare, effects, guesses, residual), model.sizes
+    table = known_candidates(predictor, predictor, sections, bare, effects, guesses, residual)
+    return table, model.sizes
 
 
 @pytest.fixture(scope="module")
