@@ -17,12 +17,13 @@ ITERATIONS = 15
 def recovered(name, recordings, joints=None):
     """``{parameter: (k,)}`` of effect `name` on `joints`, and the RMS error of the fit in rad."""
     predictor = Predictor(recordings[0].robot, recordings, threads=1)
-    effect = within(builtin()[name], predictor.model(), predictor.joints)
+    sizes = scales(predictor)
+    effect = within(builtin()[name], predictor.model(), predictor.joints, sizes)
     joints = joints or tuple(range(len(predictor.joints)))
     layout, mask = Layout([Term(effect, joints)]), np.ones(len(predictor.samples), bool)
-    starts = _starts(effect, predictor, joints)
+    starts = _starts(effect, predictor, joints, sizes)
     u = np.array([layout.encode({name: start}) for start in starts])
-    sizes = [max(np.abs(np.median(u[:, i])), s.parameter.size, 1e-3)
+    sizes = [max(np.abs(np.median(u[:, i])), s.size, 1e-3 * s.scale)
              for i, s in enumerate(layout.slots)]  # fmt: skip
     fit = LeastSquares(layout, u[0], np.array(sizes))
     start_from_the_best({name: fit}, {name: u}, predictor, mask)
@@ -30,8 +31,7 @@ def recovered(name, recordings, joints=None):
     return {p: v[0] for p, v in layout.decode(fit.u[None])[name].items()}, np.sqrt(fit.loss)
 
 
-def _starts(effect, predictor, joints):
-    sizes = scales(predictor)
+def _starts(effect, predictor, joints, sizes):
     starts = [
         {p.name: np.asarray(start[p.name])[list(joints)] if p.per_joint else start[p.name]
          for p in effect.parameters}

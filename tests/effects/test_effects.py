@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from t2l.effects.effect import Effect, Parameter
+from t2l.effects.effect import Effect, Parameter, within
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.model import Model
@@ -112,8 +112,10 @@ def alone(pendulums, guesses):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_at_its_neutral_value_an_effect_changes_nothing(pendulums, plain, name):
-    lay = layout(builtin()[name], 2)
-    u = lay.encode({name: absent(builtin()[name])})
+    sizes = scales(pendulums)
+    effect = within(builtin()[name], sizes.plant, sizes.joints, sizes)
+    lay = layout(effect, 2)
+    u = lay.encode({name: absent(effect)})
     q = pendulums.predict([Request(lay, u[None])])[0][0]
     np.testing.assert_allclose(q, plain, atol=ALMOST_ABSENT.get(name, (None, 1e-9))[1])
 

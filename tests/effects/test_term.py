@@ -3,8 +3,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from t2l.effects.effect import within
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
+from tests.effects.made import made_sizes
 
 JOINTS = 3
 
@@ -14,7 +16,9 @@ def layouts(draw):
     """Some effects, each on some joints."""
     names = draw(st.lists(st.sampled_from(sorted(builtin())), unique=True, max_size=4))
     joints = st.sets(st.integers(0, JOINTS - 1), min_size=1).map(sorted).map(tuple)
-    return Layout([Term(builtin()[name], draw(joints)) for name in names])
+    sizes = made_sizes(("a", "b", "c"))
+    return Layout([Term(within(builtin()[n], sizes.plant, sizes.joints, sizes), draw(joints))
+                   for n in names])  # fmt: skip
 
 
 @settings(deadline=None, max_examples=30)
@@ -30,9 +34,14 @@ def test_parameters_survive_the_way_to_a_vector_and_back(layout, count, random):
         for parameter in term.effect.parameters:
             found = values[term.effect.name][parameter.name]
             assert found.shape == (count, len(term.joints) if parameter.per_joint else 1)
-            rounding = 1e-9 * max(abs(parameter.lower), abs(parameter.upper))
-            assert (found >= parameter.lower - rounding).all()
-            assert (found <= parameter.upper + rounding).all()
+            joints = list(term.joints) if parameter.per_joint else [0]
+            lower, upper = (
+                np.broadcast_to(bound, JOINTS)[joints]
+                for bound in (parameter.lower, parameter.upper)
+            )
+            rounding = 1e-9 * np.maximum(np.abs(lower), np.abs(upper))
+            assert (found >= lower - rounding).all()
+            assert (found <= upper + rounding).all()
 
 
 @settings(deadline=None, max_examples=30)

@@ -10,22 +10,27 @@ from t2l.identify.model import Model, check_joints, from_vector, read_model, wri
 from tests.diagnose.made import pendulum
 
 JOINTS = ("shoulder", "elbow", "wrist")
+HAS = {"dof_armature": 5.0, "dof_damping": 30.0, "dof_frictionloss": 30.0}
 
 
 def value(parameter):
+    low, high = bounds(parameter)
     if parameter.log:
-        low, high = np.log([parameter.lower, parameter.upper])
-        return st.floats(low, high).map(lambda u: float(np.clip(np.exp(u), *bounds(parameter))))
-    return st.floats(parameter.lower, parameter.upper)
+        logs = st.floats(*np.log([low, high]))
+        return logs.map(lambda u: float(np.clip(np.exp(u), low, high)))
+    return st.floats(low, high)
 
 
 def bounds(parameter):
-    return parameter.lower, parameter.upper
+    """What is possible for a robot of any size, of `HAS` no more than it has."""
+    possible = parameter.in_units()
+    low = max(possible.lower, -HAS[parameter.adds_to] if parameter.adds_to else -1e6)
+    return low or 1e-6 * parameter.log, min(possible.upper, 1e6)
 
 
 def arm(folder):
     """A robot of these joints, of which an effect may take away as much as its bounds allow."""
-    has = 'armature="5" damping="30" frictionloss="30"'
+    has = " ".join(f'{name.removeprefix("dof_")}="{value}"' for name, value in HAS.items())
     bodies = "".join(
         f'<body><joint name="{name}" {has}/><geom size="0.1"/></body>' for name in JOINTS
     )
@@ -152,7 +157,9 @@ def with_effect(name, values):
         (with_effect("coulomb_friction", {"torque": {}}), "coulomb_friction.torque"),
         (with_effect("coulomb_friction", {"torque": {"elbow": "x"}}), "coulomb_friction.torque"),
         (with_effect("coulomb_friction", {"torque": {"elbow": True}}), "coulomb_friction.torque"),
-        (with_effect("coulomb_friction", {"torque": {"elbow": 99.0}}), "coulomb_friction.torque"),
+        (with_effect("torque_constant", {"factor": {"elbow": 99.0}}), "torque_constant.factor"),
+        (with_effect("torque_dead_zone", {"zone": {"elbow": -1.0}}), "torque_dead_zone.zone"),
+        (with_effect("torque_saturation", {"limit": {"elbow": 0.0}}), "torque_saturation.limit"),
         (
             with_effect("coulomb_friction", {"torque": {"elbow": float("nan")}}),
             "coulomb_friction.torque",

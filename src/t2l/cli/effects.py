@@ -1,6 +1,7 @@
 """``t2l effects``: every known effect."""
 
 import argparse
+import math
 from pathlib import Path
 
 HELP = "list every known effect: what it is, its parameters, units and bounds"
@@ -34,5 +35,12 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"  Shows in a recording: {effect.signature}.")
         for p in effect.parameters:
             scope = "each joint" if p.per_joint else "the robot"
-            print(f"    {p.name} [{p.unit}], {p.lower:g} to {p.upper:g}, for {scope}: {p.meaning}")
+            print(f"    {p.name} [{p.unit}], {_range(p)}, for {scope}: {p.meaning}")
         print(f"  Source: {effect.source}.\n")
+
+
+def _range(parameter) -> str:
+    """Its bounds in words."""
+    lower = f"{parameter.lower:g}" if parameter.lower > -math.inf else "minus the MJCF's own"
+    times = f" × ({parameter.scale})" if parameter.scale else ""
+    return f"{lower} to {parameter.upper:g}{times}"

@@ -17,7 +17,7 @@ from t2l.identify.first_guesses import first_guesses
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.samples import Samples
-from t2l.identify.scales import scales
+from t2l.identify.scales import sized
 from t2l.recordings.recording import Recording
 
 NOISE_RAD = 1e-4  # guess: of an encoder, where no log tells
@@ -146,8 +146,10 @@ class Sensitivity:
     ):
         self.model, self.noise_rad, self.substeps = model, noise_rad, substeps
         self.joints = reference[0].joints
-        self._adopted = model.vector(self.joints)
-        fitting = predicted(self.predictor(reference), *self._adopted)
+        fitting = predicted(self.predictor(reference), *model.vector(self.joints))
+        self.model = sized(model, fitting)
+        self._adopted, known = self.model.vector(self.joints), self.model.known_effects(self.joints)
+        effects = [known.get(effect.name, effect) for effect in effects]
         self.presences = list(self._at_plausible_sizes(effects, fitting))
         self.columns = [c for presence in self.presences for c in _columns(presence)]
 
@@ -213,12 +215,12 @@ class Sensitivity:
         values = {
             name: {k: v[0] for k, v in p.items()} for name, p in layout.decode(u[None]).items()
         }
-        every, sizes = tuple(range(len(self.joints))), scales(predictor)
+        every = tuple(range(len(self.joints)))
         wholes, trials = [], []
         for effect in effects:
             others = [term for term in layout.terms if term.effect.name != effect.name]
             wholes.append(Layout([*others, Term(effect, every)]))
-            guesses = first_guesses(effect, sizes, len(every))
+            guesses = first_guesses(effect, self.model.sizes, len(every))
             trials.append(
                 np.array([wholes[-1].encode({**values, effect.name: g}) for g in guesses])
             )
@@ -267,9 +269,9 @@ def _sizes(layout: Layout, tried: np.ndarray, chosen: int) -> np.ndarray:
     away = np.abs(tried - layout.neutral)
     nearest = np.where(away > 0, away, np.inf).min(axis=0)
     size = np.where(away[chosen] > 0, away[chosen], nearest)
-    stated = np.array([slot.parameter.size for slot in layout.slots], float)
+    stated = np.array([slot.size for slot in layout.slots], float)
     size = np.maximum(np.where(np.isfinite(size), size, 0.0), stated)
-    return np.where(size > 0, size, 1.0)
+    return np.where(size > 0, size, [slot.scale for slot in layout.slots])
 
 
 def _columns(presence: Presence) -> list[Column]:

@@ -332,7 +332,7 @@ def _steps(layout: Layout, own: Sequence[int], u: np.ndarray) -> np.ndarray:
     steps = []
     for i in own:
         slot = layout.slots[i]
-        size = max(abs(u[i]), slot.parameter.size)
+        size = max(abs(u[i]), slot.size)
         span = layout.upper[i] - layout.lower[i]
         step = RELATIVE_STEP * (1.0 if slot.parameter.log else size or 1e-3 * span)
         steps.append(-step if u[i] + step > layout.upper[i] else step)

@@ -26,6 +26,7 @@ RIDGE = 1e-6  # numerics: of a column's sum of squares
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
 SHORT_TICK_S = 2.5e-3  # numerics: in which the linear model of a loop is nearly exact
+NOT_ZERO = 1e-9  # numerics: of a parameter's scale
 HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
 
 
@@ -215,7 +216,7 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
         for i in _steps(fit):
             for step in (-times, times):
                 u = fit.u.copy()
-                size = 1.0 if fit.layout.log[i] else fit.layout.slots[i].parameter.size
+                size = 1.0 if fit.layout.log[i] else fit.layout.slots[i].size
                 u[i] = np.clip(u[i] + step * size, fit.layout.lower[i], fit.layout.upper[i])
                 others.append(LeastSquares(fit.layout, u, fit.size))
         minimise(others, objective, ROUGH_ITERATIONS)
@@ -232,8 +233,8 @@ def _steps(fit: LeastSquares) -> list[int]:
 
 
 def _sizes(start: Start) -> np.ndarray:
-    stated = np.array([s.parameter.size for s in start.layout.slots])
-    return np.maximum(np.maximum(np.abs(start.u), stated), 1e-9)
+    stated = np.array([s.size for s in start.layout.slots])
+    return np.maximum(np.maximum(np.abs(start.u), stated), _least(start.layout))
 
 
 def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[int]) -> Start:
@@ -303,6 +304,11 @@ def fit_sets(
     return [found for fit in fits if (found := fitted(fit, samples.folds)) is not None]
 
 
+def _least(layout: Layout) -> np.ndarray:
+    """(n,) in place of a size of zero."""
+    return NOT_ZERO * np.array([slot.scale for slot in layout.slots])
+
+
 def refine(
     sets: Sequence[FittedSet],
     samples: Samples,
@@ -319,7 +325,7 @@ def finish(sets: Sequence[FittedSet], samples: Samples) -> list[FittedSet]:
         return list(sets)
     fits = []
     for one in sets:
-        size = np.maximum(np.abs(one.u), 1e-9)
+        size = np.maximum(np.abs(one.u), _least(one.layout))
         fits.append(
             LeastSquares(
                 one.layout, one.u.copy(), size, free=one.free, damping=NEAR_ITS_END,

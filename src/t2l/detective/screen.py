@@ -17,6 +17,7 @@ import numpy as np
 from t2l.detective.candidates import Candidate, Table
 
 RIDGE = 1e-6  # numerics: of a column's sum of squares: keeps what is alike at a finite weight
+TINY = 1e-100  # numerics: keeps what does nothing solvable, in any unit
 PARSIMONY = 0.015  # tuned: of the squared error, for each parameter
 WIDTH = 6  # numerics: sets that go on at each size
 LOOKED_AT = 30  # numerics: of the candidates to add, the most promising, that are scored in full
@@ -159,7 +160,7 @@ class Screen:
         across = taken_off = np.zeros((0, len(product)))
         if len(at):
             normal = product[np.ix_(at, at)]
-            normal = normal + RIDGE * np.diag(np.diag(normal) + 1e-30)
+            normal = normal + RIDGE * np.diag(np.diag(normal) + TINY)
             taken_off = product[at]
             across = np.linalg.solve(normal, taken_off)
             w = across @ vector
@@ -177,7 +178,7 @@ class Screen:
             error += between(constants, constants).sum(axis=(1, 2))
             target = along[columns] - between(columns, constants).sum(axis=2)
             normal = between(columns, columns)
-            ridge = RIDGE * np.diagonal(product)[columns] + 1e-30
+            ridge = RIDGE * np.diagonal(product)[columns] + TINY
             normal = normal + ridge[..., None] * np.eye(columns.shape[1])
             w = np.linalg.solve(normal, target[..., None])[..., 0]
             left[rows] = error - (target * w).sum(axis=1)
@@ -242,7 +243,7 @@ def bounded(
     """
     if not target.shape[-1]:
         return np.zeros_like(target)
-    size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1)) + 1e-15
+    size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1)) + TINY
     scaled = normal / (size[..., :, None] * size[..., None, :]) + RIDGE * np.eye(size.shape[-1])
     goal, lower, upper = target / size, lower * size, upper * size
     w = np.linalg.solve(scaled, goal[..., None])[..., 0]

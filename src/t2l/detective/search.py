@@ -30,7 +30,7 @@ from t2l.identify.levels import AT_THE_FLOOR, PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
-from t2l.identify.scales import scales
+from t2l.identify.scales import sized
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 FITTED = 10  # numerics: sets of a round that are fitted in full
@@ -87,6 +87,7 @@ def search(
     joints, samples = predictor.joints, predictor.samples
     block = blocks(samples.recording[mask], samples.time[mask])
     whole = Samples(predictor, predictor, predictor, mask, data.folds)
+    model = sized(model, predictor)
     layout, u = model.vector(joints)
     request = Request(layout, u[None])
     check_finite(predictor.predict([request])[0][0], predictor, request)
@@ -241,13 +242,13 @@ def _screen(
     residual: np.ndarray,
 ) -> Screen:
     predictor, mask = samples.linear, samples.mask
-    sizes, n = scales(predictor), len(predictor.joints)
+    n = len(predictor.joints)
     effects = [
         e for e in model.known_effects(predictor.joints).values()
         if e.may_act(predictor.recordings)
     ]  # fmt: skip
     read = read_off(predictor, mask, effects, residual)
-    guesses = {e.name: first_guesses(e, sizes, n) + read[e.name] for e in effects}
+    guesses = {e.name: first_guesses(e, model.sizes, n) + read[e.name] for e in effects}
     every = -(-int(mask.sum()) // SCREENED)
     joint = predictor.samples.joint[mask]
     some = np.sort(np.concatenate([np.flatnonzero(joint == j)[::every] for j in range(n)]))

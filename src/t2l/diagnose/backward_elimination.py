@@ -14,6 +14,7 @@ from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import PROMISING, TIED
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
+from t2l.identify.scales import sized
 
 # derived: of the loss of the model on some recordings; more is not made good on others
 NEARLY = PROMISING**2
@@ -27,7 +28,7 @@ def simplify(model: Model, evidence: Evidence) -> tuple[Model, list[str]]:
     Returns:
         The model and the names of effects that were dropped or replaced.
     """
-    joints = evidence.train.joints
+    joints, model = evidence.train.joints, sized(model, evidence.train)
     evidence = with_coarser_ticks(evidence, *model.vector(joints))
     gone: list[str] = []
     while True:
@@ -112,7 +113,8 @@ def _values(layout: Layout, u: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
 
 def _fit(layout: Layout, values, joints: tuple[str, ...]) -> LeastSquares:
     u = layout.encode(values)
-    return LeastSquares(layout, u, np.maximum(np.abs(u), LEAST_SIZE), moves_together(joints))
+    least = LEAST_SIZE * np.array([slot.scale for slot in layout.slots])
+    return LeastSquares(layout, u, np.maximum(np.abs(u), least), moves_together(joints))
 
 
 def _validation(evidence: Evidence, layout: Layout, u: np.ndarray) -> float:

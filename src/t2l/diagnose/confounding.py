@@ -22,6 +22,7 @@ from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request
+from t2l.identify.scales import sized
 
 
 def confounded_beforehand(model: Model, evidence: Evidence) -> list[Confounded]:
@@ -73,6 +74,7 @@ class _Linear:
     def __init__(self, model: Model, evidence: Evidence):
         exact, mask = deciding(evidence)
         joints, recordings = exact.joints, exact.recordings
+        model = sized(model, exact)
         self.layout, self.u = model.vector(joints)
         ((q,),) = exact.predict([Request(self.layout, self.u[None])])
         signals = exact.samples.by_row(exact.samples.q - q)
@@ -108,7 +110,7 @@ class _Linear:
 
     def _base(self) -> np.ndarray:
         """(nsample, n) what the model's own parameters do."""
-        least = [max(slot.parameter.size, LEAST_SIZE) for slot in self.layout.slots]
+        least = [max(slot.size, LEAST_SIZE * slot.scale) for slot in self.layout.slots]
         fit = LeastSquares(self.layout, self.u, np.maximum(np.abs(self.u), least))
         run([fit], self._predictor, self._mask, 0)
         return np.nan_to_num(fit.jacobian) / self._noise

@@ -21,6 +21,7 @@ from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, read_again, write_model
 from t2l.identify.progress import Progress, pieces
 from t2l.identify.refit import refitted
+from t2l.identify.scales import sized
 from t2l.names import path_of
 from t2l.registry import python_files
 from t2l.robots import plant
@@ -106,6 +107,7 @@ def explain(
         beforehand: effects that the recordings do not tell apart, which are never certain.
     """
     evidence = telling(model, evidence)
+    model = sized(model, evidence.train)
     steps, key, had = [], fingerprint(model, evidence), [_terms(model, evidence)]
     added, dropped, share = None, [], None
     for number, step in zip(range(MOST_EFFECTS + 1), pieces(progress), strict=False):

@@ -33,7 +33,10 @@ def without_idle_joints(
         ]  # fmt: skip
         if any(found.distance(i) > Z95 for i in slots):
             keep.append(joint)
-    if any(p.log and not p.lower <= p.neutral <= p.upper for p in term.effect.parameters):
+    if any(
+        p.log and not np.min(p.lower) <= p.neutral <= np.max(p.upper)
+        for p in term.effect.parameters
+    ):
         # absence is a limit, to which there is no distance in standard errors
         keep = _missed(term, keep, fit, predictor, mask)
     if not keep or len(keep) == len(term.joints):

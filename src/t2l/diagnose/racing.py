@@ -38,7 +38,7 @@ from t2l.identify.rough import search
 DIAGONAL_FROM_JOINTS = 4  # tuned: joints from which the search moves them all at once
 NEAR = PROMISING**4  # derived: times the least loss: what may still turn out to be best
 SEARCHED_NEAR = AT_THE_FLOOR**2  # derived: likewise, for a search that takes many simulations
-LEAST_SIZE = 1e-3  # numerics: of an adopted parameter, for finite differences
+LEAST_SIZE = 1e-3  # numerics: of the scale of an adopted parameter, for finite differences
 CLOSE_BY = 0.25  # tuned: of the spread of that search, where a fit to all recordings has ended
 SETTLED = 1 - TIED  # derived: of the loss before; a fit that ends above is at its minimum
 
@@ -82,7 +82,7 @@ def fit_all(
     screen, mask = evidence.screen, evidence.screen_mask
     diagonal = moves_together(evidence.train.joints)
     progress("first guesses", 0.0)
-    least = [max(slot.parameter.size, LEAST_SIZE) for slot in adopted.slots]
+    least = [max(slot.size, LEAST_SIZE * slot.scale) for slot in adopted.slots]
     so_far = LeastSquares(adopted, u, np.maximum(np.abs(u), least), diagonal)
     run([so_far], screen, mask, 0)
     every = tuple(range(len(screen.joints)))

@@ -18,6 +18,7 @@ from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.progress import Progress
+from t2l.identify.scales import sized
 from t2l.identify.uncertainty import uncertainty
 
 MISSING, NOTHING_MISSING, UNEXPLAINED = "missing_effect", "no_missing_effect", "unexplained"
@@ -71,7 +72,7 @@ def diagnose(
     Raises:
         DivergenceError: a simulation of the model so far runs away.
     """
-    joints = evidence.train.joints
+    joints, model = evidence.train.joints, sized(model, evidence.train)
     adopted, u = model.vector(joints)
     sets = evidence.train, evidence.validation, evidence.test
     if effects is None:
@@ -79,7 +80,8 @@ def diagnose(
         effects = model.missing_effects(joints, recordings)
     else:
         everywhere = model.everywhere(joints)
-        effects = [effect for effect in effects if effect.name not in everywhere]
+        known = model.known_effects(joints)
+        effects = [known.get(e.name, e) for e in effects if e.name not in everywhere]
 
     train_q, held_q, test_q = _predict(sets, adopted, u)
     before = residual(evidence.validation, evidence.validation_mask, held_q)

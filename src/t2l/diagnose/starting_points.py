@@ -255,10 +255,12 @@ def _sizes(layout: Layout, effect: Effect, starts, adopted_values) -> np.ndarray
         if slot.term.effect.name == effect.name:
             guesses = [np.broadcast_to(s[name], slot.term.width(slot.parameter)) for s in starts]
             at = slot.term.joints.index(slot.joint) if slot.joint is not None else 0
-            sizes.append(max(np.median([abs(g[at]) for g in guesses]), slot.parameter.size))
+            sizes.append(max(np.median([abs(g[at]) for g in guesses]), slot.size))
         else:
             adopted = np.abs(adopted_values[slot.term.effect.name][name]).mean()
-            sizes.append(max(adopted, slot.parameter.size))
+            sizes.append(max(adopted, slot.size))
     # numerics: of the range
-    least = np.array([1e-4 * (s.parameter.upper - s.lower) for s in layout.slots])
-    return np.maximum(np.array(sizes), np.minimum(least, 1e-2))  # numerics: at most
+    least = np.array([1e-4 * (s.upper - s.lower) for s in layout.slots])
+    # numerics: of the scale, at most
+    most = np.array([1e-2 * s.scale for s in layout.slots])
+    return np.maximum(np.array(sizes), np.minimum(least, most))

@@ -1,5 +1,6 @@
 """Reflected inertia of motor and gearbox."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,10 +22,11 @@ class Armature(Effect):
         Parameter(
             "inertia",
             "kg·m²",
-            -2.0,
-            20.0,
+            -math.inf,
+            300.0,
             "reflected inertia added to the MJCF's armature",
             adds_to="dof_armature",
+            scale="inertia",
         ),
     )
     summary = "inertia of rotor and gears, reflected through the gear ratio squared"

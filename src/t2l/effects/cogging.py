@@ -18,7 +18,7 @@ class Cogging(Effect):
     name = "cogging"
     title = "cogging"
     parameters = (
-        Parameter("amplitude", "N·m", 0.0, 20.0, "largest torque, A"),
+        Parameter("amplitude", "N·m", 0.0, 10.0, "largest torque, A", scale="torque"),
         Parameter(
             "phase", "rad", -30.0, 30.0, "angle of the ripple where q is zero, φ", neutral=np.nan
         ),

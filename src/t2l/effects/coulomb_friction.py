@@ -1,5 +1,7 @@
 """Dry friction of constant size."""
 
+import math
+
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
@@ -16,11 +18,12 @@ class CoulombFriction(Effect):
         Parameter(
             "torque",
             "N·m",
-            -20.0,
-            50.0,
+            -math.inf,
+            10.0,
             "friction torque added to the MJCF's frictionloss",
             adds_to="dof_frictionloss",
             kinked=True,
+            scale="torque",
         ),
     )
     summary = "dry friction: a constant torque against the motion that holds the joint at rest"

@@ -12,9 +12,12 @@ class DahlFriction(Effect):
     name = "dahl_friction"
     title = "Dahl friction"
     parameters = (
-        Parameter("coulomb", "N·m", 0.0, 50.0, "friction in steady motion beside the MJCF's, Fc"),
+        Parameter(
+            "coulomb", "N·m", 0.0, 10.0, "friction in steady motion beside the MJCF's, Fc",
+            scale="torque",
+        ),
         Parameter("presliding", "rad", 1e-5, 1.0, "deflection at which σ0 would slip, δ", log=True),
-    )
+    )  # fmt: skip
     summary = "dry friction of bristles, seals or belts that give elastically before they slip"
     signature = "the error follows the direction of motion, and eases in after each reversal"
     source = "Dahl, A solid friction model, 1968, with exponent 1"

@@ -1,5 +1,7 @@
 """Dry friction that is not alike in both directions."""
 
+import math
+
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
 
@@ -14,8 +16,9 @@ class DirectionalFriction(Effect):
     title = "Coulomb friction with a direction"
     parameters = tuple(
         Parameter(
-            way, "N·m", -20.0, 50.0, f"against {sign} velocity, added to the MJCF's frictionloss",
-            adds_to="dof_frictionloss", kinked=True,
+            way, "N·m", -math.inf, 10.0,
+            f"against {sign} velocity, added to the MJCF's frictionloss",
+            adds_to="dof_frictionloss", kinked=True, scale="torque",
         )
         for way, sign in (("forward", "positive"), ("backward", "negative"))
     )  # fmt: skip

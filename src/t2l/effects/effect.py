@@ -3,12 +3,13 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import mujoco
 import numpy as np
 
 from t2l.effects.exported import Exported
+from t2l.effects.expression import evaluate, parse
 from t2l.recordings.recording import Recording
 from t2l.sim.servo import ServoLoop
 
@@ -23,7 +24,9 @@ class Parameter:
 
     Attributes:
         unit: SI, as written in reports.
-        lower, upper: bounds of the fit; the lower one may be one a joint.
+        lower, upper: bounds of the fit. A lower one of minus infinity is for what `adds_to`.
+        scale: what bounds and size are multiples of: a formula in the names of `Scales`, such as
+            ``torque / velocity``. Without one they are numbers in `unit`. See `in_units`.
         adds_to: the field of MjModel, (nv,), whose value of a joint it adds to. What a robot has in
             all stays positive: see `within`.
         meaning: what it is, in a few words.
@@ -39,29 +42,52 @@ class Parameter:
     name: str
     unit: str
     lower: float | tuple[float, ...]
-    upper: float
+    upper: float | tuple[float, ...]
     meaning: str
     neutral: float = 0.0
     log: bool = False
     per_joint: bool = True
     rough: bool = False
     kinked: bool = False
-    size: float = 0.0
+    size: float | tuple[float, ...] = 0.0
     adds_to: str = ""
+    scale: str | float | tuple[float, ...] = ""
+
+    def in_units(self, sizes: "Scales | None" = None) -> "Parameter":
+        """The same with bounds, size and scale in `unit`, a number a joint.
+
+        A parameter of the robot has one number, by the joint where the scale is largest. Where
+        sizes are not known, bounds are what is possible at all, by the sign of the stated ones.
+        """
+        if not isinstance(self.scale, str) or not self.scale:
+            return self
+        if sizes is None:
+            lower = 0.0 if self.lower >= 0 else -np.inf
+            return replace(self, lower=lower, upper=np.inf, size=0.0, scale=1.0)
+        scale = sizes.of(self.scale)
+        scale = scale if self.per_joint else scale.max(keepdims=True)
+        stated = {key: getattr(self, key) for key in ("lower", "upper", "size")}
+        multiples = {key: tuple((value * scale).tolist()) for key, value in stated.items()}
+        return replace(self, scale=tuple(scale.tolist()), **multiples)
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Sizes that the recordings and the model give, for first guesses; (njoint,) each.
+    """Sizes that the recordings and the model give, for bounds and first guesses; (njoint,) each.
+
+    Those that bounds are multiples of are above zero. Of a slide read N, kg and m.
 
     Attributes:
-        torque: RMS of the motor torque the model spends, N·m.
+        torque: RMS of the motor torque the model spends, N·m; at least of the weight, and what
+            stops the joint in a second.
         inertia: diagonal of the mass matrix at the start, kg·m².
         velocity: RMS of the joint velocity, rad/s.
         peak_torque, peak_torque_rate: largest of them, N·m and N·m/s.
+        total_torque: `torque` of all joints together, N·m.
+        mass: of all that the joint moves, kg.
         control_rate_hz: the loop's rate by the log.
         range, centre: rad, how far the joint moves, and its mean position.
-        kp, kd: largest gains over the recordings.
+        kp, kd: largest gains over the recordings; where there is none, those of a loop of 1 Hz.
         armature, friction, damping: what the MJCF has already, kg·m², N·m and N·m·s/rad.
         plant: the robot without effects, for what an effect wants to know of its shape.
         joints: names of the driven joints.
@@ -72,6 +98,8 @@ class Scales:
     velocity: np.ndarray
     peak_torque: np.ndarray
     peak_torque_rate: np.ndarray
+    total_torque: np.ndarray
+    mass: np.ndarray
     control_rate_hz: float
     range: np.ndarray
     centre: np.ndarray
@@ -82,6 +110,19 @@ class Scales:
     damping: np.ndarray
     plant: mujoco.MjModel
     joints: tuple[str, ...]
+
+    def of(self, formula: str) -> np.ndarray:
+        """(njoint,) of a formula in the names of these sizes, such as ``torque / velocity``.
+
+        Raises:
+            ValueError: it is no formula of them.
+        """
+        sizes = {name: getattr(self, name) for name in SIZES}
+        return evaluate(parse(formula, SIZES), np.zeros(len(self.joints)), sizes)
+
+
+# that a formula may hold
+SIZES = tuple(field.name for field in fields(Scales) if field.type is np.ndarray)
 
 
 class Effect(ABC):
@@ -177,20 +218,40 @@ class Effect(ABC):
         return type(self).extend is not Effect.extend
 
 
-def within(effect: Effect, model: mujoco.MjModel, joints: tuple[str, ...]) -> Effect:
-    """`effect` with bounds that leave `joints` of a plant what is physically possible.
+def within(
+    effect: Effect,
+    model: mujoco.MjModel,
+    joints: tuple[str, ...],
+    sizes: Scales | None = None,
+    stated: Mapping[str, Mapping[str, float] | float] | None = None,
+) -> Effect:
+    """`effect` with bounds in units that leave `joints` of a plant what is physically possible.
 
     What a parameter adds to is taken away as a whole at most: no fit makes a negative inertia,
     friction or damping of which the simulation would see zero.
+
+    Args:
+        sizes: of the recordings; without them, scaled bounds are what is possible at all.
+        stated: values by parameter, which scaled bounds are to contain.
     """
-    if not any(parameter.adds_to for parameter in effect.parameters):
+    if not any(parameter.adds_to or parameter.scale for parameter in effect.parameters):
         return effect
     dofs = [model.joint(name).dofadr[0] for name in joints]
-    bounded = copy(effect)
-    bounded.parameters = tuple(
-        replace(p, lower=tuple(np.maximum(p.lower, -getattr(model, p.adds_to)[dofs]).tolist()))
-        if p.adds_to
-        else p
-        for p in effect.parameters
+
+    def bounded(parameter: Parameter) -> Parameter:
+        found = parameter.in_units(sizes)
+        count = len(joints) if parameter.per_joint else 1
+        lower, upper = (np.array(np.broadcast_to(b, count)) for b in (found.lower, found.upper))
+        if parameter.scale and stated:
+            value = stated[parameter.name]
+            each = [value.get(n, np.nan) for n in joints] if parameter.per_joint else [value]
+            lower, upper = np.fmin(lower, each), np.fmax(upper, each)
+        if parameter.adds_to:
+            lower = np.maximum(lower, -getattr(model, parameter.adds_to)[dofs])
+        return replace(found, lower=tuple(lower.tolist()), upper=tuple(upper.tolist()))
+
+    bounded_effect = copy(effect)
+    bounded_effect.parameters = tuple(
+        bounded(p) if p.adds_to or p.scale else p for p in effect.parameters
     )
-    return bounded
+    return bounded_effect

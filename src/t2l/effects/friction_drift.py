@@ -1,5 +1,7 @@
 """Dry friction that changes while the machine warms up."""
 
+import math
+
 import numpy as np
 
 from t2l.effects import warming
@@ -15,8 +17,9 @@ class FrictionDrift(Effect):
     parameters = (
         *(
             Parameter(
-                f"at_{when}", "N·m", -20.0, 50.0, f"friction at the {when}, added to the MJCF's",
-                adds_to="dof_frictionloss", kinked=True,
+                f"at_{when}", "N·m", -math.inf, 10.0,
+                f"friction at the {when}, added to the MJCF's",
+                adds_to="dof_frictionloss", kinked=True, scale="torque",
             )
             for when in ("start", "end")
         ),

@@ -1,5 +1,7 @@
 """Dry friction that follows the logged temperature."""
 
+import math
+
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.warming import REFERENCE_C
 
@@ -11,10 +13,10 @@ class FrictionTemperature(Effect):
     title = "friction that follows temperature"
     parameters = (
         Parameter(
-            "torque", "N·m", -20.0, 50.0, "friction at 25 °C, added to the MJCF's",
-            adds_to="dof_frictionloss", kinked=True,
+            "torque", "N·m", -math.inf, 10.0, "friction at 25 °C, added to the MJCF's",
+            adds_to="dof_frictionloss", kinked=True, scale="torque",
         ),
-        Parameter("per_kelvin", "N·m/K", -5.0, 5.0, "change of it, c", size=1e-3),
+        Parameter("per_kelvin", "N·m/K", -1.0, 1.0, "change of it, c", size=1e-3, scale="torque"),
     )  # fmt: skip
     summary = "dry friction that falls or grows with the temperature of the joint"
     signature = "the error follows the direction of motion, by more the colder the joint is"

@@ -16,10 +16,12 @@ class IntegralAction(Effect):
     name = "integral_action"
     title = "integral action"
     parameters = (
-        Parameter("gain", "N·m/(rad·s)", 0.0, 1e5, "torque by integrated position error, Ki"),
+        Parameter(
+            "gain", "N·m/(rad·s)", 0.0, 100.0, "torque by integrated position error, Ki", scale="kp"
+        ),
         Parameter(
             "limit", "N·m", 1e-3, 1e3, "where the integral's torque is clamped", neutral=np.inf,
-            log=True,
+            log=True, scale="torque",
         ),
     )  # fmt: skip
     summary = "the controller has an I beside its P and D, clamped so that it does not wind up"

@@ -15,8 +15,11 @@ class JointCoupling(Effect):
     name = "joint_coupling"
     title = "coupling of two joints"
     parameters = (
-        Parameter("stiffness", "N·m/rad", 0.0, 1e4, "of the cable, k"),
-        Parameter("damping", "N·m·s/rad", 0.0, 100.0, "of the cable, d", size=0.01),
+        Parameter("stiffness", "N·m/rad", 0.0, 100.0, "of the cable, k", scale="torque / range"),
+        Parameter(
+            "damping", "N·m·s/rad", 0.0, 100.0, "of the cable, d", size=0.01,
+            scale="torque / velocity",
+        ),
         Parameter(
             "ratio", "1", -5.0, 5.0, "of the lever arms, of the joint before over this one, r",
             neutral=np.nan, size=0.3,
@@ -59,7 +62,7 @@ class JointCoupling(Effect):
 
     def starts(self, scales):
         one = np.ones_like(scales.torque)
-        stiffness = scales.torque / np.maximum(scales.range, 1e-3)
+        stiffness = scales.torque / scales.range
         before = np.concatenate([scales.centre[:1], scales.centre[:-1]])
         return [
             {

@@ -13,9 +13,12 @@ class JointFlexibility(Effect):
     title = "joint flexibility"
     parameters = (
         Parameter(
-            "stiffness", "N·m/rad", 0.5, 1e5, "of gearbox and link", neutral=np.inf, log=True
+            "stiffness", "N·m/rad", 10.0, 4e6, "of gearbox and link", neutral=np.inf, log=True,
+            scale="inertia",
         ),
-        Parameter("damping", "N·m·s/rad", 1e-4, 100.0, "across the spring", log=True),
+        Parameter(
+            "damping", "N·m·s/rad", 1e-3, 1e4, "across the spring", log=True, scale="inertia"
+        ),
         Parameter(
             "encoder_on_link", "0 or 1", 0.0, 1.0, "what the encoder measures", per_joint=False,
             rough=True,

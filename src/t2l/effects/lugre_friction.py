@@ -12,12 +12,24 @@ class LugreFriction(Effect):
     name = "lugre_friction"
     title = "LuGre friction"
     parameters = (
-        Parameter("coulomb", "N·m", 0.0, 50.0, "friction in fast motion beside the MJCF's, Fc"),
-        Parameter("extra_at_rest", "N·m", 0.0, 50.0, "by how much breakaway exceeds it, Fs"),
-        Parameter("velocity", "rad/s", 0.002, 3.0, "where the excess fades, vs", log=True),
+        Parameter(
+            "coulomb", "N·m", 0.0, 10.0, "friction in fast motion beside the MJCF's, Fc",
+            scale="torque",
+        ),
+        Parameter(
+            "extra_at_rest", "N·m", 0.0, 10.0, "by how much breakaway exceeds it, Fs",
+            scale="torque",
+        ),
+        Parameter(
+            "velocity", "rad/s", 0.003, 10.0, "where the excess fades, vs", log=True,
+            scale="velocity",
+        ),
         Parameter("presliding", "rad", 1e-5, 1.0, "deflection of breakaway, δ", log=True),
-        Parameter("damping", "N·m·s/rad", 1e-4, 100.0, "of the bristles, σ1", log=True),
-    )
+        Parameter(
+            "damping", "N·m·s/rad", 1e-3, 1e3, "of the bristles, σ1", log=True,
+            scale="sqrt(torque * inertia)",
+        ),
+    )  # fmt: skip
     summary = "dry friction of bristles that bend before they slip, and slip easier in motion"
     signature = "the error is largest in slow motion, and eases in after each reversal"
     source = "Canudas de Wit et al., A new model for control of systems with friction, 1995"
@@ -44,7 +56,7 @@ class LugreFriction(Effect):
             {
                 "coulomb": f * scales.torque,
                 "extra_at_rest": f * scales.torque,
-                "velocity": np.maximum(0.2 * scales.velocity, 0.005),
+                "velocity": 0.2 * scales.velocity,
                 "presliding": d * one,
                 # a bristle of that stiffness, damped by 0.7
                 "damping": 1.4 * np.sqrt(2 * f * scales.torque / d * scales.inertia),

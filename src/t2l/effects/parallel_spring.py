@@ -11,7 +11,9 @@ class ParallelSpring(Effect):
     name = "parallel_spring"
     title = "parallel spring"
     parameters = (
-        Parameter("stiffness", "N·m/rad", 0.0, 1e4, "added to the MJCF's, k"),
+        Parameter(
+            "stiffness", "N·m/rad", 0.0, 100.0, "added to the MJCF's, k", scale="torque / range"
+        ),
         Parameter(
             "rest", "rad", -30.0, 30.0, "position at which it is slack, q0", neutral=np.nan,
             size=0.3,
@@ -38,7 +40,7 @@ class ParallelSpring(Effect):
         stiffness[rows, ids] += values["stiffness"]
 
     def starts(self, scales):
-        stiffness = scales.torque / np.maximum(scales.range, 1e-3)
+        stiffness = scales.torque / scales.range
         return [{"stiffness": f * stiffness, "rest": scales.centre} for f in (0.1, 1.0)]
 
     def read_off(self, q, torque, clock_s):

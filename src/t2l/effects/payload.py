@@ -17,7 +17,7 @@ class Payload(Effect):
     name = "payload"
     title = "payload"
     parameters = (
-        Parameter("mass", "kg", 0.0, 50.0, "mass at the flange", per_joint=False),
+        Parameter("mass", "kg", 0.0, 10.0, "mass at the flange", per_joint=False, scale="mass"),
         *(
             Parameter(
                 f"com_{axis}", "m", -0.5, 0.5, f"centre of mass from the flange, {axis}",
@@ -43,18 +43,18 @@ class Payload(Effect):
             if name in sites:
                 parent, position = sites[name][0], sites[name][1].pos
         parent.add_body(
-            name=BODY, pos=position, mass=1e-6, inertia=(1e-9,) * 3, explicitinertial=True
+            name=BODY, pos=position, mass=0.0, inertia=(0.0,) * 3, explicitinertial=True
         )
 
     def export(self, to, joints, values):
         body = to.spec.body(BODY)
-        body.mass = max(values["mass"], 1e-6)
+        body.mass = values["mass"]
         body.ipos = [values[f"com_{axis}"] for axis in "xyz"]
 
     def install(self, loop, rows, joints, values):
         loop.inertia_changed = True
         body = loop.batch.model.body(BODY).id
-        loop.batch.expand("body_mass")[rows, body] = np.maximum(values["mass"][:, 0], 1e-6)
+        loop.batch.expand("body_mass")[rows, body] = values["mass"][:, 0]
         position = np.concatenate([values[f"com_{axis}"] for axis in "xyz"], axis=1)
         loop.batch.expand("body_ipos")[rows, body] = position
 

@@ -16,7 +16,7 @@ class PeriodicTorque(Effect):
     name = "periodic_torque"
     title = "periodic torque"
     parameters = (
-        Parameter("amplitude", "N·m", 0.0, 100.0, "largest torque, A"),
+        Parameter("amplitude", "N·m", 0.0, 10.0, "largest torque, A", scale="torque"),
         Parameter("frequency", "Hz", SLOWEST_HZ, FASTEST_HZ, "f", neutral=np.nan),
         Parameter("phase", "rad", -30.0, 30.0, "where the clock is zero, φ", neutral=np.nan),
     )

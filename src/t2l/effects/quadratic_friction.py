@@ -8,7 +8,12 @@ class QuadraticFriction(Effect):
 
     name = "quadratic_friction"
     title = "quadratic friction"
-    parameters = (Parameter("coefficient", "N·m·s²/rad²", 0.0, 100.0, "torque at 1 rad/s"),)
+    parameters = (
+        Parameter(
+            "coefficient", "N·m·s²/rad²", 0.0, 10.0, "torque at 1 rad/s",
+            scale="(kd + torque / velocity) / velocity",
+        ),
+    )  # fmt: skip
     summary = "friction that grows with the square of velocity, as of churning oil and air"
     signature = "the error follows the square of the velocity and vanishes in slow motion"
     source = "MuJoCo, XML reference, joint/damping, second coefficient"
@@ -23,5 +28,4 @@ class QuadraticFriction(Effect):
         loop.batch.expand("dof_dampingpoly")[rows, loop.dofs[joints], 0] += values["coefficient"]
 
     def starts(self, scales):
-        speed = scales.velocity + 1e-3
-        return [{"coefficient": factor * scales.kd / speed} for factor in (0.02, 0.2)]
+        return [{"coefficient": factor * scales.kd / scales.velocity} for factor in (0.02, 0.2)]

@@ -14,7 +14,8 @@ from pathlib import Path
 from types import ModuleType
 
 import t2l.effects
-from t2l.effects.effect import Effect, Parameter
+from t2l.effects.effect import SIZES, Effect, Parameter
+from t2l.effects.expression import VARIABLE, parse
 from t2l.errors import ConfigurationError
 from t2l.names import ALLOWED, is_plain
 from t2l.registry import import_file, python_files
@@ -109,10 +110,13 @@ def _check_parameter(parameter: Parameter, where: str) -> None:
     for key in ("lower", "upper", "size", "neutral"):
         value = getattr(parameter, key)
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or (key != "neutral" and not math.isfinite(value)):
+        # what is added to the MJCF's may take all of that away
+        free = key == "neutral" or (key == "lower" and parameter.adds_to and value == -math.inf)
+        if not number or not (free or math.isfinite(value)):
             raise ConfigurationError(
                 f"{where}: {key}: found {describe(value)}; allowed: a finite number"
             )
+    _check_scale(parameter.scale, where)
     if lower >= upper:
         raise ConfigurationError(
             f"{where}: lower, upper: found {lower}, {upper}; allowed: lower below upper"
@@ -120,4 +124,17 @@ def _check_parameter(parameter: Parameter, where: str) -> None:
     if parameter.log and lower <= 0:
         raise ConfigurationError(
             f"{where}: lower: found {lower}; allowed: above 0, as it is fitted by its logarithm"
+        )
+
+
+def _check_scale(scale: object, where: str) -> None:
+    if scale == "":
+        return
+    try:
+        known = isinstance(scale, str) and VARIABLE not in parse(scale, SIZES).split()
+    except ValueError:
+        known = False
+    if not known:
+        raise ConfigurationError(
+            f"{where}: scale: found {describe(scale)}; allowed: a formula of {', '.join(SIZES)}"
         )

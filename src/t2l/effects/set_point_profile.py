@@ -12,11 +12,15 @@ class SetPointProfile(Effect):
     name = "set_point_profile"
     title = "motion profile"
     parameters = (
-        Parameter("velocity", "rad/s", 0.01, 1e3, "of the set-point, v", neutral=np.inf, log=True),
         Parameter(
-            "acceleration", "rad/s²", 0.05, 1e6, "of the set-point, a", neutral=np.inf, log=True
+            "velocity", "rad/s", 0.02, 1e3, "of the set-point, v", neutral=np.inf, log=True,
+            scale="velocity",
         ),
-    )
+        Parameter(
+            "acceleration", "rad/s²", 0.1, 1e6, "of the set-point, a", neutral=np.inf, log=True,
+            scale="velocity",
+        ),
+    )  # fmt: skip
     summary = "the servo moves its set-point to the command within a velocity and an acceleration"
     signature = "the joint follows slow commands and falls behind fast ones, alike at all gains"
     source = "ROBOTIS, XM430-W350 e-Manual: Profile Velocity, Profile Acceleration, trapezoidal"
@@ -39,7 +43,7 @@ class SetPointProfile(Effect):
         loop.command_filters.append(change)
 
     def starts(self, scales):
-        speed = scales.velocity + 1e-3
+        speed = scales.velocity
         return [
             {"velocity": v * speed, "acceleration": a * speed}
             for v, a in ((4.0, 400.0), (2.0, 200.0), (2.0, 40.0), (1.0, 100.0), (1.0, 20.0))

@@ -11,7 +11,12 @@ class SquareRootFriction(Effect):
 
     name = "square_root_friction"
     title = "square-root friction"
-    parameters = (Parameter("coefficient", "N·m·√(s/rad)", 0.0, 50.0, "c", kinked=True),)
+    parameters = (
+        Parameter(
+            "coefficient", "N·m·√(s/rad)", 0.0, 10.0, "c", kinked=True,
+            scale="torque / sqrt(velocity)",
+        ),
+    )  # fmt: skip
     summary = "friction of grease and gears that grows ever more slowly with the velocity"
     signature = "the error grows steeply at low velocity and flattens at high velocity"
     source = (
@@ -35,7 +40,7 @@ class SquareRootFriction(Effect):
         loop.friction.append(add)
 
     def starts(self, scales):
-        root = np.sqrt(scales.velocity + 1e-3)
+        root = np.sqrt(scales.velocity)
         return [{"coefficient": f * scales.torque / root} for f in (0.02, 0.1, 0.4)]
 
 

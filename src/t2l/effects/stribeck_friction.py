@@ -1,5 +1,7 @@
 """Dry friction that is larger at rest than in motion."""
 
+import math
+
 import numpy as np
 
 from t2l.effects.coulomb_friction import export_friction
@@ -13,19 +15,18 @@ class StribeckFriction(Effect):
     title = "Stribeck friction"
     parameters = (
         Parameter(
-            "coulomb",
-            "N·m",
-            -20.0,
-            50.0,
-            "friction in fast motion, added to the MJCF's",
-            adds_to="dof_frictionloss",
-            kinked=True,
+            "coulomb", "N·m", -math.inf, 10.0, "friction in fast motion, added to the MJCF's",
+            adds_to="dof_frictionloss", kinked=True, scale="torque",
         ),
         Parameter(
-            "extra_at_rest", "N·m", 0.0, 50.0, "by how much breakaway exceeds it", kinked=True
+            "extra_at_rest", "N·m", 0.0, 10.0, "by how much breakaway exceeds it", kinked=True,
+            scale="torque",
         ),
-        Parameter("velocity", "rad/s", 0.002, 3.0, "velocity at which the excess fades", log=True),
-    )
+        Parameter(
+            "velocity", "rad/s", 0.003, 10.0, "velocity at which the excess fades", log=True,
+            scale="velocity",
+        ),
+    )  # fmt: skip
     summary = "dry friction that falls from a breakaway torque to a lower level in motion"
     signature = "the error follows the direction of motion and is largest in slow motion"
     source = "Canudas de Wit et al., A new model for control of systems with friction, 1995, eq. 4"
@@ -51,7 +52,7 @@ class StribeckFriction(Effect):
             {
                 "coulomb": level * scales.torque,
                 "extra_at_rest": extra * scales.torque,
-                "velocity": np.maximum(fade * scales.velocity, 0.005),
+                "velocity": fade * scales.velocity,
             }
             for level, extra, fade in (
                 (0.01, 0.01, 0.1), (0.01, 0.01, 0.4), (0.1, 0.1, 0.1), (0.1, 0.1, 0.4),

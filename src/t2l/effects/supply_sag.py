@@ -19,7 +19,7 @@ class SupplySag(Effect):
     parameters = (
         Parameter(
             "drop", "1/(N·m)", 0.0, 10.0, "lost of the voltage a torque of all motors, k",
-            per_joint=False,
+            per_joint=False, scale="1 / total_torque",
         ),
     )  # fmt: skip
     summary = "the supply voltage drops with the torque of all motors, and all of them give less"
@@ -45,8 +45,7 @@ class SupplySag(Effect):
         loop.motor_filters.append(change)
 
     def starts(self, scales):
-        whole = scales.torque.sum() + 1e-9
-        return [{"drop": np.array([min(f / whole, 10.0)])} for f in (0.02, 0.1, 0.3)]
+        return [{"drop": f / scales.total_torque[:1]} for f in (0.02, 0.1, 0.3)]
 
 
 def sag(robot, joints, values):

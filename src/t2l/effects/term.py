@@ -22,7 +22,10 @@ class Term:
 
 @dataclass(frozen=True)
 class Slot:
-    """One number of a parameter vector; `joint` is None for a parameter of the robot."""
+    """One number of a parameter vector; `joint` is None for a parameter of the robot.
+
+    `parameter` is in units.
+    """
 
     term: Term
     parameter: Parameter
@@ -36,8 +39,25 @@ class Slot:
     @property
     def lower(self) -> float:
         """Bound of the fit."""
-        lower = self.parameter.lower
-        return lower[self.joint] if isinstance(lower, tuple) else lower
+        return self._own(self.parameter.lower)
+
+    @property
+    def upper(self) -> float:
+        """Bound of the fit."""
+        return self._own(self.parameter.upper)
+
+    @property
+    def size(self) -> float:
+        """A value that makes a difference; zero if the effect states none."""
+        return self._own(self.parameter.size)
+
+    @property
+    def scale(self) -> float:
+        """What its bounds are multiples of, one unit of the parameter if they are not."""
+        return self._own(self.parameter.scale or 1.0)
+
+    def _own(self, value: float | tuple[float, ...]) -> float:
+        return value[self.joint or 0] if isinstance(value, tuple) else value
 
 
 class Layout:
@@ -47,7 +67,7 @@ class Layout:
 
     Attributes:
         slots: what each element of u is.
-        lower, upper: (n,) bounds of u.
+        lower, upper: (n,) bounds of u; infinite where effects state multiples of sizes unknown.
         neutral: (n,) u where the effects are absent, or the bound nearest to that; NaN if at none.
         rough, kinked: (n,) bool, elements without a useful derivative, or with kinks.
     """
@@ -55,7 +75,7 @@ class Layout:
     def __init__(self, terms: Sequence[Term]):
         self.terms = tuple(sorted(terms, key=lambda term: term.effect.order))
         self.slots = [
-            Slot(term, parameter, joint)
+            Slot(term, parameter.in_units(), joint)
             for term in self.terms
             for parameter in term.effect.parameters
             for joint in (term.joints if parameter.per_joint else (None,))
@@ -64,7 +84,7 @@ class Layout:
         self.rough = np.array([slot.parameter.rough for slot in self.slots], bool)
         self.kinked = np.array([slot.parameter.kinked for slot in self.slots], bool)
         self.lower = self._scaled(np.array([slot.lower for slot in self.slots], float))
-        self.upper = self._scaled(np.array([slot.parameter.upper for slot in self.slots], float))
+        self.upper = self._scaled(np.array([slot.upper for slot in self.slots], float))
         neutral = np.array([slot.parameter.neutral for slot in self.slots], float)
         self.neutral = np.clip(self._scaled(neutral), self.lower, self.upper)
 

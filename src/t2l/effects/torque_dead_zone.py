@@ -12,8 +12,11 @@ class TorqueDeadZone(Effect):
     name = "torque_dead_zone"
     title = "torque dead zone"
     parameters = (
-        Parameter("zone", "N·m", 0.0, 50.0, "largest command that gives nothing, z", kinked=True),
-    )
+        Parameter(
+            "zone", "N·m", 0.0, 10.0, "largest command that gives nothing, z", kinked=True,
+            scale="torque",
+        ),
+    )  # fmt: skip
     summary = "a motor command within a zone gives no torque, a larger one what is beyond the zone"
     signature = "the motor gives too little by a constant, in the direction of its command"
     source = "Tao and Kokotović, Adaptive control of plants with unknown dead-zones, 1994"

@@ -8,7 +8,9 @@ class TorqueOffset(Effect):
 
     name = "torque_offset"
     title = "torque offset"
-    parameters = (Parameter("torque", "N·m", -50.0, 50.0, "constant torque on the joint"),)
+    parameters = (
+        Parameter("torque", "N·m", -10.0, 10.0, "constant torque on the joint", scale="torque"),
+    )
     summary = "a constant torque: imperfect gravity compensation, a cable that pulls"
     signature = "the error keeps one sign, and a compliant gain shows more of it"
     source = "Newton; Gaz et al., Dynamic identification of the Franka Emika Panda, 2019"

@@ -12,7 +12,10 @@ class TorqueRateLimit(Effect):
     name = "torque_rate_limit"
     title = "torque-rate limit"
     parameters = (
-        Parameter("rate", "N·m/s", 0.01, 1e5, "fastest change of torque", neutral=np.inf, log=True),
+        Parameter(
+            "rate", "N·m/s", 1e-5, 100.0, "fastest change of torque", neutral=np.inf, log=True,
+            scale="peak_torque_rate",
+        ),
         Parameter(
             "ramp", "1", 0.0, 1.0, "0: the controller limits its steps; 1: the drive ramps in time",
             per_joint=False,

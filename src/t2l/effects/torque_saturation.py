@@ -12,8 +12,11 @@ class TorqueSaturation(Effect):
     name = "torque_saturation"
     title = "torque saturation"
     parameters = (
-        Parameter("limit", "N·m", 1e-3, 1e3, "largest motor torque", neutral=np.inf, log=True),
-    )
+        Parameter(
+            "limit", "N·m", 1e-3, 100.0, "largest motor torque", neutral=np.inf, log=True,
+            scale="peak_torque",
+        ),
+    )  # fmt: skip
     summary = "the motor torque is cut at a limit, gravity compensation included"
     signature = "the error appears where the commanded torque is largest, and nowhere else"
     source = "clip(τ, ±τ_max)"

@@ -21,11 +21,12 @@ class TorqueSpeedLimit(Effect):
     title = "torque-speed limit"
     parameters = (
         Parameter(
-            "stall_torque", "N·m", 1e-3, 1e4, "at rest and 12 V, τs", neutral=np.inf, log=True
+            "stall_torque", "N·m", 1e-3, 1e3, "at rest and 12 V, τs", neutral=np.inf, log=True,
+            scale="peak_torque",
         ),
         Parameter(
             "no_load_speed", "rad/s", 0.05, 1e4, "without torque at 12 V, ω0", neutral=np.inf,
-            log=True,
+            log=True, scale="velocity",
         ),
     )  # fmt: skip
     summary = "the faster the motor turns, the less torque its supply voltage can give"

@@ -22,7 +22,7 @@ def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
     gives_already = any(joint.name.startswith(f"{name}/") for joint in motor.parent.joints)
     if motor.armature <= 0:
         # format: (10 cm)²
-        motor.armature = LEAST_INERTIA * 0.01 * max(motor.parent.mass, 0.1)
+        motor.armature = LEAST_INERTIA * 0.01 * _moved(spec, name)
     between = motor.parent.add_joint(
         name=f"{name}/{suffix}", type=motor.type, axis=motor.axis, pos=motor.pos
     )
@@ -32,6 +32,13 @@ def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
     between.stiffness[:] = 0.0
     between.limited = 0
     return between
+
+
+def _moved(spec: mujoco.MjSpec, joint: str) -> float:
+    """Mass of a joint's link, kg; of what hangs on it where it has none."""
+    model = spec.copy().compile()
+    body = model.joint(joint).bodyid[0]
+    return float(model.body_mass[body] or model.body_subtreemass[body])
 
 
 def addresses(loop: ServoLoop, joints: np.ndarray, suffix: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,5 +1,7 @@
 """Friction proportional to velocity."""
 
+import math
+
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
@@ -14,10 +16,11 @@ class ViscousFriction(Effect):
         Parameter(
             "damping",
             "N·m·s/rad",
-            -20.0,
-            100.0,
+            -math.inf,
+            10.0,
             "damping added to the MJCF's",
             adds_to="dof_damping",
+            scale="kd + torque / velocity",
         ),
     )
     summary = "friction proportional to velocity, as of grease and back-EMF"

@@ -69,7 +69,7 @@ def identify_actuators(
     """
     predictor = Predictor(recordings[0].robot, recordings, threads=threads)
     layout = Layout([Term(effect := Actuator(), tuple(range(len(predictor.joints))))])
-    size = np.array([slot.parameter.size for slot in layout.slots])
+    size = np.array([slot.size for slot in layout.slots])
     samples = predictor.samples
     every = np.ones(len(samples), bool)
     losses: list[np.ndarray] = []

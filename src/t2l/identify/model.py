@@ -41,7 +41,7 @@ from pydantic import Field
 
 from t2l.artefacts import write_text
 from t2l.documents import is_text, read_yaml, to_yaml
-from t2l.effects.effect import Effect, Parameter, within
+from t2l.effects.effect import Effect, Parameter, Scales, within
 from t2l.effects.expression import evaluate
 from t2l.effects.formula import FormulaLaw, FormulaTorque
 from t2l.effects.law import LIMIT, Curve
@@ -71,6 +71,8 @@ class Model:
         learned: curves that were learned from recordings.
         without: names of effects that are not to be known; no file holds them.
         formulas: laws that are effects too, of their own names.
+        sizes: of the recordings that it is fitted to, which scaled bounds are multiples of; see
+            `t2l.identify.scales.sized`. No file holds them.
     """
 
     robot: str
@@ -79,6 +81,7 @@ class Model:
     learned: tuple[Curve, ...] = ()
     without: tuple[str, ...] = ()
     formulas: tuple[FormulaLaw, ...] = ()
+    sizes: Scales | None = field(default=None, compare=False, repr=False)
 
     def known_effects(self, joints: tuple[str, ...] = ()) -> dict[str, Effect]:
         """Every effect this model may use, within what is possible for `joints` of the robot."""
@@ -88,7 +91,11 @@ class Model:
         if not joints:
             return known
         bare = _bare(self.robot, joints, mjcf_path(self.robot).stat().st_mtime_ns)
-        return {name: within(effect, bare, joints) for name, effect in known.items()}
+        sizes = self.sizes if self.sizes and self.sizes.joints == joints else None
+        return {
+            name: within(effect, bare, joints, sizes, self.effects.get(name))
+            for name, effect in known.items()
+        }
 
     def everywhere(self, joints: tuple[str, ...]) -> set[str]:
         """Names of the adopted effects that every joint has."""
@@ -164,8 +171,9 @@ def merged_with(merged: Model | None, model: Model, name: str) -> Model:
     learned = {curve.law: curve for curve in (*model.learned, *base.learned)}
     formulas = {one.name: one for one in (*model.formulas, *base.formulas) if one.name in effects}
     return Model(
-        base.robot, effects, files, tuple(learned.values()), formulas=tuple(formulas.values())
-    )
+        base.robot, effects, files, tuple(learned.values()), formulas=tuple(formulas.values()),
+        sizes=base.sizes,
+    )  # fmt: skip
 
 
 def _joints_with_values(values, effect: Effect, joints: tuple[str, ...]) -> tuple[int, ...]:
@@ -219,7 +227,8 @@ def read_again(path: Path, model: Model) -> Model:
     Raises:
         ConfigurationError: as `read_model`.
     """
-    return read_model(path, model.without, python_files(model.effect_files))
+    found = read_model(path, model.without, python_files(model.effect_files))
+    return replace(found, sizes=model.sizes)
 
 
 class ModelFile(Typed):
@@ -299,14 +308,17 @@ def _check_value(where: str, parameter: Parameter, value: object) -> None:
     if parameter.per_joint != isinstance(value, dict) or value == {}:
         wanted = "one number for each joint" if parameter.per_joint else "one number"
         raise ConfigurationError(f"{where} must be {wanted}")
+    possible = parameter.in_units()
     for number in value.values() if isinstance(value, dict) else [value]:
         if isinstance(number, bool) or not isinstance(number, (int, float)):
             raise ConfigurationError(f"{where}: {describe(number)} is not a number")
-        if not parameter.lower <= number <= parameter.upper:
-            raise ConfigurationError(
-                f"{where} = {number} {parameter.unit}; allowed {parameter.lower} to "
-                f"{parameter.upper}"
-            )
+        lower, upper = possible.lower, possible.upper
+        above_zero = possible.log and lower == 0
+        if not (math.isfinite(number) and lower <= number <= upper) or (above_zero and number == 0):
+            allowed = f"{lower} to {upper}" if math.isfinite(upper) else "0 or more"
+            allowed = "more than 0" if above_zero else allowed
+            allowed = allowed if lower > -math.inf else "a finite number"
+            raise ConfigurationError(f"{where} = {number} {parameter.unit}; allowed {allowed}")
 
 
 def check_joints(

@@ -10,6 +10,7 @@ from t2l.identify.fitting import ITERATIONS, run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request, check_finite
+from t2l.identify.scales import sized
 from t2l.identify.uncertainty import Uncertainty, uncertainty
 from t2l.recordings.recording import Recording
 
@@ -45,8 +46,8 @@ def refit(
     Raises:
         DivergenceError: the simulation of the model runs away.
     """
-    layout, u = model.vector(recordings[0].joints)
     predictor = Predictor(model.robot, recordings, substeps)
+    layout, u = sized(model, predictor).vector(predictor.joints)
     request = Request(layout, u[None])
     q = predictor.predict([request])[0][0]
     check_finite(q, predictor, request)
@@ -68,7 +69,7 @@ def refit(
 
 def refitted(model: Model, predictor: Predictor, mask: np.ndarray) -> Model:
     """The model with the parameters of its effects fitted anew to the samples of `mask`."""
-    layout, u = model.vector(predictor.joints)
+    layout, u = sized(model, predictor).vector(predictor.joints)
     fit = _fit(layout, u, np.ones(len(u), bool))
     run([fit], predictor, mask, 2 * ITERATIONS)
     return from_vector(model, fit.layout, fit.u, predictor.joints)
@@ -80,7 +81,7 @@ def at_its_values(model: Model, predictor: Predictor, mask: np.ndarray) -> Uncer
     Raises:
         DivergenceError: the simulation of the model runs away.
     """
-    layout, u = model.vector(predictor.joints)
+    layout, u = sized(model, predictor).vector(predictor.joints)
     fit = _fit(layout, u, np.ones(len(u), bool))
     # the round that looks at the start, and no step away from it
     run([fit], predictor, mask, 0)
@@ -91,8 +92,9 @@ def at_its_values(model: Model, predictor: Predictor, mask: np.ndarray) -> Uncer
 
 
 def _fit(layout: Layout, u: np.ndarray, free: np.ndarray) -> LeastSquares:
-    stated = np.array([slot.parameter.size for slot in layout.slots], float)
-    size = np.maximum(stated, LEAST_SIZE * np.abs(u) + 1e-9)
+    stated = np.array([slot.size for slot in layout.slots], float)
+    scale = np.array([slot.scale for slot in layout.slots])
+    size = np.maximum(stated, LEAST_SIZE * np.abs(u) + 1e-9 * scale)
     span = LEAST_SIZE * np.where(layout.log, 1.0, layout.upper - layout.lower)
     size = np.where((u == 0) & (stated == 0), span, np.maximum(size, np.abs(u)))
     return LeastSquares(layout, u.copy(), size, free=free)

@@ -1,4 +1,6 @@
-"""What the joints of a plant feel along recordings: inertia, gravity, sizes for first guesses."""
+"""What the joints of a plant feel along recordings: inertia, gravity, sizes for ranges."""
+
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -6,13 +8,24 @@ import numpy as np
 from t2l.effects.effect import Scales
 from t2l.effects.term import Layout
 from t2l.identify.initial_state import start_state
+from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
+from t2l.sim.loop import torque_limits
 
 GRAVITY_POSES = 20_000  # numerics: beyond, gravity is interpolated between poses
+# numerics: rad and rad/s, of a joint that does not move
+LEAST_RANGE, LEAST_SPEED = 1e-3, 1e-3
+STOP_S = 1.0  # guess: in which friction alone stops a joint that nothing drives
+LOOP_RAD_S = 2 * np.pi  # guess: natural frequency of a joint without gains
+
+
+def sized(model: Model, predictor: Predictor) -> Model:
+    """`model` with the sizes that its recordings give, unless it has some."""
+    return model if model.sizes is not None else replace(model, sizes=scales(predictor))
 
 
 def scales(predictor: Predictor) -> Scales:
-    """Sizes for first guesses, from the plant as it is under the recordings' commands."""
+    """Sizes for bounds and first guesses, from the plant as it is under what was commanded."""
     recordings, samples = predictor.recordings, predictor.samples
     kp, kd = (np.array([getattr(r, key) for r in recordings]) for key in ("kp", "kd"))
     empty = Request(Layout(()), np.zeros((1, 0)))
@@ -23,12 +36,18 @@ def scales(predictor: Predictor) -> Scales:
     torque -= kd[samples.recording, samples.joint] * velocity
     torque += samples.of([r.feed_forward for r in recordings])
     compensated = np.array([bool(r.gravity_compensation) for r in recordings])
-    torque += np.where(compensated[samples.recording], gravity_torque(predictor), 0.0)
+    weight = gravity_torque(predictor)
+    torque += np.where(compensated[samples.recording], weight, 0.0)
+    model, njoint = predictor.model(), len(predictor.joints)
+    least, most = torque_limits(model, predictor.joints).T
+    torque = np.clip(torque, least[samples.joint], most[samples.joint])
     torque *= samples.of([r.powered for r in recordings])
-    njoint = len(predictor.joints)
 
     def per_joint(function, values):
         return np.array([function(values[samples.joint == j]) for j in range(njoint)])
+
+    def rms(values):
+        return per_joint(lambda v: np.sqrt(np.mean(v**2)), values)
 
     step = np.array(
         [
@@ -36,19 +55,25 @@ def scales(predictor: Predictor) -> Scales:
             for r in recordings
         ]
     ).max(axis=0)
-    model = predictor.model()
     dofs = [model.joint(name).dofadr[0] for name in predictor.joints]
+    bodies = [model.joint(name).bodyid[0] for name in predictor.joints]
+    inertia, speed = joint_inertia(predictor), np.maximum(rms(velocity), LEAST_SPEED)
+    usual = np.maximum(np.maximum(rms(torque), rms(weight)), inertia * speed / STOP_S)
+    rate_hz = max(r.control_rate_hz for r in recordings)
+    kp, kd = kp.max(axis=0), kd.max(axis=0)
     return Scales(
-        torque=per_joint(lambda v: np.sqrt(np.mean(v**2)), torque) + 1e-6,
-        inertia=joint_inertia(predictor),
-        velocity=per_joint(lambda v: np.sqrt(np.mean(v**2)), velocity) + 1e-6,
-        peak_torque=per_joint(lambda v: np.abs(v).max(), torque) + 1e-6,
-        peak_torque_rate=step * max(r.control_rate_hz for r in recordings) + 1e-6,
-        control_rate_hz=max(r.control_rate_hz for r in recordings),
-        range=per_joint(np.ptp, samples.q),
+        torque=usual,
+        inertia=inertia,
+        velocity=speed,
+        peak_torque=np.maximum(per_joint(lambda v: np.abs(v).max(), torque), usual),
+        peak_torque_rate=np.maximum(step * rate_hz, usual / STOP_S),
+        total_torque=np.full(njoint, usual.sum()),
+        mass=model.body_subtreemass[bodies],
+        control_rate_hz=rate_hz,
+        range=np.maximum(per_joint(np.ptp, samples.q), LEAST_RANGE),
         centre=per_joint(np.mean, samples.q),
-        kp=kp.max(axis=0),
-        kd=kd.max(axis=0) + 1e-6,
+        kp=np.where(kp > 0, kp, inertia * LOOP_RAD_S**2),
+        kd=np.where(kd > 0, kd, inertia * LOOP_RAD_S),
         armature=model.dof_armature[dofs],
         friction=model.dof_frictionloss[dofs],
         damping=model.dof_damping[dofs],

@@ -33,9 +33,8 @@ class Uncertainty:
     def interval(self, i: int) -> tuple[float, float]:
         """95 % interval of parameter i itself, within its bounds."""
         low, high = self.u[i] - Z95 * self.error[i], self.u[i] + Z95 * self.error[i]
-        bound = np.clip(
-            np.nan_to_num([low, high], nan=0.0), self.layout.lower[i], self.layout.upper[i]
-        )
+        wide = np.nan_to_num([low, high], nan=0.0, posinf=np.inf, neginf=-np.inf)
+        bound = np.clip(wide, self.layout.lower[i], self.layout.upper[i])
         return tuple(float(np.exp(b) if self.layout.log[i] else b) for b in bound)
 
     def distance(self, i: int) -> float:

@@ -11,6 +11,7 @@ from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.progress import Progress
+from t2l.identify.scales import sized
 from t2l.propose.band import band
 from t2l.propose.bases import tabulated
 from t2l.propose.dictionary import moved, rest_in, weights_in
@@ -111,6 +112,7 @@ def propose(
     """
     fitted, chosen = masks or split(predictor)
     others = report.recordings if report else ()
+    model = sized(model, predictor)
     found = search(model, LearningSamples(predictor, fitted, chosen, others), progress)
     return finished(model, found, predictor, report, fitted | chosen)
 

@@ -28,6 +28,7 @@ from t2l.effects.law import Law
 from t2l.identify.levels import SHORTLISTED
 from t2l.identify.model import Model
 from t2l.identify.progress import Progress, pieces
+from t2l.identify.scales import sized
 from t2l.propose.confirmation import confirmed
 from t2l.propose.decision import Decision, each_goes_half_way
 from t2l.propose.expression import Formula
@@ -87,6 +88,7 @@ def reconsider(
     Raises:
         DivergenceError: a simulation of the model runs away.
     """
+    original, final = (sized(model, evidence.train) for model in (original, final))
     predictor, at = few(evidence.train, SHORTLISTED)
     sets = evidence.train, evidence.validation, evidence.test
     samples = LearningSamples(

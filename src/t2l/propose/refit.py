@@ -201,7 +201,7 @@ def begin_at_the_best(
 def sizes(state: State) -> np.ndarray:
     """(n,) what makes a difference in each element of u."""
     layout, u = state.layout, state.u
-    stated = np.array([slot.parameter.size for slot in layout.slots], float)
+    stated = np.array([slot.size for slot in layout.slots], float)
     span = LEAST_SIZE * np.where(layout.log, 1.0, layout.upper - layout.lower)
     return np.where(stated > 0, stated, np.where(u == 0, span, np.abs(u)))
 

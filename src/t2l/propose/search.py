@@ -25,7 +25,7 @@ from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request, check_finite
 from t2l.identify.progress import Progress, pieces
-from t2l.identify.scales import scales
+from t2l.identify.scales import sized
 from t2l.propose.bases import SIZE, effect_of, penalty, straight, tendon_of
 from t2l.propose.decision import each_goes_half_way
 from t2l.propose.dictionary import responses
@@ -75,6 +75,7 @@ def search(
         DivergenceError: a simulation of the model runs away.
     """
     predictor = samples.predictor
+    model = sized(model, predictor)
     layout, u = model.vector(predictor.joints)
     state = State(layout, u)
     request = Request(layout, u[None])
@@ -85,7 +86,7 @@ def search(
     floor = noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
     ends = ranges(predictor, q[0], dq[0], samples.others)
     found = Search(state, baseline, baseline, floor, left)
-    motor = dict(zip(predictor.joints, scales(predictor).torque, strict=True))
+    motor = dict(zip(predictor.joints, model.sizes.torque, strict=True))
     commanded = features(predictor, q[0], dq[0])["torque"]
     only_lines = lines(predictor)
     variables = measured(predictor)
