@@ -153,7 +153,7 @@ def test_what_is_chosen_rarely_is_said_to_be_uncertain(tmp_path):
     path = tmp_path / "explanation.json"
     content = json.loads(path.read_text())
     for share, uncertain in ((0.49, True), (0.5, False)):
-        content["steps"][1]["chosen_share"] = share
+        content["steps"][1]["chosen_shares"] = [share]
         path.write_text(json.dumps(content))
         page = write_report(tmp_path).read_text()
         sentence = "Uncertain, as chosen in less than half of the resamples: Coulomb friction."
@@ -166,7 +166,7 @@ def test_what_a_name_is_not_told_from_stands_beside_how_often_it_was_chosen(tmp_
     content = json.loads(path.read_text())
     assert "not told from" not in write_report(tmp_path).read_text()
     rivals = [{"effects": ["armature", "payload"], "collinearity": 12.0}]
-    name = content["steps"][1]["effect"]
+    name = content["steps"][1]["effects"][0]
     found = {"beforehand": [], "names": [{"effect": name, "not_told_from": rivals}]}
     path.write_text(json.dumps(content | {"confounded": found}))
     page = write_report(tmp_path).read_text()

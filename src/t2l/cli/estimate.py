@@ -63,6 +63,18 @@ def estimated_s(command: str, model: Model, predictor) -> tuple[float, float]:
     return likely_s(command, once, candidates)
 
 
+def say_how_long_quick(model: Model, predictor, at_most_s: float | None = None) -> None:
+    """Likewise of `t2l explain --quick`.
+
+    Args:
+        predictor: of the recordings that are fitted.
+        at_most_s: after which the search ends.
+    """
+    low, high = 1.0, 10.0
+    limit = f", the search no longer than {at_most_s:g} s" if at_most_s else ""
+    print(f"This takes about {duration(low, high)} on this machine{limit}.", flush=True)
+
+
 def _length(predictor) -> list[float]:
     return [recording.duration_s for recording in predictor.recordings]
 

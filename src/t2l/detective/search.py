@@ -1,11 +1,12 @@
 """Linearise, screen, fit, judge, and again from what was adopted, until nothing earns its place."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from t2l.detective.candidates import known_candidates
+from t2l.detective.certainty import chosen_shares
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import FittedSet, Samples, Start, begun, finish, fit_sets, refine
 from t2l.detective.linear_loop import linearised
@@ -25,6 +26,11 @@ from t2l.identify.scales import scales
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 FITTED = 10  # numerics: sets of a round that are fitted in full
 FINISHED = 4  # numerics: of these, on every tick
+# what a round does, in turn
+STAGES = SCREEN, FIT, FINISH, PRUNE = "screening", "fitting", "finishing", "pruning"
+
+# effects with the joints that have them
+Named = Iterable[tuple[str, tuple[int, ...]]]
 
 
 @dataclass
@@ -37,6 +43,8 @@ class Round:
             with the joints that have them.
         fits: sets that were fitted, best first.
         adopted: what became of it; None if nothing earned its place.
+        shares: of the effects that were added, how often resamples choose them.
+        doing: what comes next, of `STAGES`; "" at the end.
     """
 
     before: FittedSet
@@ -44,25 +52,37 @@ class Round:
     front: list[tuple[int, float, list[tuple[str, tuple[int, ...]]]]] = field(default_factory=list)
     fits: list[FittedSet] = field(default_factory=list)
     adopted: FittedSet | None = None
+    shares: dict[str, float] = field(default_factory=dict)
+    doing: str = ""
+
+    @property
+    def added(self) -> dict[str, tuple[int, ...]]:
+        """Effects of what was adopted, with the joints that did not have them before."""
+        return more_than(self.before.names, self.adopted.names) if self.adopted else {}
 
 
 @dataclass
 class Found:
-    """The final model and the rounds that led to it."""
+    """The final model and the rounds that led to it; whether the time was over before the end."""
 
     model: Model
     rounds: list[Round] = field(default_factory=list)
+    stopped: bool = False
 
 
 def search(
     model: Model,
     data: DataSplit,
     looked: Callable[["Round"], None] = lambda this: None,
+    over: Callable[[], bool] = lambda: False,
+    resumed: tuple[int, FittedSet] | None = None,
 ) -> Found:
     """What `model` lacks.
 
     Args:
-        looked: told of each round when its front is known, and again when it adopted something.
+        looked: told of each round before each of its `STAGES`, and when it adopted something.
+        over: whether the time is; asked between fits.
+        resumed: rounds that are done, and what they adopted.
 
     Raises:
         DivergenceError: the simulation of the model runs away.
@@ -74,15 +94,23 @@ def search(
     layout, u = model.vector(joints)
     request = Request(layout, u[None])
     check_finite(predictor.predict([request])[0][0], predictor, request)
-    (current,) = fit_sets([Start(layout, u)], whole, iterations=0)
+    done, current = resumed or (0, *fit_sets([Start(layout, u)], whole, iterations=0))
     found = Found(model)
-    for _ in range(ROUNDS):
+
+    def stop(this: Round, doing: str) -> bool:
+        this.doing = doing
+        found.stopped = over()
+        if not found.stopped:
+            looked(this)
+        return found.stopped
+
+    for _ in range(done, ROUNDS):
         left = np.full(len(samples), np.nan)
         left[mask] = -current.residual
         judge = Judge(block, noise_floor(list(predictor.recordings), samples.by_row(left)))
         this = Round(current, judge.noise_rad)
         found.rounds.append(this)
-        if judge.quiet(current.left_out_rmse):
+        if judge.quiet(current.left_out_rmse) or stop(this, SCREEN):
             break
         adopted = current.layout, current.u
         fitted = Samples.of(predictor, mask, data.folds, adopted, judge.noise_rad)
@@ -95,19 +123,34 @@ def search(
             )
             for one in sets
         ]  # fmt: skip
-        looked(this)
+        if stop(this, FIT):
+            break
         starts = [begun(adopted, screen, s.members) for s in sets]
         known = adopted, current.residual
         fits = fit_sets(starts, fitted, known)
+        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
+        if stop(this, FINISH):
+            break
         fits = finish(refine(_leaders(fits, judge), fitted, known), fitted)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         better = choose(current, fits, judge)
         if better is None:
             break
+        this.doing = PRUNE
+        looked(this)
         current = this.adopted = prune(better, fitted, judge)
+        this.shares = chosen_shares(screen, this.added)
+        this.doing = ""
         looked(this)
     found.model = from_vector(model, current.layout, current.u, joints)
     return found
+
+
+def more_than(before: Named, after: Named) -> dict[str, tuple[int, ...]]:
+    """Effects of `after` by name, with the joints that do not have them in `before`."""
+    had = dict(before)
+    new = {name: set(on) - set(had.get(name, ())) for name, on in sorted(dict(after).items())}
+    return {name: tuple(sorted(on)) for name, on in new.items() if on}
 
 
 def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> FittedSet | None:
