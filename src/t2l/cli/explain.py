@@ -24,7 +24,7 @@ RESUME = (
 )
 EXPLAINED = 0.95  # format: of the whole, when only the comparison is left
 
-QUICK = (
+IN_SECONDS = (
     "an answer in seconds: sets of known effects from one linear model of the loop, the best of "
     "them fitted in full; without curves and without a diagnosis of each step"
 )
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_log_arguments(parser, holdout=True)
     add_without(parser)
-    parser.add_argument("--quick", action="store_true", help=QUICK)
+    parser.add_argument("--quick", action="store_true", help=IN_SECONDS)
     parser.add_argument("--time", metavar="SECONDS", help=TIME)
 
 
@@ -100,7 +100,7 @@ def quick(
     over: "Deadline",
 ) -> None:
     """Answer by `t2l.detective`; files and page as of the whole explanation."""
-    from t2l.cli.estimate import say_how_long_quick
+    from t2l.cli.estimate import QUICK, say_how_long
     from t2l.cli.inputs import log_output, progress_line, say
     from t2l.detective.data_split import split
     from t2l.detective.explanation import explained_quickly, in_words
@@ -111,8 +111,9 @@ def quick(
 
     check_no_diagnoses(arguments.out)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
-        data = split(model.robot, recordings, holdout, substeps_for(model, recordings))
-        say_how_long_quick(model, data.fitted, over.seconds)
+        substeps = substeps_for(model, recordings)
+        data = split(model.robot, recordings, holdout, substeps)
+        say_how_long(QUICK, model, data.fitted.recordings, substeps, at_most_s=over.seconds)
         progress = progress_line()
         explanation = explained_quickly(
             model, data, say, part(progress, 0.0, EXPLAINED), over, out,
