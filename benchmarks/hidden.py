@@ -189,8 +189,8 @@ def explained(folder: Path) -> dict:
         "verdict": step["verdict"],
         "first": first["effect"] if first else None,
         "tied": first["tied_with"] if first else [],
-        "adopted": [s.effect for s in found.steps if s.effect],
-        "chosen": [s.chosen_share for s in found.steps if s.effect],
+        "adopted": [name for s in found.steps for name in s.effects],
+        "chosen": [share for s in found.steps for share in s.chosen_shares if share is not None],
         "final_verdict": found.verdict,
         "before": found.steps[0].test_rmse_rad,
         "after": left,
@@ -225,7 +225,7 @@ def explained_quickly(folder: Path) -> dict:
     data = split(model.robot, recordings, holdout, substeps, threads=1)
     found = explained_quickly(model, data)
     seconds = perf_counter() - began
-    adopted = [name for s in found.steps if s.effect for name in s.effect.split(" + ")]
+    adopted = [name for s in found.steps for name in s.effects]
     hidden = [snake(entry["effect"]) for entry in truth["hidden"]]
     return {
         "case": folder.name,
@@ -236,7 +236,7 @@ def explained_quickly(folder: Path) -> dict:
         "first": adopted[0] if adopted else None,
         "tied": adopted[1:],
         "adopted": adopted,
-        "chosen": [],
+        "chosen": [share for s in found.steps for share in s.chosen_shares if share is not None],
         "final_verdict": found.verdict,
         "before": found.steps[0].test_rmse_rad,
         "after": found.steps[-1].test_rmse_rad,

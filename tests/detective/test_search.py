@@ -38,7 +38,7 @@ def test_two_effects_at_once_are_found_with_their_numbers(robot):
 def test_where_nothing_is_missing_nothing_is_looked_for(robot):
     explanation = explained_quickly(Model(robot), split(robot, recorded(robot), threads=1))
     assert explanation.verdict == NOTHING_MISSING
-    assert [step.effect for step in explanation.steps] == [None]
+    assert [step.effects for step in explanation.steps] == [()]
     assert explanation.model.effects == {}
 
 
@@ -87,6 +87,7 @@ def test_the_quick_answer_is_written_with_its_page(at_home, capsys):
 
 def test_the_steps_of_a_whole_run_are_left_alone(at_home):
     (at_home / "whole/steps/0").mkdir(parents=True)
+    (at_home / "whole/steps/0/diagnosis.json").write_text("{}")
     with pytest.raises(SystemExit) as caught:
         main(["explain", "logs", "--quick", "--out", "whole"])
     assert "--quick" in str(caught.value.code)

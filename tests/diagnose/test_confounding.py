@@ -10,7 +10,7 @@ from t2l.diagnose.candidate import Candidate
 from t2l.diagnose.confounded import Confounded, as_json, members, sentences
 from t2l.diagnose.confounding import confounded_beforehand, confounded_names
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.forward_selection import Explanation, write_explanation
+from t2l.diagnose.explanation import Explanation, write_explanation
 from t2l.diagnose.told_apart import told_apart
 from t2l.effects.registry import builtin
 from t2l.identify.model import Model

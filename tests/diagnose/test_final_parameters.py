@@ -6,8 +6,8 @@ import json
 import pytest
 
 from t2l.diagnose.evidence import gather
+from t2l.diagnose.explanation import Explanation, Step, write_explanation
 from t2l.diagnose.final_parameters import final_parameters
-from t2l.diagnose.forward_selection import Explanation, Step, write_explanation
 from t2l.diagnose.ranking import NOTHING_MISSING
 from t2l.diagnose.result_types import Explanation as Content
 from t2l.diagnose.result_types import read_content
@@ -69,7 +69,10 @@ def test_a_model_without_effects_has_none(fitted):
 
 def test_they_are_written_where_the_page_finds_them(fitted, tmp_path):
     rows = final_parameters(*fitted)
-    steps = [Step(None, 0.01, 0.01, 0.01), Step("coulomb_friction", 1e-4, 1e-4, 1e-4)]
+    steps = [
+        Step((), 0.01, 0.01, 0.01),
+        Step(("coulomb_friction",), 1e-4, 1e-4, 1e-4, (), ("friction",), (None,)),
+    ]
     explanation = Explanation(steps, NOTHING_MISSING, 1e-4, "All is told.", fitted[1])
     write_explanation(explanation, tmp_path, rows)
     content = read_content(tmp_path / "explanation.json", Content, "an explanation")

@@ -8,7 +8,8 @@ import pytest
 
 from t2l.diagnose import forward_selection
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.forward_selection import as_json, explain, write_explanation
+from t2l.diagnose.explanation import as_json, write_explanation
+from t2l.diagnose.forward_selection import explain
 from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.effects.registry import builtin
 from t2l.identify.model import Model, read_model
@@ -76,8 +77,8 @@ def interrupted(robot, recordings, tmp_path_factory):
 
 def test_what_is_hidden_is_adopted_and_nothing_more(interrupted):
     *_, explanation = interrupted
-    assert explanation.steps[0].effect is None
-    assert {step.effect for step in explanation.steps[1:]} == set(HIDDEN)
+    assert explanation.steps[0].effects == ()
+    assert {name for step in explanation.steps for name in step.effects} == set(HIDDEN)
     assert explanation.verdict == NOTHING_MISSING
     errors = [step.validation_rmse_rad for step in explanation.steps]
     assert errors[1] < 0.5 * errors[0]
@@ -117,7 +118,7 @@ def test_the_story_and_the_model_are_written(interrupted, tmp_path):
     *_, explanation = interrupted
     write_explanation(explanation, tmp_path)
     content = json.loads((tmp_path / "explanation.json").read_text())
-    assert {step["effect"] for step in content["steps"]} == {None, *HIDDEN}
+    assert {name for step in content["steps"] for name in step["effects"]} == set(HIDDEN)
     model = read_model(tmp_path / "model.yaml")
     assert model.robot == explanation.model.robot
     assert set(model.effects) == set(HIDDEN)

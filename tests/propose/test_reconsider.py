@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from t2l.diagnose.evidence import gather
-from t2l.diagnose.forward_selection import Explanation
+from t2l.diagnose.explanation import Explanation
 from t2l.effects.law import TORQUE, Law
 from t2l.identify.model import Model, read_model
 from t2l.identify.refit import refitted

@@ -45,6 +45,12 @@ def errors(train: float, rest: float) -> dict[str, float]:
     return {f"{p}_rmse_q_rad": e for p, e in zip(parts, (train, rest, rest), strict=True)}
 
 
+def step(errors, effects=(), titles=(), shares=()):
+    """Of explanation.json."""
+    added = {"effects": list(effects), "titles": list(titles), "chosen_shares": list(shares)}
+    return {**added, "dropped": [], **errors}
+
+
 def candidate(name, title, fraction, spread=0.02, tied=(), parameters=None):
     return {
         "effect": name,
@@ -104,13 +110,14 @@ def explained(folder: Path) -> Path:
         path = folder / "steps" / str(number) / "diagnosis.json"
         path.write_text(json.dumps(diagnosis(verdict)))
     steps = [
-        {"effect": None, "chosen_share": None, **errors(0.011, 0.01)},
-        {"effect": "coulomb_friction", "chosen_share": 0.8, **errors(6e-5, 7e-5)},
+        step(errors(0.011, 0.01)),
+        step(errors(6e-5, 7e-5), ["coulomb_friction"], ["Coulomb friction"], [0.8]),
     ]
     explanation = {
         "steps": steps,
         "verdict": "unexplained",
         "noise_floor_rad": 5e-5,
+        "final": True,
         "sentence": "Unexplained: something is left",
         "parameters": [
             {

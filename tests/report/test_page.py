@@ -1,10 +1,11 @@
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
 
-from t2l.diagnose.results import read_found
+from t2l.diagnose.results import errors_by_step, read_found
 from t2l.diagnose.traces import read_traces
 from t2l.errors import ArtefactError
 from t2l.report import write_report
@@ -153,11 +154,47 @@ def test_what_is_chosen_rarely_is_said_to_be_uncertain(tmp_path):
     path = tmp_path / "explanation.json"
     content = json.loads(path.read_text())
     for share, uncertain in ((0.49, True), (0.5, False)):
-        content["steps"][1]["chosen_share"] = share
+        content["steps"][1]["chosen_shares"] = [share]
         path.write_text(json.dumps(content))
         page = write_report(tmp_path).read_text()
         sentence = "Uncertain, as chosen in less than half of the resamples: Coulomb friction."
         assert (sentence in page) == uncertain
+
+
+def test_effects_of_one_step_are_told_by_their_titles(tmp_path):
+    explained(tmp_path)
+    shutil.rmtree(tmp_path / "steps")
+    path = tmp_path / "explanation.json"
+    content = json.loads(path.read_text())
+    titles = ["Coulomb friction on hinge", "command delay"]
+    content["steps"][1] |= {
+        "effects": ["coulomb_friction", "command_delay"],
+        "titles": titles,
+        "chosen_shares": [0.9, 0.4],
+    }
+    content["sentence"] = "The model lacks two effects. Nothing more is missing."
+    path.write_text(json.dumps(content))
+    page = write_report(tmp_path).read_text()
+    lead = re.search(r'<p class="lead">(.*?)</p>', page, re.DOTALL)[1]
+    assert lead.index("The model lacks two effects") < lead.index("Nothing more is missing")
+    assert "Uncertain, as chosen in less than half of the resamples: command delay." in lead
+    assert re.search(r"<b>2</b><span>known effects added", page)
+    for title, share in zip(titles, ("90 %", "40 %"), strict=True):
+        assert re.search(rf"<td>{title}</td>\s*<td class=.n.[^>]*>{share}", page)
+    assert "validation data chose" not in page
+    assert "left out of the fit in turn" in page
+    (label, *_), *_ = errors_by_step(read_found(tmp_path))[1:]
+    assert label == "+ Coulomb friction on hinge and command delay"
+
+
+def test_a_step_without_a_title_for_each_effect_is_refused(tmp_path):
+    explained(tmp_path)
+    path = tmp_path / "explanation.json"
+    content = json.loads(path.read_text())
+    content["steps"][1]["titles"] = []
+    path.write_text(json.dumps(content))
+    with pytest.raises(ArtefactError, match=r"steps\.1: lists of several lengths"):
+        read_found(tmp_path)
 
 
 def test_what_a_name_is_not_told_from_stands_beside_how_often_it_was_chosen(tmp_path):
@@ -166,7 +203,7 @@ def test_what_a_name_is_not_told_from_stands_beside_how_often_it_was_chosen(tmp_
     content = json.loads(path.read_text())
     assert "not told from" not in write_report(tmp_path).read_text()
     rivals = [{"effects": ["armature", "payload"], "collinearity": 12.0}]
-    name = content["steps"][1]["effect"]
+    name = content["steps"][1]["effects"][0]
     found = {"beforehand": [], "names": [{"effect": name, "not_told_from": rivals}]}
     path.write_text(json.dumps(content | {"confounded": found}))
     page = write_report(tmp_path).read_text()

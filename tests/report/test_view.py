@@ -57,7 +57,7 @@ def folder(tmp_path_factory):
     folder = explained(tmp_path_factory.mktemp("explained"))
     path = folder / "explanation.json"
     content = json.loads(path.read_text())
-    content["steps"][1]["chosen_share"] = 0.93
+    content["steps"][1]["chosen_shares"] = [0.93]
     path.write_text(json.dumps(content))
     return folder
 

@@ -49,7 +49,7 @@ def test_the_diagnosis_target_explains_and_is_cached(clean_project, monkeypatch)
     folder = clean_project.results / "diagnosis"
     found = json.loads((folder / "explanation.json").read_text())
     assert found["verdict"] == "no_missing_effect"
-    assert found["steps"][0]["effect"] is None
+    assert found["steps"][0]["effects"] == []
     assert found["steps"][-1]["test_rmse_q_rad"] < 1.1 * found["noise_floor_rad"]
     for name in ("report.html", "model.yaml", "before/comparison.json", "figures/overlays.png"):
         assert (folder / name).stat().st_size > 0

@@ -7,13 +7,28 @@ from collections.abc import Sequence
 from t2l.identify.model import Model
 from t2l.recordings.recording import Recording
 
+QUICK = "explain --quick"
 TRIED = 32  # numerics: variants that are timed: as many as fill the threads, in a second or two
+TRIED_WHERE_ALL_ARE_TIMED = {"compare": 1, QUICK: 4}  # numerics: the same, of every recording
 TIMED_S = 10.0  # numerics: of each recording, of which more is not simulated to be timed
 # measured, least and most: times that every candidate is simulated once, by command, on ten robots:
-# of explain after one step or after several and with curves
-ROUNDS = {"compare": (1, 2), "diagnose": (15, 80), "explain": (60, 600), "propose": (20, 200)}
+# of explain after one step or after several and with curves; of the quick search, for each joint,
+# after one round or after three, in five rounds on robots of two to seven joints
+ROUNDS = {
+    "compare": (1, 2),
+    "diagnose": (15, 80),
+    "explain": (60, 600),
+    "propose": (20, 200),
+    QUICK: (1.5, 12),
+}
 UNITS = ((200.0, 1.0, "s"), (6000.0, 60.0, "minutes"), (math.inf, 3600.0, "h"))
-PAGE_S = {"compare": 4, "diagnose": 5, "explain": 12, "propose": 5}  # measured: figures and pages
+PAGE_S = {
+    "compare": 4,
+    "diagnose": 5,
+    "explain": 12,
+    "propose": 5,
+    QUICK: 6,
+}  # measured: figures and pages
 
 
 def say_how_long(
@@ -22,11 +37,13 @@ def say_how_long(
     recordings: Sequence[Recording],
     substeps: int | None = None,
     threads: int | None = None,
+    at_most_s: float | None = None,
 ) -> None:
     """Print about how long a command takes with these recordings on this machine.
 
     Args:
         substeps: of a tick, where the command has found out how many the model needs.
+        at_most_s: after which it ends what it searches.
     """
     from t2l.identify.prediction import Predictor
     from t2l.identify.step_size import substeps_for
@@ -35,9 +52,10 @@ def say_how_long(
     predictor = Predictor(model.robot, recordings, substeps, threads)
     low, high = estimated_s(command, model, predictor)
     cores = predictor.threads
+    limit = f", the search no longer than {at_most_s:g} s" if at_most_s else ""
     print(
         f"This takes about {duration(low, high)} on this machine ({cores} "
-        f"core{'s' if cores > 1 else ''}).",
+        f"core{'s' if cores > 1 else ''}){limit}.",
         flush=True,
     )
 
@@ -52,25 +70,29 @@ def estimated_s(command: str, model: Model, predictor) -> tuple[float, float]:
 
     layout, u = model.vector(predictor.joints)
     asked, tried, longer = screened(predictor), TRIED, 1.0
-    if command == "compare":
+    if command in TRIED_WHERE_ALL_ARE_TIMED:
         # of long recordings all cannot be simulated only to say how long it takes
-        asked, tried = predictor.of([busiest(r, TIMED_S) for r in predictor.recordings]), 1
+        asked = predictor.of([busiest(r, TIMED_S) for r in predictor.recordings])
+        tried = TRIED_WHERE_ALL_ARE_TIMED[command]
         longer = sum(_length(predictor)) / max(sum(_length(asked)), 1e-9)
     began = time.perf_counter()
     asked.predict([Request(layout, np.repeat(u[None], tried, axis=0))])
     once = longer * (time.perf_counter() - began) / tried
     candidates = len(model.missing_effects(predictor.joints, predictor.recordings))
-    return likely_s(command, once, candidates)
+    return likely_s(command, once, candidates, len(predictor.joints))
 
 
 def _length(predictor) -> list[float]:
     return [recording.duration_s for recording in predictor.recordings]
 
 
-def likely_s(command: str, once_s: float, candidates: int) -> tuple[float, float]:
+def likely_s(command: str, once_s: float, candidates: int, joints: int = 1) -> tuple[float, float]:
     """Likewise, from the time that one variant takes and the number of effects to try."""
     least, most = ROUNDS[command]
     work = once_s if command == "compare" else once_s * candidates
+    if command == QUICK:
+        # each effect on each joint is a candidate
+        work *= joints
     return PAGE_S[command] + least * work, 2 * PAGE_S[command] + most * work
 
 

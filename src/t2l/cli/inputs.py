@@ -193,6 +193,13 @@ def progress_line() -> Callable[[str, float], None]:
     return forward(report)
 
 
+def say(what: str) -> None:
+    """Print a line, in place of a line of progress that stands on a terminal."""
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+    print(what, flush=True)
+
+
 def long_work(what: str, clock: Callable[[], float] = time.monotonic) -> Callable[[float], None]:
     """Report which part of some work is done, and how long all of it takes, if that is long."""
     line, said, first = progress_line(), [""], []

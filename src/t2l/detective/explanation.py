@@ -1,122 +1,265 @@
 """What the search found, as the explanation that files and pages are written from."""
 
-import os
+import hashlib
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import FittedSet
-from t2l.detective.search import Round, search
-from t2l.diagnose.forward_selection import Explanation, Step
-from t2l.diagnose.ranking import NEAR_THE_FLOOR, NOTHING_MISSING, UNEXPLAINED
-from t2l.errors import ConfigurationError
+from t2l.detective.kept import fitted_before, keep_fitted, keep_step
+from t2l.detective.search import (
+    FINISH,
+    FIT,
+    PRUNE,
+    SCREEN,
+    Found,
+    Named,
+    Round,
+    more_than,
+    search,
+)
+from t2l.diagnose.explanation import Explanation, Step, write_explanation
+from t2l.diagnose.final_parameters import parameters_of
+from t2l.diagnose.fingerprint import fingerprint_of
+from t2l.diagnose.ranking import MISSING, NEAR_THE_FLOOR, NOTHING_MISSING, UNEXPLAINED
+from t2l.diagnose.settings import CERTAIN
+from t2l.effects.term import Term
 from t2l.identify.levels import AT_THE_FLOOR
-from t2l.identify.model import Model
+from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Request
+from t2l.identify.progress import Progress, pieces
 from t2l.names import listed
 
-
-def check_no_steps(folder: Path) -> None:
-    """Find the steps of a whole run in a folder, which a quick one would not belong to.
-
-    Raises:
-        ConfigurationError: there are some.
-    """
-    if os.path.lexists(folder / "steps"):
-        raise ConfigurationError(
-            f"--quick: found the steps of a whole run in {folder}; allowed: another folder as --out"
-        )
+# measured: of a round, what is done when a stage begins
+DONE = {SCREEN: 0.0, FIT: 0.3, FINISH: 0.6, PRUNE: 0.8}
+GOES_ON = "The search goes on."
 
 
 def explained_quickly(
-    model: Model, data: DataSplit, tell: Callable[[str], None] = lambda what: None
+    model: Model,
+    data: DataSplit,
+    tell: Callable[[str], None] = lambda what: None,
+    progress: Progress = lambda what, fraction: None,
+    over: Callable[[], bool] = lambda: False,
+    folder: Path | None = None,
+    adopted: Callable[[], None] = lambda: None,
+    began: float | None = None,
 ) -> Explanation:
     """Names of what `model` lacks, with the errors before and after.
 
     Args:
         tell: told the first answer, and what is adopted.
+        progress: told what is being tried, and how good the best is.
+        over: whether no new work is to begin.
+        folder: receives explanation.json, model.yaml and steps/ after each round, from which the
+            same search goes on if it was interrupted.
+        adopted: called when that is written.
+        began: of the monotonic clock, from when times are told; now if None.
+
+    Raises:
+        DivergenceError: the simulation of the model runs away.
     """
-    began = time.monotonic()
-    joints = data.fitted.joints
-    titles = {name: effect.title for name, effect in model.known_effects().items()}
+    story = _Story(model, data, tell, progress, folder, adopted, began)
+    found = search(model, data, story.looked, over, story.resumed)
+    explanation = story.ended(found)
+    if folder is not None:
+        story.write(explanation)
+    return explanation
 
-    def words(names: Sequence[tuple[str, tuple[int, ...]]]) -> str:
-        return listed([_on(titles[name], on, joints) for name, on in names])
 
-    def looked(this: Round) -> None:
-        seconds = time.monotonic() - began
-        if this.adopted is None and this.front:
-            error, names = this.front[0][1], this.front[0][2]
-            before = this.before.rmse
-            share = max(0.0, 1 - (error / before) ** 2)
-            tell(
-                f"After {seconds:.0f} s, most likely: {words(names)}; the linear model of the loop "
-                f"says that this explains {100 * share:.0f} % of the squared error."
+class _Story:
+    """The steps so far, in words and in files."""
+
+    def __init__(self, model: Model, data: DataSplit, tell, progress, folder, adopted, began):
+        self.model, self.data, self.folder = model, data, folder
+        self.tell, self.progress, self.adopted = tell, progress, adopted
+        self.began = time.monotonic() if began is None else began
+        self.joints = data.fitted.joints
+        self.known = model.known_effects()
+        self.came = {term.effect.name: term.joints for term in model.terms(self.joints)}
+        self.steps: list[Step] = []
+        self.resumed: tuple[int, FittedSet] | None = None
+        self.parts: Iterator[Progress] = pieces(progress)
+        if folder is not None:
+            self.key = fingerprint_of(model, _shared_out(data), (data.fitted, data.test))
+            before = fitted_before(folder, self.key, model, self.joints)
+            if before is not None:
+                self.steps, last = before
+                self.resumed = len(self.steps) - 1, last
+                self.tell(f"Going on after step {self.resumed[0]}, which is kept in {folder}.")
+
+    def looked(self, this: Round) -> None:
+        """Say what a round does next, or what it adopted; that is a step."""
+        if not self.steps:
+            self.steps = [self._step(this.before)]
+        if this.adopted is not None:
+            self._grown(this)
+            return
+        if this.doing == SCREEN:
+            self.part, self.number = next(self.parts), len(self.steps)
+        if this.doing == FIT and this.front and self.number == 1:
+            self.tell(f"After {self.seconds:.0f} s, most likely: {self._by_screen(this, 0)}.")
+        self.part(f"round {self.number}: {_doing(this)}; {_best(this)}", DONE[this.doing])
+
+    def ended(self, found: Found) -> Explanation:
+        """The explanation at the end of the search."""
+        last = found.rounds[-1]
+        if not self.steps:
+            self.steps = [self._step(last.before)]
+        one, noise = last.adopted or last.before, last.noise_rad
+        near = AT_THE_FLOOR if len(self.steps) > 1 else NEAR_THE_FLOOR
+        verdict = NOTHING_MISSING if one.left_out_rmse <= near * noise else UNEXPLAINED
+        seconds = None
+        if found.stopped:
+            seconds, verdict = self.seconds, MISSING
+        sentence = self._sentence(one, noise, verdict)
+        if found.stopped:
+            sentence += f" {self._stopped(last)}"
+        return Explanation(
+            self.steps, verdict, noise, sentence, found.model, stopped_after_s=seconds
+        )
+
+    def write(self, explanation: Explanation) -> None:
+        """Into the folder."""
+        rows = parameters_of(explanation.model, self.data.fitted, self.data.fitted_mask)
+        if len(explanation.steps) == 1 or not explanation.final:
+            keep_step(explanation, rows, self.model, self.folder)
+        else:
+            write_explanation(explanation, self.folder, rows)
+
+    @property
+    def seconds(self) -> float:
+        """Since the run began."""
+        return time.monotonic() - self.began
+
+    def _grown(self, this: Round) -> None:
+        one = this.adopted
+        gone = {name for name, _ in this.before.names} - {name for name, _ in one.names}
+        step = self._step(one)
+        self.steps.append(
+            replace(
+                step,
+                effects=tuple(this.added),
+                dropped=tuple(sorted(gone)),
+                titles=tuple(self._titles(this.added.items())),
+                chosen_shares=tuple(this.shares.get(name) for name in this.added),
             )
-        elif this.adopted is not None:
-            after = 1e3 * this.adopted.left_out_rmse
-            had = {name: set(on) for name, on in this.before.names}
-            new = sorted(n for n in this.adopted.names if set(n[1]) != had.get(n[0]))
-            tell(
-                f"After {seconds:.0f} s, fitted: {words(new)}; the error on what was left out goes "
-                f"from {1e3 * this.before.left_out_rmse:.3g} to {after:.3g} mrad."
-            )
+        )
+        self.tell(
+            f"After {self.seconds:.0f} s, fitted: {self._words(this.added.items())}; the error on "
+            f"what was left out goes from {_mrad(this.before.left_out_rmse)} to "
+            f"{_mrad(one.left_out_rmse)} mrad."
+        )
+        if self.folder is None:
+            return
+        model = from_vector(self.model, one.layout, one.u, self.joints)
+        sentence = f"{self._sentence(one, this.noise_rad)} {GOES_ON}"
+        self.write(Explanation(self.steps, MISSING, this.noise_rad, sentence, model, final=False))
+        keep_fitted(self.folder, self.key, self.steps, one)
+        self.adopted()
 
-    found = search(model, data, looked=looked)
-    sets = [found.rounds[0].before, *(r.adopted for r in found.rounds if r.adopted)]
-    steps = []
-    for one in sets:
-        had = {name: set(on) for name, on in steps[-1][1].names} if steps else {}
-        new = [name for name, on in sorted(one.names) if set(on) != had.get(name)]
-        gone = sorted(set(had) - {name for name, _ in one.names})
-        steps.append((" + ".join(new) if steps else None, one, tuple(gone)))
-    whole = [
-        Step(effect, one.rmse, one.left_out_rmse, _tested(data, one), dropped)
-        for effect, one, dropped in steps
-    ]
-    last, noise = sets[-1], found.rounds[-1].noise_rad
-    near = AT_THE_FLOOR if len(sets) > 1 else NEAR_THE_FLOOR
-    verdict = NOTHING_MISSING if last.left_out_rmse <= near * noise else UNEXPLAINED
-    sentence = _sentence(verdict, whole, noise, words(sorted(last.names - sets[0].names)))
-    return Explanation(whole, verdict, noise, sentence, found.model)
+    def _step(self, one: FittedSet) -> Step:
+        test = self.data.test
+        q = test.predict([Request(one.layout, one.u[None])])[0][0]
+        left = float(np.sqrt(np.mean((q - test.samples.q)[self.data.test_mask] ** 2)))
+        return Step((), one.rmse, one.left_out_rmse, left)
+
+    def _titles(self, names: Named) -> list[str]:
+        return [Term(self.known[name], on).title(self.joints) for name, on in names]
+
+    def _words(self, names: Named) -> str:
+        return listed(self._titles(names)) or "fewer effects"
+
+    def _by_screen(self, this: Round, which: int) -> str:
+        _, error, names = this.front[which]
+        share = max(0.0, 1 - (error / this.before.rmse) ** 2)
+        return (
+            f"{self._words(names)}; the linear model of the loop says that this explains "
+            f"{100 * share:.0f} % of the squared error"
+        )
+
+    def _sentence(self, one: FittedSet, noise_rad: float, verdict: str | None = None) -> str:
+        """What was adopted before whether more is missing."""
+        first, last = (_mrad(step.test_rmse_rad) for step in (self.steps[0], self.steps[-1]))
+        noise = f"noise {_mrad(noise_rad)} mrad"
+        names = (
+            self._words(more_than(self.came.items(), one.names).items())
+            if len(self.steps) > 1
+            else ""
+        )
+        more = {
+            NOTHING_MISSING: " Nothing more is missing.",
+            UNEXPLAINED: " More is missing, which no known effect explains.",
+        }.get(verdict, "")
+        if names:
+            return (
+                f"The model lacks {names}: the test error goes from {first} to {last} mrad "
+                f"({noise}).{more}"
+            )
+        if verdict == NOTHING_MISSING:
+            return f"No effect is missing: the test error of {last} mrad is near the {noise}."
+        if verdict == UNEXPLAINED:
+            return f"Unexplained: no known effect removes the test error of {last} mrad ({noise})."
+        return f"Nothing is adopted: the test error is {last} mrad ({noise})."
+
+    def _stopped(self, last: Round) -> str:
+        """What a search that ran out of time had in its hands."""
+        said = f"The search was stopped by --time after {self.seconds:.0f} s; more may be missing"
+        if last.fits and last.fits[0].left_out_rmse < last.before.left_out_rmse:
+            best = last.fits[0]
+            names = self._words(more_than(last.before.names, best.names).items())
+            return (
+                f"{said}, most likely {names}: fitted, the error on what was left out would go "
+                f"from {_mrad(last.before.left_out_rmse)} to {_mrad(best.left_out_rmse)} mrad."
+            )
+        if last.front:
+            which = min(range(len(last.front)), key=lambda i: last.front[i][1])
+            return f"{said}, most likely {self._by_screen(last, which)}."
+        return f"{said}."
 
 
 def in_words(explanation: Explanation) -> list[str]:
     """The steps and the answer, a line each."""
-    lines = [
-        f"{step.effect or 'model as it came':41s} training {1e3 * step.train_rmse_rad:8.4g} mrad, "
-        f"test {1e3 * step.test_rmse_rad:8.4g}"
-        for step in explanation.steps
-    ]
+    lines = []
+    for number, step in enumerate(explanation.steps):
+        what = listed(step.titles) or ("fewer effects" if number else "model as it came")
+        shares = zip(step.titles, step.chosen_shares, strict=True)
+        sure = listed([_sure(t, share) for t, share in shares if share is not None])
+        lines.append(
+            f"{what:41s} training {1e3 * step.train_rmse_rad:8.4g} mrad, "
+            f"test {1e3 * step.test_rmse_rad:8.4g}{f'; {sure}' if sure else ''}"
+        )
     return [*lines, explanation.sentence]
 
 
-def _on(title: str, on: Sequence[int], joints: Sequence[str]) -> str:
-    return title if len(on) == len(joints) else f"{title} on {listed([joints[j] for j in on])}"
+def _sure(title: str, share: float) -> str:
+    uncertain = "" if share >= CERTAIN else ", uncertain"
+    return f"{title} chosen in {100 * share:.0f} % of resamples{uncertain}"
 
 
-def _tested(data: DataSplit, one: FittedSet) -> float:
-    q = data.test.predict([Request(one.layout, one.u[None])])[0][0]
-    return float(np.sqrt(np.mean((q - data.test.samples.q)[data.test_mask] ** 2)))
+def _doing(this: Round) -> str:
+    return {
+        SCREEN: "screening known effects in the linear model",
+        FIT: f"fitting {len(this.front)} sets of effects",
+        FINISH: f"finishing the best of {len(this.fits)} fits",
+        PRUNE: "dropping what is not needed",
+    }[this.doing]
 
 
-def _sentence(verdict: str, steps: Sequence[Step], noise_rad: float, names: str) -> str:
-    """What was adopted before whether more is missing."""
-    first, last = (1e3 * step.test_rmse_rad for step in (steps[0], steps[-1]))
-    noise = f"noise {1e3 * noise_rad:.3g} mrad"
-    more = (
-        "Nothing more is missing."
-        if verdict == NOTHING_MISSING
-        else "More is missing, which no known effect explains."
-    )
-    if names:
-        return (
-            f"The model lacks {names}: the test error goes from {first:.3g} to {last:.3g} mrad "
-            f"({noise}). {more}"
-        )
-    if verdict == NOTHING_MISSING:
-        return f"No effect is missing: the test error of {last:.3g} mrad is near the {noise}."
-    return f"Unexplained: no known effect removes the test error of {last:.3g} mrad ({noise})."
+def _best(this: Round) -> str:
+    errors = [one.left_out_rmse for one in (this.before, *this.fits[:1])]
+    return f"best so far {_mrad(min(errors))} mrad (noise {_mrad(this.noise_rad)})"
+
+
+def _mrad(rad: float) -> str:
+    return f"{1e3 * rad:.3g}"
+
+
+def _shared_out(data: DataSplit) -> str:
+    """Which sample is in which part and fold."""
+    parts = (data.fitted_mask, data.test_mask, data.folds)
+    return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()

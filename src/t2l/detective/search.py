@@ -1,11 +1,12 @@
 """Linearise, screen, fit, judge, and again from what was adopted, until nothing earns its place."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from t2l.detective.candidates import known_candidates
+from t2l.detective.certainty import chosen_shares
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import (
     AlongMotion,
@@ -39,6 +40,11 @@ FINISHED = 4  # numerics: of these, by simulation
 PRUNING = 3  # numerics: iterations of a fit with a term less
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 ASTRAY = 2.0  # numerics: times what the linear model promises, at which a fit by simulation is lost
+# what a round does, in turn
+STAGES = SCREEN, FIT, FINISH, PRUNE = "screening", "fitting", "finishing", "pruning"
+
+# effects with the joints that have them
+Named = Iterable[tuple[str, tuple[int, ...]]]
 
 
 @dataclass
@@ -52,6 +58,8 @@ class Round:
         fits: sets that were fitted, best first.
         adopted: what became of it; None if nothing earned its place by simulation.
         promised: what only the linear model promises, from which the next round goes on.
+        shares: of the effects that were added, how often resamples choose them.
+        doing: what comes next, of `STAGES`; "" at the end.
     """
 
     before: FittedSet
@@ -60,25 +68,37 @@ class Round:
     fits: list[FittedSet] = field(default_factory=list)
     adopted: FittedSet | None = None
     promised: FittedSet | None = None
+    shares: dict[str, float] = field(default_factory=dict)
+    doing: str = ""
+
+    @property
+    def added(self) -> dict[str, tuple[int, ...]]:
+        """Effects of what was adopted, with the joints that did not have them before."""
+        return more_than(self.before.names, self.adopted.names) if self.adopted else {}
 
 
 @dataclass
 class Found:
-    """The final model and the rounds that led to it."""
+    """The final model and the rounds that led to it; whether the time was over before the end."""
 
     model: Model
     rounds: list[Round] = field(default_factory=list)
+    stopped: bool = False
 
 
 def search(
     model: Model,
     data: DataSplit,
     looked: Callable[["Round"], None] = lambda this: None,
+    over: Callable[[], bool] = lambda: False,
+    resumed: tuple[int, FittedSet] | None = None,
 ) -> Found:
     """What `model` lacks.
 
     Args:
-        looked: told of each round when its front is known, and again when it adopted something.
+        looked: told of each round before each of its `STAGES`, and when it adopted something.
+        over: whether the time is; asked between fits.
+        resumed: rounds that are done, and what they adopted.
 
     Raises:
         DivergenceError: the simulation of the model runs away.
@@ -91,16 +111,24 @@ def search(
     layout, u = model.vector(joints)
     request = Request(layout, u[None])
     check_finite(predictor.predict([request])[0][0], predictor, request)
-    (simulated,) = fit_sets([Start(layout, u)], whole, iterations=0)
+    done, simulated = resumed or (0, *fit_sets([Start(layout, u)], whole, iterations=0))
     found, current, along = Found(model), simulated, None
-    for _ in range(ROUNDS):
+
+    def stop(this: Round, doing: str) -> bool:
+        this.doing = doing
+        found.stopped = over()
+        if not found.stopped:
+            looked(this)
+        return found.stopped
+
+    for _ in range(done, ROUNDS):
         left = np.zeros(len(samples))
         left[mask] = -current.residual
         rows = samples.by_row(np.where(mask, left, np.nan))
         judge = Judge(block, noise_floor(list(predictor.recordings), rows))
-        this = Round(current, judge.noise_rad)
+        this = Round(simulated, judge.noise_rad)
         found.rounds.append(this)
-        if judge.quiet(current.left_out_rmse):
+        if judge.quiet(current.left_out_rmse) or stop(this, SCREEN):
             break
         if along is None:
             fitted = Samples.of(predictor, mask, data.folds, simulated.model, judge.noise_rad)
@@ -117,22 +145,30 @@ def search(
             )
             for one in sets
         ]  # fmt: skip
-        looked(this)
+        if stop(this, FIT):
+            break
         starts = [begun(current.model, screen, one.members) for one in sets]
         led = fit_along([s for s in starts if along.can_lead(s.layout)], along, data.folds)
         leaders = [Start(f.layout, f.u, f.columns) for f in _leaders(led, judge)]
         leaders += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
         fits = fit_sets(leaders, fitted, simulated.known)
+        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
+        if stop(this, FINISH):
+            break
         fits = finish(refine(fits, fitted, simulated.known), fitted)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         better, promised = choose(simulated, fits, judge), choose(current, led, judge)
         if better is None and promised is None:
             break
+        this.doing = PRUNE
+        looked(this)
         if better is None or (promised is not None and _astray(better, promised, judge)):
             current = this.promised = _pruned_along(promised, along, judge, data.folds)
         else:
             current = simulated = this.adopted = _pruned(better, fitted, judge)
+            this.shares = chosen_shares(screen, this.added)
             along = None
+        this.doing = ""
         looked(this)
     found.model = from_vector(model, *simulated.model, joints)
     return found
@@ -142,6 +178,13 @@ def _astray(simulated: FittedSet, promised: FittedSet, judge: Judge) -> bool:
     """Whether a fit is far from what the linear model promises: it is lost, not the model."""
     promise = max(promised.left_out_rmse, AT_THE_FLOOR * judge.noise_rad)
     return simulated.left_out_rmse > ASTRAY * promise
+
+
+def more_than(before: Named, after: Named) -> dict[str, tuple[int, ...]]:
+    """Effects of `after` by name, with the joints that do not have them in `before`."""
+    had = dict(before)
+    new = {name: set(on) - set(had.get(name, ())) for name, on in sorted(dict(after).items())}
+    return {name: tuple(sorted(on)) for name, on in new.items() if on}
 
 
 def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> FittedSet | None:

@@ -13,3 +13,6 @@ PARTIAL = "partial.yaml"
 REPORT = "report.html"
 # a folder
 FIGURES = "figures"
+# of an explanation, folders too: each step, and the comparisons with the recordings
+STEPS = "steps"
+BEFORE, AFTER = "before", "after"

@@ -3,17 +3,16 @@
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from t2l.artefacts import read_json, read_text, reading, write_text
-from t2l.diagnose import confounded
 from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.backward_elimination import simplify
 from t2l.diagnose.confounded import Confounded
 from t2l.diagnose.evidence import Evidence, fine_enough
-from t2l.diagnose.files import DIAGNOSIS, EXPLANATION, MODEL
+from t2l.diagnose.explanation import Explanation, Step
+from t2l.diagnose.files import DIAGNOSIS, MODEL, STEPS
+from t2l.diagnose.fingerprint import fingerprint_of
 from t2l.diagnose.ranking import MISSING, Diagnosis, diagnose, telling, verdict_of
 from t2l.diagnose.settings import MOST_EFFECTS
 from t2l.diagnose.wording import ended
@@ -23,69 +22,9 @@ from t2l.identify.progress import Progress, pieces
 from t2l.identify.refit import refitted
 from t2l.identify.scales import sized
 from t2l.names import path_of
-from t2l.registry import python_files
-from t2l.robots import plant
 from t2l.typed import is_number
-from t2l.version import library
 
 ERRORS = tuple(f"{part}_rmse_q_rad" for part in ("train", "validation", "test"))
-
-
-@dataclass(frozen=True)
-class Step:
-    """A model on the way: `effect` is what was added last, None for the model as it came.
-
-    `dropped` are effects that this one made superfluous; `chosen_share` is how often it was
-    selected over resamples, None for the model as it came and where that cannot be told.
-    """
-
-    effect: str | None
-    train_rmse_rad: float
-    validation_rmse_rad: float
-    test_rmse_rad: float
-    dropped: tuple[str, ...] = ()
-    chosen_share: float | None = None
-
-
-@dataclass(frozen=True)
-class Partial:
-    """Names that explain too little to be adopted.
-
-    Attributes:
-        effects: their names.
-        explained: the part of the squared error on test samples that they explain.
-        test_rmse_rad: what they leave there.
-        model: the model with them.
-    """
-
-    effects: tuple[str, ...]
-    explained: float
-    test_rmse_rad: float
-    model: Model
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """The steps, where they ended, and the final model.
-
-    `partial` are the names of the steps that the final model lacks, as they explain only a part.
-    `beforehand` are effects that could not be told apart before the first step, and `confounded`
-    those of the names found that cannot be told from others in the end.
-    """
-
-    steps: list[Step]
-    verdict: str
-    noise_floor_rad: float
-    sentence: str
-    model: Model
-    partial: Partial | None = None
-    beforehand: tuple[Confounded, ...] = ()
-    confounded: tuple[Confounded, ...] = ()
-
-    @property
-    def names(self) -> Model:
-        """The model with all names that were found, adopted or not."""
-        return (self.partial or self).model
 
 
 def explain(
@@ -109,9 +48,9 @@ def explain(
     evidence = telling(model, evidence)
     model = sized(model, evidence.train)
     steps, key, had = [], fingerprint(model, evidence), [_terms(model, evidence)]
-    added, dropped, share = None, [], None
+    added, dropped, shares = (), [], ()
     for number, step in zip(range(MOST_EFFECTS + 1), pieces(progress), strict=False):
-        where = folder / "steps" / str(number)
+        where = folder / STEPS / str(number)
         content = _finished(where, key, model)
         if content is None:
 
@@ -122,11 +61,14 @@ def explain(
         else:
             step(f"step {number + 1}: kept from before", 1.0)
         baseline = content["baseline"]
-        steps.append(Step(added, *(baseline[key] for key in ERRORS), tuple(dropped), share))
+        titles = _titles(model, added, evidence)
+        errors = (baseline[key] for key in ERRORS)
+        steps.append(Step(added, *errors, tuple(dropped), titles, shares))
         if content["verdict"] != MISSING or number == MOST_EFFECTS:
             break
-        added, share = (content["ranking"][0][key] for key in ("effect", "chosen_share"))
-        grown, dropped = _adopted(model, added, evidence, where, key)
+        effect, share = (content["ranking"][0][key] for key in ("effect", "chosen_share"))
+        added, shares = (effect,), (share,)
+        grown, dropped = _adopted(model, effect, evidence, where, key)
         terms = _terms(grown, evidence)
         if terms in had:
             content = _nothing_stands(content, where)
@@ -134,7 +76,7 @@ def explain(
         model = grown
         had.append(terms)
         evidence = fine_enough(model, evidence)
-        key = hashlib.sha256((key + added).encode()).hexdigest()
+        key = hashlib.sha256((key + effect).encode()).hexdigest()
     return Explanation(
         steps, content["verdict"], content["noise_floor_rad"], content["sentence"], model,
         beforehand=tuple(beforehand),
@@ -195,6 +137,13 @@ def _terms(model: Model, evidence: Evidence) -> set:
     return {(term.effect.name, term.joints) for term in model.terms(evidence.train.joints)}
 
 
+def _titles(model: Model, names: Sequence[str], evidence: Evidence) -> tuple[str, ...]:
+    joints = evidence.train.joints
+    terms = {term.effect.name: term for term in model.terms(joints)}
+    known = model.known_effects()
+    return tuple(terms[n].title(joints) if n in terms else known[n].title for n in names)
+
+
 def _nothing_stands(content: dict, where: Path) -> dict:
     """A diagnosis whose first effect was taken back at once, kept as that."""
     errors, floor = content["baseline"], content["noise_floor_rad"]
@@ -238,63 +187,5 @@ def _finished(where: Path, key: str, model: Model) -> dict | None:
 
 def fingerprint(model: Model, evidence: Evidence) -> str:
     """Of everything a diagnosis depends on."""
-    digest = hashlib.sha256(repr((model, evidence.split, evidence.train.substeps)).encode())
-    digest.update(library().encode())
-    # compiled: with what the MJCF includes, and the inertia of its meshes
-    digest.update(plant.as_bytes(evidence.train.model()))
-    for path in python_files(model.effect_files):
-        digest.update(path.read_bytes())
-    for predictor in (evidence.train, evidence.validation, evidence.test):
-        for r in predictor.recordings:
-            said = (r.name, r.kp, r.kd, r.control_rate_hz, r.gravity_compensation)
-            digest.update(repr(said).encode())
-            for array in (r.time, r.q_des, r.dq_des, r.tau_ff, r.q, r.dq, r.torque_enabled):
-                digest.update(b"" if array is None else array.tobytes())
-    return digest.hexdigest()
-
-
-def as_json(explanation: Explanation) -> dict:
-    """What `explanation.json` holds."""
-    partial = explanation.partial
-    return {
-        "steps": [
-            {
-                "effect": step.effect,
-                "train_rmse_q_rad": step.train_rmse_rad,
-                "validation_rmse_q_rad": step.validation_rmse_rad,
-                "test_rmse_q_rad": step.test_rmse_rad,
-                "dropped": list(step.dropped),
-                "chosen_share": step.chosen_share,
-            }
-            for step in explanation.steps
-        ],
-        "verdict": explanation.verdict,
-        "sentence": explanation.sentence,
-        "noise_floor_rad": explanation.noise_floor_rad,
-        "confounded": {
-            "beforehand": confounded.as_json(explanation.beforehand),
-            "names": confounded.as_json(explanation.confounded),
-        },
-        "partial": None if partial is None else {
-            "effects": list(partial.effects),
-            "explained_fraction": partial.explained,
-            "test_rmse_q_rad": partial.test_rmse_rad,
-        },
-    }  # fmt: skip
-
-
-def write_explanation(
-    explanation: Explanation, folder: Path, parameters: Sequence[dict[str, Any]] = ()
-) -> None:
-    """Write `explanation.json` and `model.yaml`.
-
-    Args:
-        parameters: of the final model, as `t2l.diagnose.final_parameters` finds them.
-    """
-    stand = explanation.model.effects
-    found = [name for step in explanation.steps for name in (step.effect or "").split(" + ")]
-    names = [name for name in found if name in stand]
-    comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
-    write_model(explanation.model, folder / MODEL, comment)
-    content = as_json(explanation) | {"parameters": list(parameters)}
-    write_text(json.dumps(content, indent=2) + "\n", folder / EXPLANATION)
+    predictors = (evidence.train, evidence.validation, evidence.test)
+    return fingerprint_of(model, evidence.split, predictors)

@@ -138,8 +138,10 @@ class Diagnosis(TypedDict):
 
 
 class _Step(_Errors):
-    effect: str | None
-    chosen_share: FiniteFloat | None
+    effects: list[str]
+    titles: list[str]
+    chosen_shares: list[FiniteFloat | None]
+    dropped: list[str]
 
 
 class _Partial(TypedDict):
@@ -159,6 +161,7 @@ class Explanation(TypedDict):
     """Of explanation.json."""
 
     steps: list[_Step]
+    final: bool
     verdict: str
     sentence: str
     noise_floor_rad: FiniteFloat

@@ -12,18 +12,22 @@ from t2l.artefacts import read_text
 from t2l.diagnose import result_types
 from t2l.diagnose.conditions import CONDITIONS
 from t2l.diagnose.files import (
+    AFTER,
+    BEFORE,
     COMPARISON,
     DIAGNOSIS,
     EXPLANATION,
     MODEL,
     PROPOSAL,
     PROPOSED,
+    STEPS,
     TRACES,
 )
 from t2l.diagnose.result_types import read_content
 from t2l.diagnose.traces import Traces, read_traces
 from t2l.effects.registry import builtin
 from t2l.errors import ArtefactError
+from t2l.names import listed
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,22 @@ class Found:
     explanation: dict[str, Any] | None = None
     model_yaml: str | None = None
     proposal: dict[str, Any] | None = None
+
+    @property
+    def added(self) -> list[dict[str, Any]]:
+        """What the steps of an explanation added and no later one dropped.
+
+        Of each effect its name, its title with joints, and in how many resamples it was chosen.
+        """
+        kept: list[dict[str, Any]] = []
+        for step in self.explanation["steps"] if self.explanation else []:
+            kept = [one for one in kept if one["effect"] not in step["dropped"]]
+            parts = (step[key] for key in ("effects", "titles", "chosen_shares"))
+            kept += [
+                {"effect": name, "title": title, "chosen_share": share}
+                for name, title, share in zip(*parts, strict=True)
+            ]
+        return kept
 
     @property
     def dropped(self) -> list[str]:
@@ -119,21 +139,25 @@ def _explained(folder: Path) -> Found:
     explanation = read_content(path, result_types.Explanation, "an explanation")
     if not explanation["steps"]:
         raise ArtefactError(path, "no steps", "the model as it came as the first")
-    effects = [step["effect"] for step in explanation["steps"]]
+    for number, step in enumerate(explanation["steps"]):
+        if len({len(step[key]) for key in ("effects", "titles", "chosen_shares")}) > 1:
+            found = f"steps.{number}: lists of several lengths"
+            raise ArtefactError(path, found, "a title and a share of each effect")
+    effects = [next(iter(step["effects"]), None) for step in explanation["steps"]]
     steps = []
     for number, adopted in enumerate([*effects[1:], None]):
-        where = folder / "steps" / str(number)
+        where = folder / STEPS / str(number)
         if os.path.lexists(where / DIAGNOSIS):
             steps.append(Step(_diagnosis(where), adopted))
     final = "with effects that explain a part" if explanation.get("partial") else "final model"
     compared = [
         _compared(folder / name, label)
-        for name, label in (("before", "model as it came"), ("after", final))
+        for name, label in ((BEFORE, "model as it came"), (AFTER, final))
         if os.path.lexists(folder / name / COMPARISON)
     ]
     if len(compared) == 2 and not _alike(*compared):
         found = "other recordings than those of the model as it came"
-        raise ArtefactError(folder / "after" / TRACES, found, "the same")
+        raise ArtefactError(folder / AFTER / TRACES, found, "the same")
     model = folder / MODEL
     text = read_text(model, "a model") if os.path.lexists(model) else None
     return Found(compared, steps, explanation, text, _proposal(folder / PROPOSED))
@@ -202,8 +226,7 @@ def errors_by_step(found: Found) -> list[tuple[str, float | None, float]]:
     errors.
     """
     first, *rest = found.explanation["steps"]
-    titles = titles_of(found)
-    labels = ["model as it came", *(f"+ {titles.get(s['effect'], s['effect'])}" for s in rest)]
+    labels = ["model as it came", *(_label(step, titles_of(found)) for step in rest)]
     errors = [(s["train_rmse_q_rad"], s["test_rmse_q_rad"]) for s in (first, *rest)]
     steps = [(label, *both) for label, both in zip(labels, errors, strict=True)]
     if not found.proposal or not found.proposal["curves"]:
@@ -215,6 +238,12 @@ def errors_by_step(found: Found) -> list[tuple[str, float | None, float]]:
         "formulas instead": report.get("formulas_rmse_q_rad"),
     }
     return steps + [(name, None, left) for name, left in learned.items() if left is not None]
+
+
+def _label(step: dict[str, Any], titles: dict[str, str]) -> str:
+    if step["titles"]:
+        return f"+ {listed(step['titles'])}"
+    return f"without {listed([titles.get(name, name) for name in step['dropped']])}"
 
 
 def same_gains(compared: Compared) -> bool:

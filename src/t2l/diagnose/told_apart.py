@@ -5,7 +5,7 @@ from dataclasses import replace
 from t2l.diagnose.confounded import sentences
 from t2l.diagnose.confounding import confounded_names
 from t2l.diagnose.evidence import Evidence, deciding
-from t2l.diagnose.forward_selection import Explanation
+from t2l.diagnose.explanation import Explanation
 from t2l.identify.model import Model
 
 

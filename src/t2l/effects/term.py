@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.names import listed
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,12 @@ class Term:
     def width(self, parameter: Parameter) -> int:
         """How many numbers `parameter` has here."""
         return len(self.joints) if parameter.per_joint else 1
+
+    def title(self, joints: Sequence[str]) -> str:
+        """The effect's, with the joints that have it where not all `joints` of the robot do."""
+        here = [joints[j] for j in self.joints]
+        every = len(here) == len(joints)
+        return self.effect.title if every else f"{self.effect.title} on {listed(here)}"
 
 
 @dataclass(frozen=True)

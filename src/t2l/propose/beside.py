@@ -10,8 +10,9 @@ from typing import Any
 
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose.evidence import Evidence, fine_enough
+from t2l.diagnose.explanation import Explanation, Partial, as_json
 from t2l.diagnose.files import MODEL, PARTIAL, PROPOSAL, PROPOSED
-from t2l.diagnose.forward_selection import Explanation, Partial, as_json, fingerprint
+from t2l.diagnose.forward_selection import fingerprint
 from t2l.diagnose.ranking import NOTHING_MISSING, UNEXPLAINED
 from t2l.errors import T2LError, writing
 from t2l.identify.levels import AT_THE_FLOOR

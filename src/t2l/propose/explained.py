@@ -5,8 +5,9 @@ from pathlib import Path
 
 from t2l.diagnose.confounded import Confounded
 from t2l.diagnose.evidence import Evidence
+from t2l.diagnose.explanation import Explanation, write_explanation
 from t2l.diagnose.final_parameters import final_parameters
-from t2l.diagnose.forward_selection import Explanation, explain, write_explanation
+from t2l.diagnose.forward_selection import explain
 from t2l.diagnose.told_apart import told_apart
 from t2l.identify.model import Model
 from t2l.identify.progress import Progress, part

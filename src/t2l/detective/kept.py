@@ -1,0 +1,117 @@
+"""What a search leaves in its folder after each round, for the same search to go on from.
+
+``steps/<n>/model.yaml`` is the model after step n, and ``steps/fitted.npz`` the last of them with
+its residuals and derivatives, which are all that the next round needs.
+"""
+
+import dataclasses
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from t2l.artefacts import read_npz, reading, remove, whole
+from t2l.detective.fit import FittedSet
+from t2l.diagnose.explanation import Explanation, Step, write_explanation
+from t2l.diagnose.files import AFTER, BEFORE, DIAGNOSIS, FIGURES, MODEL, REPORT, STEPS
+from t2l.effects.term import Layout, Term
+from t2l.errors import ConfigurationError, T2LError, writing
+from t2l.identify.model import Model, write_model
+
+FITTED = "fitted.npz"
+ARRAYS = ("u", "residual", "left_out", "jacobian", "free")
+
+
+def check_no_diagnoses(folder: Path) -> None:
+    """Find the steps of a whole run in a folder, which a quick one would not belong to.
+
+    Raises:
+        ConfigurationError: there are some.
+    """
+    if any((folder / STEPS).glob(f"*/{DIAGNOSIS}")):
+        raise ConfigurationError(
+            f"--quick: found the steps of a whole run in {folder}; allowed: another folder as --out"
+        )
+
+
+def keep_step(
+    explanation: Explanation,
+    parameters: Sequence[dict],
+    came: Model,
+    folder: Path,
+) -> None:
+    """Write the explanation so far, and the model of its last step.
+
+    Args:
+        parameters: of that model.
+        came: the model as it came.
+    """
+    number = len(explanation.steps) - 1
+    with writing(folder):
+        # of an earlier run, or of the model before
+        for name in (BEFORE, AFTER, FIGURES, REPORT):
+            remove(folder / name)
+        for path in _later(folder, number):
+            remove(path)
+    models = {number: explanation.model} if number > 1 else {0: came, number: explanation.model}
+    for n, model in models.items():
+        comment = f"the model after step {n}" if n else "the model as it came"
+        write_model(model, folder / STEPS / str(n) / MODEL, comment)
+    write_explanation(explanation, folder, parameters)
+
+
+def _later(folder: Path, number: int) -> list[Path]:
+    """What an earlier run left, of as many steps or more."""
+    steps = folder / STEPS
+    if number < 2:
+        return [steps]
+    names = os.listdir(steps) if steps.is_dir() else []
+    return [steps / name for name in names if name.isdecimal() and int(name) >= number]
+
+
+def keep_fitted(folder: Path, key: str, steps: Sequence[Step], last: FittedSet) -> None:
+    """Write what `fitted_before` reads.
+
+    Args:
+        key: fingerprint of what the search depends on.
+    """
+    terms = [[term.effect.name, term.joints] for term in last.layout.terms]
+    texts = {
+        "key": key,
+        "steps": json.dumps([dataclasses.asdict(step) for step in steps]),
+        "terms": json.dumps(terms),
+    }
+    with whole(folder / STEPS / FITTED) as draft:
+        np.savez(draft, **texts, **{name: getattr(last, name) for name in ARRAYS})
+
+
+def fitted_before(
+    folder: Path, key: str, model: Model, joints: tuple[str, ...]
+) -> tuple[list[Step], FittedSet] | None:
+    """The steps of an interrupted search and what it adopted last; None if it was another."""
+    path = folder / STEPS / FITTED
+    try:
+        arrays = read_npz(path, ("key", "steps", "terms", *ARRAYS))
+        if str(arrays["key"]) != key:
+            return None
+        known = model.known_effects(joints) | {
+            term.effect.name: term.effect for term in model.terms(joints)
+        }
+        with reading(path, "the last step of a search"):
+            steps = [_step(entry) for entry in json.loads(str(arrays["steps"]))]
+            terms = [Term(known[n], tuple(on)) for n, on in json.loads(str(arrays["terms"]))]
+            last = FittedSet(Layout(terms), **{name: arrays[name] for name in ARRAYS})
+            n, m = len(last.residual), len(last.layout.slots)
+            shapes = [getattr(last, name).shape for name in ARRAYS]
+            if shapes != [(m,), (n,), (n,), (n, m), (m,)]:
+                return None
+    except T2LError:
+        return None
+    return steps, last
+
+
+def _step(entry: dict) -> Step:
+    lists = {name: tuple(value) for name, value in entry.items() if isinstance(value, list)}
+    return Step(**entry | lists)

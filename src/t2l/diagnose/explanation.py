@@ -1,0 +1,134 @@
+"""What a search found, step by step, and the files that hold it."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from t2l.artefacts import write_text
+from t2l.diagnose import confounded
+from t2l.diagnose.confounded import Confounded
+from t2l.diagnose.files import EXPLANATION, MODEL
+from t2l.identify.model import Model, write_model
+
+
+@dataclass(frozen=True)
+class Step:
+    """A model on the way, and what it has more than the one before.
+
+    Attributes:
+        effects: names of what was added, none for the model as it came.
+        dropped: effects that these made superfluous.
+        titles: of `effects`, each with the joints that it was added on if these are not all.
+        chosen_shares: of `effects`, how often each was selected over resamples; None where that
+            cannot be told.
+    """
+
+    effects: tuple[str, ...]
+    train_rmse_rad: float
+    validation_rmse_rad: float
+    test_rmse_rad: float
+    dropped: tuple[str, ...] = ()
+    titles: tuple[str, ...] = ()
+    chosen_shares: tuple[float | None, ...] = ()
+
+    @property
+    def chosen_share(self) -> float | None:
+        """Of the least sure of its effects."""
+        return min((share for share in self.chosen_shares if share is not None), default=None)
+
+
+@dataclass(frozen=True)
+class Partial:
+    """Names that explain too little to be adopted.
+
+    Attributes:
+        effects: their names.
+        explained: the part of the squared error on test samples that they explain.
+        test_rmse_rad: what they leave there.
+        model: the model with them.
+    """
+
+    effects: tuple[str, ...]
+    explained: float
+    test_rmse_rad: float
+    model: Model
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The steps, where they ended, and the final model.
+
+    `partial` are the names of the steps that the final model lacks, as they explain only a part.
+    `beforehand` are effects that could not be told apart before the first step, and `confounded`
+    those of the names found that cannot be told from others in the end. A search that still goes
+    on is not `final`; one that ran out of time was stopped after so many seconds.
+    """
+
+    steps: list[Step]
+    verdict: str
+    noise_floor_rad: float
+    sentence: str
+    model: Model
+    partial: Partial | None = None
+    beforehand: tuple[Confounded, ...] = ()
+    confounded: tuple[Confounded, ...] = ()
+    final: bool = True
+    stopped_after_s: float | None = None
+
+    @property
+    def names(self) -> Model:
+        """The model with all names that were found, adopted or not."""
+        return (self.partial or self).model
+
+
+def as_json(explanation: Explanation) -> dict:
+    """What `explanation.json` holds."""
+    partial = explanation.partial
+    return {
+        "steps": [
+            {
+                "effects": list(step.effects),
+                "titles": list(step.titles),
+                "train_rmse_q_rad": step.train_rmse_rad,
+                "validation_rmse_q_rad": step.validation_rmse_rad,
+                "test_rmse_q_rad": step.test_rmse_rad,
+                "dropped": list(step.dropped),
+                "chosen_share": step.chosen_share,
+                "chosen_shares": list(step.chosen_shares),
+            }
+            for step in explanation.steps
+        ],
+        "final": explanation.final,
+        "stopped_after_s": explanation.stopped_after_s,
+        "verdict": explanation.verdict,
+        "sentence": explanation.sentence,
+        "noise_floor_rad": explanation.noise_floor_rad,
+        "confounded": {
+            "beforehand": confounded.as_json(explanation.beforehand),
+            "names": confounded.as_json(explanation.confounded),
+        },
+        "partial": None if partial is None else {
+            "effects": list(partial.effects),
+            "explained_fraction": partial.explained,
+            "test_rmse_q_rad": partial.test_rmse_rad,
+        },
+    }  # fmt: skip
+
+
+def write_explanation(
+    explanation: Explanation, folder: Path, parameters: Sequence[dict[str, Any]] = ()
+) -> None:
+    """Write `explanation.json` and `model.yaml`.
+
+    Args:
+        parameters: of the final model, as `t2l.diagnose.final_parameters` finds them.
+    """
+    stand = explanation.model.effects
+    found = [name for step in explanation.steps for name in step.effects if name in stand]
+    names = dict.fromkeys(found)
+    comment = f"made by t2l explain; effects adopted: {', '.join(names) or 'none'}"
+    write_model(explanation.model, folder / MODEL, comment)
+    content = as_json(explanation) | {"parameters": list(parameters)}
+    write_text(json.dumps(content, indent=2) + "\n", folder / EXPLANATION)
