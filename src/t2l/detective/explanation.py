@@ -4,6 +4,7 @@ import hashlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -119,6 +120,8 @@ class _Story:
         sentence = self._sentence(one, noise, verdict)
         if found.stopped:
             sentence += f" {self._stopped(last)}"
+        elif verdict == UNEXPLAINED:
+            sentence += self._only_promised(found)
         return Explanation(
             self.steps, verdict, noise, sentence, found.model, stopped_after_s=seconds
         )
@@ -205,6 +208,19 @@ class _Story:
         if verdict == UNEXPLAINED:
             return f"Unexplained: no known effect removes the test error of {last} mrad ({noise})."
         return f"Nothing is adopted: the test error is {last} mrad ({noise})."
+
+    def _only_promised(self, found: Found) -> str:
+        """What the linear model promises and no simulation confirms."""
+        open_ones = list(takewhile(lambda r: r.adopted is None, reversed(found.rounds)))
+        promised = next((r for r in open_ones if r.promised is not None), None)
+        if promised is None:
+            return ""
+        names = more_than(promised.before.names, promised.promised.names).items()
+        return (
+            f" Along the measured motion {self._words(names)} would leave "
+            f"{_mrad(promised.promised.left_out_rmse)} mrad, but a simulation with that does not "
+            "follow the recordings."
+        )
 
     def _stopped(self, last: Round) -> str:
         """What a search that ran out of time had in its hands."""

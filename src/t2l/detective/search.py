@@ -59,7 +59,7 @@ class Round:
         adopted: what became of it; None if nothing earned its place by simulation.
         promised: what only the linear model promises, from which the next round goes on.
         shares: of the effects that were added, how often resamples choose them.
-        doing: what comes next, of `STAGES`; "" at the end.
+        doing: what comes next, of `STAGES`; "" when it adopted something.
     """
 
     before: FittedSet
@@ -168,8 +168,8 @@ def search(
             current = simulated = this.adopted = _pruned(better, fitted, judge)
             this.shares = chosen_shares(screen, this.added)
             along = None
-        this.doing = ""
-        looked(this)
+            this.doing = ""
+            looked(this)
     found.model = from_vector(model, *simulated.model, joints)
     return found
 
