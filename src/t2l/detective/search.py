@@ -34,7 +34,7 @@ from t2l.identify.prediction import Request, check_finite
 from t2l.identify.scales import sized
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
-FITTED = 10  # numerics: sets of a round that are fitted in full
+FITTED = 24  # numerics: sets of a round that are fitted along the motion
 SCREENED = 8000  # numerics: samples that sets are scored by
 FINISHED = 4  # numerics: of these, by simulation
 PRUNING = 3  # numerics: iterations of a fit with a term less
@@ -269,7 +269,7 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
     singles = [s for s in known if len(s.members) == 1]
     chosen: list[Scored] = []
     names: list[set[tuple[str, tuple[int, ...]]]] = []
-    for one in [*front[: FITTED // 2], *singles[:4], *known[:2]]:
+    for one in [*front[: FITTED // 2], *singles[: FITTED // 3], *known[: FITTED // 6]]:
         keys = {candidate.key for candidate in screen.chosen(one.members)}
         if keys not in names:
             chosen.append(one)
