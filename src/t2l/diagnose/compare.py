@@ -182,7 +182,7 @@ def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.T
     }
     numbers = {
         "time": samples.time,
-        "q_des": predictor.samples.of([r.q_des for r in predictor.recordings]),
+        "q_des": samples.of([_commanded(r) for r in predictor.recordings]),
         "q": samples.q,
         "q_sim": q,
         "dq": measured_dq,
@@ -193,6 +193,11 @@ def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.T
         del numbers["dq"]
     columns |= {name: column(pa.float32(), values) for name, values in numbers.items()}
     return pa.table(columns)
+
+
+def _commanded(recording: Recording) -> np.ndarray:
+    """(n, njoint) rad; NaN where no position is commanded."""
+    return np.full_like(recording.q_des, np.nan) if recording.drifts else recording.q_des
 
 
 def report(comparison: Comparison) -> dict[str, Any]:

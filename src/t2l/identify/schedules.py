@@ -9,9 +9,10 @@ from t2l.identify.hidden_state import WINDOW_S, Beginning
 from t2l.identify.initial_state import begins_in_motion, slope_of_motion, start_state
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
+from t2l.identify.soft_hold import Gains, soft_hold
 from t2l.recordings.checks import ADDED
 from t2l.recordings.recording import CONTINUOUS, Recording
-from t2l.sim.schedule import Schedule
+from t2l.sim.schedule import Hold, Schedule
 
 FOLLOWED = ("supply_voltage", "temperature")  # optional columns that effects may follow
 
@@ -36,16 +37,21 @@ class Group:
 
 
 def groups(
-    recordings: Sequence[Recording], samples: Samples, coarseness: int, in_motion: bool
+    recordings: Sequence[Recording],
+    samples: Samples,
+    coarseness: int,
+    in_motion: bool,
+    holding: Gains | None = None,
 ) -> list[Group]:
     """All of `recordings` in groups.
 
     Args:
         coarseness: real periods from tick to tick.
         in_motion: whether all of them may begin so; else only those may that clearly do.
+        holding: of `t2l.identify.soft_hold.hold_gains`.
     """
     alike = _alike(recordings)
-    return [_group(recordings, samples, each, coarseness, in_motion) for each in alike]
+    return [_group(recordings, samples, each, coarseness, in_motion, holding) for each in alike]
 
 
 def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
@@ -63,6 +69,7 @@ def _group(
     indices: list[int],
     coarseness: int,
     in_motion: bool,
+    holding: Gains | None,
 ) -> Group:
     recordings = [every[i] for i in indices]
     real_period = 1.0 / recordings[0].control_rate_hz
@@ -109,6 +116,7 @@ def _group(
         clock_s=np.array([r.time[0] for r in recordings]),
         command_period_s=np.array([1 / r.command_rate_hz for r in recordings]),
         logged=logged,
+        hold=None if holding is None else _hold(recordings, holding, indices, ticks * period),
         **added,
     )
     column = {index: i for i, index in enumerate(indices)}
@@ -119,6 +127,12 @@ def _group(
         noise = max(noise_floor(list(recordings), divided=True), 1e-9)
         beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt).within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
+
+
+def _hold(recordings, holding: Gains, indices: list[int], at: np.ndarray) -> Hold | None:
+    if not any(recording.drifts for recording in recordings):
+        return None
+    return soft_hold(recordings, tuple(gains[indices] for gains in holding), at)
 
 
 def _any_has(recordings: Sequence[Recording], column: str) -> bool:

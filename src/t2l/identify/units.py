@@ -71,7 +71,7 @@ def _too_fast(model: Model, recordings: Sequence[Recording]) -> dict[str, str]:
 
 
 def _gain(kp: float, joint: str) -> str:
-    return f"Kp {kp:g} N·m/rad on joint {joint}"
+    return f"Kp {kp:g} N·m/rad on joint {joint}" if kp > 0 else f"the command of joint {joint}"
 
 
 def _of(model: mujoco.MjModel, recording: Recording, rows: int) -> Iterator[tuple[str, str, str]]:
@@ -133,7 +133,7 @@ def _torque(
     ):
         if given > most:
             asked = f"{gain} asks for {given:.2g} N·m RMS, where {than}"
-            yield REGISTER, f"{asked}: is it a register of the servo?"
+            yield REGISTER, f"{asked}: is it a register of the servo, or in another unit?"
 
 
 def _speed(joint: str, measured: np.ndarray, of_q: np.ndarray) -> Iterator[tuple[str, str]]:

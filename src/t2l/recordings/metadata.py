@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from t2l.documents import check_regular
 from t2l.errors import RecordingError
+from t2l.recordings.control import CONTROLS, POSITION, VELOCITY
 from t2l.recordings.keys import checked
 from t2l.recordings.per_joint import per_joint
 from t2l.recordings.recording import CONTINUOUS, Recording
@@ -20,6 +21,8 @@ COMPENSATION_ALLOWED = f"true or false, or {CONTINUOUS}"
 
 # bound: the slowest loop that holds a joint, and faster than any that a computer runs
 LEAST_CONTROL_RATE_HZ, LARGEST_RATE_HZ = 1, 100_000
+
+UNITS_OF_GAINS = {"kp": "N·m/rad", "kd": "N·m·s/rad"}  # format: of the YAML
 
 
 def _joint_names(value: Any) -> tuple[str, ...]:
@@ -58,10 +61,9 @@ class Metadata(Typed):
         BeforeValidator(_joint_names),
         Field(description=JOINTS_ALLOWED),
     ]
-    kp: Annotated[per_joint(at_least=0, unit="N·m/rad"), Field(description="numbers, in N·m/rad")]
-    kd: Annotated[
-        per_joint(at_least=0, unit="N·m·s/rad"), Field(description="numbers, in N·m·s/rad")
-    ]
+    control: Literal["position", "velocity", "torque"] = POSITION
+    kp: per_joint(at_least=0, unit="N·m/rad") = None
+    kd: per_joint(at_least=0, unit="N·m·s/rad") = None
     command_rate_hz: Rate
     control_rate_hz: Annotated[Rate, Field(ge=LEAST_CONTROL_RATE_HZ)]
     gravity_compensation: Annotated[
@@ -82,11 +84,33 @@ class Metadata(Typed):
             RecordingError: the robot is neither a known name nor a file.
         """
         values = {name: getattr(self, name) for name in Metadata.model_fields}
-        return values | {
-            "robot": _robot(self.robot, path),
-            "command_rate_hz": float(self.command_rate_hz),
-            "control_rate_hz": float(self.control_rate_hz),
-        }
+        return (
+            values
+            | self._gains(path)
+            | {
+                "robot": _robot(self.robot, path),
+                "command_rate_hz": float(self.command_rate_hz),
+                "control_rate_hz": float(self.control_rate_hz),
+            }
+        )
+
+    def _gains(self, path: Path) -> dict[str, np.ndarray]:
+        """Those that the control has; zero for others."""
+        taken, found = CONTROLS[self.control].gains, {}
+        for key, unit in UNITS_OF_GAINS.items():
+            given = getattr(self, key)
+            if given is None and key in taken:
+                raise RecordingError(path, f"key {key}", "nothing", f"numbers, in {unit}")
+            if given is not None and key not in taken and given.any():
+                raise RecordingError(
+                    path, f"key {key}", f"{describe(_one_or_each(given))}, where control is "
+                    f"{self.control}", f"no such key, or 0; a control that has it: "
+                    f"{', '.join(n for n, c in CONTROLS.items() if key in c.gains)}",
+                )  # fmt: skip
+            found[key] = np.zeros(len(self.joints)) if given is None else given
+        if self.control == VELOCITY and not (found["kd"] > 0).any():
+            raise RecordingError(path, "key kd", "0", "above 0 for some joint: control is velocity")
+        return found
 
 
 def check_metadata(values: Any, path: Path) -> dict[str, Any]:
@@ -110,8 +134,8 @@ def as_written(recording: Recording, path: Path) -> dict[str, Any]:
     metadata = {
         "robot": robot,
         "joints": list(recording.joints),
-        "kp": _one_or_each(recording.kp),
-        "kd": _one_or_each(recording.kd),
+        **({"control": recording.control} if recording.drifts else {}),
+        **{key: _one_or_each(getattr(recording, key)) for key in recording.by.gains},
         "command_rate_hz": _plain(recording.command_rate_hz),
         "control_rate_hz": _plain(recording.control_rate_hz),
         "gravity_compensation": _switch(recording.gravity_compensation),

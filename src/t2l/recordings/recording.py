@@ -1,5 +1,6 @@
-"""One run of a position-controlled machine: what was commanded, what was measured."""
+"""One run of a machine: what was commanded, what was measured."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -7,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from t2l.gains import Cell
+from t2l.recordings.control import CONTROLS, POSITION, Control
 
 CONTINUOUS = "continuous"
 SIGNALS = (
@@ -33,7 +35,8 @@ class Recording:
         gravity_compensation: whether the machine cancels gravity itself: True if its control loop
             does so at its ticks, `CONTINUOUS` if springs or a much faster loop do.
         time: s, (n,), strictly increasing; gaps are allowed.
-        q_des: rad, (n, njoint), each row held until the next.
+        q_des: rad, (n, njoint), each row held until the next; the last measured position where no
+            position is commanded, so that it pulls at nothing.
         q: rad, (n, njoint), NaN where not sampled.
         dq_des: rad/s, as q_des; None if velocities are not commanded.
         tau_ff: N·m, as q_des; None if no torque is fed forward.
@@ -44,6 +47,7 @@ class Recording:
         temperature: °C, of the motors, as q; None if never recorded.
         torque_enabled: 1 where the motor is on and 0 where it is off, as q but held until the next
             one; None if it was on throughout.
+        control: what is commanded, one of `t2l.recordings.control.CONTROLS`.
         base_position: m, (3,), of the robot's base in the world of its model.
         notes: anything a person wants to remember.
     """
@@ -68,8 +72,19 @@ class Recording:
     supply_voltage: np.ndarray | None = None
     temperature: np.ndarray | None = None
     torque_enabled: np.ndarray | None = None
+    control: str = POSITION
     base_position: tuple[float, ...] | None = None
     notes: str = ""
+
+    @property
+    def by(self) -> Control:
+        """What belongs to its kind of control."""
+        return CONTROLS[self.control]
+
+    @property
+    def drifts(self) -> bool:
+        """Whether no position is commanded, so that a free simulation drifts away."""
+        return self.control != POSITION
 
     @property
     def duration_s(self) -> float:
@@ -122,6 +137,11 @@ class Recording:
             torque += self.tau_ff
         return torque
 
+    def measured(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times since the start, s, and positions, rad, of the samples of a joint; (k,) each."""
+        rows = np.flatnonzero(~np.isnan(self.q[:, joint]))
+        return self.time[rows] - self.time[0], self.q[rows, joint]
+
     @property
     def powered(self) -> np.ndarray:
         """(n, njoint), 1.0 where the motor is on and 0.0 where it is off."""
@@ -140,11 +160,7 @@ class Recording:
 
         Before the first sample it is the first; NaN where a joint has none.
         """
-        values = getattr(self, column)
-        known = ~np.isnan(values)
-        last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], 0))
-        last = np.maximum(last, np.argmax(known, axis=0))
-        return np.take_along_axis(values, last, axis=0)
+        return held(getattr(self, column))
 
     @property
     def cell(self) -> str:
@@ -154,3 +170,18 @@ class Recording:
         if (self.kp != kp).any() or (self.kd != kd).any() or min(kp, kd) <= 0:
             return self.name
         return Cell(kp=float(kp), kd=float(kd)).name
+
+
+def held(values: np.ndarray) -> np.ndarray:
+    """(n, njoint) of which each is held until the next that is not NaN, as `Recording.held`."""
+    known = ~np.isnan(values)
+    last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], 0))
+    last = np.maximum(last, np.argmax(known, axis=0))
+    return np.take_along_axis(values, last, axis=0)
+
+
+def commanded(signals: Mapping[str, np.ndarray | None]) -> dict[str, np.ndarray | None]:
+    """Signals of a recording, with its last measured position where none is commanded."""
+    if signals.get("q_des") is not None:
+        return dict(signals)
+    return {**signals, "q_des": held(signals["q"])}

@@ -81,6 +81,7 @@ def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
         if schedule.command_period_s is None
         else every(schedule.command_period_s),
         logged={name: flat(values) for name, values in schedule.logged.items()},
+        hold=None if schedule.hold is None else schedule.hold.each(flat),
     )
 
 
@@ -160,7 +161,11 @@ class DrivenLoop(Loop):
                     batch.bound[name][:, self.dofs] = np.tile(values[tick], (many, 1))
             if "qfrc_passive" in batch.bound:
                 batch.bound["qfrc_passive"][:, self.dofs] = self._own_passive(q, dq)
-            for change in (*self.sensor_filters, *self.feedback_filters):
+            for change in self.sensor_filters:
+                change(tick, measured, measured_dq)
+            if schedule.hold is not None:
+                pull = schedule.hold.torque(tick, measured, measured_dq)
+            for change in self.feedback_filters:
                 change(tick, measured, measured_dq)
             target = command(tick)
             for change in self.command_filters:
@@ -189,6 +194,8 @@ class DrivenLoop(Loop):
                 add(tick, q, dq, torque)
             torque -= level * dq / np.sqrt(dq**2 + at_rest**2)
             torque += self._passive(q, dq)
+            if schedule.hold is not None:
+                torque += pull
             out[tick] = torque - heavier * ddq
         return out.reshape(ntick, many, self.nrec, -1)
 
