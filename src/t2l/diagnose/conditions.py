@@ -8,6 +8,7 @@ from t2l.effects.effect import AT_REST_RAD_S
 from t2l.identify.prediction import Predictor
 from t2l.identify.samples import Samples
 from t2l.identify.scales import gravity_torque
+from t2l.recordings.recording import Recording
 
 UNITS = {
     "direction": "",
@@ -69,10 +70,7 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
         "load": direction * np.abs(torque),
         "position": q,
         "command velocity": predictor.samples.of(
-            [
-                _command_velocity(r.time, r.q_des, 1 / r.command_rate_hz)
-                for r in predictor.recordings
-            ]
+            [_commanded_velocity(recording) for recording in predictor.recordings]
         ),
         "time": samples.time,
         "constant": np.ones(len(samples)),
@@ -104,6 +102,13 @@ class Series:
         rate = np.empty_like(ordered)
         rate[self.order] = np.divide(total, span, out=np.zeros_like(total), where=span > 0)
         return rate
+
+
+def _commanded_velocity(recording: Recording) -> np.ndarray:
+    """(n, njoint) rad/s; zero where none is commanded."""
+    if recording.drifts:
+        return np.zeros_like(recording.q) if recording.dq_des is None else recording.dq_des
+    return _command_velocity(recording.time, recording.q_des, 1 / recording.command_rate_hz)
 
 
 def _command_velocity(time: np.ndarray, q_des: np.ndarray, period: float) -> np.ndarray:

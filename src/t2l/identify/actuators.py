@@ -181,6 +181,12 @@ def _target(recording: Recording, rate_hz: float) -> Target:
             f"{recording.path or recording.name}: command_rate_hz: found "
             f"{recording.command_rate_hz:g}; allowed: a divisor of the simulator's {rate_hz:g} Hz"
         )
+    if recording.drifts or recording.skew.any():
+        key = "control" if recording.drifts else "skew_s"
+        raise IdentificationError(
+            f"{recording.path or recording.name}: key {key}: found it; allowed: recordings of "
+            "commanded positions whose joints are measured at the same time"
+        )
     period = 1 / recording.command_rate_hz
     row = np.round((recording.time - recording.time[0]) / period).astype(int)
     n = row[-1] + 1

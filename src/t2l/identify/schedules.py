@@ -74,7 +74,7 @@ def _group(
     recordings = [every[i] for i in indices]
     real_period = 1.0 / recordings[0].control_rate_hz
     period = coarseness * real_period
-    last = max(int(np.ceil(r.duration_s / period - 1e-6)) for r in recordings)
+    last = max(int(np.ceil(r.taken_s.max() / period - 1e-6)) for r in recordings)
     ticks, real = np.arange(last + 2), np.arange((last + 2) * coarseness)
     commands = np.empty((len(ticks), len(recordings), len(recordings[0].joints)))
     powered = np.empty_like(commands)
@@ -101,6 +101,8 @@ def _group(
     moving = [in_motion or begins_in_motion(recording) for recording in recordings]
     for i in np.flatnonzero(moving):
         start_dq[i], doubt[i] = slope_of_motion(recordings[i])
+    # that is where the first sample was; some were taken later or earlier
+    start_q = start_q - start_dq * [recording.skew for recording in recordings]
     schedule = Schedule(
         period_s=period,
         commands=commands,

@@ -1,11 +1,12 @@
 """The YAML of a recording: which robot and joints, under which controller."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo
 
 from t2l.documents import check_regular
 from t2l.errors import RecordingError
@@ -18,6 +19,9 @@ from t2l.typed import Number, Typed, describe, is_number, refuse, suggestion, sw
 
 JOINTS_ALLOWED = "a list of different joint names in printable characters, in the columns' order"
 COMPENSATION_ALLOWED = f"true or false, or {CONTINUOUS}"
+# bound: more is another motion's sample
+MOST_SKEW_S = 1.0
+SKEW_ALLOWED = f"seconds by joint, or one number for each joint, up to {MOST_SKEW_S:g} s"
 
 # bound: the slowest loop that holds a joint, and faster than any that a computer runs
 LEAST_CONTROL_RATE_HZ, LARGEST_RATE_HZ = 1, 100_000
@@ -39,6 +43,22 @@ def _compensation(value: Any) -> bool | str:
     if not isinstance(value, bool) and value != CONTINUOUS:
         raise refuse(COMPENSATION_ALLOWED)
     return value
+
+
+def _skew(value: Any, info: ValidationInfo) -> np.ndarray | None:
+    joints = info.data.get("joints")
+    if joints is None:  # what is wrong with them is told instead
+        return None
+    if isinstance(value, Mapping):
+        for name in value:
+            if name not in joints:
+                shown = f"{describe(name)}{suggestion(name, joints)}"
+                raise refuse(f"joints of this recording: {', '.join(joints)}", shown)
+        value = [value.get(name, 0.0) for name in joints]
+    fine = isinstance(value, list) and len(value) == len(joints) and all(map(is_number, value))
+    if not fine or any(abs(s) > MOST_SKEW_S for s in value):
+        raise refuse(SKEW_ALLOWED)
+    return np.array(value, float) if any(value) else None
 
 
 def _point(value: Any) -> tuple[float, ...]:
@@ -71,6 +91,11 @@ class Metadata(Typed):
         BeforeValidator(_compensation),
         Field(description=COMPENSATION_ALLOWED),
     ]
+    skew_s: Annotated[
+        Any,
+        PlainValidator(_skew, json_schema_input_type=dict[str, float] | list[float]),
+        Field(description=SKEW_ALLOWED),
+    ] = None
     base_position: Annotated[tuple[Number, ...] | None, BeforeValidator(_point)] = None
     notes: str = ""
 
@@ -140,6 +165,8 @@ def as_written(recording: Recording, path: Path) -> dict[str, Any]:
         "control_rate_hz": _plain(recording.control_rate_hz),
         "gravity_compensation": _switch(recording.gravity_compensation),
     }
+    if recording.skew_s is not None:
+        metadata["skew_s"] = dict(zip(recording.joints, map(_plain, recording.skew_s), strict=True))
     if recording.base_position is not None:
         metadata["base_position"] = [float(x) for x in recording.base_position]
     if recording.notes:

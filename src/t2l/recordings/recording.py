@@ -48,6 +48,8 @@ class Recording:
         torque_enabled: 1 where the motor is on and 0 where it is off, as q but held until the next
             one; None if it was on throughout.
         control: what is commanded, one of `t2l.recordings.control.CONTROLS`.
+        skew_s: s, (njoint,), by how much later than its row's time what is measured of a joint was
+            taken; None for zero.
         base_position: m, (3,), of the robot's base in the world of its model.
         notes: anything a person wants to remember.
     """
@@ -73,6 +75,7 @@ class Recording:
     temperature: np.ndarray | None = None
     torque_enabled: np.ndarray | None = None
     control: str = POSITION
+    skew_s: np.ndarray | None = None
     base_position: tuple[float, ...] | None = None
     notes: str = ""
 
@@ -140,7 +143,17 @@ class Recording:
     def measured(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
         """Times since the start, s, and positions, rad, of the samples of a joint; (k,) each."""
         rows = np.flatnonzero(~np.isnan(self.q[:, joint]))
-        return self.time[rows] - self.time[0], self.q[rows, joint]
+        return self.taken_s[rows, joint], self.q[rows, joint]
+
+    @property
+    def skew(self) -> np.ndarray:
+        """(njoint,) s of `skew_s`, zero where it is None."""
+        return np.zeros(len(self.joints)) if self.skew_s is None else self.skew_s
+
+    @property
+    def taken_s(self) -> np.ndarray:
+        """(n, njoint) s since the first row, when what is measured was taken."""
+        return (self.time - self.time[0])[:, None] + self.skew
 
     @property
     def powered(self) -> np.ndarray:
