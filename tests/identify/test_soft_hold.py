@@ -15,7 +15,7 @@ from t2l.effects.registry import builtin
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.soft_hold import HOLD_HZ
-from t2l.recordings.recording import commanded
+from t2l.recordings.recording import held
 from tests.diagnose.made import DAMPING, INERTIA, WEIGHT, pendulum, predict, recording, swing
 
 NOISE_RAD = 3e-4  # ten times what a step of 1 ms is off by
@@ -54,13 +54,18 @@ def led(hz, kp=15.0, kd=0.6):
     return lambda t, q, dq: kp * (way(t) - q) - kd * dq
 
 
+def signals(q, **command):
+    """(n,) each as a recording has them that no position is commanded of."""
+    columns = {name: values[:, None] for name, values in {"q": q, **command}.items()}
+    return columns | {"q_des": held(columns["q"])}
+
+
 def torque_log(robot, hz, seconds=2.0, seed=0, noise=NOISE_RAD, **machine):
     """A recording of commanded torques."""
     q, _, told = moved(led(hz), seconds, **machine)
     noisy = q + noise * np.random.default_rng(seed).normal(size=len(q))
     made = recording(robot, lambda t: 0 * t, f"swing{hz:g}", 0.0, 0.0, seconds, control="torque")
-    signals = commanded({"q": noisy[:, None], "tau_ff": told[:, None]})
-    return dataclasses.replace(made, **signals)
+    return dataclasses.replace(made, **signals(noisy, tau_ff=told))
 
 
 def torque_logs(robot, **machine):
@@ -132,9 +137,7 @@ def test_a_motor_that_is_off_leaves_the_hold_on(robot):
     q, _, told = moved(led(0.9), 3.0, powered=lambda t: float(t < 1.5))
     made = torque_log(robot, 0.9, seconds=3.0)
     on = (made.time < 1.5).astype(float)[:, None]
-    made = dataclasses.replace(
-        made, **commanded({"q": q[:, None], "tau_ff": told[:, None]}), torque_enabled=on
-    )
+    made = dataclasses.replace(made, **signals(q, tau_ff=told), torque_enabled=on)
     assert np.abs(predict(made) - q).max() < 2e-4
     damped = {"viscous_friction": {"damping": {"hinge": 0.05}}}
     free = dataclasses.replace(made, control="position")
@@ -162,8 +165,7 @@ def test_a_log_of_velocities_is_held_too(robot):
     made = recording(
         robot, lambda t: 0 * t, "driven", 0.0, 2.0, 3.0, control="velocity", control_rate_hz=RATE_HZ
     )
-    commands = speed(made.time)[:, None]
-    made = dataclasses.replace(made, **commanded({"q": q[:, None], "dq_des": commands}))
+    made = dataclasses.replace(made, **signals(q, dq_des=speed(made.time)))
     assert np.abs(predict(made) - q).max() < 5e-4
 
 

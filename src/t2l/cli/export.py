@@ -72,6 +72,9 @@ def run(arguments: argparse.Namespace) -> None:
                     recording.path, "key control", recording.control,
                     f"{POSITION}: the exported robot takes positions",
                 )  # fmt: skip
+            if recording.motor is not None:
+                allowed = "drives that give the torque they are asked for"
+                raise RecordingError(recording.path, "key motor", "it", allowed)
         check_settles(model, recordings)
         first = recordings[0]
         controller = Controller(

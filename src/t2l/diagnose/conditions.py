@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from t2l.effects.effect import AT_REST_RAD_S
+from t2l.identify.drive_torque import drive_torque
 from t2l.identify.prediction import Predictor
 from t2l.identify.samples import Samples
 from t2l.identify.scales import gravity_torque
@@ -48,16 +49,9 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
         and `load` its size with the sign of the velocity.
     """
     samples = predictor.samples
-    recording, joint = samples.recording, samples.joint
-    kp, kd = (np.array([getattr(r, key) for r in predictor.recordings]) for key in ("kp", "kd"))
-    compensated = np.array([bool(r.gravity_compensation) for r in predictor.recordings])
     series = Series(samples)
     gravity = gravity_torque(predictor)
-    command = predictor.samples.of([r.q_des for r in predictor.recordings])
-    torque = kp[recording, joint] * (command - q) - kd[recording, joint] * dq
-    torque += samples.of([r.feed_forward for r in predictor.recordings])
-    torque += np.where(compensated[recording], gravity, 0.0)
-    torque *= samples.of([r.powered for r in predictor.recordings])
+    torque = drive_torque(predictor, q, dq, gravity)
     direction = np.where(np.abs(dq) > AT_REST_RAD_S, np.sign(dq), 0.0)
     return {
         "direction": direction,

@@ -38,7 +38,8 @@ def missing_torque(predictor: Predictor, residual: np.ndarray) -> np.ndarray:
     on = samples.of([r.powered for r in predictor.recordings])
     hold_kp, hold_kd = (0 * kp, 0 * kd) if predictor.holding is None else predictor.holding
     missing = (on * kp[at] + hold_kp[at]) * position
-    missing += (on * kd[at] + hold_kd[at] + damping[samples.joint]) * velocity
+    back_emf = np.array([r.back_emf for r in predictor.recordings])
+    missing += (on * (kd + back_emf)[at] + hold_kd[at] + damping[samples.joint]) * velocity
     missing += joint_inertia(predictor)[samples.joint] * acceleration
     carried = np.array([bool(r.gravity_compensation) for r in predictor.recordings])
     hanging = 1.0 - carried[samples.recording] * on

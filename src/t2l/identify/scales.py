@@ -5,6 +5,7 @@ import numpy as np
 
 from t2l.effects.effect import Scales
 from t2l.effects.term import Layout
+from t2l.identify.drive_torque import drive_torque
 from t2l.identify.initial_state import start_state
 from t2l.identify.prediction import Predictor, Request
 
@@ -18,13 +19,7 @@ def scales(predictor: Predictor) -> Scales:
     empty = Request(Layout(()), np.zeros((1, 0)))
     _, dq = predictor.predict([empty], velocity=True)
     velocity = np.nan_to_num(dq[0][0])
-    command = samples.of([r.q_des for r in recordings])
-    torque = kp[samples.recording, samples.joint] * (command - samples.q)
-    torque -= kd[samples.recording, samples.joint] * velocity
-    torque += samples.of([r.feed_forward for r in recordings])
-    compensated = np.array([bool(r.gravity_compensation) for r in recordings])
-    torque += np.where(compensated[samples.recording], gravity_torque(predictor), 0.0)
-    torque *= samples.of([r.powered for r in recordings])
+    torque = drive_torque(predictor, samples.q, velocity, gravity_torque(predictor))
     njoint = len(predictor.joints)
 
     def per_joint(function, values):

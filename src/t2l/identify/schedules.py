@@ -12,7 +12,7 @@ from t2l.identify.samples import Samples
 from t2l.identify.soft_hold import Gains, soft_hold
 from t2l.recordings.checks import ADDED
 from t2l.recordings.recording import CONTINUOUS, Recording
-from t2l.sim.schedule import Hold, Schedule
+from t2l.sim.schedule import Drive, Hold, Schedule
 
 FOLLOWED = ("supply_voltage", "temperature")  # optional columns that effects may follow
 
@@ -80,6 +80,7 @@ def _group(
     powered = np.empty_like(commands)
     logged = {name: np.empty_like(commands) for name in FOLLOWED if _all_have(recordings, name)}
     added = {n: np.zeros_like(commands) for n in ADDED if _any_has(recordings, n)}
+    supply = np.empty_like(commands)
     for column, recording in enumerate(recordings):
         elapsed = recording.time - recording.time[0]
         row = np.searchsorted(elapsed, real * real_period + 1e-6, side="right") - 1
@@ -90,7 +91,8 @@ def _group(
             if getattr(recording, name) is not None
         ]
         for signal, held in (
-            (commands, recording.q_des), (powered, recording.powered), *columns
+            (commands, recording.q_des), (powered, recording.powered), (supply, recording.supply),
+            *columns,
         ):  # fmt: skip
             signal[:, column] = held[row].reshape(len(ticks), coarseness, -1).mean(axis=1)
     held = np.flatnonzero(np.isin(samples.recording, indices))
@@ -119,6 +121,7 @@ def _group(
         command_period_s=np.array([1 / r.command_rate_hz for r in recordings]),
         logged=logged,
         hold=None if holding is None else _hold(recordings, holding, indices, ticks * period),
+        drive=_drive(recordings, supply),
         **added,
     )
     column = {index: i for i, index in enumerate(indices)}
@@ -129,6 +132,13 @@ def _group(
         noise = max(noise_floor(list(recordings), divided=True), 1e-9)
         beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt).within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
+
+
+def _drive(recordings: Sequence[Recording], supply: np.ndarray) -> Drive | None:
+    if all(recording.motor is None for recording in recordings):
+        return None
+    stall, back_emf = (np.array([getattr(r, n) for r in recordings]) for n in ("stall", "back_emf"))
+    return Drive(stall, back_emf, None if (supply == 1).all() else supply)
 
 
 def _hold(recordings, holding: Gains, indices: list[int], at: np.ndarray) -> Hold | None:

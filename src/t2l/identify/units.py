@@ -85,6 +85,7 @@ def _of(model: mujoco.MjModel, recording: Recording, rows: int) -> Iterator[tupl
     ddq = np.gradient(dq, time, axis=0)[few]
     needed, weight = _torques(model, recording.joints, q[few], dq[few], ddq)
     given = recording.kp * (q_des - q)[few] + recording.feed_forward[known][few]
+    given = np.clip(given, -recording.stall, recording.stall)
     given *= recording.powered[known][few]
     for j, name in enumerate(recording.joints):
         joint = model.joint(name)

@@ -3,11 +3,13 @@
 position   τ = Kp (q_des − q) + Kd (dq_des − q̇) + tau_ff
 velocity   τ = Kd (dq_des − q̇) + tau_ff
 torque     τ = tau_des
+duty       τ = kt / R (duty V − kt q̇), of a motor under a voltage, see `t2l.recordings.motor`
 """
 
 from dataclasses import dataclass, field
 
-POSITION, VELOCITY, TORQUE = "position", "velocity", "torque"  # format: of the key `control`
+# format: of the key `control`
+POSITION, VELOCITY, TORQUE, DUTY = "position", "velocity", "torque", "duty"
 
 # columns of what is measured, which are attributes of a recording of the same name
 MEASURED = {
@@ -51,5 +53,7 @@ CONTROLS = {
     ),
     VELOCITY: Control({"dq_des": "dq_des", "tau_ff": "tau_ff"}, gains=("kd",)),
     TORQUE: Control({"tau_des": "tau_ff"}),
+    DUTY: Control({"duty": "tau_ff"}),
 }
-UNITS = {"q_des": "rad", "dq_des": "rad/s", "tau_ff": "N·m", "tau_des": "N·m"} | MEASURED
+UNITS = {"q_des": "rad", "dq_des": "rad/s", "tau_ff": "N·m", "tau_des": "N·m"}
+UNITS |= {"duty": "-1 to 1"} | MEASURED

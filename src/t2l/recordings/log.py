@@ -22,7 +22,8 @@ from t2l.errors import RecordingError
 from t2l.recordings.checks import SHARED, check_columns, check_samples
 from t2l.recordings.control import CONTROLS
 from t2l.recordings.metadata import as_written, check_metadata
-from t2l.recordings.recording import Recording, commanded
+from t2l.recordings.motor import in_newton_metres, of_table
+from t2l.recordings.recording import Recording
 from t2l.recordings.table import read_numbers
 
 TABLES = (".csv", ".parquet")
@@ -61,8 +62,7 @@ def read_recording(path: Path | str) -> Recording:
         name=stem.name,
         path=table_path,
         time=np.ascontiguousarray(numbers[:, index["time"]]),
-        **commanded(signals),
-        **metadata,
+        **in_newton_metres(signals, metadata, table_path),
     )
     return check_samples(recording)
 
@@ -113,7 +113,7 @@ def write_recording(
     table_path, yaml_path = Path(f"{stem}.{format}"), Path(f"{stem}.yaml")
     metadata = as_written(recording, yaml_path)
     check_metadata(metadata, yaml_path)
-    recording = check_samples(recording)
+    recording = of_table(check_samples(recording))
     for other in TABLES:
         if other != table_path.suffix and Path(f"{stem}{other}").exists():
             raise RecordingError(

@@ -10,8 +10,9 @@ from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo
 
 from t2l.documents import check_regular
 from t2l.errors import RecordingError
-from t2l.recordings.control import CONTROLS, POSITION, VELOCITY
+from t2l.recordings.control import CONTROLS, DUTY, POSITION, TORQUE, VELOCITY
 from t2l.recordings.keys import checked
+from t2l.recordings.motor import Motor, of_table
 from t2l.recordings.per_joint import per_joint
 from t2l.recordings.recording import CONTINUOUS, Recording
 from t2l.robots import ROBOTS
@@ -22,11 +23,13 @@ COMPENSATION_ALLOWED = f"true or false, or {CONTINUOUS}"
 # bound: more is another motion's sample
 MOST_SKEW_S = 1.0
 SKEW_ALLOWED = f"seconds by joint, or one number for each joint, up to {MOST_SKEW_S:g} s"
+SUPPLY_COLUMN = "supply_voltage"  # format: the column that a motor's supply may be
 
 # bound: the slowest loop that holds a joint, and faster than any that a computer runs
 LEAST_CONTROL_RATE_HZ, LARGEST_RATE_HZ = 1, 100_000
 
-UNITS_OF_GAINS = {"kp": "N·m/rad", "kd": "N·m·s/rad"}  # format: of the YAML
+# format: of the YAML, and of that of a motor under a voltage
+UNITS_OF_GAINS = {"kp": ("N·m/rad", "duty/rad"), "kd": ("N·m·s/rad", "duty·s/rad")}
 
 
 def _joint_names(value: Any) -> tuple[str, ...]:
@@ -43,6 +46,18 @@ def _compensation(value: Any) -> bool | str:
     if not isinstance(value, bool) and value != CONTINUOUS:
         raise refuse(COMPENSATION_ALLOWED)
     return value
+
+
+def _supply(value: Any, info: ValidationInfo) -> np.ndarray | str:
+    if value == SUPPLY_COLUMN:
+        return value
+    numbers = value if isinstance(value, list) else [value] * info.context
+    if len(numbers) != info.context or not all(is_number(n) and n > 0 for n in numbers):
+        raise refuse(
+            f"one number above 0, or {info.context}, one for each joint, in V; or {SUPPLY_COLUMN}, "
+            "the column"
+        )
+    return np.array(numbers, float)
 
 
 def _skew(value: Any, info: ValidationInfo) -> np.ndarray | None:
@@ -70,6 +85,19 @@ def _point(value: Any) -> tuple[float, ...]:
 Rate = Annotated[Number, Field(gt=0, le=LARGEST_RATE_HZ, description="a number above 0, in Hz")]
 
 
+class MotorFile(Typed):
+    """The section `motor` of a recording's YAML: a drive under a voltage."""
+
+    kt: Annotated[per_joint(above=0, unit="N·m/A"), Field(description="numbers, in N·m/A")]
+    resistance: Annotated[per_joint(above=0, unit="Ω"), Field(description="numbers, in Ω")]
+    supply: Annotated[
+        Any,
+        PlainValidator(_supply, json_schema_input_type=float | list[float] | str),
+        Field(description=f"numbers, in V, or {SUPPLY_COLUMN}"),
+    ]
+    gear: per_joint(above=0) = None
+
+
 class Metadata(Typed):
     """What a recording's YAML holds."""
 
@@ -81,7 +109,8 @@ class Metadata(Typed):
         BeforeValidator(_joint_names),
         Field(description=JOINTS_ALLOWED),
     ]
-    control: Literal["position", "velocity", "torque"] = POSITION
+    control: Literal["position", "velocity", "torque", "duty"] = POSITION
+    motor: dict[str, Any] | None = None
     kp: per_joint(at_least=0, unit="N·m/rad") = None
     kd: per_joint(at_least=0, unit="N·m·s/rad") = None
     command_rate_hz: Rate
@@ -113,17 +142,36 @@ class Metadata(Typed):
             values
             | self._gains(path)
             | {
+                "motor": self._motor(path),
                 "robot": _robot(self.robot, path),
                 "command_rate_hz": float(self.command_rate_hz),
                 "control_rate_hz": float(self.control_rate_hz),
             }
         )
 
+    def _motor(self, path: Path) -> Motor | None:
+        if self.motor is None:
+            if self.control == DUTY:
+                allowed = f"the keys {', '.join(MotorFile.model_fields)}, as control is {DUTY}"
+                raise RecordingError(path, "key motor", "nothing", allowed)
+            return None
+        if self.control == TORQUE:
+            raise RecordingError(
+                path, "key motor", "it, where control is torque", f"control: {DUTY}, or no motor: "
+                "a drive that follows torque sees to the voltage itself",
+            )  # fmt: skip
+        count = len(self.joints)
+        found = checked(MotorFile, self.motor, path, "motor.", context=count)
+        gear = np.ones(count) if found.gear is None else found.gear
+        logged = isinstance(found.supply, str)
+        supply = np.full(count, np.nan) if logged else found.supply
+        return Motor(found.kt * gear, found.resistance, supply, logged)
+
     def _gains(self, path: Path) -> dict[str, np.ndarray]:
         """Those that the control has; zero for others."""
         taken, found = CONTROLS[self.control].gains, {}
-        for key, unit in UNITS_OF_GAINS.items():
-            given = getattr(self, key)
+        for key, units in UNITS_OF_GAINS.items():
+            given, unit = getattr(self, key), units[self.motor is not None]
             if given is None and key in taken:
                 raise RecordingError(path, f"key {key}", "nothing", f"numbers, in {unit}")
             if given is not None and key not in taken and given.any():
@@ -153,7 +201,7 @@ def check_metadata(values: Any, path: Path) -> dict[str, Any]:
 
 def as_written(recording: Recording, path: Path) -> dict[str, Any]:
     """What the YAML at `path` has to hold."""
-    robot = recording.robot
+    recording, robot = of_table(recording), recording.robot
     if robot not in ROBOTS.names():
         robot = os.path.relpath(robot, path.parent.resolve())
     metadata = {
@@ -165,6 +213,13 @@ def as_written(recording: Recording, path: Path) -> dict[str, Any]:
         "control_rate_hz": _plain(recording.control_rate_hz),
         "gravity_compensation": _switch(recording.gravity_compensation),
     }
+    if recording.motor is not None:
+        motor = recording.motor
+        metadata["motor"] = {
+            "kt": _one_or_each(motor.kt),
+            "resistance": _one_or_each(motor.resistance),
+            "supply": SUPPLY_COLUMN if motor.logged else _one_or_each(motor.supply),
+        }
     if recording.skew_s is not None:
         metadata["skew_s"] = dict(zip(recording.joints, map(_plain, recording.skew_s), strict=True))
     if recording.base_position is not None:

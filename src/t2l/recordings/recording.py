@@ -1,14 +1,16 @@
 """One run of a machine: what was commanded, what was measured."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from t2l.gains import Cell
 from t2l.recordings.control import CONTROLS, POSITION, Control
+
+if TYPE_CHECKING:
+    from t2l.recordings.motor import Motor
 
 CONTINUOUS = "continuous"
 SIGNALS = (
@@ -48,6 +50,8 @@ class Recording:
         torque_enabled: 1 where the motor is on and 0 where it is off, as q but held until the next
             one; None if it was on throughout.
         control: what is commanded, one of `t2l.recordings.control.CONTROLS`.
+        motor: of a drive under a voltage, at which `kp`, `kd` and `tau_ff` are what its duty is in
+            N·m at `Motor.supply`; None for one that gives the torque it is asked for.
         skew_s: s, (njoint,), by how much later than its row's time what is measured of a joint was
             taken; None for zero.
         base_position: m, (3,), of the robot's base in the world of its model.
@@ -75,6 +79,7 @@ class Recording:
     temperature: np.ndarray | None = None
     torque_enabled: np.ndarray | None = None
     control: str = POSITION
+    motor: "Motor | None" = None
     skew_s: np.ndarray | None = None
     base_position: tuple[float, ...] | None = None
     notes: str = ""
@@ -140,6 +145,23 @@ class Recording:
             torque += self.tau_ff
         return torque
 
+    @property
+    def back_emf(self) -> np.ndarray:
+        """(njoint,) N·m·s/rad by which motors damp while they are on."""
+        return np.zeros(len(self.joints)) if self.motor is None else self.motor.back_emf
+
+    @property
+    def stall(self) -> np.ndarray:
+        """(njoint,) N·m at which full duty cuts what the loop asks for; infinite without motor."""
+        return np.full(len(self.joints), np.inf) if self.motor is None else self.motor.stall
+
+    @property
+    def supply(self) -> np.ndarray:
+        """(n, njoint) supply voltage over that for which the gains are."""
+        if self.motor is None or not self.motor.logged:
+            return np.ones_like(self.q_des)
+        return self.held("supply_voltage") / self.motor.supply
+
     def measured(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
         """Times since the start, s, and positions, rad, of the samples of a joint; (k,) each."""
         rows = np.flatnonzero(~np.isnan(self.q[:, joint]))
@@ -191,10 +213,3 @@ def held(values: np.ndarray) -> np.ndarray:
     last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], 0))
     last = np.maximum(last, np.argmax(known, axis=0))
     return np.take_along_axis(values, last, axis=0)
-
-
-def commanded(signals: Mapping[str, np.ndarray | None]) -> dict[str, np.ndarray | None]:
-    """Signals of a recording, with its last measured position where none is commanded."""
-    if signals.get("q_des") is not None:
-        return dict(signals)
-    return {**signals, "q_des": held(signals["q"])}

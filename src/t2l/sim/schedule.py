@@ -38,6 +38,33 @@ class Hold:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """Of motors under a voltage, see `t2l.recordings.motor`.
+
+    Attributes:
+        stall: (nrec, njoint) N·m at which what the loop asks for is cut; infinite without motor.
+        back_emf: (nrec, njoint) N·m·s/rad; zero without motor.
+        supply: (ntick, nrec, njoint) voltage over that for which gains and `stall` are; None for 1.
+    """
+
+    stall: np.ndarray
+    back_emf: np.ndarray
+    supply: np.ndarray | None = None
+
+    def of(self, recordings: np.ndarray) -> "Drive":
+        """Of some recordings, (k,) indices."""
+        supply = None if self.supply is None else self.supply[:, recordings]
+        return Drive(self.stall[recordings], self.back_emf[recordings], supply)
+
+    def give(self, tick: int, torque: np.ndarray) -> None:
+        """Change what the loop asks for (nsim, njoint), N·m, to what full duty allows."""
+        each = torque.reshape(-1, *self.stall.shape)
+        np.minimum(np.maximum(each, -self.stall, out=each), self.stall, out=each)
+        if self.supply is not None:
+            each *= self.supply[tick]
+
+
+@dataclass(frozen=True)
 class Schedule:
     """What a group of recordings with one loop rate commands and asks for.
 
@@ -57,6 +84,7 @@ class Schedule:
         command_period_s: (nrec,) s, from command to command; None for that of the ticks.
         logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
         hold: to the measured motion; None if every joint follows commanded positions.
+        drive: of motors under a voltage; None if every drive gives the torque it is asked for.
     """
 
     period_s: float
@@ -77,6 +105,7 @@ class Schedule:
     tau_ff: np.ndarray | None = None
     logged: Mapping[str, np.ndarray] = field(default_factory=dict)
     hold: Hold | None = None
+    drive: Drive | None = None
 
     def of(self, recordings: np.ndarray) -> "Schedule":
         """Of some recordings, (k,) indices."""
@@ -99,6 +128,7 @@ class Schedule:
             tau_ff=None if self.tau_ff is None else self.tau_ff[:, recordings],
             logged={name: values[:, recordings] for name, values in self.logged.items()},
             hold=None if self.hold is None else self.hold.each(lambda v: v[:, recordings]),
+            drive=None if self.drive is None else self.drive.of(recordings),
         )
 
     def clock_s_at(self, tick: int) -> np.ndarray:

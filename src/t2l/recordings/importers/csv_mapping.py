@@ -32,8 +32,9 @@ from t2l.recordings.control import CONTROLS, Control
 from t2l.recordings.importers.units import FACTORS
 from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
+from t2l.recordings.motor import in_newton_metres
 from t2l.recordings.per_joint import per_joint
-from t2l.recordings.recording import Recording, commanded
+from t2l.recordings.recording import Recording
 from t2l.typed import Switch, Typed, describe, suggestion
 
 
@@ -134,12 +135,12 @@ def read_mapped(table: Path | str, mapping: Mapping) -> Recording:
         return np.stack([columns[n] for n in names], axis=1) if names[0] in columns else None
 
     by = CONTROLS[mapping.metadata["control"]]
+    signals = {attribute: signal(column) for column, attribute in by.columns.items()}
     recording = Recording(
         name=table.stem,
         path=table,
         time=time - time[0] if len(time) else time,
-        **commanded({attribute: signal(column) for column, attribute in by.columns.items()}),
-        **mapping.metadata,
+        **in_newton_metres(signals, mapping.metadata, table),
     )
     try:
         return check_samples(recording)
