@@ -93,6 +93,7 @@ def quick(
     from t2l.detective.explanation import check_no_steps, explained_quickly, in_words
     from t2l.diagnose.final_parameters import parameters_of
     from t2l.diagnose.forward_selection import write_explanation
+    from t2l.diagnose.measured_torque import torque_sides
     from t2l.identify.step_size import substeps_for
 
     check_no_steps(arguments.out)
@@ -103,6 +104,8 @@ def quick(
         write_explanation(explanation, out, rows)
         _show(out, model, explanation.model, [*recordings, *holdout])
     print("\n".join(in_words(explanation)))
+    for sides in torque_sides(data.fitted):
+        print(sides.sentence)
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
 
 

@@ -17,6 +17,7 @@ from t2l.diagnose.explained_variance import ExplainedVariance, explained_varianc
 from t2l.diagnose.files import COMPARISON, TRACES
 from t2l.diagnose.findings import Finding, findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
+from t2l.diagnose.measured_torque import TorqueSides, torque_sides
 from t2l.diagnose.traces import column, labels
 from t2l.errors import T2LError
 from t2l.identify.loop_stability import Chatter, chattering
@@ -72,6 +73,7 @@ class Comparison:
         explained: conditions by how much of the error they explain.
         contradictions: recordings that cannot both be true.
         chatter: of the model's loop, which makes the rest worthless; None if it settles.
+        torque_sides: of each joint whose torque was measured, what that says of drive and machine.
         errors: at every sample.
         traces: a table, one row a sample: recording, joint, time, q_des, q, q_sim, dq (where
             measured), missing_torque and the conditions, in SI units, with 7 digits.
@@ -87,6 +89,7 @@ class Comparison:
     explained: list[ExplainedVariance]
     contradictions: list[Contradiction]
     chatter: Chatter | None
+    torque_sides: list[TorqueSides]
     errors: Errors = field(repr=False)
     traces: pa.Table = field(repr=False)
 
@@ -162,6 +165,7 @@ def compare(
         explained=explained_variance(predictor, residual, under, missing),
         contradictions=contradicting,
         chatter=chatter,
+        torque_sides=torque_sides(predictor),
         errors=Errors(
             samples.recording,
             samples.joint,
@@ -230,6 +234,7 @@ def report(comparison: Comparison) -> dict[str, Any]:
         "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.explained],
         "chatter": comparison.chatter and comparison.chatter.sentence,
         "contradictions": [asdict(c) | {"message": c.message} for c in comparison.contradictions],
+        "measured_torque": [sides.plain() for sides in comparison.torque_sides],
     }
 
 
