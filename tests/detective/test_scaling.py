@@ -111,7 +111,7 @@ def test_candidates_answer_alike(folder, recordings, one, factor):
         np.testing.assert_allclose(getattr(sizes, name), expected, rtol=1e-6, err_msg=name)
     assert [c.key for c in other.candidates] == [c.key for c in table.candidates]
     for a, b in zip(table.candidates, other.candidates, strict=True):
-        assert a.parameters == b.parameters
+        assert a.complexity == b.complexity
         for i, j in zip(a.constants, b.constants, strict=True):
             alike(other.columns[:, j], table.columns[:, i], a)
         by_name = {p.name: p for p in a.effect.parameters}

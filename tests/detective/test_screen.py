@@ -39,7 +39,7 @@ def test_the_front_holds_the_set_that_made_the_data():
     residual = table.columns[:, 3] - 0.7 * table.columns[:, 8] + 0.01 * rng.normal(size=300)
     screen = Screen(table, residual, np.arange(300) % 3)
     front = screen.search()
-    assert [one.members for one in front if one.parameters == 2] == [(3, 8)]
+    assert [one.members for one in front if one.complexity == 4] == [(3, 8)]
     assert len(front[-1].members) == 2
     assert np.allclose(screen.weights((3, 8)), [1.0, -0.7], atol=0.01)
 

@@ -39,4 +39,6 @@ def run(arguments: argparse.Namespace) -> None:
     for contradiction in comparison.contradictions:
         print(f"Contradiction: {contradiction}")
     print(comparison.result)
+    for sides in comparison.torque_sides:
+        print(sides.sentence)
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")

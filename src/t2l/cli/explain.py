@@ -105,6 +105,7 @@ def quick(
     from t2l.detective.data_split import split
     from t2l.detective.explanation import explained_quickly, in_words
     from t2l.detective.kept import check_no_diagnoses
+    from t2l.diagnose.measured_torque import torque_sides
     from t2l.identify.progress import part
     from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
@@ -123,6 +124,8 @@ def quick(
         _show(out, model, explanation.model, [*recordings, *holdout])
         progress("done", 1.0)
     print("\n".join(in_words(explanation)))
+    for sides in torque_sides(data.fitted):
+        print(sides.sentence)
     print(f"Written to {arguments.out}; open {arguments.out / 'report.html'}")
 
 

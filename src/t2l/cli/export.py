@@ -48,6 +48,7 @@ def run(arguments: argparse.Namespace) -> None:
         T2LError: the model or a recording is wrong, or gains are given twice or not at all.
     """
     from t2l.diagnose.recordings_and_model import read_recordings_and_model
+    from t2l.errors import RecordingError
     from t2l.export.agreement import difference
     from t2l.export.folder import write_export, write_summary
     from t2l.export.mjcf import Controller
@@ -55,6 +56,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.identify.model import read_model
     from t2l.identify.refit import refit
     from t2l.outputs import output_folder
+    from t2l.recordings.control import POSITION
     from t2l.registry import python_files
     from t2l.robots.plant import files
 
@@ -64,6 +66,15 @@ def run(arguments: argparse.Namespace) -> None:
         model, recordings, _ = read_recordings_and_model(
             arguments.logs, (), arguments.model, arguments.effects
         )
+        for recording in recordings:
+            if recording.drifts:
+                raise RecordingError(
+                    recording.path, "key control", recording.control,
+                    f"{POSITION}: the exported robot takes positions",
+                )  # fmt: skip
+            if recording.motor is not None:
+                allowed = "drives that give the torque they are asked for"
+                raise RecordingError(recording.path, "key motor", "it", allowed)
         check_settles(model, recordings)
         first = recordings[0]
         controller = Controller(

@@ -64,9 +64,9 @@ class Candidate:
     numbers: int = 0
 
     @property
-    def parameters(self) -> int:
-        """How many numbers it fits."""
-        return max(self.numbers, len(self.columns), 1)
+    def complexity(self) -> int:
+        """How many numbers it fits; its name counts as one."""
+        return max(self.numbers, len(self.columns), 1) + 1
 
     @property
     def key(self) -> tuple[str, tuple[int, ...]]:

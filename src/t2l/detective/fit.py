@@ -88,9 +88,10 @@ class FittedSet:
         return float(np.sqrt(np.mean(self.left_out**2)))
 
     @property
-    def parameters(self) -> int:
-        """How many numbers were fitted."""
-        return int(self.free.sum())
+    def complexity(self) -> int:
+        """How many numbers were chosen; a name counts as one."""
+        chosen = self.layout.lower < self.layout.upper
+        return int(chosen.sum()) + len(self.layout.terms)
 
     @property
     def columns(self) -> dict[tuple, np.ndarray]:

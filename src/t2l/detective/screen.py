@@ -1,6 +1,6 @@
 """Sets of candidates scored by the error of the linear model on recordings that were left out.
 
-Of every number of parameters the best sets are kept: a front of error against size. Sets grow by
+Of every complexity the best sets are kept: a front of error against size. Sets grow by
 one candidate at a time from several beginnings (beam search); what a later one made superfluous is
 dropped and members are exchanged. All that is needed of the columns are their products, by fold.
 
@@ -18,7 +18,7 @@ from t2l.detective.candidates import Candidate, Table
 
 RIDGE = 1e-6  # numerics: of a column's sum of squares: keeps what is alike at a finite weight
 TINY = 1e-100  # numerics: keeps what does nothing solvable, in any unit
-PARSIMONY = 0.015  # tuned: of the squared error, for each parameter
+PARSIMONY = 0.01  # tuned: of the squared error, for each number
 WIDTH = 6  # numerics: sets that go on at each size
 LOOKED_AT = 30  # numerics: of the candidates to add, the most promising, that are scored in full
 MOST = 5  # candidates in a set
@@ -31,12 +31,12 @@ class Scored:
     """A set with its error.
 
     Attributes:
-        parameters: how many numbers it fits.
+        complexity: how many numbers it fits, names counted too.
         error: mean squared error on what was left out, rad².
     """
 
     members: tuple[int, ...]
-    parameters: int
+    complexity: int
     error: float
 
 
@@ -102,7 +102,7 @@ class Screen:
         return self._solve(self.total, constants, at, lower, upper)[0]
 
     def _count(self, members: Iterable[int]) -> int:
-        return sum(self.table.candidates[i].parameters for i in members)
+        return sum(self.table.candidates[i].complexity for i in members)
 
     def _width(self, members: Iterable[int]) -> tuple[int, int]:
         chosen = [self.table.candidates[i] for i in members]
@@ -182,7 +182,7 @@ class Screen:
             normal = normal + ridge[..., None] * np.eye(columns.shape[1])
             w = np.linalg.solve(normal, target[..., None])[..., 0]
             left[rows] = error - (target * w).sum(axis=1)
-        left *= 1 + PARSIMONY * np.array([c.parameters for c in self.table.candidates])
+        left *= 1 + PARSIMONY * np.array([c.complexity for c in self.table.candidates])
         free = (
             i for i in np.argsort(left, kind="stable")
             if not any(_excludes(self.table.candidates[i], other) for other in taken)
@@ -190,7 +190,7 @@ class Screen:
         return [int(i) for i in islice(free, LOOKED_AT)]
 
     def search(self, beginnings: Sequence[tuple[int, ...]] = ((),)) -> list[Scored]:
-        """The front: of every number of parameters the best set, if it is better than all less."""
+        """The front: of every complexity the best set, if it is better than all less."""
         for begin in beginnings:
             self.score(begin)
         beam = [self.score(begin) for begin in beginnings]
@@ -213,7 +213,7 @@ class Screen:
         """Sets that no smaller one is better than."""
         found, least = [], np.inf
         every = self.known.values() if scored is None else scored
-        for one in sorted(every, key=lambda s: (s.parameters, s.error)):
+        for one in sorted(every, key=lambda s: (s.complexity, s.error)):
             if one.error < 0.97 * least:
                 found.append(one)
                 least = one.error

@@ -140,7 +140,7 @@ def search(
         sets = _worth_fitting(screen)
         this.front = [
             (
-                one.parameters, float(np.sqrt(one.error)),
+                one.complexity, float(np.sqrt(one.error)),
                 [candidate.key for candidate in screen.chosen(one.members)],
             )
             for one in sets
@@ -194,7 +194,7 @@ def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> Fitte
         return None
     best = min(f.left_out_rmse for f in earning)
     alike = [f for f in earning if judge.alike(f.left_out_rmse, best)]
-    return min(alike, key=lambda f: (f.parameters, f.left_out_rmse))
+    return min(alike, key=lambda f: (f.complexity, f.left_out_rmse))
 
 
 def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
@@ -205,7 +205,7 @@ def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
     chosen = ranked[:1]
     limit = max(PROMISING * ranked[0].left_out_rmse, 2 * judge.noise_rad)
     near = [f for f in ranked if f.left_out_rmse <= limit]
-    for one in sorted(near, key=lambda f: (f.parameters, f.left_out_rmse)):
+    for one in sorted(near, key=lambda f: (f.complexity, f.left_out_rmse)):
         if one not in chosen and len(chosen) < FINISHED:
             chosen.append(one)
     return chosen

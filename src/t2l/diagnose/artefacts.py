@@ -114,6 +114,9 @@ def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
 def _experiment(diagnosis: Diagnosis, evidence: Evidence) -> dict[str, Any] | None:
     if not diagnosis.ranking or not diagnosis.ranking[0].tied_with:
         return None
+    # what it proposes are positions to command
+    if evidence.train.holding is not None:
+        return None
     first = diagnosis.ranking[0]
     second = next(c for c in diagnosis.ranking if c.effect.name == first.tied_with[0])
     found = separating_experiment(

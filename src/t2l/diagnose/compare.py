@@ -17,6 +17,7 @@ from t2l.diagnose.explained_variance import ExplainedVariance, explained_varianc
 from t2l.diagnose.files import COMPARISON, TRACES
 from t2l.diagnose.findings import Finding, findings
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
+from t2l.diagnose.measured_torque import TorqueSides, torque_sides
 from t2l.diagnose.traces import column, labels
 from t2l.errors import T2LError
 from t2l.identify.loop_stability import Chatter, chattering
@@ -72,6 +73,7 @@ class Comparison:
         explained: conditions by how much of the error they explain.
         contradictions: recordings that cannot both be true.
         chatter: of the model's loop, which makes the rest worthless; None if it settles.
+        torque_sides: of each joint whose torque was measured, what that says of drive and machine.
         errors: at every sample.
         traces: a table, one row a sample: recording, joint, time, q_des, q, q_sim, dq (where
             measured), missing_torque and the conditions, in SI units, with 7 digits.
@@ -87,6 +89,7 @@ class Comparison:
     explained: list[ExplainedVariance]
     contradictions: list[Contradiction]
     chatter: Chatter | None
+    torque_sides: list[TorqueSides]
     errors: Errors = field(repr=False)
     traces: pa.Table = field(repr=False)
 
@@ -162,6 +165,7 @@ def compare(
         explained=explained_variance(predictor, residual, under, missing),
         contradictions=contradicting,
         chatter=chatter,
+        torque_sides=torque_sides(predictor),
         errors=Errors(
             samples.recording,
             samples.joint,
@@ -182,7 +186,7 @@ def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.T
     }
     numbers = {
         "time": samples.time,
-        "q_des": predictor.samples.of([r.q_des for r in predictor.recordings]),
+        "q_des": samples.of([_commanded(r) for r in predictor.recordings]),
         "q": samples.q,
         "q_sim": q,
         "dq": measured_dq,
@@ -193,6 +197,11 @@ def _traces(predictor: Predictor, names, q, measured_dq, missing, under) -> pa.T
         del numbers["dq"]
     columns |= {name: column(pa.float32(), values) for name, values in numbers.items()}
     return pa.table(columns)
+
+
+def _commanded(recording: Recording) -> np.ndarray:
+    """(n, njoint) rad; NaN where no position is commanded."""
+    return np.full_like(recording.q_des, np.nan) if recording.drifts else recording.q_des
 
 
 def report(comparison: Comparison) -> dict[str, Any]:
@@ -225,6 +234,7 @@ def report(comparison: Comparison) -> dict[str, Any]:
         "follows": [asdict(f) | {"sentence": f.sentence} for f in comparison.explained],
         "chatter": comparison.chatter and comparison.chatter.sentence,
         "contradictions": [asdict(c) | {"message": c.message} for c in comparison.contradictions],
+        "measured_torque": [sides.plain() for sides in comparison.torque_sides],
     }
 
 

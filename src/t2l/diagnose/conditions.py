@@ -5,9 +5,11 @@ from itertools import pairwise
 import numpy as np
 
 from t2l.effects.effect import AT_REST_RAD_S
+from t2l.identify.drive_torque import drive_torque
 from t2l.identify.prediction import Predictor
 from t2l.identify.samples import Samples
 from t2l.identify.scales import gravity_torque
+from t2l.recordings.recording import Recording
 
 UNITS = {
     "direction": "",
@@ -47,16 +49,9 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
         and `load` its size with the sign of the velocity.
     """
     samples = predictor.samples
-    recording, joint = samples.recording, samples.joint
-    kp, kd = (np.array([getattr(r, key) for r in predictor.recordings]) for key in ("kp", "kd"))
-    compensated = np.array([bool(r.gravity_compensation) for r in predictor.recordings])
     series = Series(samples)
     gravity = gravity_torque(predictor)
-    command = predictor.samples.of([r.q_des for r in predictor.recordings])
-    torque = kp[recording, joint] * (command - q) - kd[recording, joint] * dq
-    torque += samples.of([r.feed_forward for r in predictor.recordings])
-    torque += np.where(compensated[recording], gravity, 0.0)
-    torque *= samples.of([r.powered for r in predictor.recordings])
+    torque = drive_torque(predictor, q, dq, gravity)
     direction = np.where(np.abs(dq) > AT_REST_RAD_S, np.sign(dq), 0.0)
     return {
         "direction": direction,
@@ -69,10 +64,7 @@ def features(predictor: Predictor, q: np.ndarray, dq: np.ndarray) -> dict[str, n
         "load": direction * np.abs(torque),
         "position": q,
         "command velocity": predictor.samples.of(
-            [
-                _command_velocity(r.time, r.q_des, 1 / r.command_rate_hz)
-                for r in predictor.recordings
-            ]
+            [_commanded_velocity(recording) for recording in predictor.recordings]
         ),
         "time": samples.time,
         "constant": np.ones(len(samples)),
@@ -104,6 +96,13 @@ class Series:
         rate = np.empty_like(ordered)
         rate[self.order] = np.divide(total, span, out=np.zeros_like(total), where=span > 0)
         return rate
+
+
+def _commanded_velocity(recording: Recording) -> np.ndarray:
+    """(n, njoint) rad/s; zero where none is commanded."""
+    if recording.drifts:
+        return np.zeros_like(recording.q) if recording.dq_des is None else recording.dq_des
+    return _command_velocity(recording.time, recording.q_des, 1 / recording.command_rate_hz)
 
 
 def _command_velocity(time: np.ndarray, q_des: np.ndarray, period: float) -> np.ndarray:

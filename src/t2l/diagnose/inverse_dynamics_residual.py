@@ -4,7 +4,8 @@ A torque δτ beyond the model's moves a position-controlled joint by δq, such 
 
     δτ = M δq̈ + (Kd + d) δq̇ + Kp δq + δg
 
-with the joint's own inertia M, the MJCF's damping d, and the change δg of the gravity load where
+with the joint's own inertia M, the MJCF's damping d, gains that include those of a soft hold to the
+measurement (`t2l.identify.soft_hold`), and the change δg of the gravity load where
 nothing compensates it; coupling between joints is left out. So friction appears as a step in the
 direction of motion and a payload as the gravity load, at every gain alike, where the position
 error itself only shows them through the loop.
@@ -35,7 +36,10 @@ def missing_torque(predictor: Predictor, residual: np.ndarray) -> np.ndarray:
     model = predictor.model()
     damping = model.dof_damping[[model.joint(name).dofadr[0] for name in predictor.joints]]
     on = samples.of([r.powered for r in predictor.recordings])
-    missing = on * kp[at] * position + (on * kd[at] + damping[samples.joint]) * velocity
+    hold_kp, hold_kd = (0 * kp, 0 * kd) if predictor.holding is None else predictor.holding
+    missing = (on * kp[at] + hold_kp[at]) * position
+    back_emf = np.array([r.back_emf for r in predictor.recordings])
+    missing += (on * (kd + back_emf)[at] + hold_kd[at] + damping[samples.joint]) * velocity
     missing += joint_inertia(predictor)[samples.joint] * acceleration
     carried = np.array([bool(r.gravity_compensation) for r in predictor.recordings])
     hanging = 1.0 - carried[samples.recording] * on

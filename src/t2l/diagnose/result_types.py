@@ -69,6 +69,7 @@ class Comparison(TypedDict):
     follows: list[_Followed]
     contradictions: list[_Contradiction]
     chatter: NotRequired[str | None]
+    measured_torque: NotRequired[list[dict[str, Any]]]
 
 
 class _Parameter(TypedDict):

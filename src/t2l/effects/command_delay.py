@@ -17,6 +17,7 @@ class CommandDelay(Effect):
     summary = "commands reach the controller late: network, bus, interpolation"
     signature = "the response is the model's shifted in time, alike at all gains"
     source = "q_des(t − d), interpolated between two ticks of the loop"
+    acts_through = ("kp", "kd")
     follows = "command velocity"
 
     def export(self, to, joints, values):

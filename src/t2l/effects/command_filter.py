@@ -19,6 +19,7 @@ class CommandFilter(Effect):
     summary = "the robot smooths commands by a first-order low-pass"
     signature = "the response is the model's, later and smaller the faster the command"
     source = "first-order low-pass, exact for a held command"
+    acts_through = ("kp", "kd")
     follows = "command velocity"
     order = 10
 

@@ -17,6 +17,7 @@ class ControllerGains(Effect):
     summary = "the controller's stiffness and damping are not those in the log"
     signature = "the error follows the position error and the velocity, in proportion to the gains"
     source = "τ = a Kp (q_des − q) − b Kd q̇"
+    acts_through = ("kp", "kd")
     remembers = False
     follows = "torque"
 

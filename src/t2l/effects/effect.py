@@ -142,6 +142,8 @@ class Effect(ABC):
         coupled: a joint's parameters move other joints about as much as its own, so that each
             joint's derivatives take simulations of their own.
         needs: optional columns that the recordings must have for it to be fitted.
+        acts_through: gains, "kp" or "kd", of which a recording without commanded positions must
+            have one: of torques alone, a late command cannot be told from a late torque.
         least_joints: how many driven joints it takes.
         remembers: what it does at a tick depends on ticks before.
         hides_state: it has a far side that no encoder sees, which need not start at rest.
@@ -162,6 +164,7 @@ class Effect(ABC):
     rough_error: bool = False
     coupled: bool = False
     needs: tuple[str, ...] = ()
+    acts_through: tuple[str, ...] = ()
     least_joints: int = 1
     remembers: bool = True
     hides_state: bool = False
@@ -210,6 +213,9 @@ class Effect(ABC):
     def may_act(self, recordings: Sequence[Recording]) -> bool:
         """Whether the recordings have what it takes to fit it."""
         enough = len(recordings[0].joints) >= self.least_joints
+        if self.acts_through and all(r.drifts for r in recordings):
+            gains = [getattr(r, gain) for r in recordings for gain in self.acts_through]
+            enough = enough and any(gain.any() for gain in gains)
         return enough and all(r.has(column) for column in self.needs for r in recordings)
 
     @property

@@ -21,6 +21,7 @@ class ErrorClip(Effect):
     summary = "the controller cuts the position error at a limit before Kp multiplies it"
     signature = "large errors get no more torque than the limit times Kp, with damping as before"
     source = "LinuxCNC, HAL component pid: maxerror"
+    acts_through = ("kp",)
     remembers = False
     follows = "torque"
     order = -20

@@ -18,6 +18,7 @@ class ErrorDeadBand(Effect):
     summary = "a position error within a band gives no torque, a larger one that of what is beyond"
     signature = "the joint stops short of its command by up to the band, most at low gains"
     source = "LinuxCNC, HAL component pid: deadband; ROBOTIS AX-12A e-Manual: compliance margin"
+    acts_through = ("kp",)
     remembers = False
     follows = "torque"
     order = -20  # the integral, the loop's rate and all else act on what is left

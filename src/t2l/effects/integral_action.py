@@ -27,6 +27,7 @@ class IntegralAction(Effect):
     summary = "the controller has an I beside its P and D, clamped so that it does not wind up"
     signature = "a constant load leaves no lasting error, and the response overshoots slowly"
     source = "Åström and Hägglund, Advanced PID control, 2006, section 3.5: clamped integrator"
+    acts_through = ("kp",)
     follows = "constant"
     order = -10  # the loop's rate and all else act on the whole torque
 

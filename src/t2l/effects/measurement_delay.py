@@ -19,6 +19,7 @@ class MeasurementDelay(Effect):
     summary = "the controller acts on what the encoder read a while ago: a bus between both"
     signature = "the loop is less damped than its gains say, with commands in force at once"
     source = "Åström and Wittenmark, Computer-controlled systems, 1997, chapter 2: delayed output"
+    acts_through = ("kp", "kd")
     follows = "velocity"
     order = -30
 

@@ -25,6 +25,7 @@ class SetPointInterpolation(Effect):
     summary = "the robot goes from one position command to the next in a straight line over a time"
     signature = "the response is smoother than the model's, and later by half the ramp's time"
     source = "CiA 402 (IEC 61800-7-201), interpolated position mode: interpolation time period"
+    acts_through = ("kp",)
     follows = "command velocity"
     order = 5  # commands that have arrived
 

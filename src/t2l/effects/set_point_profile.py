@@ -24,6 +24,7 @@ class SetPointProfile(Effect):
     summary = "the servo moves its set-point to the command within a velocity and an acceleration"
     signature = "the joint follows slow commands and falls behind fast ones, alike at all gains"
     source = "ROBOTIS, XM430-W350 e-Manual: Profile Velocity, Profile Acceleration, trapezoidal"
+    acts_through = ("kp",)
     follows = "command velocity"
     order = 6
 

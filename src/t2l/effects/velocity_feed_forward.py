@@ -19,6 +19,7 @@ class VelocityFeedForward(Effect):
     summary = "the controller adds a damping torque for the velocity of its commands"
     signature = "the joint lags behind a moving command less than Kd / Kp says"
     source = "LinuxCNC, HAL component pid: FF1, on the derivative of the command"
+    acts_through = ("kp",)
     follows = "command velocity"
     order = -20
 

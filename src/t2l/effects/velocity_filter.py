@@ -20,6 +20,7 @@ class VelocityFilter(Effect):
     summary = "the controller smooths the velocity that it measures before it damps by it"
     signature = "fast motion is less damped than the gains say, most where Kd is large"
     source = "first-order low-pass, exact for a held velocity"
+    acts_through = ("kd",)
     follows = "acceleration"
     order = -5
 

@@ -44,19 +44,18 @@ def replay(
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     robot = module.Robot()
-    elapsed = recording.time - recording.time[0]
-    ticks = np.arange(int(np.ceil(elapsed[-1] / robot.period_s)) + 2)
+    ticks = np.arange(int(np.ceil(recording.taken_s.max() / robot.period_s)) + 2)
     commands = _commands(recording, ticks, robot.period_s, lead_s)
     start_q, start_dq = start_state(recording)
     if first_dq is not None:
         start_dq = np.where(np.isnan(first_dq), start_dq, first_dq)
-    robot.start(start_q, start_dq, commands[0])
+    robot.start(start_q - start_dq * recording.skew, start_dq, commands[0])
     q = np.empty((len(ticks), len(recording.joints)))
     for tick in ticks:
         q[tick] = robot.q
         robot.step(commands[tick])
-    at = elapsed / robot.period_s
-    return np.column_stack([np.interp(at, ticks, column) for column in q.T])
+    at = recording.taken_s.T / robot.period_s
+    return np.column_stack([np.interp(x, ticks, y) for x, y in zip(at, q.T, strict=True)])
 
 
 def _commands(

@@ -181,6 +181,17 @@ def _target(recording: Recording, rate_hz: float) -> Target:
             f"{recording.path or recording.name}: command_rate_hz: found "
             f"{recording.command_rate_hz:g}; allowed: a divisor of the simulator's {rate_hz:g} Hz"
         )
+    unlike = {
+        "control": recording.drifts, "skew_s": recording.skew.any(),
+        "motor": recording.motor is not None,
+    }  # fmt: skip
+    if any(unlike.values()):
+        key = next(key for key, is_so in unlike.items() if is_so)
+        raise IdentificationError(
+            f"{recording.path or recording.name}: key {key}: found it; allowed: recordings of "
+            "commanded positions, of drives that give the torque they are asked for, whose joints "
+            "are measured at the same time"
+        )
     period = 1 / recording.command_rate_hz
     row = np.round((recording.time - recording.time[0]) / period).astype(int)
     n = row[-1] + 1

@@ -16,6 +16,7 @@ from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.samples import Samples
 from t2l.identify.schedules import Group, groups
 from t2l.identify.simulation import at_every_tick, simulate
+from t2l.identify.soft_hold import Gains, hold_gains
 from t2l.recordings.recording import Recording
 from t2l.robots import plant
 from t2l.sim.dry_friction import make_room
@@ -47,6 +48,8 @@ class Predictor:
         coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`; of a
             plant with more joints than are driven, as between motor and link, two at most.
         in_motion: whether all recordings may begin so, as half do; else those may that clearly do.
+        holding: N·m/rad and N·m·s/rad (nrec, njoint) of the soft hold to what was measured; None if
+            all recordings follow commanded positions.
     """
 
     def __init__(
@@ -67,10 +70,15 @@ class Predictor:
         self.threads = threads or len(os.sched_getaffinity(0))
         self.samples = Samples.measured(self.recordings)
         self._models: dict[tuple, mujoco.MjModel] = {}
+        self.holding = self._holding()
         self._groups = {
-            ticks: groups(self.recordings, self.samples, ticks, in_motion)
+            ticks: groups(self.recordings, self.samples, ticks, in_motion, self.holding)
             for ticks in {coarseness, min(coarseness, EXTENDED)}
         }
+
+    def _holding(self) -> Gains | None:
+        drifting = any(recording.drifts for recording in self.recordings)
+        return hold_gains(self.model(), self.recordings) if drifting else None
 
     def of(self, recordings: Sequence[Recording], coarseness: int | None = None) -> "Predictor":
         """A predictor of other recordings, or of ticks as coarse as said, otherwise the same."""

@@ -14,7 +14,7 @@ class Samples:
 
     Attributes:
         recording, joint, row: indices.
-        time: s since the recording's start.
+        time: s since the recording's start, when it was taken; see `Recording.skew_s`.
         q: rad, measured.
         shapes: (n, njoint) of each recording's signals.
     """
@@ -34,8 +34,9 @@ class Samples:
         """Those of `recordings`, in their order and by row and joint within each."""
         parts = []
         for index, recording in enumerate(recordings):
-            row, joint = np.nonzero(~np.isnan(recording.q))
-            time = recording.time[row] - recording.time[0]
+            # what was taken before the first command is not simulated
+            row, joint = np.nonzero(~np.isnan(recording.q) & (recording.taken_s >= 0))
+            time = recording.taken_s[row, joint]
             parts.append((np.full(len(row), index), joint, row, time, recording.q[row, joint]))
         columns = (np.concatenate(column) for column in zip(*parts, strict=True))
         return cls(*columns, tuple(recording.q.shape for recording in recordings))

@@ -7,6 +7,7 @@ import numpy as np
 
 from t2l.effects.effect import Scales
 from t2l.effects.term import Layout
+from t2l.identify.drive_torque import drive_torque
 from t2l.identify.initial_state import start_state
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
@@ -31,17 +32,11 @@ def scales(predictor: Predictor) -> Scales:
     empty = Request(Layout(()), np.zeros((1, 0)))
     _, dq = predictor.predict([empty], velocity=True)
     velocity = np.nan_to_num(dq[0][0])
-    command = samples.of([r.q_des for r in recordings])
-    torque = kp[samples.recording, samples.joint] * (command - samples.q)
-    torque -= kd[samples.recording, samples.joint] * velocity
-    torque += samples.of([r.feed_forward for r in recordings])
-    compensated = np.array([bool(r.gravity_compensation) for r in recordings])
-    weight = gravity_torque(predictor)
-    torque += np.where(compensated[samples.recording], weight, 0.0)
     model, njoint = predictor.model(), len(predictor.joints)
+    weight = gravity_torque(predictor)
     least, most = torque_limits(model, predictor.joints).T
+    torque = drive_torque(predictor, samples.q, velocity, weight)
     torque = np.clip(torque, least[samples.joint], most[samples.joint])
-    torque *= samples.of([r.powered for r in recordings])
 
     def per_joint(function, values):
         return np.array([function(values[samples.joint == j]) for j in range(njoint)])

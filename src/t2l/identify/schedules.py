@@ -9,9 +9,10 @@ from t2l.identify.hidden_state import WINDOW_S, Beginning
 from t2l.identify.initial_state import begins_in_motion, slope_of_motion, start_state
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
+from t2l.identify.soft_hold import Gains, soft_hold
 from t2l.recordings.checks import ADDED
 from t2l.recordings.recording import CONTINUOUS, Recording
-from t2l.sim.schedule import Schedule
+from t2l.sim.schedule import Drive, Hold, Schedule
 
 FOLLOWED = ("supply_voltage", "temperature")  # optional columns that effects may follow
 
@@ -36,16 +37,21 @@ class Group:
 
 
 def groups(
-    recordings: Sequence[Recording], samples: Samples, coarseness: int, in_motion: bool
+    recordings: Sequence[Recording],
+    samples: Samples,
+    coarseness: int,
+    in_motion: bool,
+    holding: Gains | None = None,
 ) -> list[Group]:
     """All of `recordings` in groups.
 
     Args:
         coarseness: real periods from tick to tick.
         in_motion: whether all of them may begin so; else only those may that clearly do.
+        holding: of `t2l.identify.soft_hold.hold_gains`.
     """
     alike = _alike(recordings)
-    return [_group(recordings, samples, each, coarseness, in_motion) for each in alike]
+    return [_group(recordings, samples, each, coarseness, in_motion, holding) for each in alike]
 
 
 def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
@@ -63,16 +69,18 @@ def _group(
     indices: list[int],
     coarseness: int,
     in_motion: bool,
+    holding: Gains | None,
 ) -> Group:
     recordings = [every[i] for i in indices]
     real_period = 1.0 / recordings[0].control_rate_hz
     period = coarseness * real_period
-    last = max(int(np.ceil(r.duration_s / period - 1e-6)) for r in recordings)
+    last = max(int(np.ceil(r.taken_s.max() / period - 1e-6)) for r in recordings)
     ticks, real = np.arange(last + 2), np.arange((last + 2) * coarseness)
     commands = np.empty((len(ticks), len(recordings), len(recordings[0].joints)))
     powered = np.empty_like(commands)
     logged = {name: np.empty_like(commands) for name in FOLLOWED if _all_have(recordings, name)}
     added = {n: np.zeros_like(commands) for n in ADDED if _any_has(recordings, n)}
+    supply = np.empty_like(commands)
     for column, recording in enumerate(recordings):
         elapsed = recording.time - recording.time[0]
         row = np.searchsorted(elapsed, real * real_period + 1e-6, side="right") - 1
@@ -83,7 +91,8 @@ def _group(
             if getattr(recording, name) is not None
         ]
         for signal, held in (
-            (commands, recording.q_des), (powered, recording.powered), *columns
+            (commands, recording.q_des), (powered, recording.powered), (supply, recording.supply),
+            *columns,
         ):  # fmt: skip
             signal[:, column] = held[row].reshape(len(ticks), coarseness, -1).mean(axis=1)
     held = np.flatnonzero(np.isin(samples.recording, indices))
@@ -94,6 +103,8 @@ def _group(
     moving = [in_motion or begins_in_motion(recording) for recording in recordings]
     for i in np.flatnonzero(moving):
         start_dq[i], doubt[i] = slope_of_motion(recordings[i])
+    # that is where the first sample was; some were taken later or earlier
+    start_q = start_q - start_dq * [recording.skew for recording in recordings]
     schedule = Schedule(
         period_s=period,
         commands=commands,
@@ -109,6 +120,8 @@ def _group(
         clock_s=np.array([r.time[0] for r in recordings]),
         command_period_s=np.array([1 / r.command_rate_hz for r in recordings]),
         logged=logged,
+        hold=None if holding is None else _hold(recordings, holding, indices, ticks * period),
+        drive=_drive(recordings, supply),
         **added,
     )
     column = {index: i for i, index in enumerate(indices)}
@@ -119,6 +132,19 @@ def _group(
         noise = max(noise_floor(list(recordings), divided=True), 1e-9)
         beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt).within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
+
+
+def _drive(recordings: Sequence[Recording], supply: np.ndarray) -> Drive | None:
+    if all(recording.motor is None for recording in recordings):
+        return None
+    stall, back_emf = (np.array([getattr(r, n) for r in recordings]) for n in ("stall", "back_emf"))
+    return Drive(stall, back_emf, None if (supply == 1).all() else supply)
+
+
+def _hold(recordings, holding: Gains, indices: list[int], at: np.ndarray) -> Hold | None:
+    if not any(recording.drifts for recording in recordings):
+        return None
+    return soft_hold(recordings, tuple(gains[indices] for gains in holding), at)
 
 
 def _any_has(recordings: Sequence[Recording], column: str) -> bool:

@@ -71,7 +71,7 @@ def _too_fast(model: Model, recordings: Sequence[Recording]) -> dict[str, str]:
 
 
 def _gain(kp: float, joint: str) -> str:
-    return f"Kp {kp:g} N·m/rad on joint {joint}"
+    return f"Kp {kp:g} N·m/rad on joint {joint}" if kp > 0 else f"the command of joint {joint}"
 
 
 def _of(model: mujoco.MjModel, recording: Recording, rows: int) -> Iterator[tuple[str, str, str]]:
@@ -85,6 +85,7 @@ def _of(model: mujoco.MjModel, recording: Recording, rows: int) -> Iterator[tupl
     ddq = np.gradient(dq, time, axis=0)[few]
     needed, weight = _torques(model, recording.joints, q[few], dq[few], ddq)
     given = recording.kp * (q_des - q)[few] + recording.feed_forward[known][few]
+    given = np.clip(given, -recording.stall, recording.stall)
     given *= recording.powered[known][few]
     for j, name in enumerate(recording.joints):
         joint = model.joint(name)
@@ -133,7 +134,7 @@ def _torque(
     ):
         if given > most:
             asked = f"{gain} asks for {given:.2g} N·m RMS, where {than}"
-            yield REGISTER, f"{asked}: is it a register of the servo?"
+            yield REGISTER, f"{asked}: is it a register of the servo, or in another unit?"
 
 
 def _speed(joint: str, measured: np.ndarray, of_q: np.ndarray) -> Iterator[tuple[str, str]]:

@@ -76,7 +76,7 @@ def ranges(
         for variable, column in COLUMNS.items()
         if all(r.has(column) for r in (*predictor.recordings, *others))
     }
-    clocks = [np.tile(r.time[:, None], len(predictor.joints)) for r in predictor.recordings]
+    clocks = [r.time[0] + r.taken_s for r in predictor.recordings]
     clock, missing = samples.of(clocks), missing_torque(predictor, samples.q - q)
     if _follow_one_another(predictor.recordings):
         logged[SESSION] = clock

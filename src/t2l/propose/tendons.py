@@ -106,10 +106,11 @@ def table(predictor: Predictor, values: np.ndarray) -> np.ndarray:
     """
     tables = predictor.samples.by_row(values)
     for recording, rows in zip(predictor.recordings, tables, strict=True):
-        for column in rows.T:
+        elapsed = recording.time - recording.time[0]
+        for column, taken in zip(rows.T, recording.taken_s.T, strict=True):
             known = np.isfinite(column)
             if known.any():
-                column[:] = np.interp(recording.time, recording.time[known], column[known])
+                column[:] = np.interp(elapsed, taken[known], column[known])
     return np.concatenate(tables)
 
 

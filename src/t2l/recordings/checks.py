@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from t2l.errors import RecordingError
+from t2l.recordings.control import CONTROLS, MEASURED, POSITION, UNITS, Control
 from t2l.recordings.recording import Recording
 from t2l.typed import LARGEST, suggestion
 
@@ -17,13 +18,7 @@ logger = logging.getLogger(__name__)
 COMMANDED = "q_des"
 ADDED = ("dq_des", "tau_ff")  # commands beside it
 COMMANDS = (COMMANDED, *ADDED)
-UNITS = {
-    "q_des": "rad", "dq_des": "rad/s", "tau_ff": "N·m", "q": "rad", "dq": "rad/s",
-    "tau": "N·m", "current": "A", "supply_voltage": "V", "temperature": "°C",
-    "torque_enabled": "0 or 1",
-}  # fmt: skip
-KINDS = tuple(UNITS)
-OPTIONAL = tuple(kind for kind in KINDS if kind not in (COMMANDED, "q"))
+KINDS = (*COMMANDS, *MEASURED)  # attributes of a recording
 # a column without a joint stands for all of them
 SHARED = ("supply_voltage", "temperature", "torque_enabled")
 
@@ -45,8 +40,10 @@ MOST_LEAD_RAD = 2 * math.pi
 RANGE_TOLERANCE_RAD = 0.05
 
 
-def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> None:
-    """Whether a table has the columns that its joints ask for, and no others.
+def check_columns(
+    columns: Sequence[str], joints: Sequence[str], path: Path, control: str = POSITION
+) -> None:
+    """Whether a table has the columns that its joints and its control ask for, and no others.
 
     Raises:
         RecordingError: a column is missing, unknown, repeated, or there for some joints only.
@@ -55,8 +52,10 @@ def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> 
         raise RecordingError(
             path, "the header", f"one column, {columns[0]!r}", "columns separated by commas"
         )
-    known = ["time", *(f"{kind}.{j}" for kind in KINDS for j in joints), *SHARED]
+    by = CONTROLS[control]
+    known = ["time", *(f"{kind}.{j}" for kind in by.columns for j in joints), *SHARED]
     for column in columns:
+        check_belongs(column, by, control, path, f"column {column}")
         if column not in known:
             raise RecordingError(
                 path,
@@ -68,7 +67,7 @@ def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> 
             raise RecordingError(path, f"column {column}", "it twice", "each column once")
     if "time" not in columns:
         raise RecordingError(path, "column time", "nothing", "the time of every row, in s")
-    for kind, unit in UNITS.items():
+    for kind in by.columns:
         missing = [joint for joint in joints if f"{kind}.{joint}" not in columns]
         if kind in columns:
             if len(missing) < len(joints):
@@ -76,13 +75,36 @@ def check_columns(columns: Sequence[str], joints: Sequence[str], path: Path) -> 
                     path, f"column {kind}", "columns of single joints too", "one or the other"
                 )
             continue
-        optional = kind in OPTIONAL
+        optional = is_optional(kind, by)
         if missing and not (optional and len(missing) == len(joints)):
-            allowed = f"{kind} of each of the {len(joints)} joints of the YAML, in {unit}"
+            allowed = f"{kind} of each of the {len(joints)} joints of the YAML, in {UNITS[kind]}"
+            if control != POSITION and not optional:
+                allowed += f", as control is {control}"
             if optional:
-                empty = "" if kind in COMMANDS else ", with empty cells where not sampled"
+                empty = "" if kind in by.commands else ", with empty cells where not sampled"
                 allowed += f"{empty}, or of none"
             raise RecordingError(path, f"column {kind}.{missing[0]}", "nothing", allowed)
+
+
+def is_optional(column: str, by: Control) -> bool:
+    """Whether a table may do without a column of the joints."""
+    return column not in (by.command, "q")
+
+
+def check_belongs(column: str, by: Control, control: str, path: Path, where: str) -> None:
+    """Whether a column is no command of another kind of control.
+
+    Raises:
+        RecordingError: it is.
+    """
+    kind = column.partition(".")[0]
+    if kind in by.columns or kind not in UNITS:
+        return
+    kinds = " or ".join(name for name, other in CONTROLS.items() if kind in other.commands)
+    raise RecordingError(
+        path, where, f"a command of control: {kinds}, where control is {control}",
+        f"commands in {', '.join(by.commands)}; or that control in the YAML",
+    )  # fmt: skip
 
 
 def check_samples(recording: Recording) -> Recording:
@@ -131,13 +153,13 @@ def _check_values(recording: Recording, path: Path | str) -> None:
     """Whether every number is finite, or absent where it may be, and of a possible size."""
     for kind in KINDS:
         values = getattr(recording, kind)
-        if values is None:
+        if values is None or kind not in recording.by.columns.values():
             continue
         expected = (len(recording.time), len(recording.joints))
         if values.shape != expected:
             raise RecordingError(
                 path,
-                f"columns {kind}.*",
+                f"columns {recording.by.column(kind)}.*",
                 f"an array of shape {values.shape}",
                 f"{expected}, rows by joints",
             )
@@ -166,7 +188,7 @@ def _column(recording: Recording, kind: str, joint: int) -> str:
     """What a table calls the column of a quantity of a joint: one may stand for all joints."""
     values = getattr(recording, kind)
     shared = kind in SHARED and np.array_equal(values, values[:, :1] + 0 * values, equal_nan=True)
-    return kind if shared else f"{kind}.{recording.joints[joint]}"
+    return kind if shared else f"{recording.by.column(kind)}.{recording.joints[joint]}"
 
 
 def _check_allowed(kind: str, values: np.ndarray, recording: Recording, path: Path | str) -> None:

@@ -5,7 +5,8 @@
 
 The table has a column `time` [s] and, for every joint of the YAML, `q_des.JOINT` [rad],
 `q.JOINT` [rad], if commanded `dq_des.JOINT` [rad/s] and `tau_ff.JOINT` [N·m], and, if recorded,
-`dq.JOINT` [rad/s], `tau.JOINT` [N·m] and `current.JOINT` [A].
+`dq.JOINT` [rad/s], `tau.JOINT` [N·m] and `current.JOINT` [A]. Under another control than that of
+positions the commands are other columns, see `t2l.recordings.control`.
 `supply_voltage` [V], `temperature` [°C] and `torque_enabled` (0 or 1) are one column, or one for
 each joint. An empty measured cell means that nothing was sampled there.
 """
@@ -18,8 +19,10 @@ import numpy as np
 
 from t2l.documents import check_regular, read_yaml, to_yaml
 from t2l.errors import RecordingError
-from t2l.recordings.checks import KINDS, SHARED, check_columns, check_samples
+from t2l.recordings.checks import SHARED, check_columns, check_samples
+from t2l.recordings.control import CONTROLS
 from t2l.recordings.metadata import as_written, check_metadata
+from t2l.recordings.motor import in_newton_metres, of_table
 from t2l.recordings.recording import Recording
 from t2l.recordings.table import read_numbers
 
@@ -41,7 +44,8 @@ def read_recording(path: Path | str) -> Recording:
     metadata = check_metadata(read_yaml(yaml_path, PURPOSE), yaml_path)
     joints = metadata["joints"]
     columns, numbers = read_numbers(
-        table_path, lambda columns: check_columns(columns, joints, table_path)
+        table_path,
+        lambda columns: check_columns(columns, joints, table_path, metadata["control"]),
     )
     index = {column: i for i, column in enumerate(columns)}
 
@@ -52,12 +56,13 @@ def read_recording(path: Path | str) -> Recording:
             return None
         return np.ascontiguousarray(numbers[:, [index[f"{kind}.{joint}"] for joint in joints]])
 
+    by = CONTROLS[metadata["control"]]
+    signals = {attribute: signal(column) for column, attribute in by.columns.items()}
     recording = Recording(
         name=stem.name,
         path=table_path,
         time=np.ascontiguousarray(numbers[:, index["time"]]),
-        **{kind: signal(kind) for kind in KINDS},
-        **metadata,
+        **in_newton_metres(signals, metadata, table_path),
     )
     return check_samples(recording)
 
@@ -108,7 +113,7 @@ def write_recording(
     table_path, yaml_path = Path(f"{stem}.{format}"), Path(f"{stem}.yaml")
     metadata = as_written(recording, yaml_path)
     check_metadata(metadata, yaml_path)
-    recording = check_samples(recording)
+    recording = of_table(check_samples(recording))
     for other in TABLES:
         if other != table_path.suffix and Path(f"{stem}{other}").exists():
             raise RecordingError(
@@ -126,8 +131,8 @@ def _write_table(recording: Recording, path: Path, format: str) -> None:
     import pandas as pd
 
     columns = {"time": recording.time}
-    for kind in KINDS:
-        values = getattr(recording, kind)
+    for kind, attribute in recording.by.columns.items():
+        values = getattr(recording, attribute)
         if values is not None and kind in SHARED and _same(values).all():
             columns[kind] = values[:, 0]
         elif values is not None:

@@ -1,12 +1,16 @@
-"""One run of a position-controlled machine: what was commanded, what was measured."""
+"""One run of a machine: what was commanded, what was measured."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from t2l.gains import Cell
+from t2l.recordings.control import CONTROLS, POSITION, Control
+
+if TYPE_CHECKING:
+    from t2l.recordings.motor import Motor
 
 CONTINUOUS = "continuous"
 SIGNALS = (
@@ -33,7 +37,8 @@ class Recording:
         gravity_compensation: whether the machine cancels gravity itself: True if its control loop
             does so at its ticks, `CONTINUOUS` if springs or a much faster loop do.
         time: s, (n,), strictly increasing; gaps are allowed.
-        q_des: rad, (n, njoint), each row held until the next.
+        q_des: rad, (n, njoint), each row held until the next; the last measured position where no
+            position is commanded, so that it pulls at nothing.
         q: rad, (n, njoint), NaN where not sampled.
         dq_des: rad/s, as q_des; None if velocities are not commanded.
         tau_ff: N·m, as q_des; None if no torque is fed forward.
@@ -44,6 +49,11 @@ class Recording:
         temperature: °C, of the motors, as q; None if never recorded.
         torque_enabled: 1 where the motor is on and 0 where it is off, as q but held until the next
             one; None if it was on throughout.
+        control: what is commanded, one of `t2l.recordings.control.CONTROLS`.
+        motor: of a drive under a voltage, at which `kp`, `kd` and `tau_ff` are what its duty is in
+            N·m at `Motor.supply`; None for one that gives the torque it is asked for.
+        skew_s: s, (njoint,), by how much later than its row's time what is measured of a joint was
+            taken; None for zero.
         base_position: m, (3,), of the robot's base in the world of its model.
         notes: anything a person wants to remember.
     """
@@ -68,8 +78,21 @@ class Recording:
     supply_voltage: np.ndarray | None = None
     temperature: np.ndarray | None = None
     torque_enabled: np.ndarray | None = None
+    control: str = POSITION
+    motor: "Motor | None" = None
+    skew_s: np.ndarray | None = None
     base_position: tuple[float, ...] | None = None
     notes: str = ""
+
+    @property
+    def by(self) -> Control:
+        """What belongs to its kind of control."""
+        return CONTROLS[self.control]
+
+    @property
+    def drifts(self) -> bool:
+        """Whether no position is commanded, so that a free simulation drifts away."""
+        return self.control != POSITION
 
     @property
     def duration_s(self) -> float:
@@ -123,6 +146,38 @@ class Recording:
         return torque
 
     @property
+    def back_emf(self) -> np.ndarray:
+        """(njoint,) N·m·s/rad by which motors damp while they are on."""
+        return np.zeros(len(self.joints)) if self.motor is None else self.motor.back_emf
+
+    @property
+    def stall(self) -> np.ndarray:
+        """(njoint,) N·m at which full duty cuts what the loop asks for; infinite without motor."""
+        return np.full(len(self.joints), np.inf) if self.motor is None else self.motor.stall
+
+    @property
+    def supply(self) -> np.ndarray:
+        """(n, njoint) supply voltage over that for which the gains are."""
+        if self.motor is None or not self.motor.logged:
+            return np.ones_like(self.q_des)
+        return self.held("supply_voltage") / self.motor.supply
+
+    def measured(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times since the start, s, and positions, rad, of the samples of a joint; (k,) each."""
+        rows = np.flatnonzero(~np.isnan(self.q[:, joint]))
+        return self.taken_s[rows, joint], self.q[rows, joint]
+
+    @property
+    def skew(self) -> np.ndarray:
+        """(njoint,) s of `skew_s`, zero where it is None."""
+        return np.zeros(len(self.joints)) if self.skew_s is None else self.skew_s
+
+    @property
+    def taken_s(self) -> np.ndarray:
+        """(n, njoint) s since the first row, when what is measured was taken."""
+        return (self.time - self.time[0])[:, None] + self.skew
+
+    @property
     def powered(self) -> np.ndarray:
         """(n, njoint), 1.0 where the motor is on and 0.0 where it is off."""
         if self.torque_enabled is None:
@@ -140,11 +195,7 @@ class Recording:
 
         Before the first sample it is the first; NaN where a joint has none.
         """
-        values = getattr(self, column)
-        known = ~np.isnan(values)
-        last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], 0))
-        last = np.maximum(last, np.argmax(known, axis=0))
-        return np.take_along_axis(values, last, axis=0)
+        return held(getattr(self, column))
 
     @property
     def cell(self) -> str:
@@ -154,3 +205,11 @@ class Recording:
         if (self.kp != kp).any() or (self.kd != kd).any() or min(kp, kd) <= 0:
             return self.name
         return Cell(kp=float(kp), kd=float(kd)).name
+
+
+def held(values: np.ndarray) -> np.ndarray:
+    """(n, njoint) of which each is held until the next that is not NaN, as `Recording.held`."""
+    known = ~np.isnan(values)
+    last = np.maximum.accumulate(np.where(known, np.arange(len(known))[:, None], 0))
+    last = np.maximum(last, np.argmax(known, axis=0))
+    return np.take_along_axis(values, last, axis=0)

@@ -93,6 +93,9 @@ def _check_position_controlled(recording: Recording, chosen: Sequence[int]) -> N
         RecordingError: one has no stiffness, or a command beside it.
     """
     path = recording.path or recording.name
+    if recording.skew[list(chosen)].any():
+        allowed = "joints that are measured at the rows' time; see --joints"
+        raise RecordingError(path, "key skew_s", "it", allowed)
     for j in chosen:
         joint = recording.joints[j]
         if recording.kp[j] == 0:

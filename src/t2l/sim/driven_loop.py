@@ -17,7 +17,7 @@ import numpy as np
 
 from t2l.sim.loop import Loop
 from t2l.sim.regressor import PARAMETERS, inertial_parameters, regressor
-from t2l.sim.schedule import Schedule
+from t2l.sim.schedule import Drive, Schedule
 from t2l.sim.servo import commands, feed_forward
 
 POSES_PER_S = 50.0  # numerics: at which inverse dynamics are evaluated, linear between them
@@ -63,6 +63,7 @@ def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
     def flat(values):
         return None if values is None else values[:ntick].reshape(1, ntick * nrec, njoint)
 
+    drive = schedule.drive
     clock = np.zeros(nrec) if schedule.clock_s is None else schedule.clock_s
     passed = np.arange(ntick) * schedule.period_s
     return replace(
@@ -83,6 +84,10 @@ def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
         if schedule.command_period_s is None
         else every(schedule.command_period_s),
         logged={name: flat(values) for name, values in schedule.logged.items()},
+        hold=None if schedule.hold is None else schedule.hold.each(flat),
+        drive=None
+        if drive is None
+        else Drive(every(drive.stall), every(drive.back_emf), flat(drive.supply)),
     )
 
 
@@ -149,7 +154,9 @@ class DrivenLoop(Loop):
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
         command, added = commands(schedule.commands, self), feed_forward(self)
         recording = np.tile(np.arange(self.nrec), many)
-        at_rest = path.at_rest
+        at_rest, back_emf = path.at_rest, None
+        if schedule.drive is not None:
+            back_emf = np.tile(schedule.drive.back_emf, (many, 1))
         shown = {"qfrc_bias": path.load, "qfrc_gravcomp": path.weight}
         for tick in range(ntick):
             measured, dq, ddq = (
@@ -162,7 +169,11 @@ class DrivenLoop(Loop):
                     batch.bound[name][:, self.dofs] = np.tile(values[tick], (many, 1))
             if "qfrc_passive" in batch.bound:
                 batch.bound["qfrc_passive"][:, self.dofs] = self._own_passive(q, dq)
-            for change in (*self.sensor_filters, *self.feedback_filters):
+            for change in self.sensor_filters:
+                change(tick, measured, measured_dq)
+            if schedule.hold is not None:
+                pull = schedule.hold.torque(tick, measured, measured_dq)
+            for change in self.feedback_filters:
                 change(tick, measured, measured_dq)
             target = command(tick)
             for change in self.command_filters:
@@ -174,6 +185,8 @@ class DrivenLoop(Loop):
             torque += compensated * self.compensation_factor * weight
             for change in self.controller_filters:
                 change(tick, torque)
+            if schedule.drive is not None:
+                schedule.drive.give(tick, torque)
             carried = balanced * self.compensation_factor * weight
             torque += carried
             for change in self.motor_filters:
@@ -191,6 +204,11 @@ class DrivenLoop(Loop):
                 add(tick, q, dq, torque)
             torque -= level * dq / np.sqrt(dq**2 + at_rest**2)
             torque += self._passive(q, dq)
+            if back_emf is not None:
+                on = 1.0 if schedule.powered is None else schedule.powered[tick][recording]
+                torque -= back_emf * on * dq
+            if schedule.hold is not None:
+                torque += pull
             out[tick] = torque - heavier * ddq
         return out.reshape(ntick, many, self.nrec, -1)
 

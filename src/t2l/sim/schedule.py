@@ -1,11 +1,67 @@
 """What a group of recordings asks of a control loop, tick by tick."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from t2l.errors import EffectError
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A weak spring and damper to the measured motion, where no position is commanded.
+
+    It is no torque of the motor: nothing delays, limits or scales it, and a motor that is off
+    leaves it on.
+
+    Attributes:
+        q, dq: (ntick, nrec, njoint) rad and rad/s, measured.
+        kp, kd: (ntick, nrec, njoint) N·m/rad and N·m·s/rad; zero where nothing is held.
+    """
+
+    q: np.ndarray
+    dq: np.ndarray
+    kp: np.ndarray
+    kd: np.ndarray
+
+    def torque(self, tick: int, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+        """N·m (nsim, njoint) from what encoders read, (nsim, njoint) rad and rad/s."""
+        nrec, njoint = self.q.shape[1:]
+        q, dq = q.reshape(-1, nrec, njoint), dq.reshape(-1, nrec, njoint)
+        pull = self.kp[tick] * (self.q[tick] - q) + self.kd[tick] * (self.dq[tick] - dq)
+        return pull.reshape(-1, njoint)
+
+    def each(self, change: Callable[[np.ndarray], np.ndarray]) -> "Hold":
+        """With each of the arrays changed alike."""
+        return Hold(*map(change, (self.q, self.dq, self.kp, self.kd)))
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Of motors under a voltage, see `t2l.recordings.motor`.
+
+    Attributes:
+        stall: (nrec, njoint) N·m at which what the loop asks for is cut; infinite without motor.
+        back_emf: (nrec, njoint) N·m·s/rad; zero without motor.
+        supply: (ntick, nrec, njoint) voltage over that for which gains and `stall` are; None for 1.
+    """
+
+    stall: np.ndarray
+    back_emf: np.ndarray
+    supply: np.ndarray | None = None
+
+    def of(self, recordings: np.ndarray) -> "Drive":
+        """Of some recordings, (k,) indices."""
+        supply = None if self.supply is None else self.supply[:, recordings]
+        return Drive(self.stall[recordings], self.back_emf[recordings], supply)
+
+    def give(self, tick: int, torque: np.ndarray) -> None:
+        """Change what the loop asks for (nsim, njoint), N·m, to what full duty allows."""
+        each = torque.reshape(-1, *self.stall.shape)
+        np.minimum(np.maximum(each, -self.stall, out=each), self.stall, out=each)
+        if self.supply is not None:
+            each *= self.supply[tick]
 
 
 @dataclass(frozen=True)
@@ -27,6 +83,8 @@ class Schedule:
         elapsed_s: (nrec,) s, time since the start at the first tick; None for zero.
         command_period_s: (nrec,) s, from command to command; None for that of the ticks.
         logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
+        hold: to the measured motion; None if every joint follows commanded positions.
+        drive: of motors under a voltage; None if every drive gives the torque it is asked for.
     """
 
     period_s: float
@@ -46,6 +104,8 @@ class Schedule:
     dq_des: np.ndarray | None = None
     tau_ff: np.ndarray | None = None
     logged: Mapping[str, np.ndarray] = field(default_factory=dict)
+    hold: Hold | None = None
+    drive: Drive | None = None
 
     def of(self, recordings: np.ndarray) -> "Schedule":
         """Of some recordings, (k,) indices."""
@@ -67,6 +127,8 @@ class Schedule:
             dq_des=None if self.dq_des is None else self.dq_des[:, recordings],
             tau_ff=None if self.tau_ff is None else self.tau_ff[:, recordings],
             logged={name: values[:, recordings] for name, values in self.logged.items()},
+            hold=None if self.hold is None else self.hold.each(lambda v: v[:, recordings]),
+            drive=None if self.drive is None else self.drive.of(recordings),
         )
 
     def clock_s_at(self, tick: int) -> np.ndarray:

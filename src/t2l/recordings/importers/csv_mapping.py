@@ -27,19 +27,21 @@ from pydantic import Field
 
 from t2l.documents import check_regular, read_yaml
 from t2l.errors import RecordingError
-from t2l.recordings.checks import COMMANDS, KINDS, OPTIONAL, SHARED, check_samples
+from t2l.recordings.checks import SHARED, check_belongs, check_samples, is_optional
+from t2l.recordings.control import CONTROLS, Control
 from t2l.recordings.importers.units import FACTORS
 from t2l.recordings.keys import checked
 from t2l.recordings.metadata import Metadata
+from t2l.recordings.motor import in_newton_metres
 from t2l.recordings.per_joint import per_joint
-from t2l.recordings.recording import SIGNALS, Recording
+from t2l.recordings.recording import Recording
 from t2l.typed import Switch, Typed, describe, suggestion
 
 
 class MappingFile(Metadata):
     """A mapping as it is written: a recording's YAML, and where its columns come from."""
 
-    columns: Annotated[dict[str, Any], Field(description=f"the keys {', '.join(SIGNALS)}")]
+    columns: Annotated[dict[str, Any], Field(description=f"the keys {', '.join(FACTORS)}")]
     separator: Annotated[str, Field(min_length=1, max_length=10)] = ","
     decimal: Literal[".", ","] = "."
     held_commands: Switch = False
@@ -125,19 +127,20 @@ def read_mapped(table: Path | str, mapping: Mapping) -> Recording:
     table = Path(table)
     columns = _read_columns(table, mapping)
     if mapping.held_commands:
-        columns = _hold_commands(columns)
+        columns = _hold_commands(columns, CONTROLS[mapping.metadata["control"]])
     time = columns["time"]
 
     def signal(kind: str) -> np.ndarray | None:
         names = [f"{kind}.{joint}" for joint in mapping.metadata["joints"]]
         return np.stack([columns[n] for n in names], axis=1) if names[0] in columns else None
 
+    by = CONTROLS[mapping.metadata["control"]]
+    signals = {attribute: signal(column) for column, attribute in by.columns.items()}
     recording = Recording(
         name=table.stem,
         path=table,
         time=time - time[0] if len(time) else time,
-        **{kind: signal(kind) for kind in KINDS},
-        **mapping.metadata,
+        **in_newton_metres(signals, mapping.metadata, table),
     )
     try:
         return check_samples(recording)
@@ -148,14 +151,16 @@ def read_mapped(table: Path | str, mapping: Mapping) -> Recording:
 
 def _sources(found: MappingFile, path: Path) -> dict[str, Source]:
     joints = found.joints
-    known = ["time", *KINDS, *(f"{kind}.{joint}" for kind in KINDS for joint in joints)]
+    by = CONTROLS[found.control]
+    known = ["time", *by.columns, *(f"{kind}.{joint}" for kind in by.columns for joint in joints)]
     sources: dict[str, Source] = {}
     for key, value in found.columns.items():
+        check_belongs(key, by, found.control, path, f"key columns.{key}")
         if key not in known:
             shown = f"an unknown key{suggestion(key, known)}"
             raise RecordingError(path, f"key columns.{key}", shown, ", ".join(known))
         kind = next(k for k in FACTORS if key == k or key.startswith(f"{k}."))
-        targets = [f"{kind}.{joint}" for joint in joints] if key in KINDS else [key]
+        targets = [f"{kind}.{joint}" for joint in joints] if key in by.columns else [key]
         # text alone names a column that is in SI already
         value = {"from": value} if isinstance(value, str | list) else value
         each = _each_source(value, path, f"columns.{key}.", kind, len(targets))
@@ -165,7 +170,7 @@ def _sources(found: MappingFile, path: Path) -> dict[str, Source]:
                     path, f"key columns.{key}", f"a second source of {target}", "one"
                 )
             sources[target] = source
-    _check_complete(sources, joints, path)
+    _check_complete(sources, joints, by, path)
     return sources
 
 
@@ -206,12 +211,12 @@ def _each_source(value: Any, path: Path, prefix: str, kind: str, count: int) -> 
     ]
 
 
-def _check_complete(sources: AnyMapping, joints: tuple[str, ...], path: Path) -> None:
+def _check_complete(sources: AnyMapping, joints: tuple[str, ...], by: Control, path: Path) -> None:
     if "time" not in sources:
         raise RecordingError(path, "key columns.time", "nothing", "the column that holds the time")
-    for kind in KINDS:
+    for kind in by.columns:
         missing = [joint for joint in joints if f"{kind}.{joint}" not in sources]
-        optional = kind in OPTIONAL
+        optional = is_optional(kind, by)
         if missing and not (optional and len(missing) == len(joints)):
             raise RecordingError(
                 path,
@@ -283,12 +288,12 @@ def _numbers(cells: Any, column: str, table: Path, mapping: Mapping) -> np.ndarr
     return numbers.to_numpy(dtype=float)
 
 
-def _hold_commands(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _hold_commands(columns: dict[str, np.ndarray], by: Control) -> dict[str, np.ndarray]:
     """Each empty command replaced by the one before; rows before the first ones left out."""
     held = dict(columns)
     first = 0
     for name, values in columns.items():
-        if name.partition(".")[0] not in COMMANDS:
+        if name.partition(".")[0] not in by.commands:
             continue
         given = np.where(np.isnan(values), -1, np.arange(len(values)))
         last = np.maximum.accumulate(given)

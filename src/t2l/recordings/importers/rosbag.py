@@ -24,6 +24,7 @@ from pydantic import Field
 from t2l.documents import check_regular, read_yaml
 from t2l.errors import RecordingError
 from t2l.recordings.checks import check_samples, check_ticks
+from t2l.recordings.control import POSITION
 from t2l.recordings.importers.bag_messages import (
     NANO,
     TRAJECTORY,
@@ -85,6 +86,10 @@ def read_bag_mapping(path: Path | str, **overrides: Any) -> BagMapping:
     if isinstance(values, dict):
         values = {**values, **overrides}
     found = checked(BagMappingFile, values, path)
+    if found.control != POSITION:
+        raise RecordingError(
+            path, "key control", describe(found.control), f"{POSITION}: what bags are read for"
+        )
     topics = checked(Topics, found.topics, path, "topics.")
     names = tuple(found.names or found.joints)
     if len(names) != len(found.joints) or len(set(names)) < len(names):

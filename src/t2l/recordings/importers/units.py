@@ -13,6 +13,8 @@ FACTORS = {
     "q_des": _RAD,
     "dq_des": _RAD_S,
     "tau_ff": _NM,
+    "tau_des": _NM,
+    "duty": {"1": 1.0, "%": 0.01},
     "q": _RAD,
     "dq": _RAD_S,
     "current": {"A": 1.0, "mA": 1e-3},
