@@ -227,18 +227,23 @@ def in_words(explanation: Explanation) -> list[str]:
     lines = []
     for number, step in enumerate(explanation.steps):
         what = listed(step.titles) or ("fewer effects" if number else "model as it came")
-        shares = zip(step.titles, step.chosen_shares, strict=True)
-        sure = listed([_sure(t, share) for t, share in shares if share is not None])
         lines.append(
             f"{what:41s} training {1e3 * step.train_rmse_rad:8.4g} mrad, "
-            f"test {1e3 * step.test_rmse_rad:8.4g}{f'; {sure}' if sure else ''}"
+            f"test {1e3 * step.test_rmse_rad:8.4g}{_sure(step)}"
         )
     return [*lines, explanation.sentence]
 
 
-def _sure(title: str, share: float) -> str:
-    uncertain = "" if share >= CERTAIN else ", uncertain"
-    return f"{title} chosen in {100 * share:.0f} % of resamples{uncertain}"
+def _sure(step: Step) -> str:
+    told = [
+        both for both in zip(step.titles, step.chosen_shares, strict=True) if both[1] is not None
+    ]
+    if not told:
+        return ""
+    unsure = [title for title, share in told if share < CERTAIN]
+    which = f": {listed(unsure)}" if len(told) > 1 else ""
+    shares = listed([f"{100 * share:.0f}" for _, share in told])
+    return f", chosen in {shares} % of resamples{f', uncertain{which}' if unsure else ''}"
 
 
 def _doing(this: Round) -> str:
