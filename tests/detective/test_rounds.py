@@ -62,7 +62,7 @@ def interrupted(robot, recordings, folder):
         raise StoppedError
 
     with pytest.raises(StoppedError):
-        told(robot, recordings, folder, adopted=stop)
+        told(robot, recordings, folder, written=stop)
 
 
 def content(folder):

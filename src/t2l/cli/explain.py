@@ -117,7 +117,7 @@ def quick(
         progress = progress_line()
         explanation = explained_quickly(
             model, data, say, part(progress, 0.0, EXPLAINED), over, out,
-            adopted=lambda: write_report(out), began=over.began,
+            written=lambda: write_report(out), began=over.began,
         )  # fmt: skip
         progress("comparing before and after", EXPLAINED)
         _show(out, model, explanation.model, [*recordings, *holdout])

@@ -28,7 +28,7 @@ from t2l.diagnose.fingerprint import fingerprint_of
 from t2l.diagnose.ranking import MISSING, NEAR_THE_FLOOR, NOTHING_MISSING, UNEXPLAINED
 from t2l.diagnose.settings import CERTAIN
 from t2l.effects.term import Term
-from t2l.identify.levels import AT_THE_FLOOR
+from t2l.identify.levels import AT_THE_FLOOR, PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Request
 from t2l.identify.progress import Progress, pieces
@@ -46,7 +46,7 @@ def explained_quickly(
     progress: Progress = lambda what, fraction: None,
     over: Callable[[], bool] = lambda: False,
     folder: Path | None = None,
-    adopted: Callable[[], None] = lambda: None,
+    written: Callable[[], None] = lambda: None,
     began: float | None = None,
 ) -> Explanation:
     """Names of what `model` lacks, with the errors before and after.
@@ -57,26 +57,27 @@ def explained_quickly(
         over: whether no new work is to begin.
         folder: receives explanation.json, model.yaml and steps/ after each round, from which the
             same search goes on if it was interrupted.
-        adopted: called when that is written.
+        written: called whenever that is.
         began: of the monotonic clock, from when times are told; now if None.
 
     Raises:
         DivergenceError: the simulation of the model runs away.
     """
-    story = _Story(model, data, tell, progress, folder, adopted, began)
+    story = _Story(model, data, tell, progress, folder, written, began)
     found = search(model, data, story.looked, over, story.resumed)
     explanation = story.ended(found)
     if folder is not None:
         story.write(explanation)
+        written()
     return explanation
 
 
 class _Story:
     """The steps so far, in words and in files."""
 
-    def __init__(self, model: Model, data: DataSplit, tell, progress, folder, adopted, began):
+    def __init__(self, model: Model, data: DataSplit, tell, progress, folder, written, began):
         self.model, self.data, self.folder = model, data, folder
-        self.tell, self.progress, self.adopted = tell, progress, adopted
+        self.tell, self.progress, self.written = tell, progress, written
         self.began = time.monotonic() if began is None else began
         self.joints = data.fitted.joints
         self.known = model.known_effects()
@@ -160,7 +161,7 @@ class _Story:
         sentence = f"{self._sentence(one, this.noise_rad)} {GOES_ON}"
         self.write(Explanation(self.steps, MISSING, this.noise_rad, sentence, model, final=False))
         keep_fitted(self.folder, self.key, self.steps, one)
-        self.adopted()
+        self.written()
 
     def _step(self, one: FittedSet) -> Step:
         test = self.data.test
@@ -217,8 +218,7 @@ class _Story:
                 f"from {_mrad(last.before.left_out_rmse)} to {_mrad(best.left_out_rmse)} mrad."
             )
         if last.front:
-            which = min(range(len(last.front)), key=lambda i: last.front[i][1])
-            return f"{said}, most likely {self._by_screen(last, which)}."
+            return f"{said}, most likely {self._by_screen(last, _simplest(last))}."
         return f"{said}."
 
 
@@ -244,6 +244,13 @@ def _sure(step: Step) -> str:
     which = f": {listed(unsure)}" if len(told) > 1 else ""
     shares = listed([f"{100 * share:.0f}" for _, share in told])
     return f", chosen in {shares} % of resamples{f', uncertain{which}' if unsure else ''}"
+
+
+def _simplest(this: Round) -> int:
+    """Of the front, the set of fewest numbers that a fit may make as good as the best."""
+    least = min(error for _, error, _ in this.front)
+    near = [i for i, (_, error, _) in enumerate(this.front) if error <= PROMISING * least]
+    return min(near, key=lambda i: this.front[i][:2])
 
 
 def _doing(this: Round) -> str:
