@@ -83,15 +83,16 @@ class _Story:
         self.known = model.known_effects()
         self.came = {term.effect.name: term.joints for term in model.terms(self.joints)}
         self.steps: list[Step] = []
+        self.rounds = 0
         self.resumed: tuple[int, FittedSet] | None = None
         self.parts: Iterator[Progress] = pieces(progress)
         if folder is not None:
             self.key = fingerprint_of(model, _shared_out(data), (data.fitted, data.test))
             before = fitted_before(folder, self.key, model, self.joints)
             if before is not None:
-                self.steps, last = before
-                self.resumed = len(self.steps) - 1, last
-                self.tell(f"Going on after step {self.resumed[0]}, which is kept in {folder}.")
+                self.steps, self.rounds, last = before
+                self.resumed = self.rounds, last
+                self.tell(f"Going on after step {len(self.steps) - 1}, kept in {folder}.")
 
     def looked(self, this: Round) -> None:
         """Say what a round does next, or what it adopted; that is a step."""
@@ -101,10 +102,11 @@ class _Story:
             self._grown(this)
             return
         if this.doing == SCREEN:
-            self.part, self.number = next(self.parts), len(self.steps)
-        if this.doing == FIT and this.front and self.number == 1:
+            self.part = next(self.parts)
+            self.rounds += 1
+        if this.doing == FIT and this.front and self.rounds == 1:
             self.tell(f"After {self.seconds:.0f} s, most likely: {self._by_screen(this, 0)}.")
-        self.part(f"round {self.number}: {_doing(this)}; {_best(this)}", DONE[this.doing])
+        self.part(f"round {self.rounds}: {_doing(this)}; {_best(this)}", DONE[this.doing])
 
     def ended(self, found: Found) -> Explanation:
         """The explanation at the end of the search."""
@@ -160,7 +162,7 @@ class _Story:
         model = from_vector(self.model, one.layout, one.u, self.joints)
         sentence = f"{self._sentence(one, this.noise_rad)} {GOES_ON}"
         self.write(Explanation(self.steps, MISSING, this.noise_rad, sentence, model, final=False))
-        keep_fitted(self.folder, self.key, self.steps, one)
+        keep_fitted(self.folder, self.key, self.steps, self.rounds, one)
         self.written()
 
     def _step(self, one: FittedSet) -> Step:
