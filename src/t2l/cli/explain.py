@@ -30,8 +30,8 @@ IN_SECONDS = (
 )
 
 TIME = (
-    "with --quick: end with what is found when so many seconds are over; a fit that has begun is "
-    "finished first"
+    "with --quick: end with what is found when so many seconds are over; the screening or "
+    "fit at hand is finished first"
 )
 LONGEST_S = 604_800  # bound: of --time, a week
 
