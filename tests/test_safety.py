@@ -175,7 +175,7 @@ def test_the_library_is_part_of_the_key(home, monkeypatch):
     model, recordings, _ = read_recordings_and_model(["logs"])
     evidence = gather(model.robot, recordings)
     before = fingerprint(model, evidence)
-    monkeypatch.setattr("t2l.diagnose.forward_selection.library", lambda: "t2l 99")
+    monkeypatch.setattr("t2l.diagnose.fingerprint.library", lambda: "t2l 99")
     assert fingerprint(model, evidence) != before
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,9 +15,9 @@ from t2l.cli.main import main
 from t2l.detective import search as searching
 from t2l.detective.certainty import chosen_shares, reweighted
 from t2l.detective.data_split import split
-from t2l.detective.explanation import explained_quickly
+from t2l.detective.explanation import explained_quickly, in_words
 from t2l.detective.search import search
-from t2l.diagnose.explanation import as_json
+from t2l.diagnose.explanation import Explanation, Step, as_json
 from t2l.diagnose.ranking import MISSING
 from t2l.effects.registry import builtin
 from t2l.identify.model import Model, read_model
@@ -61,7 +62,7 @@ def interrupted(robot, recordings, folder):
         raise StoppedError
 
     with pytest.raises(StoppedError):
-        told(robot, recordings, folder, adopted=stop)
+        told(robot, recordings, folder, written=stop)
 
 
 def content(folder):
@@ -144,6 +145,19 @@ def test_time_that_is_over_ends_with_what_was_adopted_or_is_likely(robot, made):
     assert one.sentence.startswith("The model lacks ")
     assert "stopped by --time" in one.sentence
     assert "Nothing more is missing" not in one.sentence
+
+
+def test_how_sure_a_step_is_stands_beside_it():
+    one = Step(("a",), 1.0, 1.0, 1.0, titles=("friction",), chosen_shares=(0.83,))
+    two = replace(one, titles=("friction", "delay"), chosen_shares=(0.83, 0.4))
+    steps = [Step((), 2.0, 2.0, 2.0), one, two, replace(one, chosen_shares=(0.4,))]
+    first, *rest, _ = in_words(Explanation(steps, MISSING, 0.1, "The end.", None))
+    assert "chosen" not in first
+    assert [line.partition(", chosen in ")[2] for line in rest] == [
+        "83 % of resamples",
+        "83 and 40 % of resamples, uncertain: delay",
+        "40 % of resamples, uncertain",
+    ]
 
 
 def test_shares_of_resamples_are_those_of_what_stands_out(robot, made):

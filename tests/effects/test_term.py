@@ -21,6 +21,13 @@ def layouts(draw):
                    for n in names])  # fmt: skip
 
 
+def test_a_title_names_the_joints_where_not_all_have_it():
+    joints, friction = ("a", "b", "c"), builtin()["coulomb_friction"]
+    assert Term(friction, (0, 1, 2)).title(joints) == "Coulomb friction"
+    assert Term(friction, (2,)).title(joints) == "Coulomb friction on c"
+    assert Term(friction, (0, 2)).title(joints) == "Coulomb friction on a and c"
+
+
 @settings(deadline=None, max_examples=30)
 @given(layouts(), st.integers(1, 3), st.randoms(use_true_random=False))
 def test_parameters_survive_the_way_to_a_vector_and_back(layout, count, random):

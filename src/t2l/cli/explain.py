@@ -30,8 +30,8 @@ IN_SECONDS = (
 )
 
 TIME = (
-    "with --quick: end with what is found when so many seconds are over; a fit that has begun is "
-    "finished first"
+    "with --quick: end with what is found when so many seconds are over; the screening or "
+    "fit at hand is finished first"
 )
 LONGEST_S = 604_800  # bound: of --time, a week
 
@@ -118,7 +118,7 @@ def quick(
         progress = progress_line()
         explanation = explained_quickly(
             model, data, say, part(progress, 0.0, EXPLAINED), over, out,
-            adopted=lambda: write_report(out), began=over.began,
+            written=lambda: write_report(out), began=over.began,
         )  # fmt: skip
         progress("comparing before and after", EXPLAINED)
         _show(out, model, explanation.model, [*recordings, *holdout])

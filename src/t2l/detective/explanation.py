@@ -29,7 +29,7 @@ from t2l.diagnose.fingerprint import fingerprint_of
 from t2l.diagnose.ranking import MISSING, NEAR_THE_FLOOR, NOTHING_MISSING, UNEXPLAINED
 from t2l.diagnose.settings import CERTAIN
 from t2l.effects.term import Term
-from t2l.identify.levels import AT_THE_FLOOR
+from t2l.identify.levels import AT_THE_FLOOR, PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Request
 from t2l.identify.progress import Progress, pieces
@@ -47,7 +47,7 @@ def explained_quickly(
     progress: Progress = lambda what, fraction: None,
     over: Callable[[], bool] = lambda: False,
     folder: Path | None = None,
-    adopted: Callable[[], None] = lambda: None,
+    written: Callable[[], None] = lambda: None,
     began: float | None = None,
 ) -> Explanation:
     """Names of what `model` lacks, with the errors before and after.
@@ -58,40 +58,42 @@ def explained_quickly(
         over: whether no new work is to begin.
         folder: receives explanation.json, model.yaml and steps/ after each round, from which the
             same search goes on if it was interrupted.
-        adopted: called when that is written.
+        written: called whenever that is.
         began: of the monotonic clock, from when times are told; now if None.
 
     Raises:
         DivergenceError: the simulation of the model runs away.
     """
-    story = _Story(model, data, tell, progress, folder, adopted, began)
+    story = _Story(model, data, tell, progress, folder, written, began)
     found = search(model, data, story.looked, over, story.resumed)
     explanation = story.ended(found)
     if folder is not None:
         story.write(explanation)
+        written()
     return explanation
 
 
 class _Story:
     """The steps so far, in words and in files."""
 
-    def __init__(self, model: Model, data: DataSplit, tell, progress, folder, adopted, began):
+    def __init__(self, model: Model, data: DataSplit, tell, progress, folder, written, began):
         self.model, self.data, self.folder = model, data, folder
-        self.tell, self.progress, self.adopted = tell, progress, adopted
+        self.tell, self.progress, self.written = tell, progress, written
         self.began = time.monotonic() if began is None else began
         self.joints = data.fitted.joints
         self.known = model.known_effects()
         self.came = {term.effect.name: term.joints for term in model.terms(self.joints)}
         self.steps: list[Step] = []
+        self.rounds = 0
         self.resumed: tuple[int, FittedSet] | None = None
         self.parts: Iterator[Progress] = pieces(progress)
         if folder is not None:
             self.key = fingerprint_of(model, _shared_out(data), (data.fitted, data.test))
             before = fitted_before(folder, self.key, model, self.joints)
             if before is not None:
-                self.steps, last = before
-                self.resumed = len(self.steps) - 1, last
-                self.tell(f"Going on after step {self.resumed[0]}, which is kept in {folder}.")
+                self.steps, self.rounds, last = before
+                self.resumed = self.rounds, last
+                self.tell(f"Going on after step {len(self.steps) - 1}, kept in {folder}.")
 
     def looked(self, this: Round) -> None:
         """Say what a round does next, or what it adopted; that is a step."""
@@ -101,10 +103,11 @@ class _Story:
             self._grown(this)
             return
         if this.doing == SCREEN:
-            self.part, self.number = next(self.parts), len(self.steps)
-        if this.doing == FIT and this.front and self.number == 1:
+            self.part = next(self.parts)
+            self.rounds += 1
+        if this.doing == FIT and this.front and self.rounds == 1:
             self.tell(f"After {self.seconds:.0f} s, most likely: {self._by_screen(this, 0)}.")
-        self.part(f"round {self.number}: {_doing(this)}; {_best(this)}", DONE[this.doing])
+        self.part(f"round {self.rounds}: {_doing(this)}; {_best(this)}", DONE[this.doing])
 
     def ended(self, found: Found) -> Explanation:
         """The explanation at the end of the search."""
@@ -162,8 +165,8 @@ class _Story:
         model = from_vector(self.model, one.layout, one.u, self.joints)
         sentence = f"{self._sentence(one, this.noise_rad)} {GOES_ON}"
         self.write(Explanation(self.steps, MISSING, this.noise_rad, sentence, model, final=False))
-        keep_fitted(self.folder, self.key, self.steps, one)
-        self.adopted()
+        keep_fitted(self.folder, self.key, self.steps, self.rounds, one)
+        self.written()
 
     def _step(self, one: FittedSet) -> Step:
         test = self.data.test
@@ -233,8 +236,7 @@ class _Story:
                 f"from {_mrad(last.before.left_out_rmse)} to {_mrad(best.left_out_rmse)} mrad."
             )
         if last.front:
-            which = min(range(len(last.front)), key=lambda i: last.front[i][1])
-            return f"{said}, most likely {self._by_screen(last, which)}."
+            return f"{said}, most likely {self._by_screen(last, _simplest(last))}."
         return f"{said}."
 
 
@@ -243,18 +245,30 @@ def in_words(explanation: Explanation) -> list[str]:
     lines = []
     for number, step in enumerate(explanation.steps):
         what = listed(step.titles) or ("fewer effects" if number else "model as it came")
-        shares = zip(step.titles, step.chosen_shares, strict=True)
-        sure = listed([_sure(t, share) for t, share in shares if share is not None])
         lines.append(
             f"{what:41s} training {1e3 * step.train_rmse_rad:8.4g} mrad, "
-            f"test {1e3 * step.test_rmse_rad:8.4g}{f'; {sure}' if sure else ''}"
+            f"test {1e3 * step.test_rmse_rad:8.4g}{_sure(step)}"
         )
     return [*lines, explanation.sentence]
 
 
-def _sure(title: str, share: float) -> str:
-    uncertain = "" if share >= CERTAIN else ", uncertain"
-    return f"{title} chosen in {100 * share:.0f} % of resamples{uncertain}"
+def _sure(step: Step) -> str:
+    told = [
+        both for both in zip(step.titles, step.chosen_shares, strict=True) if both[1] is not None
+    ]
+    if not told:
+        return ""
+    unsure = [title for title, share in told if share < CERTAIN]
+    which = f": {listed(unsure)}" if len(told) > 1 else ""
+    shares = listed([f"{100 * share:.0f}" for _, share in told])
+    return f", chosen in {shares} % of resamples{f', uncertain{which}' if unsure else ''}"
+
+
+def _simplest(this: Round) -> int:
+    """Of the front, the set of fewest numbers that a fit may make as good as the best."""
+    least = min(error for _, error, _ in this.front)
+    near = [i for i, (_, error, _) in enumerate(this.front) if error <= PROMISING * least]
+    return min(near, key=lambda i: this.front[i][:2])
 
 
 def _doing(this: Round) -> str:

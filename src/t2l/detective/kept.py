@@ -71,15 +71,19 @@ def _later(folder: Path, number: int) -> list[Path]:
     return [steps / name for name in names if name.isdecimal() and int(name) >= number]
 
 
-def keep_fitted(folder: Path, key: str, steps: Sequence[Step], last: FittedSet) -> None:
+def keep_fitted(
+    folder: Path, key: str, steps: Sequence[Step], rounds: int, last: FittedSet
+) -> None:
     """Write what `fitted_before` reads.
 
     Args:
         key: fingerprint of what the search depends on.
+        rounds: that led to the steps.
     """
     terms = [[term.effect.name, term.joints] for term in last.layout.terms]
     texts = {
         "key": key,
+        "rounds": rounds,
         "steps": json.dumps([dataclasses.asdict(step) for step in steps]),
         "terms": json.dumps(terms),
     }
@@ -89,17 +93,18 @@ def keep_fitted(folder: Path, key: str, steps: Sequence[Step], last: FittedSet) 
 
 def fitted_before(
     folder: Path, key: str, model: Model, joints: tuple[str, ...]
-) -> tuple[list[Step], FittedSet] | None:
-    """The steps of an interrupted search and what it adopted last; None if it was another."""
+) -> tuple[list[Step], int, FittedSet] | None:
+    """Steps and rounds of an interrupted search, what it adopted last; None if it was another."""
     path = folder / STEPS / FITTED
     try:
-        arrays = read_npz(path, ("key", "steps", "terms", *ARRAYS))
+        arrays = read_npz(path, ("key", "rounds", "steps", "terms", *ARRAYS))
         if str(arrays["key"]) != key:
             return None
         known = model.known_effects(joints) | {
             term.effect.name: term.effect for term in model.terms(joints)
         }
         with reading(path, "the last step of a search"):
+            rounds = int(arrays["rounds"])
             steps = [_step(entry) for entry in json.loads(str(arrays["steps"]))]
             terms = [Term(known[n], tuple(on)) for n, on in json.loads(str(arrays["terms"]))]
             last = FittedSet(Layout(terms), **{name: arrays[name] for name in ARRAYS})
@@ -109,7 +114,7 @@ def fitted_before(
                 return None
     except T2LError:
         return None
-    return steps, last
+    return steps, rounds, last
 
 
 def _step(entry: dict) -> Step:

@@ -1,7 +1,7 @@
 """The effects that were tried and added, and by how much each lowers the error."""
 
 from collections.abc import Mapping, Sequence
-from textwrap import fill
+from textwrap import wrap
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -12,6 +12,7 @@ from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, SKY, plain_ticks
 from t2l.figures.style import COLOURS, shown, styled
 
 LEAST_SHOWN = -0.4  # improvements below are drawn at the edge
+WIDTH, MOST_LINES = 16, 10  # format: of the name of a step, in characters and lines
 
 
 def error_falling(steps: Sequence[tuple[str, float | None, float]], floor: float) -> Figure:
@@ -21,7 +22,7 @@ def error_falling(steps: Sequence[tuple[str, float | None, float]], floor: float
         steps: label, training and test error in rad, see `t2l.diagnose.results.errors_by_step`.
         floor: rad, the error of a perfect model.
     """
-    labels = [fill(shown(label), 16) for label, _, _ in steps]
+    labels = [_wrapped(label) for label, _, _ in steps]
     at = np.arange(len(steps))
     with styled():
         figure, axes = plt.subplots(figsize=(max(4.2, 1.4 * len(steps) + 1.2), 3.4))
@@ -37,6 +38,11 @@ def error_falling(steps: Sequence[tuple[str, float | None, float]], floor: float
         axes.set_ylabel("RMS position error [mrad]")
         axes.legend()
     return figure
+
+
+def _wrapped(label: str) -> str:
+    lines = [shown(line) for line in wrap(label, WIDTH)]
+    return "\n".join(lines if len(lines) <= MOST_LINES else [*lines[: MOST_LINES - 1], "…"])
 
 
 def ranking(diagnosis: Mapping[str, Any]) -> Figure:
