@@ -16,7 +16,7 @@ from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.prediction import Predictor, Request
 
 ITERATIONS = 5  # numerics: of a fit with the derivatives of the linear model
-REFINING = 2  # numerics: more, with derivatives by simulation
+REFINING = 1  # numerics: more, with derivatives by simulation
 # numerics: of what has no derivative, of its logarithm or size, one after the other
 ROUGH_STEPS = (0.3, 0.15, 0.08, 0.04, 0.02)
 ROUGH_ITERATIONS = 2  # numerics: of the others meanwhile
@@ -286,6 +286,7 @@ def fit_sets(
             LeastSquares(
                 start.layout, start.u.copy(), _sizes(start), damping=damping,
                 given=dict(start.columns), secant=True,
+                last=None if start.columns else iterations,
             )
         )  # fmt: skip
     shift = 0.0
