@@ -34,7 +34,9 @@ from t2l.identify.prediction import Request, check_finite
 from t2l.identify.scales import sized
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
-FITTED = 24  # numerics: sets of a round that are fitted along the motion
+# numerics: sets of a round that are fitted along the motion: of the front, of each complexity those
+# that leave so many times the squared error at most, and of one effect
+FRONT, RIVALS, RIVAL, SINGLES = 8, 2, 2.0, 6
 SCREENED = 8000  # numerics: samples that sets are scored by
 FINISHED = 4  # numerics: of these, by simulation
 PRUNING = 3  # numerics: iterations of a fit with a term less
@@ -263,18 +265,30 @@ def _without_one(whole: FittedSet) -> list[Start]:
 
 
 def _worth_fitting(screen: Screen) -> list[Scored]:
-    """The front, what is nearly on it, and the best single candidates."""
+    """The front, at each complexity what is nearly as good, and the best single candidates."""
     front = [s for s in screen.search() if s.members]
     known = sorted((s for s in screen.known.values() if s.members), key=lambda s: s.error)
     singles = [s for s in known if len(s.members) == 1]
+    rivals = [
+        [s for s in known if s.complexity == one.complexity and s.error <= RIVAL * one.error]
+        for one in front[:FRONT]
+    ]
     chosen: list[Scored] = []
     names: list[set[tuple[str, tuple[int, ...]]]] = []
-    for one in [*front[: FITTED // 2], *singles[: FITTED // 3], *known[: FITTED // 6]]:
-        keys = {candidate.key for candidate in screen.chosen(one.members)}
-        if keys not in names:
-            chosen.append(one)
-            names.append(keys)
-    return chosen[:FITTED]
+
+    def take(sets: Sequence[Scored], most: int) -> None:
+        for one in sets:
+            keys = {candidate.key for candidate in screen.chosen(one.members)}
+            if keys not in names and most > 0:
+                chosen.append(one)
+                names.append(keys)
+                most -= 1
+
+    take(front[:FRONT], FRONT)
+    for some in rivals:
+        take(some, RIVALS)
+    take(singles, SINGLES)
+    return chosen
 
 
 def _screen(
