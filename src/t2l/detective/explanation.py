@@ -37,6 +37,7 @@ from t2l.names import listed
 
 # measured: of a round, what is done when a stage begins
 DONE = {SCREEN: 0.0, FIT: 0.3, FINISH: 0.6, PRUNE: 0.8}
+MOST = 0.99  # format: share of an error that is told as a number
 GOES_ON = "The search goes on."
 
 
@@ -106,7 +107,7 @@ class _Story:
             self.part = next(self.parts)
             self.rounds += 1
         if this.doing == FIT and this.front and self.rounds == 1:
-            self.tell(f"After {self.seconds:.0f} s, most likely: {self._by_screen(this, 0)}.")
+            self.tell(f"After {self.seconds:.0f} s, most likely: {self._promised(this)}.")
         self.part(f"round {self.rounds}: {_doing(this)}; {_best(this)}", DONE[this.doing])
 
     def ended(self, found: Found) -> Explanation:
@@ -180,12 +181,20 @@ class _Story:
     def _words(self, names: Named) -> str:
         return listed(self._titles(names)) or "fewer effects"
 
-    def _by_screen(self, this: Round, which: int) -> str:
-        _, error, names = this.front[which]
-        share = max(0.0, 1 - (error / this.before.rmse) ** 2)
+    def _promised(self, this: Round) -> str:
+        """The best by the linear model: fitted along the motion, or else of the screen."""
+        if this.likely is not None:
+            names = more_than(this.before.names, this.likely.names).items()
+            error, before = this.likely.left_out_rmse, this.before.left_out_rmse
+        else:
+            _, error, names = this.front[_simplest(this)]
+            before = this.before.rmse
+        share = max(0.0, 1 - (error / before) ** 2)
+        # whole percents would say that nothing is left
+        said = f"{100 * share:.0f}" if share < MOST else f"over {100 * MOST:.0f}"
         return (
             f"{self._words(names)}; the linear model of the loop says that this explains "
-            f"{100 * share:.0f} % of the squared error"
+            f"{said} % of the squared error"
         )
 
     def _sentence(self, one: FittedSet, noise_rad: float, verdict: str | None = None) -> str:
@@ -236,7 +245,7 @@ class _Story:
                 f"from {_mrad(last.before.left_out_rmse)} to {_mrad(best.left_out_rmse)} mrad."
             )
         if last.front:
-            return f"{said}, most likely {self._by_screen(last, _simplest(last))}."
+            return f"{said}, most likely {self._promised(last)}."
         return f"{said}."
 
 

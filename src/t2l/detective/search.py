@@ -57,7 +57,8 @@ class Round:
         before: the model that it began with.
         front: sets of the screen: how many numbers, the promised error in rad, and the effects
             with the joints that have them.
-        fits: sets that were fitted, best first.
+        likely: the best set along the measured motion; None if it does not earn its place.
+        fits: sets that were fitted by simulation, best first.
         adopted: what became of it; None if nothing earned its place by simulation.
         promised: what only the linear model promises, from which the next round goes on.
         shares: of the effects that were added, how often resamples choose them.
@@ -67,6 +68,7 @@ class Round:
     before: FittedSet
     noise_rad: float
     front: list[tuple[int, float, list[tuple[str, tuple[int, ...]]]]] = field(default_factory=list)
+    likely: FittedSet | None = None
     fits: list[FittedSet] = field(default_factory=list)
     adopted: FittedSet | None = None
     promised: FittedSet | None = None
@@ -147,10 +149,11 @@ def search(
             )
             for one in sets
         ]  # fmt: skip
-        if stop(this, FIT):
-            break
         starts = [begun(current.model, screen, one.members) for one in sets]
         led = fit_along([s for s in starts if along.can_lead(s.layout)], along, data.folds)
+        promised = this.likely = choose(current, led, judge)
+        if stop(this, FIT):
+            break
         leaders = [Start(f.layout, f.u, f.columns) for f in _leaders(led, judge)]
         leaders += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
         fits = fit_sets(leaders, fitted, simulated.known)
@@ -159,7 +162,7 @@ def search(
             break
         fits = finish(refine(fits, fitted, simulated.known), fitted)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
-        better, promised = choose(simulated, fits, judge), choose(current, led, judge)
+        better = choose(simulated, fits, judge)
         if better is None and promised is None:
             break
         this.doing = PRUNE
