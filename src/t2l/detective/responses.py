@@ -6,6 +6,7 @@ along the measured motion, less that of the model so far, goes through the linea
 
 from collections.abc import Sequence
 
+import mujoco
 import numpy as np
 
 from t2l.detective.linear_loop import Section
@@ -36,7 +37,7 @@ def added_torques(
     remembering: dict[int, list[int]] = {}
     for i, (layout, u) in enumerate(variants):
         if any(term.effect.remembers for term in layout.terms):
-            model = predictor.model(layout.terms)
+            model = _with_both(predictor, base, layout)
             remembering.setdefault(id(model), []).append(i)
         else:
             found[i] = _at_once(predictor, section, base, layout, u)
@@ -46,9 +47,16 @@ def added_torques(
     return [found[i] + _bodies(predictor, section, base, *v) for i, v in enumerate(variants)]
 
 
+def _with_both(predictor: Predictor, base, layout: Layout) -> mujoco.MjModel:
+    """The plant with what either adds to its structure: a variant may lack a term of the model."""
+    names = {term.effect.name for term in layout.terms}
+    lost = [term for term in base[0].terms if term.effect.name not in names]
+    return predictor.model([*layout.terms, *lost])
+
+
 def _in_turn(predictor, section: Section, base, variants: Sequence[Variants]) -> list[np.ndarray]:
     """Tick by tick, all in one loop."""
-    model = predictor.model(variants[0][0].terms)
+    model = _with_both(predictor, base, variants[0][0])
     counts = [len(u) for _, u in variants]
     schedule = section.motion.group.schedule
     loop = DrivenLoop(model, predictor.joints, schedule, 1 + sum(counts))
@@ -65,7 +73,7 @@ def _at_once(predictor, section: Section, base, layout: Layout, u: np.ndarray) -
     path, schedule = section.path, section.motion.group.schedule
     ntick, nrec, n = path.q.shape
     flat, whole = all_at_once(schedule, ntick), path.all_at_once()
-    model, joints = predictor.model(layout.terms), predictor.joints
+    model, joints = _with_both(predictor, base, layout), predictor.joints
     size = max(1, ROWS // (ntick * nrec))
     parts = []
     for first in range(0, len(u), size):
@@ -80,7 +88,7 @@ def _at_once(predictor, section: Section, base, layout: Layout, u: np.ndarray) -
 
 def _bodies(predictor, section: Section, base, layout: Layout, u: np.ndarray):
     """N·m that other masses or another gravity take away."""
-    model = predictor.model(layout.terms)
+    model = _with_both(predictor, base, layout)
     loop = DrivenLoop(model, predictor.joints, section.motion.group.schedule, len(u) + 1)
     install(loop, [(base[0], base[1][None]), (layout, u)])
     taken = loop.by_bodies(section.poses)
