@@ -1,9 +1,9 @@
 """What was hidden against what t2l named: every case of `benchmarks.hidden_effects`.
 
-`python -m benchmarks hidden [--quick] [--test-seed N] [CASE ...]`: the development cases, or a test
-set that nobody has looked at, drawn from a seed. Each case is explained once and kept in
-results/bench/hidden_effects until the code changes that explains it, so that an interrupted table
-goes on where it stopped.
+`python -m benchmarks hidden [--quick] [--test-seed N | --robots N] [CASE ...]`: the development
+cases, or a test set that nobody has looked at, drawn from a seed, or one over more robots. Each
+case is explained once and kept in results/bench/hidden_effects until the code changes that explains
+it, so that an interrupted table goes on where it stopped.
 """
 
 import argparse
@@ -24,7 +24,8 @@ import yaml
 
 from benchmarks import one_core
 from benchmarks.hidden_effects.__main__ import write_case
-from benchmarks.hidden_effects.cases import cases
+from benchmarks.hidden_effects.cases import Case, cases
+from benchmarks.hidden_effects.drawn_robots import cases_on_robots
 from benchmarks.scene import ROOT
 
 FOLDER = ROOT / "results/bench/hidden_effects"
@@ -79,39 +80,49 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     earlier = "table.csv or folder results/ of another run, to compare with"
     parser.add_argument("--earlier", type=Path, metavar="TABLE", help=earlier)
     seed = "the test set that is drawn from this number, in place of the development cases"
-    parser.add_argument("--test-seed", type=int, metavar="N", help=seed)
+    seeds = parser.add_mutually_exclusive_group()
+    seeds.add_argument("--test-seed", type=int, metavar="N", help=seed)
+    more = "the set over more robots, each with one to five effects, that is drawn from this number"
+    seeds.add_argument("--robots", type=int, metavar="N", help=more)
     quick = "explain as `t2l explain --quick` does; the table has a name of its own"
     parser.add_argument("--quick", action="store_true", help=quick)
     given = parser.parse_args(arguments)
-    return run(given.names, given.processes, given.earlier, given.test_seed, given.quick)
+    if given.robots is None:
+        drawn = cases(given.test_seed)
+        name = "table" if given.test_seed is None else f"table_test{given.test_seed}"
+    else:
+        drawn, name = cases_on_robots(given.robots), f"table_robots{given.robots}"
+    return run(drawn, name, given.names, given.processes, given.earlier, given.quick)
 
 
 def run(
+    drawn: Sequence[Case],
+    name: str,
     names: Sequence[str] = (),
     processes: int = PROCESSES,
     earlier: Path | None = None,
-    test_seed: int | None = None,
     quick: bool = False,
 ) -> pd.DataFrame:
     """One row a case; a summary is printed above.
 
     Args:
+        name: of the table's file.
+        names: of the drawn cases; all if none.
         quick: by `t2l.detective`.
         earlier: table.csv, or the folder results/, of another run, whose errors and times stand
             beside the new ones.
     """
-    unknown = set(names) - {case.name for case in cases(test_seed)}
+    unknown = set(names) - {case.name for case in drawn}
     if unknown:
         raise SystemExit(f"no case {', '.join(sorted(unknown))}")
     before = None if earlier is None else read_table(earlier)
-    chosen = [case for case in cases(test_seed) if not names or case.name in names]
+    chosen = [case for case in drawn if not names or case.name in names]
     results = []
     for result in one_core.each(partial(judged, quick=quick), chosen, processes):
         results.append(result)
         print(f"{len(results)} of {len(chosen)}: {result['case']}, {result['first']}", flush=True)
     print("\n" + "\n".join(summary(results)) + "\n")
     table = pd.DataFrame([row(result) for result in results])
-    name = "table" if test_seed is None else f"table_test{test_seed}"
     name += "_quick" if quick else ""
     table.to_csv(FOLDER / f"{name}.csv", index=False)
     if before is not None:
