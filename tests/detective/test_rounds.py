@@ -8,12 +8,11 @@ import sys
 import time
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from t2l.cli.main import main
 from t2l.detective import search as searching
-from t2l.detective.certainty import chosen_shares, reweighted
+from t2l.detective.certainty import chosen_shares
 from t2l.detective.data_split import split
 from t2l.detective.explanation import explained_quickly, in_words
 from t2l.detective.search import search
@@ -161,24 +160,22 @@ def test_how_sure_a_step_is_stands_beside_it():
 
 
 def test_shares_of_resamples_are_those_of_what_stands_out(robot, made):
-    screens = []
+    kept = []
 
-    def kept(screen, added, **others):
-        screens.append((screen, added))
-        return chosen_shares(screen, added, **others)
+    def shares_of(sets, folds, added, **others):
+        kept.append((sets, folds, added))
+        return chosen_shares(sets, folds, added, **others)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(searching, "chosen_shares", kept)
+        patch.setattr(searching, "chosen_shares", shares_of)
         found = search(Model(robot, without=WITHOUT), split(robot, made, threads=1))
-    (screen, added), *_ = screens
+    (sets, folds, added), *_ = kept
     shares = found.rounds[0].shares
     assert set(shares) == NAMES
-    assert shares["coulomb_friction"] >= 0.5
-    absent = chosen_shares(screen, added | {"payload": (0,)})
-    assert absent["payload"] <= 0.1
-    same = reweighted(screen, np.ones(len(screen.products)))
-    members = min(screen.known.values(), key=lambda one: one.error).members
-    assert same.score(members).error == pytest.approx(screen.score(members).error)
+    assert min(shares.values()) >= 0.5
+    assert chosen_shares(sets, folds, added | {"payload": (0,)})["payload"] <= 0.1
+    # without the set that has them nothing can choose them
+    assert set(chosen_shares(sets[:1], folds, added).values()) == {0.0}
 
 
 @pytest.fixture

@@ -171,7 +171,8 @@ def search(
             current = this.promised = _pruned_along(promised, along, judge, data.folds)
         else:
             current = simulated = this.adopted = _pruned(better, fitted, judge)
-            this.shares = chosen_shares(screen, this.added)
+            rivals = [this.before, *fits, simulated]
+            this.shares = chosen_shares(rivals, data.folds, this.added)
             along = None
             this.doing = ""
             looked(this)
