@@ -12,6 +12,7 @@ import numpy as np
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import FittedSet
 from t2l.detective.kept import fitted_before, keep_fitted, keep_step
+from t2l.detective.rule import Judge
 from t2l.detective.search import (
     FINISH,
     FIT,
@@ -26,10 +27,10 @@ from t2l.detective.search import (
 from t2l.diagnose.explanation import Explanation, Step, write_explanation
 from t2l.diagnose.final_parameters import parameters_of
 from t2l.diagnose.fingerprint import fingerprint_of
-from t2l.diagnose.ranking import MISSING, NEAR_THE_FLOOR, NOTHING_MISSING, UNEXPLAINED
+from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, UNEXPLAINED
 from t2l.diagnose.settings import CERTAIN
 from t2l.effects.term import Term
-from t2l.identify.levels import AT_THE_FLOOR, PROMISING
+from t2l.identify.levels import PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.prediction import Request
 from t2l.identify.progress import Progress, pieces
@@ -116,8 +117,8 @@ class _Story:
         if not self.steps:
             self.steps = [self._step(last.before)]
         one, noise = last.adopted or last.before, last.noise_rad
-        near = AT_THE_FLOOR if len(self.steps) > 1 else NEAR_THE_FLOOR
-        verdict = NOTHING_MISSING if one.left_out_rmse <= near * noise else UNEXPLAINED
+        quiet = Judge(np.zeros(0), noise).quiet(one.left_out_rmse, len(self.steps) == 1)
+        verdict = NOTHING_MISSING if quiet else UNEXPLAINED
         seconds = None
         if found.stopped:
             seconds, verdict = self.seconds, MISSING

@@ -28,9 +28,14 @@ class Judge:
     block: np.ndarray
     noise_rad: float
 
-    def quiet(self, rmse_rad: float) -> bool:
-        """Whether an error is what measurement alone leaves."""
-        return rmse_rad <= AT_THE_FLOOR * self.noise_rad
+    def quiet(self, rmse_rad: float, as_it_came: bool = False) -> bool:
+        """Whether an error is what measurement alone leaves.
+
+        Args:
+            as_it_came: of a model to which nothing was added: what is nearly as near is no reason to
+                add something, as the noise too is an estimate.
+        """
+        return rmse_rad <= AT_THE_FLOOR ** (1 + as_it_came) * self.noise_rad
 
     def improvement(self, before: np.ndarray, after: np.ndarray) -> Improvement:
         """Of left-out residuals (nsample,)."""

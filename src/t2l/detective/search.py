@@ -132,7 +132,8 @@ def search(
         judge = Judge(block, noise_floor(list(predictor.recordings), rows))
         this = Round(simulated, judge.noise_rad)
         found.rounds.append(this)
-        if judge.quiet(current.left_out_rmse) or stop(this, SCREEN):
+        came = len(found.rounds) == 1 and not done
+        if judge.quiet(current.left_out_rmse, came) or stop(this, SCREEN):
             break
         if along is None:
             fitted = Samples.of(predictor, mask, data.folds, simulated.model, judge.noise_rad)
