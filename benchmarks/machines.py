@@ -212,7 +212,7 @@ def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
     return result | {
         "seconds": perf_counter() - began,
         "lacks": in_words(found.model, joints),
-        "leading": sorted(found.steps[1].effect.split(" + ")) if len(found.steps) > 1 else [],
+        "leading": sorted(found.steps[1].effects) if len(found.steps) > 1 else [],
         "effects": found.model.effects,
         "after_training": found.steps[-1].train_rmse_rad,
         "after": found.steps[-1].test_rmse_rad,

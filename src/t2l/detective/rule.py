@@ -32,8 +32,8 @@ class Judge:
         """Whether an error is what measurement alone leaves.
 
         Args:
-            as_it_came: of a model to which nothing was added: what is nearly as near is no reason to
-                add something, as the noise too is an estimate.
+            as_it_came: of a model to which nothing was added. What is nearly as near is no reason
+                to add something, as the noise too is an estimate.
         """
         return rmse_rad <= AT_THE_FLOOR ** (1 + as_it_came) * self.noise_rad
 
