@@ -84,7 +84,8 @@ def table_of(robot, recordings):
     effects = [e for e in model.known_effects(predictor.joints).values() if e.may_act(recordings)]
     read = read_off(predictor, np.ones(len(residual), bool), effects, residual)
     guesses = {e.name: first_guesses(e, model.sizes, 1) + read[e.name] for e in effects}
-    table = known_candidates(predictor, predictor, sections, bare, effects, guesses, residual)
+    rows = np.arange(len(residual))
+    table = known_candidates(predictor, sections, bare, effects, guesses, residual, rows)
     return table, model.sizes
 
 

@@ -25,7 +25,7 @@ MODERATE = {
     "joint_flexibility": {"stiffness": 20.0, "damping": 0.05, "encoder_on_link": 1},
     "base_tilt": {"roll": 0.2, "pitch": 0.2},
     "command_delay": {"delay": 0.03},
-    "low_rate_loop": {"rate": 50.0},
+    "low_rate_loop": {"rate": 50.0, "phase": 0.0},
     "load_dependent_friction": {"motor": 0.2, "load": 0.2},
     "lugre_friction": {
         "coulomb": 0.1,
@@ -181,7 +181,7 @@ def two(robot, effects):
         # what limits the torque from tick to tick
         ("torque_rate_limit", {"rate": {"hinge": 10.0}, "ramp": 0.0}, two),
         # four periods are as long as one of this loop
-        ("low_rate_loop", {"rate": 250.0}, swings),
+        ("low_rate_loop", {"rate": 250.0, "phase": 0.0}, swings),
         # what sticks and slips within a tick
         ("stribeck_friction", {p: {"hinge": v} for p, v in STICKY.items()}, two),
     ],
