@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from t2l.cli.main import main
+from t2l.detective import search as searching
 from t2l.detective.data_split import split
 from t2l.detective.explanation import explained_quickly
 from t2l.detective.search import search
@@ -33,6 +34,15 @@ def test_two_effects_at_once_are_found_with_their_numbers(robot):
     assert set(found.effects) == set(HIDDEN)
     assert found.effects["coulomb_friction"]["torque"]["hinge"] == pytest.approx(0.05, rel=0.03)
     assert found.effects["command_delay"]["delay"] == pytest.approx(0.02, abs=5e-4)
+
+
+def test_a_loop_that_the_linear_model_does_not_know_is_searched_by_simulation(robot, monkeypatch):
+    """As one whose motor is always at its limit: nothing is promised."""
+    monkeypatch.setattr(searching, "fit_along", lambda starts, along, folds: [])
+    hidden = {"coulomb_friction": HIDDEN["coulomb_friction"]}
+    found = search(Model(robot), split(robot, recorded(robot, hidden), threads=1))
+    assert "coulomb_friction" in found.model.effects
+    assert all(this.likely is None for this in found.rounds)
 
 
 def test_where_nothing_is_missing_nothing_is_looked_for(robot):

@@ -199,6 +199,17 @@ def known_candidates(
     return _with_base(predictor, sections, adopted, table, rows)
 
 
+def settings_of(
+    predictor: Predictor,
+    adopted: tuple[Layout, np.ndarray],
+    effects: Sequence[Effect],
+    guesses: Mapping[str, Sequence[Values]],
+) -> list[tuple[Layout, np.ndarray]]:
+    """Layouts with one effect more, on all joints or on each, and their settings u (s, n)."""
+    asked = (one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name]))
+    return [(one.layout, one.settings) for one in asked]
+
+
 def _with_simulated(
     predictor: Predictor,
     adopted: tuple[Layout, np.ndarray],

@@ -1,11 +1,11 @@
 """Linearise, screen, fit, judge, and again from what was adopted, until nothing earns its place."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from t2l.detective.candidates import known_candidates
+from t2l.detective.candidates import Values, known_candidates, settings_of
 from t2l.detective.certainty import chosen_shares
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import (
@@ -24,6 +24,7 @@ from t2l.detective.motion import measured_motion
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Scored, Screen
 from t2l.diagnose.starting_points import read_off
+from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
@@ -141,7 +142,8 @@ def search(
             motion = measured_motion(linear, *simulated.model)
             sections = linearised(linear, *simulated.model, motion)
             along = AlongMotion(linear, sections, mask, simulated.known)
-        screen = _screen(model, fitted, sections, current.model, left)
+        guesses = _guesses(model, fitted, left)
+        screen = _screen(fitted, sections, current.model, left, *guesses)
         sets = _worth_fitting(screen)
         this.front = [
             (
@@ -165,7 +167,11 @@ def search(
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         better = choose(simulated, fits, judge)
         if better is None and promised is None:
-            break
+            more = fit_sets(_tried(fitted, simulated, *guesses), fitted, simulated.known)
+            fits = finish(more, fitted)
+            better = choose(simulated, fits, judge)
+            if better is None:
+                break
         this.doing = PRUNE
         looked(this)
         if better is None or (promised is not None and _astray(better, promised, judge)):
@@ -296,21 +302,50 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
     return chosen
 
 
-def _screen(
-    model: Model,
-    samples: Samples,
-    sections: Sequence[Section],
-    adopted: tuple[Layout, np.ndarray],
-    residual: np.ndarray,
-) -> Screen:
-    predictor, mask = samples.linear, samples.mask
-    n = len(predictor.joints)
+def _guesses(
+    model: Model, samples: Samples, residual: np.ndarray
+) -> tuple[list[Effect], dict[str, list[Values]]]:
+    """Effects that may act, and by name the settings where they are tried."""
+    predictor = samples.linear
     effects = [
         e for e in model.known_effects(predictor.joints).values()
         if e.may_act(predictor.recordings)
     ]  # fmt: skip
-    read = read_off(predictor, mask, effects, residual)
-    guesses = {e.name: first_guesses(e, model.sizes, n) + read[e.name] for e in effects}
+    read, n = read_off(predictor, samples.mask, effects, residual), len(predictor.joints)
+    return effects, {e.name: first_guesses(e, model.sizes, n) + read[e.name] for e in effects}
+
+
+def _tried(
+    samples: Samples,
+    current: FittedSet,
+    effects: Sequence[Effect],
+    guesses: Mapping[str, Sequence[Values]],
+) -> list[Start]:
+    """Single effects that leave least where they are simulated as they are first guessed.
+
+    For a loop of which the linear model knows nothing, as one whose motor is always at its limit.
+    """
+    predictor, mask = samples.draft, samples.mask
+    tried = settings_of(predictor, current.model, effects, guesses)
+    simulated = predictor.predict([Request(layout, settings) for layout, settings in tried])
+    measured, starts = predictor.samples.q[mask], []
+    for (layout, settings), q in zip(tried, simulated, strict=True):
+        errors = np.mean((np.nan_to_num(q[:, mask], nan=np.inf) - measured) ** 2, axis=1)
+        best = int(np.argmin(errors))
+        starts.append((float(errors[best]), Start(layout, settings[best])))
+    starts.sort(key=lambda one: one[0])
+    return [start for _, start in starts[:FINISHED]]
+
+
+def _screen(
+    samples: Samples,
+    sections: Sequence[Section],
+    adopted: tuple[Layout, np.ndarray],
+    residual: np.ndarray,
+    effects: Sequence[Effect],
+    guesses: Mapping[str, Sequence[Values]],
+) -> Screen:
+    predictor, mask, n = samples.linear, samples.mask, len(samples.linear.joints)
     every = -(-int(mask.sum()) // SCREENED)
     joint = predictor.samples.joint[mask]
     some = np.sort(np.concatenate([np.flatnonzero(joint == j)[::every] for j in range(n)]))
