@@ -41,10 +41,14 @@ class Judge:
         """Of left-out residuals (nsample,)."""
         return improvement(before, after, self.block, np.random.default_rng(SEED))
 
-    def earns(self, before: np.ndarray, after: np.ndarray) -> bool:
-        """Whether what `after` has more than `before` earns its place; (nsample,) rad."""
+    def earns(self, before: np.ndarray, after: np.ndarray, least: float = MATERIAL) -> bool:
+        """Whether what `after` has more than `before` earns its place; (nsample,) rad.
+
+        Args:
+            least: share of the error by which it must fall.
+        """
         gain = self.improvement(before, after)
-        return gain.lower > 0 and gain.fraction >= MATERIAL
+        return gain.lower > 0 and gain.fraction >= least
 
     def alike(self, error: float, best: float) -> bool:
         """Whether an RMS error is as good as another: within a tie of it, or noise alone."""

@@ -28,7 +28,7 @@ from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
-from t2l.identify.levels import AT_THE_FLOOR, PROMISING
+from t2l.identify.levels import AT_THE_FLOOR, HALF, MATERIAL, PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
@@ -41,6 +41,8 @@ FRONT, RIVALS, RIVAL, SINGLES = 8, 2, 2.0, 6
 SCREENED = 8000  # numerics: samples that sets are scored by
 FINISHED = 4  # numerics: of these, by simulation
 PRUNING = 3  # numerics: iterations of a fit with a term less
+# derived: share of the error that goes with half of its square: what nothing promises must do more
+UNPROMISED = 1 - HALF**0.5
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 ASTRAY = 2.0  # numerics: times what the linear model promises, at which a fit by simulation is lost
 # what a round does, in turn
@@ -169,7 +171,7 @@ def search(
         if better is None and promised is None:
             more = fit_sets(_tried(fitted, simulated, *guesses), fitted, simulated.known)
             fits = finish(more, fitted)
-            better = choose(simulated, fits, judge)
+            better = choose(simulated, fits, judge, UNPROMISED)
             if better is None:
                 break
         this.doing = PRUNE
@@ -200,9 +202,15 @@ def more_than(before: Named, after: Named) -> dict[str, tuple[int, ...]]:
     return {name: tuple(sorted(on)) for name, on in new.items() if on}
 
 
-def choose(current: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> FittedSet | None:
-    """The set that the rule takes: of those alike with the best that of fewest parameters."""
-    earning = [f for f in fits if judge.earns(current.left_out, f.left_out)]
+def choose(
+    current: FittedSet, fits: Sequence[FittedSet], judge: Judge, least: float = MATERIAL
+) -> FittedSet | None:
+    """The set that the rule takes: of those alike with the best that of fewest numbers.
+
+    Args:
+        least: share of the error by which it must fall.
+    """
+    earning = [f for f in fits if judge.earns(current.left_out, f.left_out, least)]
     if not earning:
         return None
     best = min(f.left_out_rmse for f in earning)
