@@ -17,7 +17,7 @@ from t2l.identify.prediction import Predictor, Request
 
 ITERATIONS = 5  # numerics: of a fit with the derivatives of the linear model
 REFINING = 1  # numerics: more, with derivatives by simulation
-# numerics: of what has no derivative, of its logarithm or size, one after the other
+# numerics: of the logarithm of what has no derivative, one after the other
 ROUGH_STEPS = (0.3, 0.15, 0.08, 0.04, 0.02)
 ROUGH_ITERATIONS = 2  # numerics: of the others meanwhile
 FINISHING = 3  # numerics: on every tick, with the derivatives of coarser ones
@@ -217,8 +217,7 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
         for i in _steps(fit):
             for step in (-times, times):
                 u = fit.u.copy()
-                size = 1.0 if fit.layout.log[i] else fit.layout.slots[i].size
-                u[i] = np.clip(u[i] + step * size, fit.layout.lower[i], fit.layout.upper[i])
+                u[i] = np.clip(u[i] + step, fit.layout.lower[i], fit.layout.upper[i])
                 others.append(LeastSquares(fit.layout, u, fit.size))
         minimise(others, objective, ROUGH_ITERATIONS)
         fit = min([fit, *others], key=lambda one: one.loss)
@@ -226,7 +225,7 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
 
 
 def _steps(fit: LeastSquares) -> list[int]:
-    """Elements without a derivative that may have any value of a range."""
+    """Logarithms without a derivative that may have any value of a range."""
     layout = fit.layout
     return [
         int(i) for i in np.flatnonzero(layout.rough & layout.log & (layout.lower < layout.upper))
