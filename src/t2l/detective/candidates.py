@@ -5,7 +5,7 @@ there. Each of an effect's first guesses is a setting; on each joint the best fe
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -69,9 +69,24 @@ class Candidate:
         return max(self.numbers, len(self.columns), 1) + 1
 
     @property
+    def prior(self) -> tuple[list[int], np.ndarray]:
+        """Columns that its effect's prior tells something of, and its rows over them."""
+        rows = self.effect.prior
+        if rows is None:
+            return [], np.zeros((0, 0))
+        names = [parameter.name for parameter in self.effect.parameters]
+        at = [names.index(column.parameter) for column in self.columns]
+        return [column.at for column in self.columns], rows[:, at]
+
+    @property
     def key(self) -> tuple[str, tuple[int, ...]]:
         """Effect and joints, whatever the setting."""
         return self.effect.name, self.joints
+
+    def moved(self, by: int) -> "Candidate":
+        """The same with its columns at other places, so many further."""
+        columns = tuple(replace(column, at=column.at + by) for column in self.columns)
+        return replace(self, columns=columns, constants=tuple(c + by for c in self.constants))
 
     def __repr__(self) -> str:
         where = ",".join(map(str, self.joints))
@@ -86,12 +101,16 @@ class Table:
         columns: (nsample, m).
         base: indices of the columns that every set has: derivatives by the model so far.
         bounds: (p, 2) how far its parameters may move.
+        prior, tending: (m, p) rows over how far they move, and (m,) what their products with it
+            tend to, see `Effect.prior`.
     """
 
     columns: np.ndarray
     candidates: list[Candidate]
     base: tuple[int, ...] = ()
     bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    prior: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    tending: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass
@@ -265,14 +284,15 @@ def _with_base(predictor, sections, adopted, table: Table, rows: np.ndarray) -> 
     steps = _steps(layout, free, u)
     moved = np.repeat(u[None], len(free), axis=0)
     moved[np.arange(len(free)), free] += steps
-    wanted = _Columns(predictor, sections, rows, table.columns.shape[1])
+    wanted = Responses(predictor, sections, rows, table.columns.shape[1])
     torques = [added_torques(predictor, s, adopted, [(layout, moved)])[0] for s in sections]
     at = [wanted.ask([t[:, k] / steps[k] for t in torques], None) for k in range(len(free))]
     bounds = np.array([[layout.lower[i] - u[i], layout.upper[i] - u[i]] for i in free])
     log = layout.log[free]
     bounds[log] = np.clip(bounds[log], -FARTHEST, FARTHEST)
     columns = np.concatenate([table.columns, wanted.responses()], axis=1)
-    return Table(columns, table.candidates, tuple(at), bounds)
+    prior, tending = layout.prior[:, free], -layout.prior @ u
+    return Table(columns, table.candidates, tuple(at), bounds, prior, tending)
 
 
 def _asked(
@@ -283,7 +303,7 @@ def _asked(
 ) -> Iterable[_Asked]:
     layout, u = adopted
     has = {j for t in layout.terms if t.effect.name == effect.name for j in t.joints}
-    free = [j for j in range(len(predictor.joints)) if j not in has]
+    free = [j for j in effect.places(predictor.joints) if j not in has]
     per_joint = any(p.per_joint for p in effect.parameters)
     if not free or (has and not per_joint):
         return
@@ -358,7 +378,7 @@ def _driven(
     rows: np.ndarray,
 ) -> Table:
     """Candidates of effects that were led along the motion."""
-    first = _Columns(predictor, sections, rows)
+    first = Responses(predictor, sections, rows)
     # what each setting does, on each joint or on all
     places = [
         {
@@ -368,7 +388,7 @@ def _driven(
         for one in asked
     ]
     values = first.responses()
-    second = _Columns(predictor, sections, rows, values.shape[1])
+    second = Responses(predictor, sections, rows, values.shape[1])
     candidates: list[Candidate] = []
     for one, at in zip(asked, places, strict=True):
         best = []
@@ -383,7 +403,7 @@ def _driven(
 
 
 def _derived(
-    one: _Asked, s: int, joint: int | None, constant: int, wanted: "_Columns"
+    one: _Asked, s: int, joint: int | None, constant: int, wanted: "Responses"
 ) -> Candidate:
     """A candidate at setting s, whose derivatives are asked for."""
     columns, at = [], one.rows[s]
@@ -425,7 +445,7 @@ def _together(some: Sequence[Candidate]) -> Candidate:
     )
 
 
-class _Columns:
+class Responses:
     """Torques that are wanted as responses, all in one pass through the loop."""
 
     def __init__(

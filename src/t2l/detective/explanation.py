@@ -83,8 +83,9 @@ class _Story:
         self.tell, self.progress, self.written = tell, progress, written
         self.began = time.monotonic() if began is None else began
         self.joints = data.fitted.joints
-        self.known = model.known_effects()
-        self.came = {term.effect.name: term.joints for term in model.terms(self.joints)}
+        came = model.terms(self.joints)
+        self.known = model.known_effects() | {term.effect.name: term.effect for term in came}
+        self.came = {term.effect.name: term.joints for term in came}
         self.steps: list[Step] = []
         self.rounds = 0
         self.resumed: tuple[int, FittedSet] | None = None
@@ -99,6 +100,7 @@ class _Story:
 
     def looked(self, this: Round) -> None:
         """Say what a round does next, or what it adopted; that is a step."""
+        self.known |= this.effects
         if not self.steps:
             self.steps = [self._step(this.before)]
         if this.adopted is not None:
@@ -117,7 +119,7 @@ class _Story:
         if not self.steps:
             self.steps = [self._step(last.before)]
         one, noise = last.adopted or last.before, last.noise_rad
-        quiet = Judge(np.zeros(0), noise).quiet(one.left_out_rmse, len(self.steps) == 1)
+        quiet = Judge(np.zeros(0), noise).quiet(one.rmse, len(self.steps) == 1)
         verdict = NOTHING_MISSING if quiet else UNEXPLAINED
         seconds = None
         if found.stopped:

@@ -11,7 +11,7 @@ from t2l.detective.screen import Screen
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.levels import AT_THE_FLOOR
+from t2l.identify.levels import AT_THE_FLOOR, HALF
 from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.prediction import Predictor, Request
 
@@ -23,6 +23,7 @@ ROUGH_ITERATIONS = 2  # numerics: of the others meanwhile
 FINISHING = 3  # numerics: on every tick, with the derivatives of coarser ones
 NEAR_ITS_END = 1e-3  # numerics: damping of a fit that begins there
 RIDGE = 1e-6  # numerics: of a column's sum of squares
+TINY = 1e-300  # numerics: of a column that does nothing
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
 SHORT_TICK_S = 2.5e-3  # numerics: in which the linear model of a loop is nearly exact
@@ -55,7 +56,8 @@ class FittedSet:
     Attributes:
         layout, u: all terms and their parameters.
         residual: (nsample,) of the fitted samples, rad, predicted minus measured.
-        left_out: (nsample,) likewise, each fold by a fit to the others.
+        left_out: (nsample,) likewise, each fold by a fit to the others; NaN where these do not tell
+            what the model says, as beyond the positions of a curve that they went to.
         jacobian: (nsample, n).
         free: (n,) bool, which were fitted.
     """
@@ -85,7 +87,7 @@ class FittedSet:
     @property
     def left_out_rmse(self) -> float:
         """What decides."""
-        return float(np.sqrt(np.mean(self.left_out**2)))
+        return float(np.sqrt(np.nanmean(self.left_out**2)))
 
     @property
     def complexity(self) -> int:
@@ -114,6 +116,7 @@ class Samples:
         linear: likewise, at ticks that are short for a loop.
         mask: (nsample,) bool.
         folds: (nfitted,) of the samples of `mask`.
+        noise_rad: of a sample.
     """
 
     exact: Predictor
@@ -121,6 +124,7 @@ class Samples:
     linear: Predictor
     mask: np.ndarray
     folds: np.ndarray
+    noise_rad: float = 0.0
 
     @classmethod
     def of(
@@ -151,7 +155,7 @@ class Samples:
                 if coarseness in short:
                     linear = coarser
                     break
-        return cls(exact, draft, linear, mask, folds)
+        return cls(exact, draft, linear, mask, folds, noise_rad)
 
 
 class _Shifted(Positions):
@@ -175,8 +179,10 @@ class AlongMotion(Objective):
         sections: Sequence[Section],
         mask: np.ndarray,
         known: Known,
+        noise_rad: float,
     ):
         self.predictor, self.sections, self.mask = predictor, sections, mask
+        self.noise_rad = noise_rad
         self.base, self.residual = known
         self.joints = predictor.samples.joint[mask]
 
@@ -185,6 +191,8 @@ class AlongMotion(Objective):
         return self.predictor.model(layout.terms).nv == len(self.predictor.joints)
 
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
+        if not asked:
+            return []
         variants = [(optimiser.layout, points) for optimiser, points in asked]
         counts = [len(points) for _, points in variants]
         answers = np.zeros((len(self.predictor.samples), sum(counts)))
@@ -203,11 +211,12 @@ def fit_along(
 
     What has no derivative is tried at other values, of which the best goes on.
     """
-    fits = [LeastSquares(one.layout, one.u.copy(), _sizes(one)) for one in starts]
+    noise = objective.noise_rad
+    fits = [LeastSquares(s.layout, s.u.copy(), _sizes(s), noise=noise) for s in starts]
     if fits:
         minimise(fits, objective, ITERATIONS)
     fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
-    return [found for fit in fits if (found := fitted(fit, folds)) is not None]
+    return fitted(fits, objective, folds)
 
 
 def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
@@ -218,7 +227,7 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
             for step in (-times, times):
                 u = fit.u.copy()
                 u[i] = np.clip(u[i] + step, fit.layout.lower[i], fit.layout.upper[i])
-                others.append(LeastSquares(fit.layout, u, fit.size))
+                others.append(LeastSquares(fit.layout, u, fit.size, noise=fit.noise))
         minimise(others, objective, ROUGH_ITERATIONS)
         fit = min([fit, *others], key=lambda one: one.loss)
     return fit
@@ -284,7 +293,7 @@ def fit_sets(
         fits.append(
             LeastSquares(
                 start.layout, start.u.copy(), _sizes(start), damping=damping,
-                given=dict(start.columns), secant=True,
+                given=dict(start.columns), secant=True, noise=samples.noise_rad,
                 last=None if start.columns else iterations,
             )
         )  # fmt: skip
@@ -302,7 +311,7 @@ def fit_sets(
                 fit.done = True
 
     minimise(fits, objective, iterations, give_up)
-    return [found for fit in fits if (found := fitted(fit, samples.folds)) is not None]
+    return fitted(fits, objective, samples.folds)
 
 
 def _least(layout: Layout) -> np.ndarray:
@@ -330,30 +339,62 @@ def finish(sets: Sequence[FittedSet], samples: Samples) -> list[FittedSet]:
         fits.append(
             LeastSquares(
                 one.layout, one.u.copy(), size, free=one.free, damping=NEAR_ITS_END,
-                given=one.columns, secant=True,
+                given=one.columns, secant=True, noise=samples.noise_rad,
             )
         )  # fmt: skip
-    minimise(fits, Positions(samples.exact, samples.mask), FINISHING)
-    return [found for fit in fits if (found := fitted(fit, samples.folds)) is not None]
+    objective = Positions(samples.exact, samples.mask)
+    minimise(fits, objective, FINISHING)
+    return fitted(fits, objective, samples.folds)
 
 
-def fitted(fit: LeastSquares, folds: np.ndarray) -> FittedSet | None:
-    """A fit with what it leaves on each fold when the others fit it; to first order."""
-    if not np.isfinite(fit.loss) or fit.residual is None or fit.jacobian is None:
-        return None
-    jacobian, residual = fit.jacobian, fit.residual
-    left = residual.copy()
-    free = np.flatnonzero(fit.free)
-    if len(free):
-        j = jacobian[:, free]
-        size = np.sqrt((j**2).sum(axis=0)) + 1e-300
-        j = j / size
-        normal, slope = j.T @ j, j.T @ residual
-        for fold in np.unique(folds):
-            rows = folds == fold
-            mine = j[rows]
-            rest = normal - mine.T @ mine + RIDGE * np.eye(len(free))
-            change = -np.linalg.solve(rest, slope - mine.T @ residual[rows])
-            u = np.clip(fit.u[free] + change / size, fit.layout.lower[free], fit.layout.upper[free])
-            left[rows] += mine @ ((u - fit.u[free]) * size)
-    return FittedSet(fit.layout, fit.u, residual, left, jacobian, fit.free)
+def fitted(
+    fits: Sequence[LeastSquares], objective: Objective, folds: np.ndarray
+) -> list[FittedSet]:
+    """Fits with what they leave on each fold when the others fit them; not those that ran away.
+
+    Args:
+        objective: that they were fitted by.
+    """
+    fits = [fit for fit in fits if np.isfinite(fit.loss) and fit.jacobian is not None]
+    each = [fit for fit in fits if fit.free.any()]
+    parts = [leaving_out(fit, folds) for fit in each]
+    asked = [(fit, u) for fit, (u, _) in zip(each, parts, strict=True)]
+    left, rows = {}, np.searchsorted(np.unique(folds), folds)
+    for fit, (_, told), residuals in zip(each, parts, objective.residuals(asked), strict=True):
+        own = residuals[rows, np.arange(len(folds))]
+        left[id(fit)] = np.where(told, own, np.nan) if told.mean() > HALF else own
+    found = []
+    for fit in fits:
+        left_out = left.get(id(fit), fit.residual)
+        if not np.isinf(left_out).any():
+            found.append(
+                FittedSet(fit.layout, fit.u, fit.residual, left_out, fit.jacobian, fit.free)
+            )
+    return found
+
+
+def leaving_out(fit: LeastSquares, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters (nfold, n) that fit all but each fold in turn, a step of Gauss and Newton away.
+
+    And (nsample,) where these tell what the model says: to a standard error below that of a sample.
+    """
+    jacobian, residual, free = fit.jacobian, fit.residual, np.flatnonzero(fit.free)
+    u, lower, upper = (x[free] for x in (fit.u, fit.layout.lower, fit.layout.upper))
+    size = np.sqrt((jacobian[:, free] ** 2).sum(axis=0) + (fit.prior[:, free] ** 2).sum(axis=0))
+    size += TINY
+    j, prior = jacobian[:, free] / size, fit.prior[:, free] / size
+    normal, slope = j.T @ j + prior.T @ prior, j.T @ residual + prior.T @ (fit.prior @ fit.u)
+    # what the others say nothing of is not known there: it has no effect
+    neutral = fit.layout.neutral[free]
+    away = RIDGE * np.where(np.isfinite(neutral), u - neutral, 0.0) * size
+    found, told = [], np.empty(len(folds), bool)
+    for fold in np.unique(folds):
+        rows = folds == fold
+        mine = j[rows]
+        inverse = np.linalg.inv(normal - mine.T @ mine + RIDGE * np.eye(len(free)))
+        others = fit.u.copy()
+        change = -inverse @ (slope - mine.T @ residual[rows] + away)
+        others[free] = np.clip(u + change / size, lower, upper)
+        found.append(others)
+        told[rows] = np.einsum("ij,jk,ik->i", mine, inverse, mine, optimize=True) < 1
+    return np.array(found), told

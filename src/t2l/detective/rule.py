@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.identify.block_bootstrap import Improvement, improvement
-from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, TIED
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
 
 SEED = 0  # statistics: of the bootstrap
 
@@ -29,17 +29,21 @@ class Judge:
     noise_rad: float
 
     def quiet(self, rmse_rad: float, as_it_came: bool = False) -> bool:
-        """Whether an error is what measurement alone leaves.
+        """Whether an error is what measurement alone leaves: then nothing tells what is missing.
 
         Args:
+            rmse_rad: of fitted samples. What is left out may have more, as numbers are unsure.
             as_it_came: of a model to which nothing was added. What is nearly as near is no reason
                 to add something, as the noise too is an estimate.
         """
         return rmse_rad <= AT_THE_FLOOR ** (1 + as_it_came) * self.noise_rad
 
     def improvement(self, before: np.ndarray, after: np.ndarray) -> Improvement:
-        """Of left-out residuals (nsample,)."""
-        return improvement(before, after, self.block, np.random.default_rng(SEED))
+        """Of left-out residuals (nsample,), where both are told."""
+        told = np.isfinite(before) & np.isfinite(after)
+        # blocks are numbered without gaps
+        _, block = np.unique(self.block[told], return_inverse=True)
+        return improvement(before[told], after[told], block, np.random.default_rng(SEED))
 
     def earns(self, before: np.ndarray, after: np.ndarray, least: float = MATERIAL) -> bool:
         """Whether what `after` has more than `before` earns its place; (nsample,) rad.
@@ -49,6 +53,15 @@ class Judge:
         """
         gain = self.improvement(before, after)
         return gain.lower > 0 and gain.fraction >= least
+
+    def misses(self, before: np.ndarray, after: np.ndarray) -> bool:
+        """Whether a model with residuals `after`, of fewer numbers, lacks what `before` has.
+
+        A block of time that only one of them explains is often not drawn, so that chance cannot be
+        excluded; so an error that is much larger needs no such proof.
+        """
+        larger = 1 - self.improvement(before, after).fraction > PROMISING
+        return larger or self.earns(after, before)
 
     def alike(self, error: float, best: float) -> bool:
         """Whether an RMS error is as good as another: within a tie of it, or noise alone."""

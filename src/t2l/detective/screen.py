@@ -46,11 +46,13 @@ class Screen:
 
     Attributes:
         folds: (nsample,) number of the part that each sample is left out with.
+        noise_rad: of a sample, that the priors of candidates are weighed by.
     """
 
     table: Table
     residual: np.ndarray
     folds: np.ndarray
+    noise_rad: float = 0.0
 
     def __post_init__(self) -> None:
         columns = np.concatenate([self.table.columns, self.residual[:, None]], axis=1)
@@ -59,7 +61,8 @@ class Screen:
         self.products = np.stack(
             [columns[self.folds == f].T @ columns[self.folds == f] for f in np.unique(self.folds)]
         ).astype(float)
-        self.total = self.products.sum(axis=0)
+        self.prior = self._prior()
+        self.total = self.products.sum(axis=0) + self.prior
         self.known: dict[frozenset[int], Scored] = {}
         # candidates by how many constants and columns they have
         alike: dict[tuple[int, int], list[int]] = {}
@@ -73,6 +76,16 @@ class Screen:
             )
             for rows in alike.values()
         ]
+
+    def _prior(self) -> np.ndarray:
+        """Products of what is known of the columns whatever is left out."""
+        table, products = self.table, np.zeros(self.products.shape[1:])
+        known = [(*candidate.prior, 0.0) for candidate in table.candidates]
+        for at, rows, tending in [*known, (table.base, table.prior, table.tending)]:
+            if len(rows):
+                products[np.ix_(at, at)] += rows.T @ rows
+                products[at, -1] += rows.T @ np.broadcast_to(tending, len(rows))
+        return self.noise_rad**2 * products
 
     def score(self, members: Sequence[int]) -> Scored:
         """Of a set of indices of candidates."""
@@ -130,7 +143,8 @@ class Screen:
         vector = np.zeros((*products.shape[:2], k + p + 1))
         vector[..., :k], vector[..., -1] = -1.0, 1.0
         if p:
-            others = products.sum(axis=1, keepdims=True) - products
+            prior = self.prior[whole[:, :, None], whole[:, None, :]][:, None]
+            others = products.sum(axis=1, keepdims=True) - products + prior
             of = slice(k, k + p)
             target = others[..., of, -1] - others[..., of, :k].sum(axis=-1)
             every = (len(sets), len(self.products), p)

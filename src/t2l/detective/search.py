@@ -7,6 +7,7 @@ import numpy as np
 
 from t2l.detective.candidates import Values, known_candidates, settings_of
 from t2l.detective.certainty import chosen_shares
+from t2l.detective.curves import curves, with_curves
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import (
     AlongMotion,
@@ -19,7 +20,7 @@ from t2l.detective.fit import (
     fit_sets,
     refine,
 )
-from t2l.detective.linear_loop import Section, linearised
+from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Scored, Screen
@@ -65,6 +66,7 @@ class Round:
         adopted: what became of it; None if nothing earned its place by simulation.
         promised: what only the linear model promises, from which the next round goes on.
         shares: of the effects that were added, how often resamples choose them.
+        effects: that were offered, by name.
         doing: what comes next, of `STAGES`; "" when it adopted something.
     """
 
@@ -76,6 +78,7 @@ class Round:
     adopted: FittedSet | None = None
     promised: FittedSet | None = None
     shares: dict[str, float] = field(default_factory=dict)
+    effects: dict[str, Effect] = field(default_factory=dict)
     doing: str = ""
 
     @property
@@ -86,11 +89,25 @@ class Round:
 
 @dataclass
 class Found:
-    """The final model and the rounds that led to it; whether the time was over before the end."""
+    """What the rounds led to.
+
+    Attributes:
+        last: the final model as it was fitted.
+        stopped: whether the time was over before the end.
+    """
 
     model: Model
     rounds: list[Round] = field(default_factory=list)
+    last: FittedSet | None = None
     stopped: bool = False
+
+
+@dataclass(frozen=True)
+class Offered:
+    """What may be missing: known effects by their names, and curves over one variable."""
+
+    names: bool = True
+    curves: bool = True
 
 
 def search(
@@ -99,6 +116,7 @@ def search(
     looked: Callable[["Round"], None] = lambda this: None,
     over: Callable[[], bool] = lambda: False,
     resumed: tuple[int, FittedSet] | None = None,
+    offered: Offered = Offered(),
 ) -> Found:
     """What `model` lacks.
 
@@ -110,42 +128,76 @@ def search(
     Raises:
         DivergenceError: the simulation of the model runs away.
     """
-    predictor, mask = data.fitted, data.fitted_mask
-    joints, samples = predictor.joints, predictor.samples
-    block = blocks(samples.recording[mask], samples.time[mask])
-    whole = Samples(predictor, predictor, predictor, mask, data.folds)
-    model = sized(model, predictor)
-    layout, u = model.vector(joints)
-    request = Request(layout, u[None])
-    check_finite(predictor.predict([request])[0][0], predictor, request)
-    done, simulated = resumed or (0, *fit_sets([Start(layout, u)], whole, iterations=0))
-    found, current, along = Found(model), simulated, None
-
-    def stop(this: Round, doing: str) -> bool:
-        this.doing = doing
-        found.stopped = over()
-        if not found.stopped:
-            looked(this)
-        return found.stopped
-
-    for _ in range(done, ROUNDS):
-        left = np.zeros(len(samples))
-        left[mask] = -current.residual
-        rows = samples.by_row(np.where(mask, left, np.nan))
-        judge = Judge(block, noise_floor(list(predictor.recordings), rows))
-        this = Round(simulated, judge.noise_rad)
-        found.rounds.append(this)
-        came = len(found.rounds) == 1 and not done
-        if judge.quiet(current.left_out_rmse, came) or stop(this, SCREEN):
+    searched = _Search(sized(model, data.fitted), data, looked, over, offered)
+    done = searched.begin(resumed)
+    for number in range(done, ROUNDS):
+        if not searched.round(came=number == 0):
             break
-        if along is None:
-            fitted = Samples.of(predictor, mask, data.folds, simulated.model, judge.noise_rad)
-            linear = fitted.linear
-            motion = measured_motion(linear, *simulated.model)
-            sections = linearised(linear, *simulated.model, motion)
-            along = AlongMotion(linear, sections, mask, simulated.known)
-        guesses = _guesses(model, fitted, left)
-        screen = _screen(fitted, sections, current.model, left, *guesses)
+    return searched.found
+
+
+class _Search:
+    """The rounds so far.
+
+    Attributes:
+        simulated: what was adopted last.
+        current: the same, or what the linear model promises beyond it.
+    """
+
+    def __init__(self, model: Model, data: DataSplit, looked, over, offered: Offered):
+        self.model, self.data, self.looked, self.over = model, data, looked, over
+        self.offered = offered
+        predictor, mask = data.fitted, data.fitted_mask
+        samples = predictor.samples
+        self.block = blocks(samples.recording[mask], samples.time[mask])
+        self.found = Found(model)
+        self.along: AlongMotion | None = None
+
+    def begin(self, resumed: tuple[int, FittedSet] | None) -> int:
+        """How many rounds are done."""
+        predictor, data = self.data.fitted, self.data
+        whole = Samples(predictor, predictor, predictor, data.fitted_mask, data.folds)
+        layout, u = self.model.vector(predictor.joints)
+        request = Request(layout, u[None])
+        check_finite(predictor.predict([request])[0][0], predictor, request)
+        done, simulated = resumed or (0, *fit_sets([Start(layout, u)], whole, iterations=0))
+        self.current = simulated
+        self._take(simulated)
+        return done
+
+    def _take(self, simulated: FittedSet) -> None:
+        self.simulated = simulated
+        joints = self.data.fitted.joints
+        self.found.model = from_vector(self.model, *simulated.model, joints)
+        self.found.last = simulated
+
+    def _stop(self, this: Round, doing: str) -> bool:
+        this.doing = doing
+        self.found.stopped = self.over()
+        if not self.found.stopped:
+            self.looked(this)
+        return self.found.stopped
+
+    def round(self, came: bool) -> bool:
+        """Whether the search goes on after one more.
+
+        Args:
+            came: whether the model is as it came.
+        """
+        folds = self.data.folds
+        left, noise_rad = self._left()
+        judge = Judge(self.block, noise_rad)
+        current, simulated = self.current, self.simulated
+        this = Round(simulated, noise_rad)
+        self.found.rounds.append(this)
+        if judge.quiet(current.rmse, came) or self._stop(this, SCREEN):
+            return False
+        if self.along is None:
+            self._linearise(noise_rad)
+        fitted, along = self.samples, self.along
+        guesses = self._guesses(left)
+        screen = self._screen(left, *guesses)
+        this.effects = {c.effect.name: c.effect for c in screen.table.candidates}
         sets = _worth_fitting(screen)
         this.front = [
             (
@@ -155,16 +207,16 @@ def search(
             for one in sets
         ]  # fmt: skip
         starts = [begun(current.model, screen, one.members) for one in sets]
-        led = fit_along([s for s in starts if along.can_lead(s.layout)], along, data.folds)
+        led = fit_along([s for s in starts if along.can_lead(s.layout)], along, folds)
         promised = this.likely = choose(current, led, judge)
-        if stop(this, FIT):
-            break
+        if self._stop(this, FIT):
+            return False
         leaders = [Start(f.layout, f.u, f.columns) for f in _leaders(led, judge)]
         leaders += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
         fits = fit_sets(leaders, fitted, simulated.known)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
-        if stop(this, FINISH):
-            break
+        if self._stop(this, FINISH):
+            return False
         fits = finish(refine(fits, fitted, simulated.known), fitted)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         better = choose(simulated, fits, judge)
@@ -173,20 +225,79 @@ def search(
             fits = finish(more, fitted)
             better = choose(simulated, fits, judge, UNPROMISED)
             if better is None:
-                break
+                return False
         this.doing = PRUNE
-        looked(this)
+        self.looked(this)
         if better is None or (promised is not None and _astray(better, promised, judge)):
-            current = this.promised = _pruned_along(promised, along, judge, data.folds)
-        else:
-            current = simulated = this.adopted = _pruned(better, fitted, judge)
-            rivals = [this.before, *fits, simulated]
-            this.shares = chosen_shares(rivals, data.folds, this.added)
-            along = None
-            this.doing = ""
-            looked(this)
-    found.model = from_vector(model, *simulated.model, joints)
-    return found
+            self.current = this.promised = _pruned_along(promised, along, judge, folds)
+            return True
+        this.adopted = _pruned(better, fitted, judge)
+        self.current = this.adopted
+        self._take(this.adopted)
+        this.shares = chosen_shares([this.before, *fits, this.adopted], folds, this.added)
+        self.along = None
+        this.doing = ""
+        self.looked(this)
+        return True
+
+    def _left(self) -> tuple[np.ndarray, float]:
+        """Measured minus predicted (nsample,), zero where nothing is fitted; and the noise."""
+        predictor, mask = self.data.fitted, self.data.fitted_mask
+        left = np.zeros(len(predictor.samples))
+        left[mask] = -self.current.residual
+        rows = predictor.samples.by_row(np.where(mask, left, np.nan))
+        return left, noise_floor(list(predictor.recordings), rows)
+
+    def _linearise(self, noise_rad: float) -> None:
+        """Along the motion, at what was adopted last."""
+        data, model = self.data, self.simulated.model
+        self.samples = Samples.of(data.fitted, data.fitted_mask, data.folds, model, noise_rad)
+        linear = self.samples.linear
+        self.sections = linearised(linear, *model, measured_motion(linear, *model))
+        known = self.simulated.known
+        self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
+
+    def _guesses(self, left: np.ndarray) -> tuple[list[Effect], dict[str, list[Values]]]:
+        """Effects that may act, and by name the settings where they are tried."""
+        if not self.offered.names:
+            return [], {}
+        predictor = self.samples.linear
+        effects = [
+            e for e in self.model.known_effects(predictor.joints).values()
+            if e.may_act(predictor.recordings)
+        ]  # fmt: skip
+        read = read_off(predictor, self.samples.mask, effects, left)
+        n = len(predictor.joints)
+        return effects, {
+            e.name: first_guesses(e, self.model.sizes, n) + read[e.name] for e in effects
+        }
+
+    def _screen(
+        self, left: np.ndarray, effects: Sequence[Effect], guesses: Mapping[str, Sequence[Values]]
+    ) -> Screen:
+        """Candidates, scored at some of the samples."""
+        predictor, mask = self.samples.linear, self.samples.mask
+        every = -(-int(mask.sum()) // SCREENED)
+        joint = predictor.samples.joint[mask]
+        of_joints = (np.flatnonzero(joint == j)[::every] for j in range(len(predictor.joints)))
+        some = np.sort(np.concatenate(list(of_joints)))
+        rows, folds = np.flatnonzero(mask)[some], self.samples.folds[some]
+        adopted, noise = self.current.model, self.samples.noise_rad
+        sizes, finest = self.model.sizes, []
+        if self.offered.curves:
+            reported = self.data.test.recordings
+            finest = curves(predictor, adopted, left, sizes, self.offered.names, reported)
+            # a law that is not zero where its weights are is tried at settings, as an effect
+            begun_at = [e for e in finest if e.atoms is not None]
+            effects = [*effects, *begun_at]
+            guesses = {**guesses, **{e.name: e.starts(sizes) for e in begun_at}}
+            finest = [e for e in finest if e.atoms is None]
+        table = known_candidates(predictor, self.sections, adopted, effects, guesses, left, rows)
+        if finest:
+            table = with_curves(
+                table, predictor, self.sections, adopted, finest, noise, left[rows], folds, rows
+            )
+        return Screen(table, left[rows], folds, noise)
 
 
 def _astray(simulated: FittedSet, promised: FittedSet, judge: Judge) -> bool:
@@ -213,9 +324,11 @@ def choose(
     earning = [f for f in fits if judge.earns(current.left_out, f.left_out, least)]
     if not earning:
         return None
-    best = min(f.left_out_rmse for f in earning)
-    alike = [f for f in earning if judge.alike(f.left_out_rmse, best)]
-    return min(alike, key=lambda f: (f.complexity, f.left_out_rmse))
+    # where each of them is told
+    left = np.stack([f.left_out for f in earning])
+    errors = np.sqrt(np.mean(left[:, np.isfinite(left).all(axis=0)] ** 2, axis=1))
+    alike = [i for i, error in enumerate(errors) if judge.alike(error, errors.min())]
+    return earning[min(alike, key=lambda i: (earning[i].complexity, errors[i]))]
 
 
 def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
@@ -258,9 +371,9 @@ def prune(
     """
     while True:
         trials = _without_one(better)
-        kept = [f for f in fit(trials) if not judge.earns(f.left_out, better.left_out)]
+        kept = [f for f in fit(trials) if not judge.misses(better.left_out, f.left_out)]
         kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
-        kept = [f for f in kept if not judge.earns(f.left_out, better.left_out)]
+        kept = [f for f in kept if not judge.misses(better.left_out, f.left_out)]
         if not kept:
             return better
         better = min(kept, key=lambda f: f.left_out_rmse)
@@ -310,19 +423,6 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
     return chosen
 
 
-def _guesses(
-    model: Model, samples: Samples, residual: np.ndarray
-) -> tuple[list[Effect], dict[str, list[Values]]]:
-    """Effects that may act, and by name the settings where they are tried."""
-    predictor = samples.linear
-    effects = [
-        e for e in model.known_effects(predictor.joints).values()
-        if e.may_act(predictor.recordings)
-    ]  # fmt: skip
-    read, n = read_off(predictor, samples.mask, effects, residual), len(predictor.joints)
-    return effects, {e.name: first_guesses(e, model.sizes, n) + read[e.name] for e in effects}
-
-
 def _tried(
     samples: Samples,
     current: FittedSet,
@@ -343,20 +443,3 @@ def _tried(
         starts.append((float(errors[best]), Start(layout, settings[best])))
     starts.sort(key=lambda one: one[0])
     return [start for _, start in starts[:FINISHED]]
-
-
-def _screen(
-    samples: Samples,
-    sections: Sequence[Section],
-    adopted: tuple[Layout, np.ndarray],
-    residual: np.ndarray,
-    effects: Sequence[Effect],
-    guesses: Mapping[str, Sequence[Values]],
-) -> Screen:
-    predictor, mask, n = samples.linear, samples.mask, len(samples.linear.joints)
-    every = -(-int(mask.sum()) // SCREENED)
-    joint = predictor.samples.joint[mask]
-    some = np.sort(np.concatenate([np.flatnonzero(joint == j)[::every] for j in range(n)]))
-    rows = np.flatnonzero(mask)[some]
-    table = known_candidates(predictor, sections, adopted, effects, guesses, residual, rows)
-    return Screen(table, residual[rows], samples.folds[some])

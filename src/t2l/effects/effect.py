@@ -149,6 +149,9 @@ class Effect(ABC):
         hides_state: it has a far side that no encoder sees, which need not start at rest.
         reads_motor: `read_off` takes a further argument `motor`: the motor torque (n,) of the
             logged commands and gains, N·m.
+        names_joints: its title says already which joints it is on.
+        prior: (m, p) rows over a joint's parameters, whose products with these are about one or
+            less: what fits keep small where recordings say nothing.
         order: effects on the same signal apply in this order, command to joint, each to what those
             before it left.
     """
@@ -169,6 +172,8 @@ class Effect(ABC):
     remembers: bool = True
     hides_state: bool = False
     reads_motor: bool = False
+    names_joints: bool = False
+    prior: np.ndarray | None = None
     order: int = 0
 
     def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
@@ -217,6 +222,10 @@ class Effect(ABC):
             gains = [getattr(r, gain) for r in recordings for gain in self.acts_through]
             enough = enough and any(gain.any() for gain in gains)
         return enough and all(r.has(column) for column in self.needs for r in recordings)
+
+    def places(self, joints: Sequence[str]) -> tuple[int, ...]:
+        """Indices of the driven joints that may have it; by default of all."""
+        return tuple(range(len(joints)))
 
     @property
     def extends(self) -> bool:

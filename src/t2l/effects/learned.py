@@ -60,6 +60,9 @@ class Lawful(Effect):
         self.law = law
         self.needs, self.order = law.needs, order(law)
 
+    def places(self, joints):
+        return (tuple(joints).index(self.law.joint),)
+
     def carried(self, to: Exported, values: Values) -> dict[str, Any]:
         """What `learned_value` of an exported robot needs, and the `ratio` of a tendon."""
         raise NotImplementedError
@@ -154,23 +157,40 @@ def looked_up(
         stretch: (nrow,) of the period of a phase, as a share of the grid's length.
         ratio: (nrow,) of a tendon, as of `Curve`.
     """
-    length = max(grid[-1] - grid[0], 1e-12) * (1 + stretch)
-    per_step = (len(grid) - 1) / length
-    flat, first = tables.ravel(), np.arange(len(tables)) * len(grid)
-    last = len(grid) - 1 - 1e-9
+    length = reach_of(grid, stretch)
+    flat, first, find = tables.ravel(), np.arange(len(tables)) * len(grid), places(grid, length)
 
     def look_up(x) -> np.ndarray:
-        # this runs at every tick; a simulation that diverged is NaN, which fmax passes over
-        place = (x - grid[0]) * per_step
-        place = np.fmin(np.fmax(place, 0.0), last)
-        below = place.astype(np.intp)
-        place -= below
+        below, part = find(x)
         below += first
         left = flat.take(below)
         below += 1
-        return left + place * (flat.take(below) - left)
+        return left + part * (flat.take(below) - left)
 
     acting(loop, rows, law, look_up, ratio, turn=(grid[0], length))
+
+
+def reach_of(grid: np.ndarray, stretch: np.ndarray | float) -> np.ndarray | float:
+    """How long an equally spaced grid (g,) is that is stretched by a share of its length."""
+    return max(grid[-1] - grid[0], 1e-12) * (1 + stretch)
+
+
+def places(grid: np.ndarray, length: np.ndarray | float) -> Callable:
+    """Where values x (n,) lie on an equally spaced grid (g,): the point below, the part beyond it.
+
+    Args:
+        length: of the grid, which may be (n,).
+    """
+    per_step, last = (len(grid) - 1) / length, len(grid) - 1 - 1e-9
+
+    def find(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        # this runs at every tick; a simulation that diverged is NaN, which fmax passes over
+        place = np.fmin(np.fmax((x - grid[0]) * per_step, 0.0), last)
+        below = place.astype(np.intp)
+        place -= below
+        return below, place
+
+    return find
 
 
 def acting(

@@ -23,7 +23,7 @@ class Term:
     def title(self, joints: Sequence[str]) -> str:
         """The effect's, with the joints that have it where not all `joints` of the robot do."""
         here = [joints[j] for j in self.joints]
-        every = len(here) == len(joints)
+        every = len(here) == len(joints) or self.effect.names_joints
         return self.effect.title if every else f"{self.effect.title} on {listed(here)}"
 
 
@@ -77,6 +77,7 @@ class Layout:
         lower, upper: (n,) bounds of u; infinite where effects state multiples of sizes unknown.
         neutral: (n,) u where the effects are absent, or the bound nearest to that; NaN if at none.
         rough, kinked: (n,) bool, elements without a useful derivative, or with kinks.
+        prior: (m, n) rows of all effects' `Effect.prior`.
     """
 
     def __init__(self, terms: Sequence[Term]):
@@ -94,6 +95,7 @@ class Layout:
         self.upper = self._scaled(np.array([slot.upper for slot in self.slots], float))
         neutral = np.array([slot.parameter.neutral for slot in self.slots], float)
         self.neutral = np.clip(self._scaled(neutral), self.lower, self.upper)
+        self.prior = self._prior()
 
     def __len__(self) -> int:
         return len(self.slots)
@@ -101,6 +103,19 @@ class Layout:
     def _scaled(self, theta: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.log, np.log(np.where(self.log, theta, 1.0)), theta)
+
+    def _prior(self) -> np.ndarray:
+        rows = [np.zeros((0, len(self)))]
+        for term in self.terms:
+            own = term.effect.prior
+            if own is None or not len(own):
+                continue
+            for joint in term.joints:
+                at = [i for i, s in enumerate(self.slots) if s.term is term and s.joint == joint]
+                whole = np.zeros((len(own), len(self)))
+                whole[:, at] = own
+                rows.append(whole)
+        return np.concatenate(rows)
 
     def theta(self, u: np.ndarray) -> np.ndarray:
         """The parameters themselves, of the shape of u."""

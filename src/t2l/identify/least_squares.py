@@ -42,6 +42,7 @@ class LeastSquares(Optimiser):
         given: columns (nsample,) of the Jacobian, by slot key, that are not computed anew.
         secant: correct these by what each trial step shows (Broyden, A class of methods for
             solving nonlinear simultaneous equations, 1965).
+        noise: rad, of a sample: what the rows of the layout's prior are weighed by, see `Layout`.
         last: iteration after which nobody needs derivatives, if there is one.
         gain: relative decrease of the loss in the last round.
         jacobian: (nsample, n) at u; residual: (nsample,) at u.
@@ -56,6 +57,7 @@ class LeastSquares(Optimiser):
     tolerance: float = TOLERANCE
     given: dict[tuple, np.ndarray] = field(default_factory=dict)
     secant: bool = False
+    noise: float = 0.0
     last: int | None = None
     loss: float = np.inf
     residual: np.ndarray | None = None
@@ -69,6 +71,7 @@ class LeastSquares(Optimiser):
     def __post_init__(self) -> None:
         fixed = self.layout.rough | (self.layout.lower >= self.layout.upper)
         self.free = ~fixed if self.free is None else self.free & ~fixed
+        self.prior = self.noise * self.layout.prior
 
     @property
     def starting(self) -> bool:
@@ -94,6 +97,7 @@ class LeastSquares(Optimiser):
     def receive(self, residuals: np.ndarray, joints: np.ndarray) -> None:
         ntrial = len(self._trial)
         losses = np.mean(residuals[:ntrial] ** 2, axis=1)
+        losses += np.sum((self._trial @ self.prior.T) ** 2, axis=1) / residuals.shape[1]
         losses = np.where(np.isfinite(losses), losses, np.inf)
         if self.jacobian is None:
             self.loss, self.residual = losses[0], residuals[0]
@@ -145,7 +149,8 @@ class LeastSquares(Optimiser):
         """
         change = self._step(0.0) - self.u
         expected = self.residual + self.jacobian @ change
-        return float(1 - np.mean(expected**2) / max(self.loss, np.finfo(float).tiny))
+        square = np.sum(expected**2) + np.sum((self.prior @ (self.u + change)) ** 2)
+        return float(1 - square / len(expected) / max(self.loss, np.finfo(float).tiny))
 
     def _correct(self, change: np.ndarray, difference: np.ndarray) -> None:
         """Let the given derivatives say what a step (n,) did to the residual (nsample,)."""
@@ -204,12 +209,13 @@ class LeastSquares(Optimiser):
 
     def _step(self, damping: float) -> np.ndarray:
         lower, upper = self.layout.lower, self.layout.upper
-        gradient = self.jacobian.T @ self.residual
+        gradient = self.jacobian.T @ self.residual + self.prior.T @ (self.prior @ self.u)
         outward = ((self.u <= lower) & (gradient > 0)) | ((self.u >= upper) & (gradient < 0))
         moving = np.flatnonzero(self.free & ~outward)
         if not len(moving):
             return self.u.copy()
         normal = self.jacobian[:, moving].T @ self.jacobian[:, moving]
+        normal += self.prior[:, moving].T @ self.prior[:, moving]
         log, own = self.layout.log[moving], np.maximum(np.abs(self.u), self.size)[moving]
         unit = np.where(log, 1.0, own)
         moved = np.diag(normal) * unit**2

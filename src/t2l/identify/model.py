@@ -47,6 +47,7 @@ from t2l.effects.formula import FormulaLaw, FormulaTorque
 from t2l.effects.law import LIMIT, Curve
 from t2l.effects.learned import LearnedTorque
 from t2l.effects.registry import load as load_effects
+from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Layout, Term
 from t2l.errors import ConfigurationError
 from t2l.identify.curves import DIGITS, CurveEntry, as_lines, check_law_joints, read_curves
@@ -142,7 +143,7 @@ def _bare(robot: str, joints: tuple[str, ...], written: int) -> mujoco.MjModel:
 
 
 def from_vector(model: Model, layout: Layout, u: np.ndarray, joints: tuple[str, ...]) -> Model:
-    """`model` with the effects of a layout in place of its own."""
+    """`model` with the effects of a layout in place of its own, splines as curves."""
     values = layout.decode(u[None])
     effects = {
         term.effect.name: {
@@ -157,9 +158,11 @@ def from_vector(model: Model, layout: Layout, u: np.ndarray, joints: tuple[str, 
             for p in term.effect.parameters
         }
         for term in layout.terms
-        if not isinstance(term.effect, LearnedTorque)
+        if not isinstance(term.effect, LearnedTorque | SplineTorque)
     }
     learned = [t.effect.curve for t in layout.terms if isinstance(t.effect, LearnedTorque)]
+    for effect in (t.effect for t in layout.terms if isinstance(t.effect, SplineTorque)):
+        learned.append(effect.curve([values[effect.name][p.name][0, 0] for p in effect.parameters]))
     return replace(model, effects=effects, learned=tuple(learned))
 
 

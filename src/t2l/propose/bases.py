@@ -1,8 +1,8 @@
-"""The functions that a curve is a sum of: cubic B-splines with a penalty on their bends.
+"""The functions that a curve is a sum of: cubic B-splines over few intervals or over more.
 
-P-splines (Eilers and Marx, Flexible smoothing with B-splines and penalties, 1996): more knots than
-the curve needs, and second differences of neighbouring weights kept small as far as other data say.
-With a large penalty a curve becomes a straight line.
+Regression splines (Hastie et al., The elements of statistical learning, 2009, section 5.2): the
+breaks of fewer intervals are among those of more, so that responses to the finest basis tell those
+to all. How many intervals a curve has is chosen as any number of parameters is.
 
 What is logged may stand still through a whole recording, so that only a few of its values are ever
 seen. A curve over it is a broken line between those: no weight lacks data.
@@ -12,42 +12,64 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import (
-    FRICTION,
-    GRID,
-    HYSTERESIS,
-    INERTIA,
-    LIMIT,
-    MOTOR,
-    PHASE,
-    TENDON,
-    TORQUE,
-    Curve,
-    Law,
-)
+from t2l.effects.law import GRID, HYSTERESIS, INERTIA, MOTOR, PHASE, Law
 from t2l.effects.spline_torque import SplineTorque
 
-INTERVALS = 18  # tuned: of a spline: four and a half periods of a ripple at four knots each
-INTERVALS_OF_FRICTION = INTERVALS // 2  # derived: friction over speed has a dip and a slope
-POINTS = 3  # numerics: of a table, in each interval
-RADII = 10  # numerics: of a hysteresis, each half of the one before, from the range down
+RIPPLING, SMOOTH = 16, 8  # numerics: intervals at most: of what may ripple, of what acts smoothly
+RADII = (3, 15)  # numerics: of a hysteresis
+NEXT_RADIUS = 0.5**0.5  # numerics: of one radius and the next
 SIZE = 0.3  # numerics: of a joint's motor torque: what makes a difference
 MARGIN = 0.05  # bound: of the range, to each side: the motion of a better model may go further
+RIPPLES = ("position", PHASE)
 
 
-def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int = 1) -> SplineTorque:
-    """A law with weights to fit.
+def versions(finest: SplineTorque) -> list[tuple[SplineTorque, np.ndarray]]:
+    """A law with fewer numbers and with all, the fewest first.
+
+    Each comes with the (k, m) that makes its m basis functions of the finest's k.
+    """
+    law, size = finest.law, finest.parameters[0].size
+    bases = [(finest.grid, finest.basis)]
+    if law.kind == HYSTERESIS:
+        every = len(finest.grid) // RADII[0]
+        some = finest.grid[every - 1 :: every]
+        bases.insert(0, (some, np.eye(len(some))))
+        return [
+            (SplineTorque(law, radii, basis, size), np.isclose(finest.grid[:, None], radii) * 1.0)
+            for radii, basis in bases
+        ]
+    if finest.basis.shape[1] > 2 and law.follows != PHASE:
+        bases.insert(0, (finest.grid, _straight(finest.grid)))
+    if finest.breaks is not None:
+        count = (len(finest.breaks) - 1) // 2
+        # a cubic spline that comes again has four intervals or more
+        while count > (3 if law.follows == PHASE else 1):
+            every = (len(finest.breaks) - 1) // count
+            basis = _over(law, finest.grid, finest.breaks[::every])
+            bases.insert(-1, (finest.grid, basis))
+            count //= 2
+    bases.sort(key=lambda one: one[1].shape[1])
+    return [
+        (
+            SplineTorque(law, grid, basis, size, finest.shown, ratio=finest.ratio),
+            np.linalg.lstsq(finest.basis, basis, rcond=None)[0],
+        )
+        for grid, basis in bases
+    ]
+
+
+def effect_of(law: Law, ends: Sequence[float], motor_torque: float) -> SplineTorque:
+    """A law with weights to fit, as many as the recordings may tell.
 
     Args:
         ends: of its variable; of a logged one also where between them it was seen.
         motor_torque: N·m, that the joint's motor spends.
-        finer: how many times as many intervals a spline has.
     """
     low, high = ends[0], ends[-1]
     size = SIZE if law.kind == MOTOR else SIZE * motor_torque
     if law.kind == HYSTERESIS:
-        radii = (high - low) * 0.5 ** np.arange(RADII - 1, -1, -1)
-        return SplineTorque(law, radii, np.eye(RADII), size)
+        radii = (high - low) * NEXT_RADIUS ** np.arange(RADII[-1] - 1, -1, -1)
+        return SplineTorque(law, radii, np.eye(len(radii)), size)
     if law.follows == "constant":
         return constant(law, size)
     if law.kind == INERTIA:
@@ -58,17 +80,24 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float, finer: int =
         grid = np.linspace(low, high, GRID)
         hats = [np.interp(grid, ends, one) for one in np.eye(len(ends))]
         return SplineTorque(law, grid, np.stack(hats, axis=1), size)
+    count = RIPPLING if law.follows in RIPPLES else SMOOTH
     if law.follows == PHASE:
         grid = np.linspace(low, high, GRID)
-        return SplineTorque(law, grid, _cyclic(grid), size)
+        return _spline(law, grid, np.linspace(low, high, count + 1), size)
     margin = MARGIN * (high - low)
     begin = low if law.follows in ("speed", "commanded torque size", "time") else low - margin
     grid = np.linspace(begin, high + margin, GRID)
-    count = finer * (INTERVALS_OF_FRICTION if law.kind == FRICTION else INTERVALS)
     # friction changes most where motion begins
     spread = np.linspace(0, 1, count + 1) ** (2 if law.follows == "speed" else 1)
-    basis = _splines(grid, grid[0] + spread * (grid[-1] - grid[0]))
-    return SplineTorque(law, grid, basis, size, shown=ends)
+    return _spline(law, grid, grid[0] + spread * (grid[-1] - grid[0]), size, shown=(low, high))
+
+
+def _spline(law: Law, grid, breaks, size: float, **others) -> SplineTorque:
+    return SplineTorque(law, grid, _over(law, grid, breaks), size, breaks=breaks, **others)
+
+
+def _over(law: Law, grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
+    return _cyclic(grid, breaks) if law.follows == PHASE else _splines(grid, breaks)
 
 
 def tendon_of(
@@ -84,8 +113,8 @@ def tendon_of(
     low, high = np.min(ends), np.max(ends)
     margin = MARGIN * (high - low)
     grid = np.linspace(low - margin, high + margin, GRID)
-    basis = _splines(grid, np.linspace(grid[0], grid[-1], INTERVALS + 1))
-    return SplineTorque(law, grid, basis, SIZE * motor_torque, shown=ends[0], ratio=ratio)
+    breaks = np.linspace(grid[0], grid[-1], SMOOTH + 1)
+    return _spline(law, grid, breaks, SIZE * motor_torque, shown=ends[0], ratio=ratio)
 
 
 def constant(law: Law, size: float) -> SplineTorque:
@@ -93,26 +122,18 @@ def constant(law: Law, size: float) -> SplineTorque:
     return SplineTorque(law, np.array([0.0, 1.0]), np.ones((2, 1)), size)
 
 
+def _straight(grid: np.ndarray) -> np.ndarray:
+    """(g, 2) of a straight line, whose weights are the torques at the ends."""
+    to_the_end = np.linspace(0.0, 1.0, len(grid))
+    return np.stack([1 - to_the_end, to_the_end], axis=1)
+
+
 def straight(effect: SplineTorque) -> SplineTorque:
     """A law as a straight line over the same grid; its weights are the torques at the ends."""
-    to_the_end = np.linspace(0.0, 1.0, len(effect.grid))
-    basis = np.stack([1 - to_the_end, to_the_end], axis=1)
     size = effect.parameters[0].size
-    return SplineTorque(effect.law, effect.grid, basis, size, effect.shown, ratio=effect.ratio)
-
-
-def may_be_straight(effect: SplineTorque) -> bool:
-    """Whether a straight line may stand for it: of what is logged few values may have been seen."""
-    law = effect.law
-    told = law.kind != HYSTERESIS and law.follows != PHASE and not law.given
-    return told and len(effect.parameters) > 2
-
-
-def may_be_finer(effect: SplineTorque) -> bool:
-    """Whether more knots can draw it better; a straight line has none."""
-    law = effect.law
-    drawn = law.kind == TORQUE and law.follows != PHASE and not law.given
-    return drawn and len(effect.parameters) > 2
+    return SplineTorque(
+        effect.law, effect.grid, _straight(effect.grid), size, effect.shown, ratio=effect.ratio
+    )
 
 
 def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
@@ -125,62 +146,8 @@ def _splines(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
     return BSpline.design_matrix(np.clip(grid, breaks[0], breaks[-1]), knots, 3).toarray()
 
 
-def _cyclic(grid: np.ndarray) -> np.ndarray:
+def _cyclic(grid: np.ndarray, breaks: np.ndarray) -> np.ndarray:
     """(g, k) likewise, of curves that end as they begin and have no constant part."""
-    basis = _splines(grid, np.linspace(grid[0], grid[-1], INTERVALS + 1))
-    basis[:, :-INTERVALS] += basis[:, INTERVALS:]
-    return basis[:, :INTERVALS] - basis[:-1, :INTERVALS].mean(axis=0)
-
-
-def penalty(effect: SplineTorque) -> np.ndarray:
-    """(m, k): the penalty is the sum of squares of this times the weights."""
-    count = effect.basis.shape[1]
-    if effect.law.kind == HYSTERESIS:
-        return np.eye(count)
-    if count == 1:
-        return np.zeros((0, 1))
-    if effect.law.given:
-        step = np.diff(_knots(effect))
-        slopes = np.diff(np.eye(count), axis=0) * (step.mean() / step)[:, None]
-        return np.diff(slopes, axis=0)
-    if effect.law.follows == PHASE:
-        return np.roll(np.eye(count), 1, axis=0) - 2 * np.eye(count) + np.roll(np.eye(count), -1, 0)
-    return np.diff(np.eye(count), 2, axis=0)
-
-
-def tabulated(effect: SplineTorque, weights: np.ndarray, rest: Sequence[float] = ()) -> Curve:
-    """The curve that weights (k,) make, over the range of the recordings.
-
-    Args:
-        rest: values of the parameters that are no weights.
-    """
-    law, grid = effect.law, effect.grid
-    if law.kind == HYSTERESIS:
-        at = np.concatenate([[0.0], grid])
-        torque = -(np.minimum(at[:, None], grid) / grid) @ weights
-        return Curve(law, tuple(at.tolist()), tuple(torque.tolist()))
-    at = grid if len(grid) == 2 else grid[points(effect)]
-    values = np.interp(at, grid, effect.basis @ weights)
-    if law.kind == LIMIT:
-        # beyond its no-load speed a motor brakes; at rest and against the motion none is driven
-        until = np.searchsorted(at, 0.0) + 1
-        values[:until] = np.maximum(values[:until], 0.0)
-    at = at[0] + (at - at[0]) * (1 + (sum(rest) if law.follows == PHASE else 0.0))
-    ratio = effect.ratio + (sum(rest) if law.kind == TENDON else 0.0)
-    return Curve(law, tuple(at.tolist()), tuple(values.tolist()), ratio)
-
-
-def points(effect: SplineTorque) -> np.ndarray:
-    """Indices of the grid that a table shows: where the recordings were."""
-    if effect.law.given:
-        knots = _knots(effect)
-        parts = np.arange(POINTS * (len(knots) - 1) + 1) / POINTS
-        return np.round(np.interp(parts, np.arange(len(knots)), knots)).astype(int)
-    first, last = np.searchsorted(effect.grid, effect.shown)
-    count = POINTS * max(effect.basis.shape[1] - 3, 1) + 1
-    return np.round(np.linspace(first, min(last, len(effect.grid) - 1), count)).astype(int)
-
-
-def _knots(effect: SplineTorque) -> np.ndarray:
-    """(k,) indices of the grid where a broken line breaks, and of its ends."""
-    return effect.basis.argmax(axis=0)
+    basis, count = _splines(grid, breaks), len(breaks) - 1
+    basis[:, :-count] += basis[:, count:]
+    return basis[:, :count] - basis[:-1, :count].mean(axis=0)

@@ -22,13 +22,13 @@ from t2l.effects.law import (
 from t2l.effects.periodic_torque import strongest_frequency
 from t2l.identify.levels import TIED
 from t2l.identify.prediction import Predictor
-from t2l.propose.bases import INTERVALS_OF_FRICTION
+from t2l.propose.bases import SMOOTH
 from t2l.propose.tendons import best_of_each_joint, levers, pairs
 from t2l.recordings.recording import Recording
 
 SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of what a law follows
 # derived: at most, of a curve over what is logged: temperature and voltage act smoothly
-INTERVALS = INTERVALS_OF_FRICTION
+INTERVALS = SMOOTH
 MOVES = 1e-9  # numerics: in the variable's unit; less is no motion
 SAME = 1e-2  # numerics: of a load's spread: a broken line over the position misses less of a sine
 LEAST_SHARE = TIED  # of the squared error; a joint with less has no law of its own

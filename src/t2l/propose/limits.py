@@ -9,7 +9,6 @@ import numpy as np
 from t2l.effects.law import Law
 from t2l.effects.spline_torque import SplineTorque
 from t2l.propose.bases import MARGIN
-from t2l.propose.ridge import Fit, fit
 
 # numerics: of the samples, those in which an atom is at its limit, a factor of three apart
 SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)
@@ -36,25 +35,3 @@ def limit_of(law: Law, torque: np.ndarray, dq: np.ndarray, size: float) -> Splin
         needed = np.abs(torque) + slope * dq * np.sign(torque)
         atoms += [level - slope * grid for level in np.quantile(needed, 1 - np.array(SHARES))]
     return SplineTorque(law, grid, np.eye(2), size, atoms=np.stack(atoms))
-
-
-def begun(
-    effect: SplineTorque,
-    responses: np.ndarray,
-    residual: np.ndarray,
-    fitted: np.ndarray,
-    chosen: np.ndarray,
-) -> Fit:
-    """What a limit promises, as `t2l.propose.ridge.fit`: its atoms together, begun at the best.
-
-    A limit between atoms does much what both do in part.
-
-    Args:
-        responses: (nsample, a) to each atom.
-    """
-    none = np.zeros((0, responses.shape[1]))
-    promised = fit(responses, residual, fitted, chosen, none, positive=True)
-    left = residual[fitted, None] - responses[fitted]
-    best = effect.atoms[int(np.argmin(np.mean(left**2, axis=0)))]
-    # two weights have no penalty
-    return Fit(best, 1.0, promised.fitted, promised.chosen)
