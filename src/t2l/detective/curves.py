@@ -101,25 +101,32 @@ def with_curves(
     wanted = Responses(predictor, sections, rows)
     places = [_ask(wanted, predictor, sections, adopted, effect) for effect in finest]
     responses = wanted.responses()
-    base = screened.columns[:, list(screened.base)]
+    base, joints = screened.columns[:, list(screened.base)], predictor.samples.joint[rows]
     found: dict[int, list[tuple[float, list[tuple[Candidate, np.ndarray]]]]] = {}
     for effect, at in zip(finest, places, strict=True):
         joint = predictor.joints.index(effect.law.joint)
         made = _versions(effect, joint, responses[:, at], len(screened.base))
-        columns = np.concatenate([base, *(own for _, own in made)], axis=1)
+        # what other joints lack is no reason to prefer a simple one
+        here = np.isin(
+            joints, [predictor.joints.index(n) for n in (effect.law.joint, effect.law.of)]
+        )
         few = replace(
-            screened, columns=columns, candidates=[candidate for candidate, _ in made],
+            screened,
+            columns=np.concatenate([base, *(own for _, own in made)], axis=1)[here],
+            candidates=[candidate for candidate, _ in made],
             base=tuple(range(len(screened.base))),
-        )  # fmt: skip
-        scored = Screen(few, residual, folds, noise_rad).scores([(i,) for i in range(len(made))])
+        )
+        alone = Screen(few, residual[here], folds[here], noise_rad)
+        scored = alone.scores([(i,) for i in range(len(made))])
         best = min(scored, key=lambda s: s.error)
+        gain = alone.score(()).error - best.error
         simple = next(s for s in scored if s.error <= NEAR * best.error)
         kept = [made[i] for i in sorted({best.members[0], simple.members[0]})]
-        found.setdefault(joint, []).append((best.error, kept))
+        found.setdefault(joint, []).append((gain, kept))
     columns, candidates = [screened.columns], list(screened.candidates)
     count = screened.columns.shape[1]
     for laws_of_joint in found.values():
-        for _, kept in sorted(laws_of_joint, key=lambda one: one[0])[:KEPT]:
+        for _, kept in sorted(laws_of_joint, key=lambda one: -one[0])[:KEPT]:
             for candidate, own in kept:
                 first = candidate.columns[0].at
                 candidates.append(candidate.moved(count - first))

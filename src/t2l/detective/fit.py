@@ -7,7 +7,7 @@ import numpy as np
 
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
-from t2l.detective.screen import Screen
+from t2l.detective.screen import Screen, bounded
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
@@ -259,7 +259,11 @@ def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[
         name = member.effect.name
         effects[name] = member.effect
         joints.setdefault(name, set()).update(member.joints)
-    new, at = {}, len(screen.table.base)
+    free = [slot.key for slot in layout.slots if not slot.parameter.rough]
+    at = len(screen.table.base)
+    for key, moved in zip(free if at else (), weights[:at], strict=True):
+        values[key] += moved
+    new: dict[tuple, float] = {}
     for member in chosen:
         name = member.effect.name
         for (parameter, joint), start in member.setting.items():
@@ -391,10 +395,12 @@ def leaving_out(fit: LeastSquares, folds: np.ndarray) -> tuple[np.ndarray, np.nd
     for fold in np.unique(folds):
         rows = folds == fold
         mine = j[rows]
-        inverse = np.linalg.inv(normal - mine.T @ mine + RIDGE * np.eye(len(free)))
+        rest = normal - mine.T @ mine + RIDGE * np.eye(len(free))
+        target = mine.T @ residual[rows] - slope - away
+        within = ((lower - u) * size, (upper - u) * size)
         others = fit.u.copy()
-        change = -inverse @ (slope - mine.T @ residual[rows] + away)
-        others[free] = np.clip(u + change / size, lower, upper)
+        others[free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / size
         found.append(others)
+        inverse = np.linalg.inv(rest)
         told[rows] = np.einsum("ij,jk,ik->i", mine, inverse, mine, optimize=True) < 1
     return np.array(found), told

@@ -230,7 +230,7 @@ class _Search:
         self.looked(this)
         if better is None or (promised is not None and _astray(better, promised, judge)):
             self.current = this.promised = _pruned_along(promised, along, judge, folds)
-            return True
+            return bool(more_than(simulated.names, this.promised.names))
         this.adopted = _pruned(better, fitted, judge)
         self.current = this.adopted
         self._take(this.adopted)

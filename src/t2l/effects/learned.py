@@ -23,6 +23,7 @@ import numpy as np
 
 from t2l.effects.armature import LIGHTEST, add_armature
 from t2l.effects.coulomb_friction import export_friction
+from t2l.effects.dahl_friction import DahlFriction
 from t2l.effects.effect import Effect, Values
 from t2l.effects.exported import JOINT, Exported
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
@@ -41,13 +42,13 @@ from t2l.effects.law import (
     Law,
 )
 from t2l.effects.learned_callbacks import (
-    learned_hysteresis,
     learned_law,
     learned_limit,
     learned_tendon,
 )
 from t2l.effects.torque_constant import TorqueConstant
 from t2l.effects.torque_speed_limit import TorqueSpeedLimit, limit_by_velocity
+from t2l.effects.yielding import install_yielding, learned_hysteresis
 from t2l.sim.servo import ServoLoop
 
 
@@ -113,7 +114,7 @@ class LearnedTorque(Lawful):
             return
         if law.kind == HYSTERESIS:
             radii, weights = curve.weights
-            yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
+            install_yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
             return
         grid, torque = curve.table()
         looked_up(loop, rows, law, grid, np.tile(torque, (count, 1)), ratio=curve.ratio)
@@ -138,7 +139,7 @@ class LearnedTorque(Lawful):
 
 def order(law: Law) -> int:
     """When a law applies among effects on the same signal, as `Effect.order`."""
-    same = {MOTOR: TorqueConstant, LIMIT: TorqueSpeedLimit}
+    same = {MOTOR: TorqueConstant, LIMIT: TorqueSpeedLimit, HYSTERESIS: DahlFriction}
     return same.get(law.kind, LearnedTorque).order
 
 
@@ -258,25 +259,6 @@ def pull(
         tension = force(here(tick, q, dq, None) + ratio * there(tick, q, dq, None))
         torque[rows, joint] += tension
         torque[rows, other] += ratio * tension
-
-    loop.joint_torques.append(add)
-
-
-def yielding(
-    loop: ServoLoop, rows: slice, law: Law, radii: np.ndarray, weights: np.ndarray
-) -> None:
-    """Add elastic-plastic elements of `radii` (k,) with weights (nrow, k)."""
-    joint = loop.joints.index(law.joint)
-    anchors: list[np.ndarray] = []
-
-    def add(tick, q, dq, torque):
-        # in the middle of the period for which the torque is held
-        middle = (q[rows, joint] + 0.5 * loop.period_s * dq[rows, joint])[:, None]
-        if not anchors:
-            anchors.append(np.tile(middle, len(radii)))
-        stretch = np.minimum(np.maximum(middle - anchors[0], -radii), radii)
-        anchors[0] = middle - stretch
-        torque[rows, joint] -= (weights * stretch / radii).sum(axis=1)
 
     loop.joint_torques.append(add)
 

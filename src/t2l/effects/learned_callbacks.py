@@ -37,15 +37,6 @@ def learned_limit(robot, joints, values):
     robot.motor[joints] = np.clip(robot.motor[joints], least, greatest)
 
 
-def learned_hysteresis(robot, joints, values):
-    """Add elastic-plastic elements that remember."""
-    q, radii = robot.angle[joints[0]], values["radii"]
-    anchors = robot.state.get("anchors", q)
-    stretch = np.clip(q - anchors, -radii, radii)
-    robot.state["anchors"] = q - stretch
-    robot.torque[joints] -= np.sum(values["weights"] * stretch / radii)
-
-
 def learned_value(x, values):
     """What a formula says, or what is looked up in a table."""
     if "formula" in values:

@@ -14,8 +14,8 @@ from t2l.effects.learned import (
     order,
     places,
     reach_of,
-    yielding,
 )
+from t2l.effects.yielding import install_yielding
 
 # of a period: a thousandth over a hundred periods is a tenth of one
 STRETCH = Parameter("stretch", "1", -0.1, 0.1, "of the period, as a share", size=1e-3)
@@ -152,7 +152,7 @@ class SplineTorque(Effect):
         stretch = values[STRETCH.name][:, 0] if self.law.follows == PHASE else 0.0
         ratio = self.ratio + values["ratio"][:, 0] if self.law.kind == TENDON else 0.0
         if self.law.kind == HYSTERESIS:
-            yielding(loop, rows, self.law, self.grid, weights)
+            install_yielding(loop, rows, self.law, self.grid, weights)
         elif self.law.kind == INERTIA:
             per_weight = np.ptp(self.basis[:, 0]) / np.ptp(self.grid)
             add_armature(loop, rows, joints, per_weight * weights, LIGHTEST)

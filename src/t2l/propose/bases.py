@@ -16,7 +16,7 @@ from t2l.effects.law import GRID, HYSTERESIS, INERTIA, MOTOR, PHASE, Law
 from t2l.effects.spline_torque import SplineTorque
 
 RIPPLING, SMOOTH = 16, 8  # numerics: intervals at most: of what may ripple, of what acts smoothly
-RADII = (3, 15)  # numerics: of a hysteresis
+RADII = (5, 15)  # numerics: of a hysteresis
 NEXT_RADIUS = 0.5**0.5  # numerics: of one radius and the next
 SIZE = 0.3  # numerics: of a joint's motor torque: what makes a difference
 MARGIN = 0.05  # bound: of the range, to each side: the motion of a better model may go further
