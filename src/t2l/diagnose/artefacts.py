@@ -9,7 +9,6 @@ from typing import Any
 from t2l.artefacts import read_json, reading, write_text
 from t2l.diagnose import conditions, confounded, wording
 from t2l.diagnose.confounded import Confounded
-from t2l.diagnose.evidence import Evidence
 from t2l.diagnose.explained_variance import explained_variance
 from t2l.diagnose.files import DIAGNOSIS
 from t2l.diagnose.findings import findings
@@ -18,7 +17,7 @@ from t2l.diagnose.model_discrimination import separating_experiment
 from t2l.diagnose.ranking import NOTHING_MISSING, Diagnosis, adopt
 from t2l.errors import ArtefactError, writing
 from t2l.identify.model import write_model
-from t2l.identify.prediction import Request
+from t2l.identify.prediction import Predictor, Request
 from t2l.names import is_plain, path_of
 
 
@@ -38,19 +37,23 @@ def diagnosed_effects(folder: Path) -> list[str]:
 
 def write_diagnosis(
     diagnosis: Diagnosis,
-    evidence: Evidence,
+    fitted: Predictor,
+    test: Predictor,
     folder: Path,
     beforehand: Sequence[Confounded] = (),
 ) -> dict[str, Any]:
     """Write ``diagnosis.json`` and, for each effect, the model with it in ``models/``.
 
-    `beforehand` are effects that the recordings do not tell apart.
     Models that the ``diagnosis.json`` before names, and this one does not, are removed.
+
+    Args:
+        fitted, test: predictors of the recordings that fit and choose, and of those that report.
+        beforehand: effects that the recordings do not tell apart.
 
     Returns:
         The content of ``diagnosis.json``.
     """
-    remaining = _give_reasons(diagnosis, evidence)
+    remaining = _give_reasons(diagnosis, fitted)
     path, models = folder / DIAGNOSIS, folder / "models"
     before = _diagnosed_before(folder)
     with writing(path):
@@ -66,12 +69,10 @@ def write_diagnosis(
         with writing(stale := path_of(models, name, ".yaml")):
             stale.unlink(missing_ok=True)
     extra = {
-        "split": evidence.split,
-        "training_recordings": [r.name for r in evidence.train.recordings],
-        "validation_recordings": [r.name for r in evidence.validation.recordings],
-        "test_recordings": [r.name for r in evidence.test.recordings],
+        "training_recordings": [r.name for r in fitted.recordings],
+        "test_recordings": [r.name for r in test.recordings],
         "remaining": remaining,
-        "separating_experiment": _experiment(diagnosis, evidence),
+        "separating_experiment": _experiment(diagnosis, fitted),
         "confounded": confounded.as_json(beforehand),
     }
     content = wording.as_json(diagnosis, extra)
@@ -87,10 +88,10 @@ def _diagnosed_before(folder: Path) -> set[str]:
         return set()
 
 
-def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
+def _give_reasons(diagnosis: Diagnosis, predictor: Predictor) -> list[str]:
     """Say why of each candidate; return what the model's error follows, in sentences."""
     layout, u = diagnosis.model.vector(diagnosis.joints)
-    predictor, joints = evidence.validation, diagnosis.joints
+    joints = diagnosis.joints
     (q,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
     residual = predictor.samples.q - q[0]
     under = conditions.features(predictor, q[0], dq[0])
@@ -111,16 +112,16 @@ def _give_reasons(diagnosis: Diagnosis, evidence: Evidence) -> list[str]:
     return [entry.sentence for entry in (*where, *follows)]
 
 
-def _experiment(diagnosis: Diagnosis, evidence: Evidence) -> dict[str, Any] | None:
+def _experiment(diagnosis: Diagnosis, predictor: Predictor) -> dict[str, Any] | None:
     if not diagnosis.ranking or not diagnosis.ranking[0].tied_with:
         return None
     # what it proposes are positions to command
-    if evidence.train.holding is not None:
+    if predictor.holding is not None:
         return None
     first = diagnosis.ranking[0]
     second = next(c for c in diagnosis.ranking if c.effect.name == first.tied_with[0])
     found = separating_experiment(
-        evidence.train,
+        predictor,
         (first.layout, first.u),
         (second.layout, second.u),
         diagnosis.noise_floor_rad,

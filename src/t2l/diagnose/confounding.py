@@ -13,24 +13,27 @@ from t2l.design.identifiability import REFERENCE
 from t2l.design.sensitivity import Sensitivity
 from t2l.design.spans import spans
 from t2l.diagnose.confounded import Confounded
-from t2l.diagnose.evidence import Evidence, deciding, fine_enough, some
-from t2l.diagnose.racing import LEAST_SIZE
 from t2l.effects.term import Layout
 from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING
+from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING, SHORTLISTED
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
-from t2l.identify.prediction import Request
+from t2l.identify.prediction import Predictor, Request
 from t2l.identify.scales import sized
 
+LEAST_SIZE = 1e-3  # numerics: of a parameter's scale, where it states no size
 
-def confounded_beforehand(model: Model, evidence: Evidence) -> list[Confounded]:
+
+def confounded_beforehand(model: Model, predictor: Predictor, mask: np.ndarray) -> list[Confounded]:
     """Effects that alone explain most of what is missing, and that others may stand for.
 
     None where nothing is missing.
+
+    Args:
+        mask: (nsample,) bool, samples that fit and choose.
     """
-    linear = _Linear(model, evidence)
+    linear = _Linear(model, predictor, mask)
     missing = linear.responses.free(linear.residual)
     if _rms(missing) <= AT_THE_FLOOR:
         return []
@@ -51,18 +54,32 @@ def confounded_beforehand(model: Model, evidence: Evidence) -> list[Confounded]:
     return [entry for entry in found if entry.rivals]
 
 
-def confounded_names(model: Model, came: Model, evidence: Evidence) -> list[Confounded]:
+def confounded_names(
+    model: Model, came: Model, predictor: Predictor, mask: np.ndarray
+) -> list[Confounded]:
     """Effects of a model that it did not come with, and that others may stand for.
 
     Args:
         came: the model as it came.
+        mask: (nsample,) bool, samples that fit and choose.
     """
     names = [name for name in model.effects if name not in came.effects]
     if not names:
         return []
-    linear = _Linear(model, fine_enough(model, evidence))
+    linear = _Linear(model, predictor, mask)
     found = [Confounded(name, tuple(linear.rivals_of(name))) for name in names]
     return [entry for entry in found if entry.rivals]
+
+
+def spread(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor, np.ndarray]:
+    """A predictor of `count` recordings, spread over their gains, and its part of `mask`."""
+    recordings = predictor.recordings
+    order = sorted(range(len(recordings)), key=lambda i: (*recordings[i].kp, *recordings[i].kd))
+    if count >= len(order):
+        return predictor, mask
+    chosen = np.sort(np.array(order)[np.round(np.linspace(0, len(order) - 1, count)).astype(int)])
+    part = predictor.of([recordings[i] for i in chosen])
+    return part, mask[np.isin(predictor.samples.recording, chosen)]
 
 
 class _Linear:
@@ -71,8 +88,8 @@ class _Linear:
     All in units of the noise, at the samples that fit and choose.
     """
 
-    def __init__(self, model: Model, evidence: Evidence):
-        exact, mask = deciding(evidence)
+    def __init__(self, model: Model, predictor: Predictor, mask: np.ndarray):
+        exact, mask = spread(predictor, mask, SHORTLISTED)
         joints, recordings = exact.joints, exact.recordings
         model = sized(model, exact)
         self.layout, self.u = model.vector(joints)
@@ -81,7 +98,7 @@ class _Linear:
         noise = max(noise_floor(list(recordings), signals), np.finfo(float).tiny)
         self.residual = (exact.samples.q - q)[mask] / noise
         effects = model.missing_effects(joints, recordings)
-        few = some(exact, mask, REFERENCE)[0].recordings
+        few = spread(exact, mask, REFERENCE)[0].recordings
         sensitivity = Sensitivity(model, effects, few, noise, exact.substeps)
         self._predictor, self._mask, self._noise = sensitivity.predictor(recordings), mask, noise
         columns, self.names = spans(sensitivity, recordings)

@@ -40,30 +40,11 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Partial:
-    """Names that explain too little to be adopted.
-
-    Attributes:
-        effects: their names.
-        explained: the part of the squared error on test samples that they explain.
-        test_rmse_rad: what they leave there.
-        model: the model with them.
-    """
-
-    effects: tuple[str, ...]
-    explained: float
-    test_rmse_rad: float
-    model: Model
-
-
-@dataclass(frozen=True)
 class Explanation:
     """The steps, where they ended, and the final model.
 
-    `partial` are the names of the steps that the final model lacks, as they explain only a part.
-    `beforehand` are effects that could not be told apart before the first step, and `confounded`
-    those of the names found that cannot be told from others in the end. A search that still goes
-    on is not `final`; one that ran out of time was stopped after so many seconds.
+    `confounded` are names found that cannot be told from others. A search that still goes on is not
+    `final`; one that ran out of time was stopped after so many seconds.
     """
 
     steps: list[Step]
@@ -71,21 +52,13 @@ class Explanation:
     noise_floor_rad: float
     sentence: str
     model: Model
-    partial: Partial | None = None
-    beforehand: tuple[Confounded, ...] = ()
     confounded: tuple[Confounded, ...] = ()
     final: bool = True
     stopped_after_s: float | None = None
 
-    @property
-    def names(self) -> Model:
-        """The model with all names that were found, adopted or not."""
-        return (self.partial or self).model
-
 
 def as_json(explanation: Explanation) -> dict:
     """What `explanation.json` holds."""
-    partial = explanation.partial
     return {
         "steps": [
             {
@@ -105,16 +78,8 @@ def as_json(explanation: Explanation) -> dict:
         "verdict": explanation.verdict,
         "sentence": explanation.sentence,
         "noise_floor_rad": explanation.noise_floor_rad,
-        "confounded": {
-            "beforehand": confounded.as_json(explanation.beforehand),
-            "names": confounded.as_json(explanation.confounded),
-        },
-        "partial": None if partial is None else {
-            "effects": list(partial.effects),
-            "explained_fraction": partial.explained,
-            "test_rmse_q_rad": partial.test_rmse_rad,
-        },
-    }  # fmt: skip
+        "confounded": confounded.as_json(explanation.confounded),
+    }
 
 
 def write_explanation(

@@ -4,14 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from t2l.diagnose.evidence import Evidence, fine_enough
-from t2l.diagnose.ranking import telling
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.identify.refit import at_its_values
 
 
-def final_parameters(original: Model, final: Model, evidence: Evidence) -> list[dict[str, Any]]:
+def parameters_of(final: Model, predictor: Predictor, mask: np.ndarray) -> list[dict[str, Any]]:
     """A row a number of `final`: effect, title, joint, parameter, value, ci95, unit, meaning.
 
     The intervals are of all numbers at once, at the values that the model has, on the samples that
@@ -19,15 +17,8 @@ def final_parameters(original: Model, final: Model, evidence: Evidence) -> list[
     do not tell, or where the parameter has no derivative to tell by.
 
     Args:
-        original: the model as it came, by which the samples were chosen.
-        evidence: what `t2l.diagnose.forward_selection.explain` was given.
+        mask: (nsample,) bool.
     """
-    evidence = fine_enough(final, telling(original, evidence))
-    return parameters_of(final, evidence.train, evidence.train_mask)
-
-
-def parameters_of(final: Model, predictor: Predictor, mask: np.ndarray) -> list[dict[str, Any]]:
-    """The same rows, by the samples of `mask` (nsample,)."""
     joints = predictor.joints
     if not any(term.effect.parameters for term in final.terms(joints)):
         return []

@@ -69,15 +69,13 @@ def why(candidate: Candidate, correlations: dict[str, float], titles: dict[str, 
         titles: of the effects that it was tried with, by name.
     """
     effect, gain = candidate.effect, candidate.improvement
-    if candidate.earns and not candidate.justified:
+    if not candidate.simulated:
         return (
-            f"{effect.title} lowers the validation error by {100 * gain.fraction:.0f} %, but only "
-            f"{100 * candidate.chosen_share:.0f} % of the resamples choose it: it is not adopted."
+            f"{effect.title}: by the linear model of the loop the error on what is left out "
+            f"{change(gain)}; others promise more, so it was not simulated."
         )
     if not candidate.justified:
-        return (
-            f"{effect.title} does not earn its place: with it the validation error {change(gain)}."
-        )
+        return f"{effect.title} does not earn its place: with it the error on what is left out {change(gain)}."
     seen = ""
     if correlations and effect.follows:
         joint = max(correlations, key=lambda name: abs(correlations[name]))
@@ -85,17 +83,10 @@ def why(candidate: Candidate, correlations: dict[str, float], titles: dict[str, 
             f" On {joint} the missing torque correlates with {effect.follows} by "
             f"{with_minus(f'{correlations[joint]:+.2f}')}."
         )
-    together = ""
-    if candidate.partner and candidate.together:
-        partner = titles.get(candidate.partner, candidate.partner)
-        together = (
-            f" Together with {partner} it explains more than alone: "
-            f"{100 * candidate.together.fraction:.0f} %."
-        )
     return (
         f"{effect.signature[0].upper()}{effect.signature[1:]}.{seen} With {effect.title} "
-        f"the validation error falls by {100 * gain.fraction:.0f} % "
-        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %).{together} "
+        f"the error on what is left out falls by {100 * gain.fraction:.0f} % "
+        f"({100 * gain.ci95[0]:.0f} to {100 * gain.ci95[1]:.0f} %). "
         f"{chosen(candidate, titles)}"
     )
 
@@ -106,7 +97,7 @@ def chosen(candidate: Candidate, titles: dict[str, str]) -> str:
         what = candidate.confounded.from_what(titles)
         return f"But these recordings cannot tell it from {what}."
     if candidate.chosen_share is None:
-        return "The recordings are too short to tell how sure the choice is."
+        return ""
     sure = "" if candidate.certain else ", less than half: this is uncertain"
     return f"It is chosen in {100 * candidate.chosen_share:.0f} % of the resamples{sure}."
 
@@ -159,7 +150,7 @@ def _candidate(candidate: Candidate, joints: tuple[str, ...]) -> dict[str, Any]:
         "confounded": confounded.as_json(filter(None, [candidate.confounded])),
         "parameters": parameters,
         "tied_with": candidate.tied_with,
-        "partner": candidate.partner,
+        "simulated": candidate.simulated,
         "why": candidate.why,
         "notes": notes(candidate, joints),
     }

@@ -15,6 +15,7 @@ from t2l.effects.learned import (
     places,
     reach_of,
 )
+from t2l.effects.term import Layout
 from t2l.effects.yielding import install_yielding
 
 # of a period: a thousandth over a hundred periods is a tenth of one
@@ -175,6 +176,12 @@ def _sum(basis: np.ndarray, weights: np.ndarray, find: Callable) -> Callable:
         return values + part * (np.einsum("nk,nk->n", basis[below + 1], weights) - values)
 
     return says
+
+
+def weights_of(layout: Layout, effect: SplineTorque) -> np.ndarray:
+    """Indices of a law's weights in a layout."""
+    slots = [i for i, s in enumerate(layout.slots) if s.term.effect.name == effect.name]
+    return np.array(slots[: effect.basis.shape[1]], int)
 
 
 def bends(effect: SplineTorque) -> np.ndarray:

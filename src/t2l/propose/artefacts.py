@@ -37,7 +37,6 @@ def write_proposal(
     folder: Path,
     judged: Sets,
     report: Predictor | None = None,
-    known: list[dict[str, Any]] | None = None,
     sentence: str = "",
     report_mask: np.ndarray | None = None,
 ) -> dict[str, Any]:
@@ -47,7 +46,6 @@ def write_proposal(
         judged: predictors, and the samples of each that formulas are fitted to and judged by: one
             must explain them nearly as well as its curve.
         report: of recordings that neither fitted nor chose, on which formulas are reported.
-        known: known effects beside the curves, see `t2l.propose.reconsider`.
         sentence: what was found; by default as if nothing but the model came before. What formulas
             leave is added.
         report_mask: (nsample,) bool of `report`, the samples that report; by default all.
@@ -92,11 +90,9 @@ def write_proposal(
                 "follows": c.law.follows,
                 "of": c.law.of,
                 "rmse_q_rad": c.rmse_rad,
-                "simulated": c.simulated,
             }
             for c in proposal.ceilings[:CEILINGS]
         ],
-        "known": known or [],
     }
     write_text(json.dumps(content, indent=2) + "\n", folder / PROPOSAL)
     return content

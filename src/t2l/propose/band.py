@@ -1,23 +1,32 @@
 """How sure a learned curve is: a bootstrap over blocks of time."""
 
+from typing import Protocol
+
 import numpy as np
 
-from t2l.effects.law import HYSTERESIS
-from t2l.effects.spline_torque import SplineTorque
+from t2l.effects.spline_torque import SplineTorque, weights_of
+from t2l.effects.term import Layout
 from t2l.identify.block_bootstrap import blocks
-from t2l.identify.least_squares import LeastSquares
 from t2l.identify.samples import Samples
-from t2l.propose.bases import points
-from t2l.propose.dictionary import weights_in
-from t2l.propose.ridge import LEAST
 
 RESAMPLES = 500  # statistics: the ends of a 95 % interval each have a dozen beyond them
 SEED = 0  # statistics: of the bootstrap
+LEAST = 1e-10  # numerics: of the normal equations, what is added to them
 LEVEL = 0.95  # statistics: the customary one
 
 
+class Fitted(Protocol):
+    """What a band is made of: parameters of a layout with residuals and derivatives of samples."""
+
+    layout: Layout
+    u: np.ndarray
+    free: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+
+
 def band(
-    fit: LeastSquares,
+    fit: Fitted,
     effect: SplineTorque,
     rows: np.ndarray,
     samples: Samples,
@@ -31,12 +40,11 @@ def band(
     too straight; how much is estimated by fitting the fitted curve once more, and added.
 
     Args:
-        fit: the last one, with the residuals of samples and then of penalties.
-        rows: (m, n) of the penalties, as `t2l.propose.refit.State.rows`.
+        rows: (m, n) of the layout's prior, in rad.
         mask: (nsample,) bool, the samples that were fitted.
         anchor: (n, n) as `t2l.propose.shared_constants.anchoring`, of the curves that are drawn.
     """
-    index = weights_in(fit.layout, effect)
+    index = weights_of(fit.layout, effect)
     free = fit.free & (np.abs(fit.jacobian).max(axis=0) > 0)
     jacobian = fit.jacobian[: mask.sum(), free]
     # what the linear model asks of the parameters: measured less predicted, plus what they give
@@ -65,7 +73,7 @@ def band(
     spread[:, free] = weights
     bias = np.zeros(len(fit.u))
     bias[free] = np.linalg.solve(whole + penalties + small, penalties @ u)
-    shape = _shape(effect)
+    shape = effect.shape
     rest = np.zeros(len(fit.u))
     rest[free] = least
     drawn = shape @ anchor[index]
@@ -73,13 +81,3 @@ def band(
     low, high = np.quantile(spread @ drawn.T, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
     bent = np.abs(drawn @ bias) + np.abs(drawn @ rest)
     return np.stack([curve + low - bent, curve + high + bent])
-
-
-def _shape(effect: SplineTorque) -> np.ndarray:
-    """(n, k) that makes the values of a table of weights, as `t2l.propose.bases.tabulated`."""
-    if effect.law.kind == HYSTERESIS:
-        at = np.concatenate([[0.0], effect.grid])
-        return -np.minimum(at[:, None], effect.grid) / effect.grid
-    if len(effect.grid) == 2:
-        return effect.basis
-    return effect.basis[points(effect)]

@@ -9,21 +9,21 @@ from functools import cached_property
 
 import numpy as np
 
-from t2l.diagnose.judging import rms
 from t2l.effects.law import GRID, Curve, Law
 from t2l.identify.block_bootstrap import blocks
+from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.cross_validation import left_out
-from t2l.propose.decision import NEAR
 from t2l.propose.expression import Formula
 from t2l.propose.formula import Fitted, candidates, chosen, extent, installed, promising
 from t2l.propose.proposal import Learned, Proposal, pooled_error
-from t2l.propose.refit import COARSE
 from t2l.typed import LARGEST
 
 Sets = Sequence[tuple[Predictor, np.ndarray]]
 
+NEAR = AT_THE_FLOOR  # as near as an error must be to that of a curve
+COARSE = 4  # numerics: control periods a tick, for all but the last steps of a fit
 STEP = 1e-2  # numerics: of a constant: a difference that the kinks of friction do not hide
 LEAST = 1e-9  # numerics: no constant is smaller
 # numerics: of the squared error: what gains less in a step has settled; where constants do much the
@@ -195,3 +195,8 @@ def _residuals(models: Sequence[Model], predictor: Predictor, mask: np.ndarray) 
     vectors = (model.vector(predictor.joints) for model in models)
     predicted = predictor.predict([Request(layout, u[None]) for layout, u in vectors])
     return np.array([(predictor.samples.q - q[0])[mask] for q in predicted])
+
+
+def rms(values: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))

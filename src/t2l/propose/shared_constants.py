@@ -10,9 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.effects.law import MOTOR, TENDON, TORQUE, Law
-from t2l.effects.spline_torque import SplineTorque
+from t2l.effects.spline_torque import SplineTorque, weights_of
 from t2l.effects.term import Layout
-from t2l.propose.dictionary import weights_in
 
 SAME = 1e-3  # numerics: of the responses to constants: less is no difference
 SHARING = (TORQUE, TENDON, MOTOR)  # kinds whose constants may be below zero, and add up
@@ -30,7 +29,7 @@ def anchoring(layout: Layout, laws: Sequence[SplineTorque], jacobian: np.ndarray
     laws = [law for law in laws if _has_a_constant(law)]
     ones = np.zeros((count, len(laws)))
     for k, law in enumerate(laws):
-        ones[weights_in(layout, law), k] = 1.0
+        ones[weights_of(layout, law), k] = 1.0
     untold = _untold(jacobian @ ones)
     if not untold.shape[1]:
         return np.eye(count)
@@ -40,7 +39,7 @@ def anchoring(layout: Layout, laws: Sequence[SplineTorque], jacobian: np.ndarray
             kept.append(k)
     values = np.zeros((len(kept), count))
     for row, k in enumerate(kept):
-        values[row, weights_in(layout, laws[k])] = _at_zero(laws[k])
+        values[row, weights_of(layout, laws[k])] = _at_zero(laws[k])
     return np.eye(count) - ones @ untold @ np.linalg.pinv(untold[kept]) @ values
 
 
