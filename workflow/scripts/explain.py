@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
-from t2l.diagnose.confounding import confounded_beforehand
-from t2l.diagnose.evidence import gather
-from t2l.diagnose.ranking import telling
+from t2l.detective.data_split import split
+from t2l.detective.explanation import explained
 from t2l.diagnose.recordings_and_model import check_worth_fitting, read_recordings_and_model
 from t2l.identify.progress import forward
 from t2l.identify.step_size import substeps_for
 from t2l.jobs import job
-from t2l.propose.explained import explained
 
 with job(snakemake):
     section = snakemake.params.diagnosis
@@ -20,8 +18,8 @@ with job(snakemake):
         [Path(path) for path in section.get("effects", [])],
     )
     check_worth_fitting(model, recordings, holdout)
-    evidence = gather(model.robot, recordings, holdout, substeps_for(model, recordings))
+    data = split(model.robot, recordings, holdout, substeps_for(model, recordings))
     folder = Path(snakemake.output.explanation).parent
     report = lambda what, fraction: print(f"{100 * fraction:3.0f} %  {what}", flush=True)  # noqa: E731
-    evidence = telling(model, evidence)
-    explained(model, evidence, folder, forward(report), confounded_beforehand(model, evidence))
+    tell = lambda said: print(said, flush=True)  # noqa: E731
+    explained(model, data, tell, forward(report), folder=folder)

@@ -2,11 +2,16 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from t2l.diagnose.confounded import Confounded
-from t2l.diagnose.evidence import Evidence
 from t2l.identify.model import Model
 from t2l.recordings.recording import Recording
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from t2l.identify.prediction import Predictor
 
 ENTRY = "identifiability.json"
 MOST_SAID = 8  # lines; the file has all
@@ -26,14 +31,14 @@ def say_what_cannot_be_told(model: Model, recordings: Sequence[Recording], out: 
         print(f"and {len(sentences) - MOST_SAID} more, see {out / ENTRY}", flush=True)
 
 
-def say_what_is_confounded(model: Model, evidence: Evidence) -> list[Confounded]:
-    """Print which effects the samples that fit and choose do not tell apart; returns them."""
+def say_what_is_confounded(
+    model: Model, predictor: "Predictor", mask: "np.ndarray"
+) -> list[Confounded]:
+    """Print which effects the samples of `mask` (nsample,) do not tell apart; returns them."""
     from t2l.diagnose.confounded import sentences
     from t2l.diagnose.confounding import confounded_beforehand
-    from t2l.diagnose.evidence import deciding
 
-    found = confounded_beforehand(model, evidence)
-    recordings = deciding(evidence)[0].recordings
-    for sentence in sentences(found, model.known_effects(), recordings):
+    found = confounded_beforehand(model, predictor, mask)
+    for sentence in sentences(found, model.known_effects(), predictor.recordings):
         print(sentence, flush=True)
     return found

@@ -8,15 +8,15 @@ from t2l.diagnose.files import DIAGNOSIS
 
 ENTRIES = (DIAGNOSIS, BEFOREHAND, "models/", "figures/", "report.html")
 
-HELP = "fit every known effect and judge each on validation data"
+HELP = "fit every known effect alone and judge each on what is left out"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.description = (
-        "Fit the model so far plus each known effect on a part of LOG, and choose by another "
-        "part. The error is told of a third: of --holdout, or of recordings or blocks of time "
-        "that are chosen from LOG. OUT receives diagnosis.json, models/ with each effect "
+        "Fit the model so far plus each known effect to LOG, and judge by what is left out of the "
+        "fit in turn. The error is told of others: of --holdout, or of recordings or blocks of "
+        "time that are chosen from LOG. OUT receives diagnosis.json, models/ with each effect "
         "adopted, and report.html."
     )
     add_log_arguments(parser, holdout=True)
@@ -27,9 +27,9 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.cli.beforehand import say_what_cannot_be_told, say_what_is_confounded
     from t2l.cli.estimate import say_how_long
     from t2l.cli.inputs import log_output, progress_line, read_inputs
+    from t2l.detective.data_split import split
+    from t2l.detective.ranking import diagnose
     from t2l.diagnose.artefacts import write_diagnosis
-    from t2l.diagnose.evidence import gather
-    from t2l.diagnose.ranking import diagnose, telling
     from t2l.figures.diagnosis import draw_diagnosis
     from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
@@ -39,12 +39,11 @@ def run(arguments: argparse.Namespace) -> None:
         substeps = substeps_for(model, recordings)
         say_how_long(arguments.command, model, recordings, substeps)
         say_what_cannot_be_told(model, [*recordings, *holdout], out)
-        evidence = gather(model.robot, recordings, holdout, substeps)
-        evidence = telling(model, evidence)
-        beforehand = say_what_is_confounded(model, evidence)
+        data = split(model.robot, recordings, holdout, substeps)
+        beforehand = say_what_is_confounded(model, data.fitted, data.fitted_mask)
         progress = progress_line()
-        diagnosis = diagnose(model, evidence, progress=progress, beforehand=beforehand)
-        content = write_diagnosis(diagnosis, evidence, out, beforehand)
+        diagnosis = diagnose(model, data, progress, beforehand)
+        content = write_diagnosis(diagnosis, data.fitted, data.test, out, beforehand)
         draw_diagnosis(out)
         write_report(out)
         progress("done", 1.0)

@@ -7,27 +7,23 @@ from collections.abc import Sequence
 from t2l.identify.model import Model
 from t2l.recordings.recording import Recording
 
-QUICK = "explain --quick"
-TRIED = 32  # numerics: variants that are timed: as many as fill the threads, in a second or two
-TRIED_WHERE_ALL_ARE_TIMED = {"compare": 1, QUICK: 4}  # numerics: the same, of every recording
+TRIED = {"compare": 1}  # numerics: variants that are timed
+TRIED_ELSE = 4  # numerics: likewise, of a command that tries many
 TIMED_S = 10.0  # numerics: of each recording, of which more is not simulated to be timed
-# measured, least and most: times that every candidate is simulated once, by command, on ten robots:
-# of explain after one step or after several and with curves; of the quick search, for each joint,
-# after one round or after three, in five rounds on robots of two to seven joints
+# measured, least and most: times that every candidate on each joint is simulated once, by command,
+# in five rounds on robots of two to seven joints: after one round or after three
 ROUNDS = {
     "compare": (1, 2),
-    "diagnose": (15, 80),
-    "explain": (60, 600),
-    "propose": (20, 200),
-    QUICK: (1.5, 12),
+    "diagnose": (1.5, 6),
+    "explain": (1.5, 12),
+    "propose": (1.5, 12),
 }
 UNITS = ((200.0, 1.0, "s"), (6000.0, 60.0, "minutes"), (math.inf, 3600.0, "h"))
 PAGE_S = {
     "compare": 4,
     "diagnose": 5,
-    "explain": 12,
+    "explain": 6,
     "propose": 5,
-    QUICK: 6,
 }  # measured: figures and pages
 
 
@@ -64,17 +60,14 @@ def estimated_s(command: str, model: Model, predictor) -> tuple[float, float]:
     """The least and the most seconds that a command is likely to take."""
     import numpy as np
 
-    from t2l.diagnose.evidence import screened
     from t2l.identify.prediction import Request
     from t2l.identify.step_size import busiest
 
     layout, u = model.vector(predictor.joints)
-    asked, tried, longer = screened(predictor), TRIED, 1.0
-    if command in TRIED_WHERE_ALL_ARE_TIMED:
-        # of long recordings all cannot be simulated only to say how long it takes
-        asked = predictor.of([busiest(r, TIMED_S) for r in predictor.recordings])
-        tried = TRIED_WHERE_ALL_ARE_TIMED[command]
-        longer = sum(_length(predictor)) / max(sum(_length(asked)), 1e-9)
+    # of long recordings all cannot be simulated only to say how long it takes
+    asked = predictor.of([busiest(r, TIMED_S) for r in predictor.recordings])
+    tried = TRIED.get(command, TRIED_ELSE)
+    longer = sum(_length(predictor)) / max(sum(_length(asked)), 1e-9)
     began = time.perf_counter()
     asked.predict([Request(layout, np.repeat(u[None], tried, axis=0))])
     once = longer * (time.perf_counter() - began) / tried
@@ -89,10 +82,7 @@ def _length(predictor) -> list[float]:
 def likely_s(command: str, once_s: float, candidates: int, joints: int = 1) -> tuple[float, float]:
     """Likewise, from the time that one variant takes and the number of effects to try."""
     least, most = ROUNDS[command]
-    work = once_s if command == "compare" else once_s * candidates
-    if command == QUICK:
-        # each effect on each joint is a candidate
-        work *= joints
+    work = once_s if command == "compare" else once_s * candidates * joints
     return PAGE_S[command] + least * work, 2 * PAGE_S[command] + most * work
 
 

@@ -23,6 +23,7 @@ from t2l.identify.prediction import Predictor, Request
 from t2l.propose.bases import SIZE, effect_of, straight, tendon_of, versions
 from t2l.propose.laws import laws, lines, ranges
 from t2l.propose.limits import limit_of
+from t2l.propose.proposal import Ceiling
 from t2l.propose.tendons import BETWEEN, measured, reach, table
 from t2l.recordings.recording import Recording
 
@@ -90,8 +91,8 @@ def with_curves(
     residual: np.ndarray,
     folds: np.ndarray,
     rows: np.ndarray,
-) -> Table:
-    """A table with the best laws of each joint as candidates more.
+) -> tuple[Table, list[Ceiling]]:
+    """A table with the best laws of each joint as candidates more; what each law alone promises.
 
     Args:
         finest: laws that are zero where their weights are.
@@ -102,6 +103,7 @@ def with_curves(
     places = [_ask(wanted, predictor, sections, adopted, effect) for effect in finest]
     responses = wanted.responses()
     base, joints = screened.columns[:, list(screened.base)], predictor.samples.joint[rows]
+    ceilings, whole = [], float(np.mean(residual**2))
     found: dict[int, list[tuple[float, list[tuple[Candidate, np.ndarray]]]]] = {}
     for effect, at in zip(finest, places, strict=True):
         joint = predictor.joints.index(effect.law.joint)
@@ -123,6 +125,8 @@ def with_curves(
         simple = next(s for s in scored if s.error <= NEAR * best.error)
         kept = [made[i] for i in sorted({best.members[0], simple.members[0]})]
         found.setdefault(joint, []).append((gain, kept))
+        left = max(whole - max(gain, 0.0) * here.mean(), 0.0)
+        ceilings.append(Ceiling(effect.law, left**0.5))
     columns, candidates = [screened.columns], list(screened.candidates)
     count = screened.columns.shape[1]
     for laws_of_joint in found.values():
@@ -132,7 +136,8 @@ def with_curves(
                 candidates.append(candidate.moved(count - first))
                 columns.append(own)
                 count += own.shape[1]
-    return replace(screened, columns=np.concatenate(columns, axis=1), candidates=candidates)
+    grown = replace(screened, columns=np.concatenate(columns, axis=1), candidates=candidates)
+    return grown, sorted(ceilings, key=lambda one: one.rmse_rad)
 
 
 def _ask(wanted: Responses, predictor, sections, adopted, effect: SplineTorque) -> list[int]:

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.diagnose.evidence import sets_by_time
-from t2l.diagnose.settings import FRACTION
+from t2l.diagnose.settings import FRACTION, GUARD
+from t2l.identify.block_bootstrap import BLOCK_S
 from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.prediction import Predictor
 from t2l.recordings.recording import Recording
-from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE, hold_out
+from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE, hold_out, time_blocks
 
 MOST_FOLDS = 8  # numerics: more take longer and say the same
 PIECES = 4  # numerics: folds of one recording
-SETS = ("train", "train", "train", "test")  # whose a block of time is, in turn
+TURNS = ("fitted", "fitted", "fitted", "test")  # whose a block of time is, in turn
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,26 @@ def split(
         test_mask = np.ones(len(tested.samples), bool)
     else:
         tested = fitted
-        mask, _, test_mask = sets_by_time(fitted, SETS)
+        mask, test_mask = by_time(fitted)
     return DataSplit(fitted, mask, tested, test_mask, _folds(fitted, mask))
+
+
+def by_time(predictor: Predictor) -> tuple[np.ndarray, np.ndarray]:
+    """Masks (nsample,) of samples to fit and to report: blocks of time, with a guard at each edge.
+
+    Residuals are alike over a short time, so that samples beside an edge belong to neither.
+    """
+    turns, samples = np.array(TURNS), predictor.samples
+    of = np.full(len(samples), "guard", turns.dtype)
+    for i, recording in enumerate(predictor.recordings):
+        block_s = min(2 * BLOCK_S, recording.duration_s / (2 * len(turns)))
+        at = np.flatnonzero(samples.recording == i)
+        block = time_blocks(recording, block_s)[samples.row[at]]
+        inside = (block == 0) | (samples.time[at] >= (block + GUARD) * block_s)
+        of[at[inside]] = turns[block[inside] % len(turns)]
+    if not set(turns) <= set(of):  # sampled too rarely for blocks
+        of = turns[samples.row % len(turns)]
+    return of == "fitted", of == "test"
 
 
 def _folds(predictor: Predictor, mask: np.ndarray) -> np.ndarray:

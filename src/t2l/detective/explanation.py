@@ -12,37 +12,42 @@ import numpy as np
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import FittedSet
 from t2l.detective.kept import fitted_before, keep_fitted, keep_step
+from t2l.detective.learned import final_model, proposal_of, splines
 from t2l.detective.rule import Judge
 from t2l.detective.search import (
+    DONE,
     FINISH,
     FIT,
     PRUNE,
     SCREEN,
     Found,
     Named,
+    Offered,
     Round,
     more_than,
     search,
 )
-from t2l.diagnose.explanation import Explanation, Step, write_explanation
+from t2l.diagnose.explanation import Explanation, Step, Tried, write_explanation
+from t2l.diagnose.files import PROPOSED
 from t2l.diagnose.final_parameters import parameters_of
 from t2l.diagnose.fingerprint import fingerprint_of
 from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, UNEXPLAINED
 from t2l.diagnose.settings import CERTAIN
 from t2l.effects.term import Term
 from t2l.identify.levels import PROMISING
-from t2l.identify.model import Model, from_vector
+from t2l.identify.model import Model
 from t2l.identify.prediction import Request
 from t2l.identify.progress import Progress, pieces
 from t2l.names import listed
+from t2l.propose.artefacts import write_proposal
+from t2l.propose.proposal import Proposal
 
-# measured: of a round, what is done when a stage begins
-DONE = {SCREEN: 0.0, FIT: 0.3, FINISH: 0.6, PRUNE: 0.8}
+TOLD = 12  # format: sets that were compared in a round, of those that were not simulated
 MOST = 0.99  # format: share of an error that is told as a number
 GOES_ON = "The search goes on."
 
 
-def explained_quickly(
+def explained(
     model: Model,
     data: DataSplit,
     tell: Callable[[str], None] = lambda what: None,
@@ -71,8 +76,23 @@ def explained_quickly(
     explanation = story.ended(found)
     if folder is not None:
         story.write(explanation)
+        if splines(found.last):
+            story.propose(found)
         written()
     return explanation
+
+
+def proposed(
+    model: Model, data: DataSplit, progress: Progress = lambda what, fraction: None
+) -> Proposal:
+    """Curves that `model` lacks, where no known effect is offered.
+
+    Raises:
+        DivergenceError: the simulation of the model runs away.
+    """
+    story = _Story(model, data, lambda said: None, progress, None, lambda: None, None)
+    found = search(model, data, story.looked, offered=Offered(names=False))
+    return proposal_of(model, found, data, story.quiet(found))
 
 
 class _Story:
@@ -121,6 +141,8 @@ class _Story:
         one, noise = last.adopted or last.before, last.noise_rad
         quiet = Judge(np.zeros(0), noise).quiet(one.rmse, len(self.steps) == 1)
         verdict = NOTHING_MISSING if quiet else UNEXPLAINED
+        joints = self.joints
+        model = final_model(self.model, found.last, joints) if found.rounds else found.model
         seconds = None
         if found.stopped:
             seconds, verdict = self.seconds, MISSING
@@ -129,9 +151,26 @@ class _Story:
             sentence += f" {self._stopped(last)}"
         elif verdict == UNEXPLAINED:
             sentence += self._only_promised(found)
+        nothing_more = () if last.adopted else self._tried(last)
         return Explanation(
-            self.steps, verdict, noise, sentence, found.model, stopped_after_s=seconds
+            self.steps, verdict, noise, sentence, model, stopped_after_s=seconds,
+            then_tried=nothing_more,
+        )  # fmt: skip
+
+    def propose(self, found: Found) -> None:
+        """Write the curves with their bands and formulas."""
+        self.progress("drawing the curves and looking for formulas", MOST)
+        proposal = proposal_of(self.model, found, self.data, self.quiet(found))
+        judged = [(self.data.fitted, self.data.fitted_mask)]
+        test = self.data.test
+        write_proposal(
+            proposal, self.folder / PROPOSED, judged, test, report_mask=self.data.test_mask
         )
+
+    def quiet(self, found: Found) -> bool:
+        """Whether the model as it came leaves only noise."""
+        first = found.rounds[0]
+        return Judge(np.zeros(0), first.noise_rad).quiet(first.before.rmse, True)
 
     def write(self, explanation: Explanation) -> None:
         """Into the folder."""
@@ -157,6 +196,7 @@ class _Story:
                 dropped=tuple(sorted(gone)),
                 titles=tuple(self._titles(this.added.items())),
                 chosen_shares=tuple(this.shares.get(name) for name in this.added),
+                tried=self._tried(this),
             )
         )
         self.tell(
@@ -166,7 +206,7 @@ class _Story:
         )
         if self.folder is None:
             return
-        model = from_vector(self.model, one.layout, one.u, self.joints)
+        model = final_model(self.model, one, self.joints)
         sentence = f"{self._sentence(one, this.noise_rad)} {GOES_ON}"
         self.write(Explanation(self.steps, MISSING, this.noise_rad, sentence, model, final=False))
         keep_fitted(self.folder, self.key, self.steps, self.rounds, one)
@@ -177,6 +217,19 @@ class _Story:
         q = test.predict([Request(one.layout, one.u[None])])[0][0]
         left = float(np.sqrt(np.mean((q - test.samples.q)[self.data.test_mask] ** 2)))
         return Step((), one.rmse, one.left_out_rmse, left)
+
+    def _tried(self, this: Round) -> tuple[Tried, ...]:
+        """What a round compared: all that was simulated, and the best of the rest."""
+        led = sorted(this.led, key=lambda f: f.left_out_rmse)[:TOLD]
+        had = this.before.names
+        return tuple(
+            Tried(
+                tuple(self._titles(more_than(had, one.names).items())),
+                one.complexity, one.left_out_rmse, simulated,
+            )
+            for some, simulated in ((this.fits, True), (led, False))
+            for one in some
+        )  # fmt: skip
 
     def _titles(self, names: Named) -> list[str]:
         return [Term(self.known[name], on).title(self.joints) for name, on in names]
@@ -211,7 +264,7 @@ class _Story:
         )
         more = {
             NOTHING_MISSING: " Nothing more is missing.",
-            UNEXPLAINED: " More is missing, which no known effect explains.",
+            UNEXPLAINED: " More is missing, which no known effect and no curve explains.",
         }.get(verdict, "")
         if names:
             return (
@@ -221,7 +274,10 @@ class _Story:
         if verdict == NOTHING_MISSING:
             return f"No effect is missing: the test error of {last} mrad is near the {noise}."
         if verdict == UNEXPLAINED:
-            return f"Unexplained: no known effect removes the test error of {last} mrad ({noise})."
+            return (
+                "Unexplained: no known effect and no curve removes the test error of "
+                f"{last} mrad ({noise})."
+            )
         return f"Nothing is adopted: the test error is {last} mrad ({noise})."
 
     def _only_promised(self, found: Found) -> str:
@@ -285,7 +341,7 @@ def _simplest(this: Round) -> int:
 
 def _doing(this: Round) -> str:
     return {
-        SCREEN: "screening known effects in the linear model",
+        SCREEN: "screening effects and curves in the linear model",
         FIT: f"fitting {len(this.front)} sets of effects",
         FINISH: f"finishing the best of {len(this.fits)} fits",
         PRUNE: "dropping what is not needed",

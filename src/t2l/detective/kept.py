@@ -14,26 +14,17 @@ import numpy as np
 
 from t2l.artefacts import read_npz, reading, remove, whole
 from t2l.detective.fit import FittedSet
-from t2l.diagnose.explanation import Explanation, Step, write_explanation
-from t2l.diagnose.files import AFTER, BEFORE, DIAGNOSIS, FIGURES, MODEL, REPORT, STEPS
+from t2l.diagnose.explanation import Explanation, Step, Tried, write_explanation
+from t2l.diagnose.files import AFTER, BEFORE, FIGURES, MODEL, PROPOSED, REPORT, STEPS
+from t2l.effects.effect import Effect
+from t2l.effects.law import Law
+from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Layout, Term
-from t2l.errors import ConfigurationError, T2LError, writing
+from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, write_model
 
 FITTED = "fitted.npz"
 ARRAYS = ("u", "residual", "left_out", "jacobian", "free")
-
-
-def check_no_diagnoses(folder: Path) -> None:
-    """Find the steps of a whole run in a folder, which a quick one would not belong to.
-
-    Raises:
-        ConfigurationError: there are some.
-    """
-    if any((folder / STEPS).glob(f"*/{DIAGNOSIS}")):
-        raise ConfigurationError(
-            f"--quick: found the steps of a whole run in {folder}; allowed: another folder as --out"
-        )
 
 
 def keep_step(
@@ -51,7 +42,7 @@ def keep_step(
     number = len(explanation.steps) - 1
     with writing(folder):
         # of an earlier run, or of the model before
-        for name in (BEFORE, AFTER, FIGURES, REPORT):
+        for name in (BEFORE, AFTER, FIGURES, PROPOSED, REPORT):
             remove(folder / name)
         for path in _later(folder, number):
             remove(path)
@@ -80,7 +71,7 @@ def keep_fitted(
         key: fingerprint of what the search depends on.
         rounds: that led to the steps.
     """
-    terms = [[term.effect.name, term.joints] for term in last.layout.terms]
+    terms = [[t.effect.name, t.joints, _as_text(t.effect)] for t in last.layout.terms]
     texts = {
         "key": key,
         "rounds": rounds,
@@ -106,7 +97,10 @@ def fitted_before(
         with reading(path, "the last step of a search"):
             rounds = int(arrays["rounds"])
             steps = [_step(entry) for entry in json.loads(str(arrays["steps"]))]
-            terms = [Term(known[n], tuple(on)) for n, on in json.loads(str(arrays["terms"]))]
+            terms = [
+                Term(_spline(curve) if curve else known[name], tuple(on))
+                for name, on, curve in json.loads(str(arrays["terms"]))
+            ]
             last = FittedSet(Layout(terms), **{name: arrays[name] for name in ARRAYS})
             n, m = len(last.residual), len(last.layout.slots)
             shapes = [getattr(last, name).shape for name in ARRAYS]
@@ -117,6 +111,25 @@ def fitted_before(
     return steps, rounds, last
 
 
+def _as_text(effect: Effect) -> dict | None:
+    """What makes a spline again; None of other effects."""
+    if not isinstance(effect, SplineTorque):
+        return None
+    return {"law": dataclasses.asdict(effect.law)} | {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in effect.made_of().items()
+    }
+
+
+def _spline(text: dict) -> SplineTorque:
+    arrays = {
+        name: np.array(value) if isinstance(value, list) and name != "shown" else value
+        for name, value in text.items()
+    }
+    return SplineTorque(**arrays | {"law": Law(**text["law"]), "shown": tuple(text["shown"])})
+
+
 def _step(entry: dict) -> Step:
     lists = {name: tuple(value) for name, value in entry.items() if isinstance(value, list)}
-    return Step(**entry | lists)
+    tried = tuple(Tried(**one | {"titles": tuple(one["titles"])}) for one in entry["tried"])
+    return Step(**entry | lists | {"tried": tried})

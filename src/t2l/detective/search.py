@@ -33,7 +33,9 @@ from t2l.identify.levels import AT_THE_FLOOR, HALF, MATERIAL, PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
+from t2l.identify.progress import Progress
 from t2l.identify.scales import sized
+from t2l.propose.proposal import Ceiling
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 # numerics: sets of a round that are fitted along the motion: of the front, of each complexity those
@@ -44,10 +46,13 @@ FINISHED = 4  # numerics: of these, by simulation
 PRUNING = 3  # numerics: iterations of a fit with a term less
 # derived: share of the error that goes with half of its square: what nothing promises must do more
 UNPROMISED = 1 - HALF**0.5
+ALONE = 12  # numerics: effects alone that are simulated to rank them
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 ASTRAY = 2.0  # numerics: times what the linear model promises, at which a fit by simulation is lost
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, PRUNE = "screening", "fitting", "finishing", "pruning"
+# measured: of a round, what is done when a stage begins
+DONE = {SCREEN: 0.0, FIT: 0.3, FINISH: 0.6, PRUNE: 0.8}
 
 # effects with the joints that have them
 Named = Iterable[tuple[str, tuple[int, ...]]]
@@ -61,24 +66,27 @@ class Round:
         before: the model that it began with.
         front: sets of the screen: how many numbers, the promised error in rad, and the effects
             with the joints that have them.
+        led: sets that were fitted along the measured motion.
         likely: the best set along the measured motion; None if it does not earn its place.
         fits: sets that were fitted by simulation, best first.
         adopted: what became of it; None if nothing earned its place by simulation.
         promised: what only the linear model promises, from which the next round goes on.
         shares: of the effects that were added, how often resamples choose them.
-        effects: that were offered, by name.
+        effects: that were offered, by name; ceilings: what each law alone promises.
         doing: what comes next, of `STAGES`; "" when it adopted something.
     """
 
     before: FittedSet
     noise_rad: float
     front: list[tuple[int, float, list[tuple[str, tuple[int, ...]]]]] = field(default_factory=list)
+    led: list[FittedSet] = field(default_factory=list)
     likely: FittedSet | None = None
     fits: list[FittedSet] = field(default_factory=list)
     adopted: FittedSet | None = None
     promised: FittedSet | None = None
     shares: dict[str, float] = field(default_factory=dict)
     effects: dict[str, Effect] = field(default_factory=dict)
+    ceilings: list[Ceiling] = field(default_factory=list)
     doing: str = ""
 
     @property
@@ -136,6 +144,34 @@ def search(
     return searched.found
 
 
+@dataclass(frozen=True)
+class Singles:
+    """Known effects, each fitted alone beside the model as it came.
+
+    Attributes:
+        along: by the linear model of the loop; `simulated`: those that promise most.
+    """
+
+    came: FittedSet
+    along: list[FittedSet]
+    simulated: list[FittedSet]
+    judge: Judge
+
+
+def singles(
+    model: Model, data: DataSplit, progress: Progress = lambda what, fraction: None
+) -> Singles:
+    """Each known effect where it explains most: on one joint or on all.
+
+    Raises:
+        DivergenceError: the simulation of the model runs away.
+    """
+    nothing = lambda *_: None  # noqa: E731
+    searched = _Search(model, data, nothing, lambda: False, Offered(curves=False))
+    searched.begin(None)
+    return searched.singles(progress)
+
+
 class _Search:
     """The rounds so far.
 
@@ -152,6 +188,7 @@ class _Search:
         self.block = blocks(samples.recording[mask], samples.time[mask])
         self.found = Found(model)
         self.along: AlongMotion | None = None
+        self.ceilings: list[Ceiling] = []
 
     def begin(self, resumed: tuple[int, FittedSet] | None) -> int:
         """How many rounds are done."""
@@ -198,6 +235,7 @@ class _Search:
         guesses = self._guesses(left)
         screen = self._screen(left, *guesses)
         this.effects = {c.effect.name: c.effect for c in screen.table.candidates}
+        this.ceilings = self.ceilings
         sets = _worth_fitting(screen)
         this.front = [
             (
@@ -208,6 +246,7 @@ class _Search:
         ]  # fmt: skip
         starts = [begun(current.model, screen, one.members) for one in sets]
         led = fit_along([s for s in starts if along.can_lead(s.layout)], along, folds)
+        this.led = led
         promised = this.likely = choose(current, led, judge)
         if self._stop(this, FIT):
             return False
@@ -294,10 +333,36 @@ class _Search:
             finest = [e for e in finest if e.atoms is None]
         table = known_candidates(predictor, self.sections, adopted, effects, guesses, left, rows)
         if finest:
-            table = with_curves(
+            table, self.ceilings = with_curves(
                 table, predictor, self.sections, adopted, finest, noise, left[rows], folds, rows
             )
         return Screen(table, left[rows], folds, noise)
+
+    def singles(self, progress: Progress) -> "Singles":
+        """Known effects, each fitted alone, see `singles`."""
+        left, noise_rad = self._left()
+        judge, came = Judge(self.block, noise_rad), self.simulated
+        progress("screening known effects in the linear model", 0.0)
+        self._linearise(noise_rad)
+        screen = self._screen(left, *self._guesses(left))
+        best: dict[str, Scored] = {}
+        for i, candidate in enumerate(screen.table.candidates):
+            scored, name = screen.score((i,)), candidate.effect.name
+            if name not in best or scored.error < best[name].error:
+                best[name] = scored
+        progress(f"fitting {len(best)} effects along the measured motion", DONE[FIT])
+        starts = [begun(came.model, screen, one.members) for one in best.values()]
+        can = [self.along.can_lead(start.layout) for start in starts]
+        led = fit_along(
+            [s for s, may in zip(starts, can, strict=True) if may], self.along, self.data.folds
+        )
+        led.sort(key=lambda fit: fit.left_out_rmse)
+        leaders = [Start(f.layout, f.u, f.columns) for f in led[:ALONE]]
+        leaders += [s for s, may in zip(starts, can, strict=True) if not may]
+        progress(f"simulating {len(leaders)} of them", DONE[FINISH])
+        fits = fit_sets(leaders, self.samples, came.known)
+        fits = finish(refine(fits, self.samples, came.known), self.samples)
+        return Singles(came, led, fits, judge)
 
 
 def _astray(simulated: FittedSet, promised: FittedSet, judge: Judge) -> bool:

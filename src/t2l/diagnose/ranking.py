@@ -1,4 +1,4 @@
-"""Which physical effect a model lacks: known ones, each fitted alone and judged on what is left out."""
+"""What came of fitting each known effect alone: which of them the model lacks, and the verdict."""
 
 from dataclasses import dataclass
 

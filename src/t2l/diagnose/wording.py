@@ -75,7 +75,10 @@ def why(candidate: Candidate, correlations: dict[str, float], titles: dict[str, 
             f"{change(gain)}; others promise more, so it was not simulated."
         )
     if not candidate.justified:
-        return f"{effect.title} does not earn its place: with it the error on what is left out {change(gain)}."
+        return (
+            f"{effect.title} does not earn its place: with it the error on what is left out "
+            f"{change(gain)}."
+        )
     seen = ""
     if correlations and effect.follows:
         joint = max(correlations, key=lambda name: abs(correlations[name]))

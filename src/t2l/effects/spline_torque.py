@@ -63,7 +63,7 @@ class SplineTorque(Effect):
         bend: float = 1.0,
     ):
         self.law, self.grid, self.basis, self.atoms = law, grid, basis, atoms
-        self.breaks = breaks
+        self.breaks, self.bend = breaks, bend
         self.ratio = ratio
         self.shown = shown or (float(grid[0]), float(grid[-1]))
         self.name, self.needs, self.order = law.name, law.needs, order(law)
@@ -88,11 +88,15 @@ class SplineTorque(Effect):
             [rows, np.zeros((len(rows), len(self.parameters) - basis.shape[1]))], axis=1
         )
 
+    def made_of(self) -> dict:
+        """The arguments that made it, but for the law."""
+        size = self.parameters[0].size
+        names = ("grid", "basis", "shown", "atoms", "ratio", "breaks", "bend")
+        return {"size": size} | {name: getattr(self, name) for name in names}
+
     def bending(self, bend: float) -> "SplineTorque":
         """The same where weights bend usually as much."""
-        size, basis = self.parameters[0].size, self.basis
-        others = {name: getattr(self, name) for name in ("shown", "atoms", "ratio", "breaks")}
-        return SplineTorque(self.law, self.grid, basis, size, bend=bend, **others)
+        return SplineTorque(self.law, **self.made_of() | {"bend": bend})
 
     def starts(self, scales):
         own = self.atoms if self.atoms is not None else np.zeros((1, self.basis.shape[1]))
