@@ -85,21 +85,32 @@ def _in_turn(predictor, section: Section, base, variants: Sequence[Variants]) ->
 
 
 def _at_once(
-    predictor, section: Section, model, layout: Layout, u: np.ndarray, so_far: np.ndarray | None = None
+    predictor,
+    section: Section,
+    model,
+    layout: Layout,
+    u: np.ndarray,
+    so_far: np.ndarray | None = None,
 ) -> np.ndarray:
-    """All ticks in one call, beyond those of the model so far, (ntick, m, nrec, njoint)."""
+    """Ticks in no order, many in one call, beyond the model so far, (ntick, m, nrec, njoint)."""
     path, schedule = section.path, section.motion.group.schedule
     ntick, nrec, n = path.q.shape
     flat, whole = all_at_once(schedule, ntick), path.all_at_once()
-    size = max(1, ROWS // (ntick * nrec))
-    out = np.empty((len(u), ntick * nrec, n), np.float64 if so_far is None else np.float32)
-    less = 0.0 if so_far is None else so_far.reshape(ntick * nrec, n)
-    for first in range(0, len(u), size):
-        some = u[first : first + size]
-        loop = DrivenLoop(model, predictor.joints, flat, len(some))
-        with blaming([term.effect for term in layout.terms], "to lead it"):
-            install(loop, [(layout, some)])
-            out[first : first + size] = loop.torque(whole)[0] - less
+    every = ntick * nrec
+    size, width = max(1, ROWS // every), min(ROWS, every)
+    out = np.empty((len(u), every, n), np.float64 if so_far is None else np.float32)
+    less = 0.0 if so_far is None else so_far.reshape(every, n)
+    for begin in range(0, every, width):
+        ticks = np.arange(begin, min(begin + width, every))
+        some_ticks, along = flat.of(ticks), whole.of(ticks)
+        own = less if so_far is None else less[ticks]
+        for first in range(0, len(u), size):
+            some = u[first : first + size]
+            loop = DrivenLoop(model, predictor.joints, some_ticks, len(some))
+            with blaming([term.effect for term in layout.terms], "to lead it"):
+                install(loop, [(layout, some)])
+                torque = loop.torque(along)[0]
+            out[first : first + size, begin : begin + width] = torque - own
     return out.reshape(len(u), ntick, nrec, n).swapaxes(0, 1)
 
 
