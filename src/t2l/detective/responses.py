@@ -15,7 +15,6 @@ from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, all_at_once
-from t2l.sim.schedule import Schedule
 
 ROWS = 12_000  # numerics: ticks of variants that one call computes: arrays that a cache holds
 
@@ -122,22 +121,17 @@ def _only_bodies(predictor, section: Section, model, base, layout: Layout, u: np
         return False
     if any((u[:, i] != old[layout.slots[i].key]).any() for i in kept):
         return False
-    loop = DrivenLoop(model, predictor.joints, _of_one(section), len(u))
+    loop = DrivenLoop(model, predictor.joints, section.motion.group.schedule, len(u))
     more = Layout([term for term in layout.terms if term not in base[0].terms])
     own = {slot.key: i for i, slot in enumerate(layout.slots)}
     install(loop, [(more, u[:, [own[slot.key] for slot in more.slots]])])
     return loop.changes_only_bodies()
 
 
-def _of_one(section: Section) -> Schedule:
-    """Of one recording: what effects are is the same in all."""
-    return section.motion.group.schedule.of(np.zeros(1, int))
-
-
 def _bodies(predictor, section: Section, base, layout: Layout, u: np.ndarray):
     """N·m that other masses or another gravity take away."""
     model = _with_both(predictor, base, layout)
-    loop = DrivenLoop(model, predictor.joints, _of_one(section), len(u) + 1)
+    loop = DrivenLoop(model, predictor.joints, section.motion.group.schedule, len(u) + 1)
     install(loop, [(base[0], base[1][None]), (layout, u)])
     taken = loop.by_bodies(section.poses)
     if taken is None:
