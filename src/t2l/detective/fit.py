@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
-from t2l.detective.screen import Screen, bounded
+from t2l.detective.screen import Screen, bounded, independent
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
@@ -91,11 +92,13 @@ class FittedSet:
         """What decides."""
         return float(np.sqrt(np.mean(self.left_out**2)))
 
-    @property
+    @cached_property
     def complexity(self) -> int:
-        """How many numbers were chosen; a name counts as one."""
-        chosen = self.layout.lower < self.layout.upper
-        return int(chosen.sum()) + len(self.layout.terms)
+        """How many numbers the samples tell of those that were chosen; a name counts as one."""
+        fixed = self.layout.lower >= self.layout.upper
+        rough = int((~self.free & ~fixed).sum())
+        told = independent(self.jacobian[:, self.free].T @ self.jacobian[:, self.free])
+        return told + rough + len(self.layout.terms)
 
     @property
     def columns(self) -> dict[tuple, np.ndarray]:
@@ -228,7 +231,9 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
         for i in _steps(fit):
             for step in (-times, times):
                 u = fit.u.copy()
-                u[i] = np.clip(u[i] + step, fit.layout.lower[i], fit.layout.upper[i])
+                u[i] = np.clip(
+                    u[i] + step * _unit(fit.layout, i), fit.layout.lower[i], fit.layout.upper[i]
+                )
                 others.append(LeastSquares(fit.layout, u, fit.size, noise=fit.noise))
         minimise(others, objective, ROUGH_ITERATIONS)
         fit = min([fit, *others], key=lambda one: one.loss)
@@ -236,11 +241,15 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
 
 
 def _steps(fit: LeastSquares) -> list[int]:
-    """Logarithms without a derivative that may have any value of a range."""
+    """Elements without a derivative that may have any value of a range."""
     layout = fit.layout
-    return [
-        int(i) for i in np.flatnonzero(layout.rough & layout.log & (layout.lower < layout.upper))
-    ]
+    wide = layout.rough & (layout.lower < layout.upper)
+    return [int(i) for i in np.flatnonzero(wide) if _unit(layout, i) > 0]
+
+
+def _unit(layout: Layout, i: int) -> float:
+    """By what an element without a derivative is moved, times `ROUGH_STEPS`."""
+    return 1.0 if layout.log[i] else layout.slots[i].size
 
 
 def _sizes(start: Start) -> np.ndarray:

@@ -392,7 +392,7 @@ def choose(
         return None
     best = min(f.left_out_rmse for f in earning)
     alike = [f for f in earning if judge.alike(f.left_out_rmse, best)]
-    return min(alike, key=lambda f: (f.complexity, f.left_out_rmse))
+    return min(alike, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse))
 
 
 def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
