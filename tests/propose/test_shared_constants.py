@@ -6,15 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from t2l.effects.law import FRICTION, TORQUE, Law
-from t2l.effects.term import Layout
-from t2l.identify.model import Model
+from t2l.effects.spline_torque import weights_of
+from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor
 from t2l.propose.bases import constant, effect_of
-from t2l.propose.dictionary import term_of, weights_in
-from t2l.propose.proposal import error_of, propose
+from t2l.propose.proposal import error_of
 from t2l.propose.shared_constants import anchoring
 from tests.diagnose.made import pendulum
-from tests.propose.test_search import POSITIONS, machine, planted
+from tests.propose.made import POSITIONS, learn, machine, planted, sway
 
 POSITION, VELOCITY, LEVEL = (
     Law(TORQUE, "hinge", follows, "hinge") for follows in ("position", "velocity", "constant")
@@ -28,12 +27,12 @@ def setup_of(*laws):
         constant(law, 1.0) if law.follows == "constant" else effect_of(law, (-1.0, 2.0), 1.0)
         for law in laws
     ]
-    layout = Layout([term_of(effect, ("hinge",)) for effect in effects])
+    layout = Layout([Term(effect, (0,)) for effect in effects])
     rng = np.random.default_rng(0)
     jacobian = np.empty((200, len(layout.slots)))
     response = rng.normal(size=200)
     for effect in effects:
-        index = weights_in(layout, effect)
+        index = weights_of(layout, effect)
         own = rng.normal(size=(200, len(index)))
         # all weights together are the constant
         own[:, -1] = response - own[:, :-1].sum(axis=1)
@@ -52,7 +51,7 @@ def test_constants_move_and_nothing_that_is_predicted_changes(laws, count):
     torques = [effect for effect in effects if effect.law.kind == TORQUE]
     at_zero = {
         effect.law: np.interp(
-            0.0, effect.grid, effect.basis @ (anchor @ u)[weights_in(layout, effect)]
+            0.0, effect.grid, effect.basis @ (anchor @ u)[weights_of(layout, effect)]
         )
         for effect in torques
     }
@@ -72,8 +71,8 @@ def test_bands_do_not_hold_what_is_a_matter_of_drawing(tmp_path):
     robot, speeds = pendulum(tmp_path), np.linspace(-20.0, 20.0, 40)
     ripple = planted(POSITION, POSITIONS, 0.04 * np.sin(5 * POSITIONS) + 0.03)
     truth = [ripple, planted(VELOCITY, speeds, -0.03 * speeds)]
-    predictor = Predictor(robot, machine(robot, truth, 3), threads=1)
-    found = propose(Model(robot), predictor)
+    made = machine(robot, truth, 3)
+    found = learn(robot, made, machine(robot, truth, 1, commands=sway, seed=9))
     learned = {one.curve.law: one for one in found.learned}
     assert set(learned) == {POSITION, VELOCITY}
     for law, curve in zip((POSITION, VELOCITY), truth, strict=True):
@@ -81,4 +80,6 @@ def test_bands_do_not_hold_what_is_a_matter_of_drawing(tmp_path):
         at = np.array(one.curve.at)
         assert np.mean((one.low <= curve(at)) & (curve(at) <= one.high)) >= 0.9
         assert np.median(one.high - one.low) < 0.1 * np.ptp(curve(at))
-    assert error_of(found.with_curves, predictor) < 1.1 * found.noise_floor_rad
+    assert (
+        error_of(found.with_curves, Predictor(robot, made, threads=1)) < 1.1 * found.noise_floor_rad
+    )
