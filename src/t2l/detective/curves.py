@@ -27,6 +27,7 @@ from t2l.propose.proposal import Ceiling
 from t2l.propose.tendons import BETWEEN, measured, reach, table
 from t2l.recordings.recording import Recording
 
+LINE = 2  # format: numbers of a straight line
 KEPT = 3  # numerics: laws of a joint that go on to the screen
 BENDS = (1.0, 0.1, 0.01)  # numerics: of a curve, of which what is left out chooses
 NEAR = 1.5  # numerics: times the least squared error of a law's versions, of a simpler one beside
@@ -35,6 +36,14 @@ NEAR = 1.5  # numerics: times the least squared error of a law's versions, of a 
 def has_a_name(law: Law) -> bool:
     """Whether a known effect is the same: an offset, dry friction, an armature, a limit."""
     return law.follows == "constant" or law.kind in (INERTIA, LIMIT)
+
+
+def is_straight(effect: SplineTorque) -> bool:
+    """Whether it is no more than a line: a spring, viscous friction, friction by load, a coupling.
+
+    Known effects are that too.
+    """
+    return effect.basis.shape[1] <= LINE
 
 
 def curves(
@@ -78,7 +87,7 @@ def curves(
         else:
             finest = effect_of(law, ends[law], motor[law.joint])
             found.append(straight(finest) if law in only_lines else finest)
-    return found
+    return [one for one in found if not (named and is_straight(one))]
 
 
 def with_curves(
@@ -91,6 +100,7 @@ def with_curves(
     residual: np.ndarray,
     folds: np.ndarray,
     rows: np.ndarray,
+    named: bool = True,
 ) -> tuple[Table, list[Ceiling]]:
     """A table with the best laws of each joint as candidates more; what each law alone promises.
 
@@ -98,6 +108,7 @@ def with_curves(
         finest: laws that are zero where their weights are.
         noise_rad: of a sample.
         residual, folds: (k,) of the samples `rows`.
+        named: leave out straight lines, which known effects are.
     """
     wanted = Responses(predictor, sections, rows)
     places = [_ask(wanted, predictor, sections, adopted, effect) for effect in finest]
@@ -107,7 +118,7 @@ def with_curves(
     found: dict[int, list[tuple[float, list[tuple[Candidate, np.ndarray]]]]] = {}
     for effect, at in zip(finest, places, strict=True):
         joint = predictor.joints.index(effect.law.joint)
-        made = _versions(effect, joint, responses[:, at], len(screened.base))
+        made = _versions(effect, joint, responses[:, at], len(screened.base), named)
         # what other joints lack is no reason to prefer a simple one
         here = np.isin(
             joints, [predictor.joints.index(n) for n in (effect.law.joint, effect.law.of)]
@@ -159,11 +170,12 @@ def _ask(wanted: Responses, predictor, sections, adopted, effect: SplineTorque) 
 
 
 def _versions(
-    finest: SplineTorque, joint: int, responses: np.ndarray, first: int
+    finest: SplineTorque, joint: int, responses: np.ndarray, first: int, named: bool
 ) -> list[tuple[Candidate, np.ndarray]]:
     """Candidates, the fewest numbers first, with their columns, numbered from `first` on."""
     made = []
-    every = ((one.bending(bend), made) for one, made in versions(finest) for bend in BENDS)
+    bent = [(one, of) for one, of in versions(finest) if not (named and is_straight(one))]
+    every = ((one.bending(bend), of) for one, of in bent for bend in BENDS)
     for effect, of_finest in every:
         own = (responses @ of_finest).astype(np.float32)
         parameters = effect.parameters

@@ -56,8 +56,9 @@ class FittedSet:
     Attributes:
         layout, u: all terms and their parameters.
         residual: (nsample,) of the fitted samples, rad, predicted minus measured.
-        left_out: (nsample,) likewise, each fold by a fit to the others; NaN where these do not tell
-            what the model says, as beyond the positions of a curve that they went to.
+        left_out: (nsample,) likewise, each fold by a fit to the others, where these tell what the
+            model says; elsewhere, as beyond the positions of a curve that they went to, as fitted.
+        told: (nsample,) bool, where they tell.
         jacobian: (nsample, n).
         free: (n,) bool, which were fitted.
     """
@@ -66,6 +67,7 @@ class FittedSet:
     u: np.ndarray
     residual: np.ndarray
     left_out: np.ndarray
+    told: np.ndarray
     jacobian: np.ndarray
     free: np.ndarray
 
@@ -87,7 +89,7 @@ class FittedSet:
     @property
     def left_out_rmse(self) -> float:
         """What decides."""
-        return float(np.sqrt(np.nanmean(self.left_out**2)))
+        return float(np.sqrt(np.mean(self.left_out**2)))
 
     @property
     def complexity(self) -> int:
@@ -365,15 +367,19 @@ def fitted(
     asked = [(fit, u) for fit, (u, _) in zip(each, parts, strict=True)]
     left, rows = {}, np.searchsorted(np.unique(folds), folds)
     for fit, (_, told), residuals in zip(each, parts, objective.residuals(asked), strict=True):
-        own = residuals[rows, np.arange(len(folds))]
-        left[id(fit)] = np.where(told, own, np.nan) if told.mean() > HALF else own
+        if told.mean() < HALF:
+            told = np.ones(len(folds), bool)
+        own = np.where(told, residuals[rows, np.arange(len(folds))], fit.residual)
+        left[id(fit)] = own, told
     found = []
     for fit in fits:
-        left_out = left.get(id(fit), fit.residual)
-        if not np.isinf(left_out).any():
+        left_out, told = left.get(id(fit), (fit.residual, np.ones(len(folds), bool)))
+        if np.isfinite(left_out).all():
             found.append(
-                FittedSet(fit.layout, fit.u, fit.residual, left_out, fit.jacobian, fit.free)
-            )
+                FittedSet(
+                    fit.layout, fit.u, fit.residual, left_out, told, fit.jacobian, fit.free
+                )
+            )  # fmt: skip
     return found
 
 
