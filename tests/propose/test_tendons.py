@@ -101,6 +101,11 @@ def test_tendons_are_the_best_of_either_joint():
     assert list(best_of_each_joint(found)) == [laws["ab"], laws["ac"]]
 
 
+@pytest.mark.xfail(
+    strict=True,
+    raises=AssertionError,
+    reason="the gain of a law of two joints is a mean over both, and ranks too low",
+)
 def test_a_cable_is_recovered(robot):
     model = Model(robot, learned=(cable(),))
     logs = [
@@ -109,8 +114,8 @@ def test_a_cable_is_recovered(robot):
     ]
     found = learn(robot, logs)
     assert found.verdict == LAW
+    assert [one.curve.law for one in found.learned] == [CABLE]
     (one,) = found.learned
-    assert one.curve.law == CABLE
     assert one.curve.ratio == pytest.approx(RATIO, rel=0.02)
     slope, level = np.polyfit(one.curve.at, one.curve.torque, 1)
     assert slope == pytest.approx(-STIFFNESS, rel=0.05)
