@@ -14,10 +14,10 @@ from unittest.mock import patch
 import numpy as np
 import pandas as pd
 from mujoco.batch import Batch
+from t2l.diagnose.evidence import gather
 
 from benchmarks import mujoco_sysid, recordings
 from benchmarks.bare_step import replays
-from t2l.diagnose.evidence import gather
 from t2l.diagnose.ranking import diagnose
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.effects.registry import builtin

@@ -170,9 +170,10 @@ def explained(folder: Path) -> dict:
     """Explain the recordings of `folder` as a user would, and fit what was really hidden."""
     # here, so that listing cases does not import the simulator in the parent
     from t2l.diagnose.evidence import gather
-    from t2l.diagnose.files import PROPOSAL, PROPOSED
     from t2l.diagnose.forward_selection import explain
     from t2l.propose.beside import proposed_beside
+
+    from t2l.diagnose.files import PROPOSAL, PROPOSED
 
     began = perf_counter()
     truth, model, recordings, holdout, substeps = _read(folder)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from t2l.diagnose.evidence import gather
+
 from t2l.diagnose.ranking import diagnose
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.effects.registry import builtin

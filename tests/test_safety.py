@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-
-from t2l.cli.main import main
 from t2l.diagnose.evidence import gather
 from t2l.diagnose.forward_selection import fingerprint
+
+from t2l.cli.main import main
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.hardware.recorder import write_or_keep
 from t2l.outputs import MARK, output_folder

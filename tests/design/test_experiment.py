@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import yaml
+from t2l.diagnose.evidence import gather
 
 from t2l.cli.main import main
 from t2l.design.d_optimal import exchange, log_det
@@ -13,7 +14,6 @@ from t2l.design.identifiability import identifiability, of_log
 from t2l.design.library import library, recording
 from t2l.design.safety import SAFE, within_limits
 from t2l.design.sensitivity import Sensitivity
-from t2l.diagnose.evidence import gather
 from t2l.diagnose.ranking import MISSING, diagnose
 from t2l.hardware.guard import Workspace
 from t2l.hardware.limits import POSITION_MARGIN_RAD

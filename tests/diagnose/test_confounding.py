@@ -4,12 +4,12 @@ import dataclasses
 import json
 
 import pytest
+from t2l.diagnose.evidence import gather
 
 from t2l.design.collinearity import Rival
 from t2l.diagnose.candidate import Candidate
 from t2l.diagnose.confounded import Confounded, as_json, members, sentences
 from t2l.diagnose.confounding import confounded_beforehand, confounded_names
-from t2l.diagnose.evidence import gather
 from t2l.diagnose.explanation import Explanation, write_explanation
 from t2l.diagnose.told_apart import told_apart
 from t2l.effects.registry import builtin

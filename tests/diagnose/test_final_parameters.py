@@ -4,8 +4,8 @@ import dataclasses
 import json
 
 import pytest
-
 from t2l.diagnose.evidence import gather
+
 from t2l.diagnose.explanation import Explanation, Step, write_explanation
 from t2l.diagnose.final_parameters import final_parameters
 from t2l.diagnose.ranking import NOTHING_MISSING

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-
 from t2l.diagnose.evidence import gather
+
 from t2l.diagnose.ranking import MISSING, diagnose, telling
 from t2l.effects.term import Layout, Term
 from t2l.identify.model import Model

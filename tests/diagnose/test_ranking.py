@@ -6,10 +6,10 @@ import pytest
 from benchmarks.hidden_effects import effects as hidden
 from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
+from t2l.diagnose.evidence import gather
 
 from t2l.diagnose.artefacts import write_diagnosis
 from t2l.diagnose.candidate import Candidate, alike, mark_ties, rank
-from t2l.diagnose.evidence import gather
 from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, UNEXPLAINED, adopt, diagnose
 from t2l.diagnose.wording import why
 from t2l.effects.registry import builtin

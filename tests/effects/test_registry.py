@@ -2,8 +2,8 @@ import textwrap
 
 import numpy as np
 import pytest
-
 from t2l.diagnose.evidence import gather
+
 from t2l.diagnose.ranking import MISSING, adopt, diagnose
 from t2l.effects.registry import builtin, load
 from t2l.errors import ConfigurationError

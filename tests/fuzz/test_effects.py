@@ -3,8 +3,8 @@
 import logging
 
 import pytest
-
 from t2l.diagnose.evidence import gather
+
 from t2l.diagnose.starting_points import starting_points
 from t2l.effects.registry import load
 from t2l.effects.term import Layout
