@@ -5,7 +5,7 @@ basis, so that the responses to that one are enough. Every law is scored alone f
 joint the best few go on to the screen, where they stand beside the known effects.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from t2l.detective.responses import added_torques
 from t2l.detective.screen import Screen
 from t2l.diagnose.conditions import features
 from t2l.effects.effect import Scales
-from t2l.effects.law import INERTIA, LIMIT, TENDON, Law
+from t2l.effects.law import FRICTION, INERTIA, LIMIT, TENDON, TORQUE, Law
 from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor, Request
@@ -30,6 +30,14 @@ from t2l.recordings.recording import Recording
 KEPT = 3  # numerics: laws of a joint that go on to the screen
 BENDS = (1.0, 0.1, 0.01)  # numerics: of a curve, of which what is left out chooses
 NEAR = 1.5  # numerics: times the least squared error of a law's versions, of a simpler one beside
+
+# effects that a straight line over a variable is; it has one number less, as a name is one
+LINES = {
+    (TORQUE, "position"): {"parallel_spring"},
+    (TORQUE, "velocity"): {"torque_offset", "viscous_friction"},
+    (TORQUE, "commanded torque"): {"torque_constant", "torque_offset"},
+    (FRICTION, "speed"): {"coulomb_friction", "viscous_friction"},
+}
 
 
 def has_a_name(law: Law) -> bool:
@@ -91,6 +99,7 @@ def with_curves(
     residual: np.ndarray,
     folds: np.ndarray,
     rows: np.ndarray,
+    names: Collection[str] = (),
 ) -> tuple[Table, list[Ceiling]]:
     """A table with the best laws of each joint as candidates more; what each law alone promises.
 
@@ -98,6 +107,7 @@ def with_curves(
         finest: laws that are zero where their weights are.
         noise_rad: of a sample.
         residual, folds: (k,) of the samples `rows`.
+        names: of known effects that are offered; no straight line stands for them.
     """
     wanted = Responses(predictor, sections, rows)
     places = [_ask(wanted, predictor, sections, adopted, effect) for effect in finest]
@@ -107,7 +117,7 @@ def with_curves(
     found: dict[int, list[tuple[float, list[tuple[Candidate, np.ndarray]]]]] = {}
     for effect, at in zip(finest, places, strict=True):
         joint = predictor.joints.index(effect.law.joint)
-        made = _versions(effect, joint, responses[:, at], len(screened.base))
+        made = _versions(effect, joint, responses[:, at], len(screened.base), names)
         # what other joints lack is no reason to prefer a simple one
         here = np.isin(
             joints, [predictor.joints.index(n) for n in (effect.law.joint, effect.law.of)]
@@ -159,11 +169,18 @@ def _ask(wanted: Responses, predictor, sections, adopted, effect: SplineTorque) 
 
 
 def _versions(
-    finest: SplineTorque, joint: int, responses: np.ndarray, first: int
+    finest: SplineTorque,
+    joint: int,
+    responses: np.ndarray,
+    first: int,
+    names: Collection[str],
 ) -> list[tuple[Candidate, np.ndarray]]:
     """Candidates, the fewest numbers first, with their columns, numbered from `first` on."""
+    law, every = finest.law, versions(finest)
+    if LINES.get((law.kind, law.follows), {""}) <= set(names):
+        every = [(one, made) for one, made in every if one.basis.shape[1] > 2]
+    every = ((one.bending(bend), made) for one, made in every for bend in BENDS)
     made = []
-    every = ((one.bending(bend), made) for one, made in versions(finest) for bend in BENDS)
     for effect, of_finest in every:
         own = (responses @ of_finest).astype(np.float32)
         parameters = effect.parameters

@@ -334,8 +334,9 @@ class _Search:
         table = known_candidates(predictor, self.sections, adopted, effects, guesses, left, rows)
         if finest:
             table, self.ceilings = with_curves(
-                table, predictor, self.sections, adopted, finest, noise, left[rows], folds, rows
-            )
+                table, predictor, self.sections, adopted, finest, noise, left[rows], folds, rows,
+                {effect.name for effect in effects},
+            )  # fmt: skip
         return Screen(table, left[rows], folds, noise)
 
     def singles(self, progress: Progress) -> "Singles":
