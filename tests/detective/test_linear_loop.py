@@ -99,3 +99,29 @@ def test_what_remembers_nothing_needs_no_order_of_ticks(swinging, name):
     one = in_turn.torque(section.path)[:, 0]
     other = at_once.torque(section.path.all_at_once())[0, 0]
     assert np.allclose(one, other.reshape(one.shape), atol=1e-12)
+
+
+@pytest.mark.parametrize("so_far", [(), ("dahl_friction",)])
+def test_variants_together_are_each_what_they_are_alone(swinging, so_far, monkeypatch):
+    predictor, sections = swinging
+    effects, sizes = builtin(), scales(predictor)
+
+    def layout_and_u(names, which=0):
+        layout = Layout([Term(effects[name], (0,)) for name in names])
+        guesses = {name: first_guesses(effects[name], sizes, 1) for name in names}
+        return layout, layout.encode({n: some[which % len(some)] for n, some in guesses.items()})
+
+    base = layout_and_u(so_far)
+    variants = []
+    for name in ("lugre_friction", "link_inertia", "encoder_scale", "cogging", "command_delay"):
+        (layout, u), (_, other) = (layout_and_u((*so_far, name), which) for which in (0, 1))
+        variants.append((layout, np.stack([u, other])))
+    together = added_torques(predictor, sections[0], base, variants)
+    # pieces of other sizes
+    monkeypatch.setattr("t2l.detective.responses.ROWS", 700)
+    for (layout, u), torque in zip(variants, together, strict=True):
+        for row, values in enumerate(u):
+            alone = added_torques(predictor, sections[0], base, [(layout, values[None])])[0][:, 0]
+            assert np.abs(alone).max() > 0
+            scale = np.abs(alone).max()
+            np.testing.assert_allclose(torque[:, row] / scale, alone / scale, atol=1e-5)

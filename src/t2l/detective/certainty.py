@@ -34,13 +34,8 @@ def chosen_shares(
             counts.
     """
     _, fold = np.unique(folds, return_inverse=True)
-    left = np.stack([one.left_out for one in sets])
-    squares = np.where(np.isfinite(left).all(axis=0), left**2, 0.0)
     errors = np.array(
-        [
-            np.bincount(fold, own) * (1 + PARSIMONY * one.complexity)
-            for one, own in zip(sets, squares, strict=True)
-        ]
+        [np.bincount(fold, one.left_out**2) * (1 + PARSIMONY * one.complexity) for one in sets]
     )
     weights = np.random.default_rng(SEED).exponential(size=(resamples, errors.shape[1]))
     counts: Counter[tuple[str, int]] = Counter()

@@ -5,7 +5,7 @@ basis, so that the responses to that one are enough. Every law is scored alone f
 joint the best few go on to the screen, where they stand beside the known effects.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from t2l.detective.responses import added_torques
 from t2l.detective.screen import Screen
 from t2l.diagnose.conditions import features
 from t2l.effects.effect import Scales
-from t2l.effects.law import FRICTION, INERTIA, LIMIT, TENDON, TORQUE, Law
+from t2l.effects.law import INERTIA, LIMIT, TENDON, Law
 from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor, Request
@@ -27,22 +27,23 @@ from t2l.propose.proposal import Ceiling
 from t2l.propose.tendons import BETWEEN, measured, reach, table
 from t2l.recordings.recording import Recording
 
+LINE = 2  # format: numbers of a straight line
 KEPT = 3  # numerics: laws of a joint that go on to the screen
 BENDS = (1.0, 0.1, 0.01)  # numerics: of a curve, of which what is left out chooses
 NEAR = 1.5  # numerics: times the least squared error of a law's versions, of a simpler one beside
-
-# effects that a straight line over a variable is; it has one number less, as a name is one
-LINES = {
-    (TORQUE, "position"): {"parallel_spring"},
-    (TORQUE, "velocity"): {"torque_offset", "viscous_friction"},
-    (TORQUE, "commanded torque"): {"torque_constant", "torque_offset"},
-    (FRICTION, "speed"): {"coulomb_friction", "viscous_friction"},
-}
 
 
 def has_a_name(law: Law) -> bool:
     """Whether a known effect is the same: an offset, dry friction, an armature, a limit."""
     return law.follows == "constant" or law.kind in (INERTIA, LIMIT)
+
+
+def is_straight(effect: SplineTorque) -> bool:
+    """Whether it is no more than a line: a spring, viscous friction, friction by load, a coupling.
+
+    Known effects are that too.
+    """
+    return effect.basis.shape[1] <= LINE
 
 
 def curves(
@@ -86,7 +87,7 @@ def curves(
         else:
             finest = effect_of(law, ends[law], motor[law.joint])
             found.append(straight(finest) if law in only_lines else finest)
-    return found
+    return [one for one in found if not (named and is_straight(one))]
 
 
 def with_curves(
@@ -99,7 +100,7 @@ def with_curves(
     residual: np.ndarray,
     folds: np.ndarray,
     rows: np.ndarray,
-    names: Collection[str] = (),
+    named: bool = True,
 ) -> tuple[Table, list[Ceiling]]:
     """A table with the best laws of each joint as candidates more; what each law alone promises.
 
@@ -107,7 +108,7 @@ def with_curves(
         finest: laws that are zero where their weights are.
         noise_rad: of a sample.
         residual, folds: (k,) of the samples `rows`.
-        names: of known effects that are offered; no straight line stands for them.
+        named: leave out straight lines, which known effects are.
     """
     wanted = Responses(predictor, sections, rows)
     places = [_ask(wanted, predictor, sections, adopted, effect) for effect in finest]
@@ -117,7 +118,7 @@ def with_curves(
     found: dict[int, list[tuple[float, list[tuple[Candidate, np.ndarray]]]]] = {}
     for effect, at in zip(finest, places, strict=True):
         joint = predictor.joints.index(effect.law.joint)
-        made = _versions(effect, joint, responses[:, at], len(screened.base), names)
+        made = _versions(effect, joint, responses[:, at], len(screened.base), named)
         # what other joints lack is no reason to prefer a simple one
         here = np.isin(
             joints, [predictor.joints.index(n) for n in (effect.law.joint, effect.law.of)]
@@ -169,18 +170,12 @@ def _ask(wanted: Responses, predictor, sections, adopted, effect: SplineTorque) 
 
 
 def _versions(
-    finest: SplineTorque,
-    joint: int,
-    responses: np.ndarray,
-    first: int,
-    names: Collection[str],
+    finest: SplineTorque, joint: int, responses: np.ndarray, first: int, named: bool
 ) -> list[tuple[Candidate, np.ndarray]]:
     """Candidates, the fewest numbers first, with their columns, numbered from `first` on."""
-    law, every = finest.law, versions(finest)
-    if LINES.get((law.kind, law.follows), {""}) <= set(names):
-        every = [(one, made) for one, made in every if one.basis.shape[1] > 2]
-    every = ((one.bending(bend), made) for one, made in every for bend in BENDS)
     made = []
+    bent = [(one, of) for one, of in versions(finest) if not (named and is_straight(one))]
+    every = ((one.bending(bend), of) for one, of in bent for bend in BENDS)
     for effect, of_finest in every:
         own = (responses @ of_finest).astype(np.float32)
         parameters = effect.parameters

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
-from t2l.detective.screen import Screen, bounded
+from t2l.detective.screen import Screen, bounded, independent
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
@@ -56,8 +57,9 @@ class FittedSet:
     Attributes:
         layout, u: all terms and their parameters.
         residual: (nsample,) of the fitted samples, rad, predicted minus measured.
-        left_out: (nsample,) likewise, each fold by a fit to the others; NaN where these do not tell
-            what the model says, as beyond the positions of a curve that they went to.
+        left_out: (nsample,) likewise, each fold by a fit to the others, where these tell what the
+            model says; elsewhere, as beyond the positions of a curve that they went to, as fitted.
+        told: (nsample,) bool, where they tell.
         jacobian: (nsample, n).
         free: (n,) bool, which were fitted.
     """
@@ -66,6 +68,7 @@ class FittedSet:
     u: np.ndarray
     residual: np.ndarray
     left_out: np.ndarray
+    told: np.ndarray
     jacobian: np.ndarray
     free: np.ndarray
 
@@ -87,13 +90,15 @@ class FittedSet:
     @property
     def left_out_rmse(self) -> float:
         """What decides."""
-        return float(np.sqrt(np.nanmean(self.left_out**2)))
+        return float(np.sqrt(np.mean(self.left_out**2)))
 
-    @property
+    @cached_property
     def complexity(self) -> int:
-        """How many numbers were chosen; a name counts as one."""
-        chosen = self.layout.lower < self.layout.upper
-        return int(chosen.sum()) + len(self.layout.terms)
+        """How many numbers the samples tell of those that were chosen; a name counts as one."""
+        fixed = self.layout.lower >= self.layout.upper
+        rough = int((~self.free & ~fixed).sum())
+        told = independent(self.jacobian[:, self.free].T @ self.jacobian[:, self.free])
+        return told + rough + len(self.layout.terms)
 
     @property
     def columns(self) -> dict[tuple, np.ndarray]:
@@ -226,7 +231,9 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
         for i in _steps(fit):
             for step in (-times, times):
                 u = fit.u.copy()
-                u[i] = np.clip(u[i] + step, fit.layout.lower[i], fit.layout.upper[i])
+                u[i] = np.clip(
+                    u[i] + step * _unit(fit.layout, i), fit.layout.lower[i], fit.layout.upper[i]
+                )
                 others.append(LeastSquares(fit.layout, u, fit.size, noise=fit.noise))
         minimise(others, objective, ROUGH_ITERATIONS)
         fit = min([fit, *others], key=lambda one: one.loss)
@@ -234,11 +241,15 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
 
 
 def _steps(fit: LeastSquares) -> list[int]:
-    """Logarithms without a derivative that may have any value of a range."""
+    """Elements without a derivative that may have any value of a range."""
     layout = fit.layout
-    return [
-        int(i) for i in np.flatnonzero(layout.rough & layout.log & (layout.lower < layout.upper))
-    ]
+    wide = layout.rough & (layout.lower < layout.upper)
+    return [int(i) for i in np.flatnonzero(wide) if _unit(layout, i) > 0]
+
+
+def _unit(layout: Layout, i: int) -> float:
+    """By what an element without a derivative is moved, times `ROUGH_STEPS`."""
+    return 1.0 if layout.log[i] else layout.slots[i].size
 
 
 def _sizes(start: Start) -> np.ndarray:
@@ -365,15 +376,19 @@ def fitted(
     asked = [(fit, u) for fit, (u, _) in zip(each, parts, strict=True)]
     left, rows = {}, np.searchsorted(np.unique(folds), folds)
     for fit, (_, told), residuals in zip(each, parts, objective.residuals(asked), strict=True):
-        own = residuals[rows, np.arange(len(folds))]
-        left[id(fit)] = np.where(told, own, np.nan) if told.mean() > HALF else own
+        if told.mean() < HALF:
+            told = np.ones(len(folds), bool)
+        own = np.where(told, residuals[rows, np.arange(len(folds))], fit.residual)
+        left[id(fit)] = own, told
     found = []
     for fit in fits:
-        left_out = left.get(id(fit), fit.residual)
-        if not np.isinf(left_out).any():
+        left_out, told = left.get(id(fit), (fit.residual, np.ones(len(folds), bool)))
+        if np.isfinite(left_out).all():
             found.append(
-                FittedSet(fit.layout, fit.u, fit.residual, left_out, fit.jacobian, fit.free)
-            )
+                FittedSet(
+                    fit.layout, fit.u, fit.residual, left_out, told, fit.jacobian, fit.free
+                )
+            )  # fmt: skip
     return found
 
 

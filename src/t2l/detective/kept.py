@@ -24,7 +24,7 @@ from t2l.errors import T2LError, writing
 from t2l.identify.model import Model, write_model
 
 FITTED = "fitted.npz"
-ARRAYS = ("u", "residual", "left_out", "jacobian", "free")
+ARRAYS = ("u", "residual", "left_out", "told", "jacobian", "free")
 
 
 def keep_step(
@@ -104,7 +104,7 @@ def fitted_before(
             last = FittedSet(Layout(terms), **{name: arrays[name] for name in ARRAYS})
             n, m = len(last.residual), len(last.layout.slots)
             shapes = [getattr(last, name).shape for name in ARRAYS]
-            if shapes != [(m,), (n,), (n,), (n, m), (m,)]:
+            if shapes != [(m,), (n,), (n,), (n,), (n, m), (m,)]:
                 return None
     except T2LError:
         return None

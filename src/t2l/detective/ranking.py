@@ -73,7 +73,7 @@ def _candidate(
     simulated: bool,
 ) -> Candidate:
     effect = next(t.effect for t in fit.layout.terms if t.effect.name == name)
-    gain = found.judge.improvement(found.came.left_out, fit.left_out)
+    gain = found.judge.improvement(found.came, fit)
     candidate = Candidate(
         effect, fit.layout, fit.u, fit.rmse, fit.left_out_rmse, gain, simulated=simulated
     )

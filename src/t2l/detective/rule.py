@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from t2l.detective.fit import FittedSet
 from t2l.identify.block_bootstrap import Improvement, improvement
 from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
 
@@ -38,29 +39,34 @@ class Judge:
         """
         return rmse_rad <= AT_THE_FLOOR ** (1 + as_it_came) * self.noise_rad
 
-    def improvement(self, before: np.ndarray, after: np.ndarray) -> Improvement:
-        """Of left-out residuals (nsample,), where both are told."""
-        told = np.isfinite(before) & np.isfinite(after)
-        # blocks are numbered without gaps
-        _, block = np.unique(self.block[told], return_inverse=True)
-        return improvement(before[told], after[told], block, np.random.default_rng(SEED))
+    def improvement(self, before: FittedSet, after: FittedSet, told: bool = False) -> Improvement:
+        """Of what is left out.
 
-    def earns(self, before: np.ndarray, after: np.ndarray, least: float = MATERIAL) -> bool:
-        """Whether what `after` has more than `before` earns its place; (nsample,) rad.
+        Args:
+            told: only where it is told of both, see `FittedSet`.
+        """
+        some = before.told & after.told if told else np.ones(len(self.block), bool)
+        # blocks are numbered without gaps
+        _, block = np.unique(self.block[some], return_inverse=True)
+        pair = before.left_out[some], after.left_out[some]
+        return improvement(*pair, block, np.random.default_rng(SEED))
+
+    def earns(self, before: FittedSet, after: FittedSet, least: float = MATERIAL) -> bool:
+        """Whether what `after` has more than `before` earns its place, in all and where it is told.
 
         Args:
             least: share of the error by which it must fall.
         """
-        gain = self.improvement(before, after)
-        return gain.lower > 0 and gain.fraction >= least
+        gains = (self.improvement(before, after, told) for told in (False, True))
+        return all(gain.lower > 0 and gain.fraction >= least for gain in gains)
 
-    def misses(self, before: np.ndarray, after: np.ndarray) -> bool:
-        """Whether a model with residuals `after`, of fewer numbers, lacks what `before` has.
+    def misses(self, before: FittedSet, after: FittedSet) -> bool:
+        """Whether `after`, of fewer numbers, lacks what `before` has.
 
         A block of time that only one of them explains is often not drawn, so that chance cannot be
         excluded; so an error that is much larger needs no such proof.
         """
-        larger = 1 - self.improvement(before, after).fraction > PROMISING
+        larger = after.left_out_rmse > PROMISING * before.left_out_rmse
         return larger or self.earns(after, before)
 
     def alike(self, error: float, best: float) -> bool:

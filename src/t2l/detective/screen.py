@@ -23,6 +23,7 @@ WIDTH = 6  # numerics: sets that go on at each size
 LOOKED_AT = 30  # numerics: of the candidates to add, the most promising, that are scored in full
 MOST = 5  # candidates in a set
 SWEEPS = 40  # numerics: of coordinate descent within bounds
+ALIKE = 1e-5  # numerics: of a sum of squares: columns that differ by less are one
 SETTLED = 1e-4  # numerics: relative change of a sweep that is none
 
 
@@ -64,6 +65,7 @@ class Screen:
         self.prior = self._prior()
         self.total = self.products.sum(axis=0) + self.prior
         self.known: dict[frozenset[int], Scored] = {}
+        self.complexity = [self._complexity(one) for one in self.table.candidates]
         # candidates by how many constants and columns they have
         alike: dict[tuple[int, int], list[int]] = {}
         for i in range(len(self.table.candidates)):
@@ -86,6 +88,12 @@ class Screen:
                 products[np.ix_(at, at)] += rows.T @ rows
                 products[at, -1] += rows.T @ np.broadcast_to(tending, len(rows))
         return self.noise_rad**2 * products
+
+    def _complexity(self, one: Candidate) -> int:
+        """How many numbers of a candidate the samples tell; its name counts as one."""
+        at = [column.at for column in one.columns]
+        told = independent(self.products.sum(axis=0)[np.ix_(at, at)])
+        return one.complexity - (len(at) - told if one.numbers <= len(at) else 0)
 
     def score(self, members: Sequence[int]) -> Scored:
         """Of a set of indices of candidates."""
@@ -115,7 +123,7 @@ class Screen:
         return self._solve(self.total, constants, at, lower, upper)[0]
 
     def _count(self, members: Iterable[int]) -> int:
-        return sum(self.table.candidates[i].complexity for i in members)
+        return sum(self.complexity[i] for i in members)
 
     def _width(self, members: Iterable[int]) -> tuple[int, int]:
         chosen = [self.table.candidates[i] for i in members]
@@ -196,7 +204,7 @@ class Screen:
             normal = normal + ridge[..., None] * np.eye(columns.shape[1])
             w = np.linalg.solve(normal, target[..., None])[..., 0]
             left[rows] = error - (target * w).sum(axis=1)
-        left *= 1 + PARSIMONY * np.array([c.complexity for c in self.table.candidates])
+        left *= 1 + PARSIMONY * np.array(self.complexity)
         free = (
             i for i in np.argsort(left, kind="stable")
             if not any(_excludes(self.table.candidates[i], other) for other in taken)
@@ -241,6 +249,15 @@ class Screen:
             if best.error >= 0.999 * one.error:
                 return
             one = best
+
+
+def independent(products: np.ndarray) -> int:
+    """How many of some columns are told from each other, from their products (p, p)."""
+    if not len(products):
+        return 0
+    size = np.sqrt(np.diag(products)) + TINY
+    values = np.linalg.eigvalsh(products / np.outer(size, size))
+    return int((values > ALIKE).sum())
 
 
 def _excludes(one: Candidate, other: Candidate) -> bool:

@@ -335,7 +335,7 @@ class _Search:
         if finest:
             table, self.ceilings = with_curves(
                 table, predictor, self.sections, adopted, finest, noise, left[rows], folds, rows,
-                {effect.name for effect in effects},
+                self.offered.names,
             )  # fmt: skip
         return Screen(table, left[rows], folds, noise)
 
@@ -387,14 +387,12 @@ def choose(
     Args:
         least: share of the error by which it must fall.
     """
-    earning = [f for f in fits if judge.earns(current.left_out, f.left_out, least)]
+    earning = [f for f in fits if judge.earns(current, f, least)]
     if not earning:
         return None
-    # where each of them is told
-    left = np.stack([f.left_out for f in earning])
-    errors = np.sqrt(np.mean(left[:, np.isfinite(left).all(axis=0)] ** 2, axis=1))
-    alike = [i for i, error in enumerate(errors) if judge.alike(error, errors.min())]
-    return earning[min(alike, key=lambda i: (earning[i].complexity, errors[i]))]
+    best = min(f.left_out_rmse for f in earning)
+    alike = [f for f in earning if judge.alike(f.left_out_rmse, best)]
+    return min(alike, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse))
 
 
 def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
@@ -437,9 +435,9 @@ def prune(
     """
     while True:
         trials = _without_one(better)
-        kept = [f for f in fit(trials) if not judge.misses(better.left_out, f.left_out)]
+        kept = [f for f in fit(trials) if not judge.misses(better, f)]
         kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
-        kept = [f for f in kept if not judge.misses(better.left_out, f.left_out)]
+        kept = [f for f in kept if not judge.misses(better, f)]
         if not kept:
             return better
         better = min(kept, key=lambda f: f.left_out_rmse)

@@ -1,7 +1,5 @@
 """Torque ripple over the angle of the motor."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
@@ -10,6 +8,7 @@ FEWEST, MOST = 3.0, 500.0  # bound: periods in a turn
 # numerics: rad by which the ends of the motion shift between periods that are tried
 PHASE_STEP = 0.5
 LEAST_RANGE_RAD = 0.05  # numerics: of a motion, for that
+TOO_ALIKE = 1e-6  # numerics: singular values of the parts of a ripple, below which one does nothing
 
 
 class Cogging(Effect):
@@ -50,7 +49,7 @@ class Cogging(Effect):
         return [{"amplitude": 0.01 * scales.torque, "phase": 0.0 * one, "periods": 10.0 * one}]
 
     def read_off(self, q, torque, clock_s):
-        periods, (sine, cosine) = strongest_ripple(q, lambda n: _ripple(q, torque, n))
+        periods, (sine, cosine) = strongest_ripple(q, torque, np.ones_like(q))
         return {
             "amplitude": np.hypot(sine, cosine),
             "phase": np.arctan2(cosine, sine),
@@ -59,24 +58,29 @@ class Cogging(Effect):
 
 
 def strongest_ripple(
-    q: np.ndarray, ripple: Callable[[float], tuple[float, np.ndarray]]
+    q: np.ndarray, torque: np.ndarray, motor: np.ndarray
 ) -> tuple[float, np.ndarray]:
-    """Periods in a turn of the ripple that leaves least along positions (n,), and its amplitudes.
+    """Periods in a turn of the ripple that leaves least of a torque, and its two amplitudes.
 
-    Args:
-        ripple: of so many periods, what it leaves and its amplitudes of sine and cosine.
+    It is a sine and a cosine of so many periods of the positions q (n,) times `motor` (n,), fitted
+    to the torque (n,) beside a multiple of that and a constant.
     """
     step = PHASE_STEP / max(np.ptp(q), LEAST_RANGE_RAD)
     grid = np.arange(FEWEST, MOST, step)
-    periods = grid[np.argmin([ripple(n)[0] for n in grid])]
-    return periods, ripple(periods)[1]
-
-
-def _ripple(q: np.ndarray, torque: np.ndarray, periods: float) -> tuple[float, np.ndarray]:
-    """What a ripple beside a constant leaves, and its two amplitudes."""
-    parts = np.stack([np.sin(periods * q), np.cos(periods * q), np.ones_like(q)], axis=1)
-    weights = np.linalg.lstsq(parts, torque, rcond=1e-6)[0]
-    return float(np.mean((torque - parts @ weights) ** 2)), weights[:2]
+    # sines of ever more periods are turned from one to the next
+    wave, turn = motor * np.exp(1j * FEWEST * q), np.exp(1j * step * q)
+    rows = np.stack([motor, motor, motor, np.ones_like(q), torque])
+    products = np.empty((len(grid), len(rows), len(rows)))
+    for product in products:
+        rows[0], rows[1] = wave.imag, wave.real
+        np.matmul(rows, rows.T, out=product)
+        wave *= turn
+    normal, target = products[:, :-1, :-1], products[:, :-1, -1:]
+    weights = np.linalg.pinv(normal, rcond=TOO_ALIKE**2, hermitian=True) @ target
+    periods = grid[np.argmax((weights * target).sum(axis=(1, 2)))]
+    angle = periods * q
+    parts = np.stack([motor * np.sin(angle), motor * np.cos(angle), *rows[2:-1]], axis=1)
+    return periods, np.linalg.lstsq(parts, torque, rcond=TOO_ALIKE)[0][:2]
 
 
 def ripple_over_angle(robot, joints, values):

@@ -59,21 +59,12 @@ class TorqueRippleWithPosition(Effect):
     def read_off(self, q, torque, clock_s, motor=None):
         if motor is None:
             return None
-        periods, (sine, cosine) = strongest_ripple(q, lambda n: _ripple(q, torque, motor, n))
+        periods, (sine, cosine) = strongest_ripple(q, torque, motor)
         return {
             "amplitude": min(np.hypot(sine, cosine), LARGEST),
             "phase": np.arctan2(cosine, sine),
             "periods": periods,
         }
-
-
-def _ripple(q, torque, motor, periods):
-    """What a ripple of the motor torque beside a constant leaves, and its two amplitudes."""
-    parts = np.stack(
-        [motor * np.sin(periods * q), motor * np.cos(periods * q), motor, np.ones_like(q)], axis=1
-    )
-    weights = np.linalg.lstsq(parts, torque, rcond=1e-6)[0]
-    return float(np.mean((torque - parts @ weights) ** 2)), weights[:2]
 
 
 def wobble(robot, joints, values):

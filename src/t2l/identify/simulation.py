@@ -155,15 +155,35 @@ def made_loop(
 
 
 def install(loop: Loop, variants: Sequence[tuple[Layout, np.ndarray]]) -> None:
-    """Give a loop the effects of its variants in turn, u (mi, n) each."""
-    at = 0
-    for layout, u in variants:
-        simulations = loop.rows(slice(at, at + len(u)))
-        values = layout.decode(u)
-        for term in layout.terms:
-            per_row = {k: loop.per_row(v) for k, v in values[term.effect.name].items()}
+    """Give a loop the effects of its variants, u (mi, n) each, to each in its own order.
+
+    A term of several variants that follow each other is installed once, as each acts at every tick.
+    """
+    counts = [len(u) for _, u in variants]
+    first = np.concatenate([[0], np.cumsum(counts)])
+    values = [layout.decode(u) for layout, u in variants]
+    left = [list(layout.terms) for layout, _ in variants]
+    while any(left):
+        heads = dict.fromkeys(terms[0] for terms in left if terms)
+        # one that no variant has further back, if there is such a one
+        term = next(
+            (t for t in heads if not any(t in terms[1:] for terms in left)), next(iter(heads))
+        )
+        having = np.array([bool(terms) and terms[0] == term for terms in left])
+        for run in _runs(having):
+            every = [values[i][term.effect.name] for i in run]
+            whole = {key: np.concatenate([one[key] for one in every]) for key in every[0]}
+            per_row = {key: loop.per_row(value) for key, value in whole.items()}
+            simulations = loop.rows(slice(first[run[0]], first[run[-1] + 1]))
             term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
-        at += len(u)
+        for i in np.flatnonzero(having):
+            del left[i][0]
+
+
+def _runs(having: np.ndarray) -> list[np.ndarray]:
+    """Indices of those (k,) that are true, in runs that follow each other."""
+    found = np.flatnonzero(having)
+    return np.split(found, np.flatnonzero(np.diff(found) > 1) + 1)
 
 
 def _hermite(part, period, q0, q1, v0, v1) -> np.ndarray:
