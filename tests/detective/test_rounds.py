@@ -14,7 +14,7 @@ from t2l.cli.main import main
 from t2l.detective import search as searching
 from t2l.detective.certainty import chosen_shares
 from t2l.detective.data_split import split
-from t2l.detective.explanation import explained_quickly, in_words
+from t2l.detective.explanation import explained, in_words
 from t2l.detective.search import search
 from t2l.diagnose.explanation import Explanation, Step, as_json
 from t2l.diagnose.ranking import MISSING
@@ -53,7 +53,7 @@ def made(robot):
 
 def told(robot, recordings, folder=None, **others):
     data = split(robot, recordings, threads=1)
-    return explained_quickly(Model(robot, without=WITHOUT), data, folder=folder, **others)
+    return explained(Model(robot, without=WITHOUT), data, folder=folder, **others)
 
 
 def interrupted(robot, recordings, folder):
@@ -187,17 +187,17 @@ def at_home(robot, made, tmp_path, monkeypatch):
 
 
 LEFT_OUT = [part for name in WITHOUT for part in ("--without", name)]
-QUICK = """
+EXPLAIN = """
 from t2l.detective import screen
 screen.MOST = 1
 from t2l.cli.main import main
-main(["explain", "logs", "--quick", "--out", "{out}", *{without}])
+main(["explain", "logs", "--out", "{out}", *{without}])
 """
 
 
 def test_ctrl_c_leaves_whole_files_and_the_same_command_goes_on(at_home):
     def command(out):
-        return [sys.executable, "-c", QUICK.format(out=out, without=LEFT_OUT)]
+        return [sys.executable, "-c", EXPLAIN.format(out=out, without=LEFT_OUT)]
 
     out = at_home / "out"
     with subprocess.Popen(command("out"), stderr=subprocess.PIPE, text=True) as run:
@@ -221,13 +221,13 @@ def test_ctrl_c_leaves_whole_files_and_the_same_command_goes_on(at_home):
 @pytest.mark.parametrize("given", ["0", "-3", "nan", "inf", "soon", "1e9"])
 def test_a_time_that_is_none_is_refused(at_home, given):
     with pytest.raises(SystemExit) as caught:
-        main(["explain", "logs", "--quick", f"--time={given}", "--out", "out"])
+        main(["explain", "logs", f"--time={given}", "--out", "out"])
     assert re.search(r"--time: found .*; allowed: seconds, above 0 and up to", caught.value.code)
     assert not (at_home / "out").exists()
 
 
 def test_a_short_time_ends_with_files_and_a_page(at_home, capsys):
-    main(["explain", "logs", "--quick", "--time", "0.01", "--out", "out"])
+    main(["explain", "logs", "--time", "0.01", "--out", "out"])
     said = capsys.readouterr().out
     assert re.search(r"This takes about .*, the search no longer than 0.01 s\.", said)
     assert "stopped by --time" in said

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from t2l.effects.registry import builtin
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.recordings import Recording
@@ -77,6 +78,11 @@ def recording(robot, q_des, name="made", kp=20.0, kd=0.8, duration_s=1.0, **chan
         q=np.repeat(commands[:1], len(time), axis=0),
     )
     return dataclasses.replace(made, **changes)
+
+
+def all_but(*names) -> tuple[str, ...]:
+    """What `Model.without` names where only these effects are to be tried."""
+    return tuple(sorted(set(builtin()) - set(names)))
 
 
 def predict(recordings, effects=None, substeps=1, model=None) -> np.ndarray:

@@ -7,6 +7,7 @@ import pytest
 from t2l.diagnose.evidence import gather
 
 from t2l.design.collinearity import Rival
+from t2l.detective.data_split import split
 from t2l.diagnose.candidate import Candidate
 from t2l.diagnose.confounded import Confounded, as_json, members, sentences
 from t2l.diagnose.confounding import confounded_beforehand, confounded_names
@@ -24,14 +25,16 @@ GAINS = {"controller_gains": {"kp_factor": {"hinge": 0.9}, "kd_factor": {"hinge"
 TITLES = {name: effect.title for name, effect in builtin().items()}
 
 
-def evidence(robot, effects, *gains):
-    """Two motions under each pair of gains, of a joint that gravity does not load."""
+def fitted(robot, effects, *gains):
+    """What is fitted of two motions under each pair of gains; gravity does not load the joint."""
     made = [
         recording(robot, swing(0.5, hz), f"{kp}_{hz}", kp, kd, duration_s=1.5)
         for kp, kd in gains
         for hz in (0.7, 1.3)
     ]
-    return gather(robot, [measured(r, effects, 1e-4, seed) for seed, r in enumerate(made)])
+    logs = [measured(r, effects, 1e-4, seed) for seed, r in enumerate(made)]
+    data = split(robot, logs, threads=1)
+    return data.fitted, data.fitted_mask
 
 
 @pytest.fixture(scope="module")
@@ -41,12 +44,12 @@ def robot(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def one_gain(robot):
-    return evidence(robot, HIDDEN, (20.0, 0.8))
+    return fitted(robot, HIDDEN, (20.0, 0.8))
 
 
 @pytest.fixture(scope="module")
 def three_gains(robot):
-    return evidence(robot, HIDDEN, (5.0, 0.3), (20.0, 0.8), (80.0, 2.0))
+    return fitted(robot, HIDDEN, (5.0, 0.3), (20.0, 0.8), (80.0, 2.0))
 
 
 def sets_of(found, effect):
@@ -54,9 +57,9 @@ def sets_of(found, effect):
 
 
 def test_under_one_pair_of_gains_inertia_and_damping_are_not_told_from_gains(robot, one_gain):
-    found = confounded_beforehand(Model(robot), one_gain)
+    found = confounded_beforehand(Model(robot), *one_gain)
     assert {"armature", "viscous_friction"} in sets_of(found, "controller_gains")
-    said = sentences(found, builtin(), one_gain.train.recordings)
+    said = sentences(found, builtin(), one_gain[0].recordings)
     first = next(
         s
         for s in said
@@ -69,21 +72,21 @@ def test_under_one_pair_of_gains_inertia_and_damping_are_not_told_from_gains(rob
 
 
 def test_several_pairs_of_gains_tell_them_apart(robot, three_gains):
-    found = confounded_beforehand(Model(robot), three_gains)
+    found = confounded_beforehand(Model(robot), *three_gains)
     assert not sets_of(found, "controller_gains")
     assert not any("controller_gains" in names for names in sets_of(found, "armature"))
 
 
 def test_where_nothing_is_missing_nothing_is_said(robot):
-    assert confounded_beforehand(Model(robot), evidence(robot, {}, (20.0, 0.8))) == []
+    assert confounded_beforehand(Model(robot), *fitted(robot, {}, (20.0, 0.8))) == []
 
 
 def test_wrong_gains_that_stand_for_others_are_not_certain_in_the_end(robot, one_gain, tmp_path):
     came, named = Model(robot), Model(robot, GAINS)
-    found = confounded_names(named, came, one_gain)
+    found = confounded_names(named, came, *one_gain)
     assert {"armature", "viscous_friction"} in sets_of(found, "controller_gains")
     before = Explanation([], "no_missing_effect", 1e-4, "No effect is missing.", named)
-    after = told_apart(before, came, one_gain)
+    after = told_apart(before, came, *one_gain)
     assert after.sentence.startswith("No effect is missing. These recordings cannot tell")
     write_explanation(after, tmp_path)
     kept = json.loads((tmp_path / "explanation.json").read_text())["confounded"]["names"]
@@ -93,18 +96,18 @@ def test_wrong_gains_that_stand_for_others_are_not_certain_in_the_end(robot, one
 
 def test_what_several_gains_tell_is_certain_in_the_end(robot, three_gains):
     # what gravity does not load is as heavy to turn with a heavier link
-    found = confounded_names(Model(robot, HIDDEN), Model(robot), three_gains)
+    found = confounded_names(Model(robot, HIDDEN), Model(robot), *three_gains)
     assert sets_of(found, "armature") == [{"link_inertia"}, {"payload"}]
     assert not sets_of(found, "viscous_friction")
 
 
 def test_what_the_model_came_with_is_not_asked(robot, one_gain):
-    assert confounded_names(Model(robot, GAINS), Model(robot, GAINS), one_gain) == []
+    assert confounded_names(Model(robot, GAINS), Model(robot, GAINS), *one_gain) == []
 
 
 def test_what_is_confounded_is_never_certain():
     names = [field.name for field in dataclasses.fields(Candidate)]
-    candidate = Candidate(**dict.fromkeys(names[:7]), chosen_share=1.0)
+    candidate = Candidate(**dict.fromkeys(names[:6]), chosen_share=1.0)
     assert candidate.certain
     candidate.confounded = Confounded("armature", (Rival(("payload",), 20.0, 1.0),))
     assert candidate.certain is False

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from t2l.detective.data_split import split
-from t2l.detective.explanation import explained_quickly
+from t2l.detective.explanation import explained
 from t2l.detective.search import search
 from t2l.diagnose.inverse_dynamics_residual import missing_torque
 from t2l.diagnose.ranking import NOTHING_MISSING
@@ -119,7 +119,7 @@ def test_what_a_machine_lacks_is_found(robot, machine, name, parameter, value, w
 
 
 def test_where_nothing_is_missing_nothing_is_looked_for(robot):
-    found = explained_quickly(Model(robot), split(robot, torque_logs(robot), threads=1))
+    found = explained(Model(robot), split(robot, torque_logs(robot), threads=1))
     assert found.verdict == NOTHING_MISSING
 
 

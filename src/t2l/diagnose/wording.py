@@ -196,5 +196,6 @@ def change(gain: Improvement) -> str:
     sign = 1 if gain.fraction >= 0 else -1
     by, *ends = (f"{100 * sign * part:.0f}" for part in (gain.fraction, *gain.ci95[::sign]))
     low, high = map(with_minus, ends)
-    unsure = ", too unsure to be adopted" if gain.fraction >= LEAST_IMPROVEMENT else ""
+    much = gain.fraction >= LEAST_IMPROVEMENT
+    unsure = ", too unsure to be adopted" if much and gain.lower <= 0 else ""
     return f"{'falls' if sign > 0 else 'grows'} by {by} % ({low} to {high} %){unsure}"
