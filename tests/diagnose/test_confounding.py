@@ -4,7 +4,6 @@ import dataclasses
 import json
 
 import pytest
-from t2l.diagnose.evidence import gather
 
 from t2l.design.collinearity import Rival
 from t2l.detective.data_split import split

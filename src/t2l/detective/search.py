@@ -412,8 +412,8 @@ def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
     for one in sorted(near, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse)):
         if not front or one.left_out_rmse < BETTER * front[-1].left_out_rmse:
             front.append(one)
-    others = [f for f in near if f not in front]
-    return [*front[::-1], *others][:FINISHED]
+    kept = {id(f): f for f in (ranked[0], *front[::-1], *near)}
+    return [*kept.values()][:FINISHED]
 
 
 def _pruned(better: FittedSet, samples: Samples, judge: Judge) -> FittedSet:
