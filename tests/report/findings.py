@@ -96,10 +96,10 @@ def candidate(name, title, fraction, spread=0.02, tied=(), parameters=None, simu
     }
 
 
-def diagnosis(verdict="missing_effect"):
+def diagnosis():
     """Content of a diagnosis.json, with a tie, one not simulated and one that makes all worse."""
     return {
-        "verdict": verdict,
+        "verdict": "missing_effect",
         "sentence": "The model lacks Coulomb friction",
         "noise_floor_rad": 5e-5,
         "baseline": errors(0.011, 0.01),

@@ -93,8 +93,8 @@ def test_an_explanation_tells_the_story(tmp_path):
         "What was compared",
         "Step 1: + Coulomb friction",
         "All 9 sets",
-        "At last: nothing was adopted",
-        "None of them lowers the error of 0.07 mrad",
+        "Last round: nothing was adopted",
+        "No simulated set lowers the error of 0.07 mrad",
         "Measured and simulated motion",
         "coulomb_friction:",
     ]
@@ -160,10 +160,20 @@ def test_what_lost_numbers_afterwards_is_a_line_and_no_point(tmp_path):
     assert "What was adopted (0.06 mrad) is one of these sets without what it did not need" in told
 
 
+def test_a_search_that_was_stopped_does_not_say_that_nothing_helps(tmp_path):
+    path = explained(tmp_path) / "explanation.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"verdict": "missing_effect"}))
+    told = _told(write_report(tmp_path))
+    assert "The search was stopped before it could adopt one." in told
+    assert "No simulated set lowers" not in told
+
+
 def test_learned_curves_are_told_as_a_part_of_the_final_model(tmp_path):
     told = " ".join(_told(write_report(explained_with_proposal(tmp_path))).split())
     assert "The learned curve <a" in told
-    assert "the final model has a curve that was learned from the recordings" in told
+    assert (
+        "A part of the error is explained by a curve that was learned from the recordings" in told
+    )
     assert "<b>1</b><span>known effect added" in told
     assert "<b>1</b><span>learned curve added" in told
     assert "t2l adopt formula_torque_hinge_position --diagnosis proposal --out" in told

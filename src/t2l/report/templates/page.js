@@ -16,9 +16,10 @@ const MODEL = data.models && data.models.length > 1 ? [ORANGE, BLUE] : [BLUE];
 
 const floats = packed => new Float32Array(Uint8Array.from(atob(packed), c => c.charCodeAt(0)).buffer);
 const digits = (x, n = 3) => x === 0 ? "0" : Number(x.toPrecision(n)).toString().replaceAll("-", "−");
-// 1, 2, 5 times powers of ten between two logarithms, or the powers alone where those are many
+// 1, 2, 5 times powers of ten between two logarithms; the powers alone where those are many, and all digits where few
 function decades(low, high) {
-  const ticks = [], steps = high - low > 2.2 ? [1] : high - low > 1.2 ? [1, 3] : [1, 2, 5];
+  const ticks = [], steps = high - low > 2.2 ? [1] : high - low > 1.2 ? [1, 3]
+    : high - low > 0.6 ? [1, 2, 5] : [1, 2, 3, 4, 5, 6, 7, 8, 9];
   for (let e = Math.floor(low); e <= high; e++) for (const m of steps) {
     const v = Math.log10(m) + e;
     if (v >= low - 1e-6 && v <= high + 1e-6) ticks.push(v);
@@ -116,7 +117,8 @@ const PLOTS = {
     else if (f.adopted_error) traces.push(level(f.adopted_error, "adopted", BLUE, "solid", 2.5));
     const shown = traces.filter(t => t.x.length), all = shown.flatMap(t => t.y).filter(v => v > 0).map(Math.log10);
     const low = Math.min(...all) - 0.15, high = Math.max(...all) + 0.12, ticks = decades(low, high);
-    return [shown, layout({ height: 340, margin: { l: 60, r: 16, t: 24, b: 48 },
+    // on a narrow screen the legend has three lines
+    return [shown, layout({ height: narrow() ? 370 : 340, margin: { l: 60, r: 16, t: narrow() ? 54 : 24, b: 48 },
       xaxis: { title: { text: "numbers fitted" }, range: [first, last], zeroline: false, tickformat: "d",
         ...(last - first < 12 ? { dtick: 1 } : {}) },
       yaxis: { type: "log", title: { text: narrow() ? "left-out error [mrad]" : "RMS error on what was left out [mrad]" },
