@@ -118,7 +118,7 @@ const PLOTS = {
     const shown = traces.filter(t => t.x.length), all = shown.flatMap(t => t.y).filter(v => v > 0).map(Math.log10);
     const low = Math.min(...all) - 0.15, high = Math.max(...all) + 0.12, ticks = decades(low, high);
     // on a narrow screen the legend has three lines
-    return [shown, layout({ height: narrow() ? 370 : 340, margin: { l: 60, r: 16, t: narrow() ? 54 : 24, b: 48 },
+    return [shown, layout({ height: narrow() ? 400 : 340, margin: { l: 60, r: 16, t: narrow() ? 72 : 24, b: 48 },
       xaxis: { title: { text: "numbers fitted" }, range: [first, last], zeroline: false, tickformat: "d",
         ...(last - first < 12 ? { dtick: 1 } : {}) },
       yaxis: { type: "log", title: { text: narrow() ? "left-out error [mrad]" : "RMS error on what was left out [mrad]" },
