@@ -17,8 +17,8 @@ from mujoco.batch import Batch
 
 from benchmarks import mujoco_sysid, recordings
 from benchmarks.bare_step import replays
-from t2l.diagnose.evidence import gather
-from t2l.diagnose.ranking import diagnose
+from t2l.detective.data_split import split
+from t2l.detective.ranking import diagnose
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
@@ -160,7 +160,7 @@ def _physics_of_diagnose(folder: Path) -> tuple[float, float]:
         inside.append(_seconds(lambda: step(*args, **kwargs)))
 
     with patch.object(Batch, "step", timed):
-        total = _seconds(lambda: diagnose(model, gather(model.robot, measured, threads=1)))
+        total = _seconds(lambda: diagnose(model, split(model.robot, measured, threads=1)))
     return sum(inside), total
 
 

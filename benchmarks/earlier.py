@@ -3,7 +3,7 @@
 `python -m benchmarks earlier --checkout FOLDER` compares with the checkout in FOLDER, made by
 `git worktree add FOLDER REVISION`. Both diagnose the same recordings on one core: with the effects
 that both know, and with all that each knows. Runs of the two are interleaved; seconds are the
-processor's, of the diagnosis alone. Where today's repeats its selection, that is counted.
+processor's, of the diagnosis alone.
 """
 
 import argparse

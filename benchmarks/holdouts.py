@@ -24,7 +24,6 @@ import pandas as pd
 from benchmarks import one_core
 from benchmarks.hidden import code_key
 from benchmarks.scene import ROOT
-from t2l.diagnose.files import PARTIAL, PROPOSED
 from t2l.identify.model import read_model
 from t2l.seeds import generator
 
@@ -63,9 +62,9 @@ def run(numbers: Sequence[int] = range(1, CHOICES + 1), processes: int = PROCESS
 
 
 def explained(logs: Sequence[Path], number: int) -> dict | None:
-    """What came of choice `number`: the content of explanation.json, and what stands beside it.
+    """What came of choice `number`: the content of explanation.json, and what the model has.
 
-    `partial` says whether the names explain only a part. None if it failed, which a line says.
+    None if it failed, which a line says.
     """
     held = set(generator(number, "holdouts").choice(len(logs), HELD_OUT, replace=False).tolist())
     out, made_by = FOLDER / str(number), FOLDER / f"{number}.key"
@@ -83,30 +82,22 @@ def explained(logs: Sequence[Path], number: int) -> dict | None:
             return None
         made_by.write_text(code_key())
         print(f"choice {number}: {time.perf_counter() - began:.0f} s", flush=True)
-    model, proposal = read_model(out / "model.yaml"), out / PROPOSED / "proposal.json"
-    partial = out / PROPOSED / PARTIAL
-    names = read_model(partial) if partial.exists() else model
+    model = read_model(out / "model.yaml")
     return json.loads((out / "explanation.json").read_text()) | {
-        "adopted": list(names.effects),
-        "partial": partial.exists(),
-        "curves": [curve.law.name for curve in model.learned],
-        "proposal": json.loads(proposal.read_text()) if proposal.exists() else None,
+        "adopted": [*model.effects, *(curve.law.name for curve in model.learned)],
+        "curves": [curve.law.words for curve in model.learned],
     }
 
 
 def row(number: int, found: dict) -> dict:
     """Errors in mrad, of what was held out."""
-    steps, proposal = found["steps"], found["proposal"]
+    steps = found["steps"]
     before, after = (1e3 * step["test_rmse_q_rad"] for step in (steps[0], steps[-1]))
-    curves = proposal["curves"] if proposal else ()
     return {
         "choice": number,
         "test before, mrad": before,
-        "with known effects": after,
-        "with curves": 1e3 * proposal["report"]["rmse_q_rad"] if curves else None,
-        "names in the end": ", ".join(found["adopted"]),
-        "explain a part only": "yes" if found["partial"] else "no",
-        "curves in place of names": ", ".join(found["curves"]),
-        "proposed curves": "; ".join(f"{curve['joint']}: {curve['law']}" for curve in curves),
+        "after": after,
+        "adopted": ", ".join(found["adopted"]),
+        "curves": "; ".join(found["curves"]),
         "verdict": found["verdict"],
     }

@@ -1,4 +1,4 @@
-"""What models of real machines lack, by the quick search, and the errors that are left.
+"""What models of real machines lack, and the errors that are left.
 
 `python -m benchmarks machines --data FOLDER [--leave-outs N] [NAME …]`. A machine is a folder with
 recordings in `train/` and `holdout/`, or with recordings alone, a part of which is then held out;
@@ -165,13 +165,13 @@ def _key(machine: Machine) -> str:
 
 
 def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
-    """What the quick search finds; errors in rad, of what is held out unless named otherwise.
+    """What the search finds; errors in rad, of what is held out unless named otherwise.
 
     Args:
         seed: of a random choice of what is held out; None for that of the machine's folder.
     """
+    from t2l.detective import explanation
     from t2l.detective.data_split import split
-    from t2l.detective.explanation import explained_quickly
     from t2l.diagnose.recordings_and_model import check_worth_fitting, read_recordings_and_model
     from t2l.diagnose.settings import FRACTION
     from t2l.identify.model import Model
@@ -206,7 +206,7 @@ def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
     }
     try:
         with at_most(limit_s):
-            found = explained_quickly(model, data, result["told"].append)
+            found = explanation.explained(model, data, result["told"].append)
     except TimeoutError:
         return result | {"seconds": perf_counter() - began}
     return result | {
@@ -273,13 +273,14 @@ def rmse(model, predictor, mask: np.ndarray) -> float:
 
 
 def in_words(model, joints: Sequence[str]) -> str:
-    """The adopted effects by their titles, with the joints where these are not all."""
+    """The adopted effects by their titles, with the joints where these are not all; and curves."""
     from t2l.names import listed
 
     words = []
-    for term in model.terms(tuple(joints)):
+    for term in replace(model, learned=()).terms(tuple(joints)):
         on = [joints[j] for j in term.joints]
         words.append(term.effect.title + ("" if len(on) == len(joints) else f" on {listed(on)}"))
+    words += [curve.law.words for curve in model.learned]
     return listed(words) if words else "nothing"
 
 

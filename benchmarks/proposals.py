@@ -1,4 +1,4 @@
-"""Effects taken out of t2l's library one at a time: what is proposed in their place.
+"""Effects taken out of t2l's library one at a time: the curves that are learned in their place.
 
 `python -m benchmarks proposals [--propose] [--processes N] [--test-seed N | --mixed]
 [--curves FILE] [CASE or KIND ...]`: each case hides one effect, made by a generator that shares no
@@ -381,16 +381,14 @@ def judged(command: str, name: str) -> dict:
     began = perf_counter()
     path.parent.mkdir(parents=True, exist_ok=True)
     with open(path.with_suffix(".log"), "w") as log, contextlib.redirect_stdout(log):
-        content, adopted, partial = found(command, where, out, removed.without)
+        content, adopted = found(command, where, out, removed.without)
     result = {
         **made_by,
         "case": name,
         "adopted": adopted,
-        "partial": partial,
         "verdict": content["verdict"],
         "curves": content["curves"],
-        "before": _error(content, out, 0),
-        "names": _error(content, out, -1),
+        "before": content["report"]["baseline_rmse_q_rad"],
         "after": content["report"]["rmse_q_rad"],
         "in_words": content["report"].get("formulas_rmse_q_rad"),
         "noise_floor": content["noise_floor_rad"],
@@ -400,10 +398,8 @@ def judged(command: str, name: str) -> dict:
     return json.loads(path.read_text())
 
 
-def found(
-    command: str, where: Path, out: Path, without: tuple[str, ...]
-) -> tuple[dict, list[str], list[str]]:
-    """What is proposed, the names that the model adopts, and those that explain only a part."""
+def found(command: str, where: Path, out: Path, without: tuple[str, ...]) -> tuple[dict, list[str]]:
+    """What is proposed, and the names that the model adopts."""
     from t2l.cli.main import main
     from t2l.effects.registry import builtin
 
@@ -411,16 +407,14 @@ def found(
     logs = [str(where / "train"), "--holdout", str(where / "holdout"), "--out", str(out)]
     if command == "propose":
         main([command, *logs])
-        return json.loads((out / "proposal.json").read_text()), [], []
+        return json.loads((out / "proposal.json").read_text()), []
     main([command, *logs, *(f"--without={name}" for name in taken)])
-    content = _proposed(out)
     model = yaml.safe_load((out / "model.yaml").read_text())
-    partial = json.loads((out / "explanation.json").read_text())["partial"]
-    return content, list(model["effects"]), partial["effects"] if partial else []
+    return _proposed(out), list(model["effects"])
 
 
 def _proposed(out: Path) -> dict:
-    """The proposal beside an explanation; without one, what the explanation says itself."""
+    """The curves beside an explanation; without any, what the explanation says itself."""
     if (out / "proposal" / "proposal.json").exists():
         return json.loads((out / "proposal" / "proposal.json").read_text())
     told = json.loads((out / "explanation.json").read_text())
@@ -428,13 +422,6 @@ def _proposed(out: Path) -> dict:
     report = dict(zip(("baseline_rmse_q_rad", "rmse_q_rad"), errors, strict=True))
     floor, verdict = told["noise_floor_rad"], told["verdict"]
     return {"curves": [], "noise_floor_rad": floor, "verdict": verdict, "report": report}
-
-
-def _error(content: dict, out: Path, step: int) -> float:
-    """Test error in rad after a step of the known effects: 0 as the model came, -1 with all."""
-    if not (out / "explanation.json").exists():
-        return content["report"]["baseline_rmse_q_rad"]
-    return json.loads((out / "explanation.json").read_text())["steps"][step]["test_rmse_q_rad"]
 
 
 def said(result: dict) -> str:
@@ -486,12 +473,10 @@ def row(result: dict) -> dict:
         "case": result["case"],
         "right names": ", ".join(name for name in result["adopted"] if name not in wrong),
         "wrong names": ", ".join(wrong),
-        "explain a part": ", ".join(result["partial"]),
         "proposed": said(result),
         "right": words[right(result)],
         "before": mrad(result["before"]),
-        "with names": mrad(result["names"]),
-        "with the curve": mrad(result["after"]),
+        "after": mrad(result["after"]),
         "with formulas": mrad(result["in_words"]) if result["in_words"] else "",
         "noise": mrad(result["noise_floor"]),
         "within twice": words[near(result)],
@@ -519,7 +504,7 @@ def by_kind(results: Sequence[dict]) -> pd.DataFrame:
             "joint and variable right": share([right(result) for result in group]),
             "wrong names": ", ".join(name for result in group for name in wrong_names(result)),
             "before, mrad": mrad(group, "before"),
-            "with the curve": mrad(group, "after"),
+            "after": mrad(group, "after"),
             "noise": mrad(group, "noise_floor"),
             "within twice the noise": share([near(result) for result in group]),
         }

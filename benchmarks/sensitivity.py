@@ -150,7 +150,6 @@ def explain(module: str, name: str, factor: float, case: str, out: Path) -> None
     sys.meta_path.insert(0, Changed(module, name, factor))
     from benchmarks import hidden
 
-    hidden.FOLDER = _file(out, module, name, factor, case).with_suffix("")
     try:
         result = hidden.explained(out / "cases" / case)
     except Exception as error:
@@ -172,7 +171,7 @@ def rows(
         row = {"constant": f"{module.removeprefix('t2l.')}.{name}", "factor": factor, "case": case}
         row |= {key: _words(result.get(key)) for key in ANSWERS}
         row["same answer"] = all(result.get(key) == before.get(key) for key in ANSWERS)
-        row["error ratio"] = _error(result) / _error(before)
+        row["error ratio"] = result.get("after", float("nan")) / before["after"]
         row["time ratio"] = result.get("seconds", float("nan")) / before["seconds"]
         row["failed"] = result.get("error", "")
         found.append(row)
@@ -197,12 +196,6 @@ def told(results: pd.DataFrame) -> pd.DataFrame:
 
 def _range(ratios: pd.Series) -> str:
     return f"{ratios.min():.2f} to {ratios.max():.2f}" if len(ratios) else "-"
-
-
-def _error(result: dict) -> float:
-    """RMS error on the test samples of what is adopted in the end, rad."""
-    curves = result.get("after_with_curves")
-    return result.get("after", float("nan")) if curves is None else curves
 
 
 def _words(value: object) -> str:

@@ -19,7 +19,6 @@ from cmaes import CMA
 
 from benchmarks.scene import ROOT
 from t2l.artefacts import write_text
-from t2l.diagnose.files import PARTIAL, PROPOSED
 
 FOLDER = ROOT / "results/bench/servo"
 TEST = "sin_time_square"
@@ -130,8 +129,7 @@ def explained(folder: Path) -> Path:
 
     out = FOLDER / "explained"
     main(["explain", str(imported(folder) / "fit"), "--out", str(out)])
-    partial = out / PROPOSED / PARTIAL
-    return partial if partial.exists() else out / "model.yaml"
+    return out / "model.yaml"
 
 
 def compared(folder: Path, model: Path | None) -> dict[str, float]:

@@ -1,17 +1,26 @@
 """A script for `benchmarks.earlier`: the seconds of a diagnosis by whatever t2l is imported.
 
-Only what both revisions have is used.
+Only what both revisions have is used, but for the diagnosis itself.
 """
 
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from t2l.diagnose.evidence import gather
-from t2l.diagnose.ranking import diagnose
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.effects.registry import builtin
+
+try:
+    from t2l.detective.data_split import split
+    from t2l.detective.ranking import diagnose
+
+    takes_effects = False
+except ImportError:
+    from t2l.diagnose import evidence, ranking
+
+    split, diagnose, takes_effects = evidence.gather, ranking.diagnose, True
 
 
 def said(what: str, effects: Sequence[str]) -> str:
@@ -19,10 +28,14 @@ def said(what: str, effects: Sequence[str]) -> str:
     if what == "names":
         return " ".join(builtin())
     model, measured, _ = read_recordings_and_model([Path(what)])
-    tried = [builtin()[name] for name in effects] or None
-    evidence = gather(model.robot, measured, threads=1)
+    tried = []
+    if effects and takes_effects:
+        tried = [[builtin()[name] for name in effects]]
+    elif effects:
+        model = replace(model, without=tuple(set(builtin()) - set(effects)))
+    data = split(model.robot, measured, threads=1)
     began = time.process_time()
-    diagnose(model, evidence, tried)
+    diagnose(model, data, *tried)
     return str(time.process_time() - began)
 
 

@@ -14,7 +14,7 @@ from t2l.propose.laws import seen
 from t2l.propose.proposal import LAW as FOUND
 from t2l.propose.proposal import Learned, Proposal
 from tests.diagnose.made import pendulum
-from tests.propose.test_search import POSITIONS, machine, planted
+from tests.propose.made import POSITIONS, machine, planted
 
 LAW = Law(TORQUE, "hinge", "position", "hinge")
 NOISE_RAD = 1e-4

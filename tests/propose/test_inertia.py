@@ -10,7 +10,7 @@ from t2l.identify.model import Model
 from t2l.propose.proposal import LAW
 from tests.diagnose.made import ARMATURE, pendulum, predict, recording, swing
 from tests.export.test_export import exported
-from tests.propose.test_search import learn, machine
+from tests.propose.made import learn, machine
 
 LIGHT = 0.004  # kg·m²
 LIGHTER = -2 * ARMATURE

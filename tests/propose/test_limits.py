@@ -10,7 +10,7 @@ from t2l.propose.expression import Formula
 from t2l.propose.proposal import LAW, NOTHING
 from tests.diagnose.made import pendulum, predict, recording, swing
 from tests.export.test_export import exported
-from tests.propose.test_search import learn, machine
+from tests.propose.made import learn, machine
 
 OVER_VELOCITY = Law(LIMIT, "hinge", "velocity", "hinge")
 FASTEST = 40.0  # rad/s, of the curve

@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from t2l.cli.main import main
+from t2l.detective.data_split import split
+from t2l.detective.explanation import proposed
 from t2l.effects.law import COLUMNS, FRICTION, MOTOR, TORQUE, Curve, Law
 from t2l.errors import EffectError
 from t2l.identify.model import Model, read_model
 from t2l.identify.prediction import Predictor
-from t2l.propose.artefacts import proposed, write_proposal
+from t2l.propose.artefacts import proposed as names_in
+from t2l.propose.artefacts import write_proposal
 from t2l.propose.laws import ranges
-from t2l.propose.proposal import LAW, error_of, propose
-from t2l.propose.split import split
+from t2l.propose.proposal import LAW, error_of
 from t2l.propose.wording import headline
 from t2l.report import write_report
 from tests.diagnose.made import measured, pendulum, recording, swing, two_pendulums
@@ -62,14 +64,14 @@ def machine(robot, column, values, truth, seed=0):
 
 
 def learned(robot, column, values, unseen, truth):
-    """The predictor and the one curve of a proposal that explains other recordings too."""
-    predictor = Predictor(robot, machine(robot, column, values, truth), threads=1)
-    report = predictor.of(machine(robot, column, unseen, truth, seed=9))
-    found = propose(Model(robot), predictor, report)
+    """The data and the one curve of a proposal that explains other recordings too."""
+    unseen = machine(robot, column, unseen, truth, seed=9)
+    data = split(robot, machine(robot, column, values, truth), unseen, threads=1)
+    found = proposed(Model(robot), data)
     assert found.verdict == LAW
     assert found.report_rmse_rad < min(1.1e-4, 0.1 * found.report_baseline_rad)
     (one,) = found.learned
-    return found, predictor, one
+    return found, data, one
 
 
 def slope(curve):
@@ -93,15 +95,15 @@ def test_a_torque_constant_that_follows_temperature_is_a_share_of_the_motor_torq
 
 
 def test_it_is_adopted_and_the_page_shows_it(weaker, tmp_path, monkeypatch):
-    found, predictor, _ = weaker
+    found, data, _ = weaker
     out = tmp_path / "out"
-    write_proposal(found, out, [(predictor, split(predictor)[1])])
+    write_proposal(found, out, [(data.fitted, data.fitted_mask)])
     monkeypatch.chdir(tmp_path)
-    for name in proposed(out):
+    for name in names_in(out):
         main(["adopt", name, "--diagnosis", str(out), "--out", f"{name}.yaml"])
-        error = error_of(read_model(tmp_path / f"{name}.yaml"), predictor)
+        error = error_of(read_model(tmp_path / f"{name}.yaml"), data.fitted)
         assert error == pytest.approx(1e-4, rel=0.1)
-    assert "# of the motor torque" in (tmp_path / f"{proposed(out)[0]}.yaml").read_text()
+    assert "# of the motor torque" in (tmp_path / f"{names_in(out)[0]}.yaml").read_text()
     page = write_report(out).read_text()
     assert r"temperature [\u00b0C]" in page
     assert "share of the motor torque" in page
@@ -158,8 +160,7 @@ def test_recordings_that_report_need_the_column_too(tmp_path):
     truth = Model(robot, {"torque_offset": {"torque": {"right": 0.1}}})
     made = machine(robot, "temperature", warming, truth)
     bare = [replace(r, temperature=None) for r in machine(robot, "temperature", warming, truth, 9)]
-    predictor = Predictor(robot, made, threads=1)
-    found = propose(Model(robot), predictor, predictor.of(bare))
+    found = proposed(Model(robot), split(robot, made, bare, threads=1))
     assert not [c for c in found.ceilings if c.law.follows in COLUMNS]
 
 

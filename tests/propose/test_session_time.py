@@ -9,10 +9,11 @@ from t2l.effects.law import FRICTION, MOTOR, PHASE, SESSION, TORQUE, Curve, Law
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor
 from t2l.propose.laws import ranges
-from t2l.propose.proposal import LAW, propose
+from t2l.propose.proposal import LAW
 from t2l.propose.wording import headline
 from tests.diagnose.made import measured, pendulum, predict, recording, swing
 from tests.export.test_export import exported
+from tests.propose.made import learn
 
 DURATION_S = 1.5
 KINDS = {
@@ -45,8 +46,7 @@ def test_a_drift_over_a_session_is_told_from_time_within_a_recording(tmp_path, n
     values = {key: {"hinge": value} for key, value in ends.items()} | {"time_constant": 6.0}
     made = session(robot, Model(robot, {name: values}), range(9))
     unseen = made[1::3]
-    predictor = Predictor(robot, [r for r in made if r not in unseen], threads=1)
-    found = propose(Model(robot), predictor, predictor.of(unseen))
+    found = learn(robot, [r for r in made if r not in unseen], unseen)
     assert found.verdict == LAW
     (one,) = found.learned
     assert one.curve.law == Law(kind, "hinge", SESSION, "hinge")
@@ -98,8 +98,7 @@ def test_a_torque_that_repeats_by_the_clock_is_found_with_its_period(tmp_path, b
     law = Law(TORQUE, "hinge", PHASE, "hinge")
     truth = Model(robot, learned=(Curve(law, tuple(at), tuple(shape)),))
     made = session(robot, truth, range(6), begin_s)
-    predictor = Predictor(robot, made[:4], threads=1)
-    found = propose(Model(robot), predictor, predictor.of(made[4:]))
+    found = learn(robot, made[:4], made[4:])
     assert [one.curve.law for one in found.learned] == [law]
     (one,) = found.learned
     assert one.curve.at[-1] - one.curve.at[0] == pytest.approx(period_s, rel=0.01)

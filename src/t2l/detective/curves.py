@@ -132,11 +132,12 @@ def with_curves(
         alone = Screen(few, residual[here], folds[here], noise_rad)
         scored = alone.scores([(i,) for i in range(len(made))])
         best = min(scored, key=lambda s: s.error)
-        gain = alone.score(()).error - best.error
+        # of all samples, as a tendon has those of two joints
+        gain = (alone.score(()).error - best.error) * here.mean()
         simple = next(s for s in scored if s.error <= NEAR * best.error)
         kept = [made[i] for i in sorted({best.members[0], simple.members[0]})]
         found.setdefault(joint, []).append((gain, kept))
-        left = max(whole - max(gain, 0.0) * here.mean(), 0.0)
+        left = max(whole - max(gain, 0.0), 0.0)
         ceilings.append(Ceiling(effect.law, left**0.5))
     columns, candidates = [screened.columns], list(screened.candidates)
     count = screened.columns.shape[1]

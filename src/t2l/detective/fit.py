@@ -8,7 +8,7 @@ import numpy as np
 
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
-from t2l.detective.screen import Screen, bounded, independent
+from t2l.detective.screen import ALIKE, Screen, bounded, independent
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
@@ -403,14 +403,18 @@ def leaving_out(fit: LeastSquares, folds: np.ndarray) -> tuple[np.ndarray, np.nd
     size += TINY
     j, prior = jacobian[:, free] / size, fit.prior[:, free] / size
     normal, slope = j.T @ j + prior.T @ prior, j.T @ residual + prior.T @ (fit.prior @ fit.u)
-    # what the others say nothing of is not known there: it has no effect
+    # what no part tells stays where it is
+    values, directions = np.linalg.eigh(normal)
+    held = directions[:, values < ALIKE]
+    held = held @ held.T
+    # what the others alone say nothing of is not known there: it has no effect
     neutral = fit.layout.neutral[free]
     away = RIDGE * np.where(np.isfinite(neutral), u - neutral, 0.0) * size
     found, told = [], np.empty(len(folds), bool)
     for fold in np.unique(folds):
         rows = folds == fold
         mine = j[rows]
-        rest = normal - mine.T @ mine + RIDGE * np.eye(len(free))
+        rest = normal - mine.T @ mine + RIDGE * np.eye(len(free)) + held
         target = mine.T @ residual[rows] - slope - away
         within = ((lower - u) * size, (upper - u) * size)
         others = fit.u.copy()

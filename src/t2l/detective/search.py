@@ -42,7 +42,9 @@ ROUNDS = 6  # bound: of a search: more is a model that fits anything
 # that leave so many times the squared error at most, and of one effect
 FRONT, RIVALS, RIVAL, SINGLES = 8, 2, 2.0, 6
 SCREENED = 8000  # numerics: samples that sets are scored by
-FINISHED = 4  # numerics: of these, by simulation
+FINISHED = 5  # numerics: of these, by simulation
+LINEAR = 3.0  # numerics: times the noise, where the linear model tells no difference
+BETTER = 0.97  # numerics: of an error, what is less
 PRUNING = 3  # numerics: iterations of a fit with a term less
 # derived: share of the error that goes with half of its square: what nothing promises must do more
 UNPROMISED = 1 - HALF**0.5
@@ -410,17 +412,22 @@ def choose(
 
 
 def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
-    """Of those fitted at fewer ticks what may be taken: the best, and others of few numbers."""
+    """Of those fitted along the motion what may be taken: the best, the front below it, others.
+
+    The linear model is off by a share of what an effect does, the more for what changes the loop:
+    of a simpler set that is nearly as good a simulation tells.
+    """
     ranked = sorted(fits, key=lambda f: f.left_out_rmse)
     if not ranked:
         return []
-    chosen = ranked[:1]
-    limit = max(PROMISING * ranked[0].left_out_rmse, 2 * judge.noise_rad)
+    limit = max(PROMISING**2 * ranked[0].left_out_rmse, LINEAR * judge.noise_rad)
     near = [f for f in ranked if f.left_out_rmse <= limit]
-    for one in sorted(near, key=lambda f: (f.complexity, f.left_out_rmse)):
-        if one not in chosen and len(chosen) < FINISHED:
-            chosen.append(one)
-    return chosen
+    front: list[FittedSet] = []
+    for one in sorted(near, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse)):
+        if not front or one.left_out_rmse < BETTER * front[-1].left_out_rmse:
+            front.append(one)
+    kept = {id(f): f for f in (ranked[0], *front[::-1], *near)}
+    return [*kept.values()][:FINISHED]
 
 
 def _pruned(better: FittedSet, samples: Samples, judge: Judge) -> FittedSet:

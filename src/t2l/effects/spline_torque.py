@@ -24,7 +24,7 @@ STRETCH = Parameter("stretch", "1", -0.1, 0.1, "of the period, as a share", size
 LEAST_RATIO, MOST_RATIO = 1e-3, 1e3
 RATIO_SIZE = 0.3  # numerics: as of the coupling of two joints
 TABULATED = 4096  # numerics: rows with a table each; of more, which are seen once, sums are taken
-POINTS = 3  # numerics: of a table, in each interval
+POINTS = 12  # numerics: of a table, in each interval
 
 
 class SplineTorque(Effect):
