@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from t2l.diagnose.fronts import fronts
 from t2l.diagnose.results import read_found
 from t2l.figures import diagnosis as figures
 from tests.report.findings import compared, diagnosed, diagnosis, explained
@@ -22,7 +23,7 @@ def one(tmp_path_factory):
         (
             explained,
             figures.draw_explanation,
-            OF_COMPARISON | {"error_falling", "ranking_1", "ranking_2"},
+            OF_COMPARISON | {"error_falling", "front_1", "front_2"},
         ),
     ],
     ids=["compare", "diagnose", "explain"],
@@ -85,6 +86,19 @@ def test_the_error_falls_to_the_floor():
     assert axes.get_yscale() == "log"
 
 
+def test_a_front_marks_what_was_adopted_and_joins_what_was_simulated(tmp_path):
+    first, last = fronts(read_found(explained(tmp_path)))
+    axes = figures.front(first, 5e-5).axes[0]
+    lines = {line.get_label(): line for line in axes.lines}
+    np.testing.assert_allclose(lines["adopted"].get_xydata(), [[1, 0.07]])
+    assert len(lines["linear model only"].get_xdata()) == 5
+    assert len(lines["simulated"].get_xdata()) == 3
+    (joined,) = (line for line in axes.lines if line.get_drawstyle() == "steps-post")
+    np.testing.assert_allclose(joined.get_xydata(), [[1, 0.07], [2, 0.069]])
+    labels = {line.get_label() for line in figures.front(last, 5e-5).axes[0].lines}
+    assert not any(label.startswith("adopted") for label in labels)
+
+
 def test_the_ranking_has_the_best_above_and_keeps_the_hopeless_at_the_edge():
     axes = figures.ranking(diagnosis()).axes[0]
     assert axes.get_yticklabels()[0].get_text() == "Coulomb friction"
@@ -92,6 +106,7 @@ def test_the_ranking_has_the_best_above_and_keeps_the_hopeless_at_the_edge():
     interval, point = axes.lines[0], axes.lines[1]
     np.testing.assert_allclose(interval.get_xdata(), [97, 101])
     np.testing.assert_allclose(point.get_xdata(), [99])
-    hopeless = axes.lines[5]
+    linear, hopeless = axes.lines[5], axes.lines[7]
+    assert linear.get_markerfacecolor() == "white"
     assert hopeless.get_marker() == "<"
     np.testing.assert_allclose(hopeless.get_xdata(), [-40])

@@ -45,32 +45,61 @@ def errors(train: float, rest: float) -> dict[str, float]:
     return {f"{p}_rmse_q_rad": e for p, e in zip(parts, (train, rest, rest), strict=True)}
 
 
-def step(errors, effects=(), titles=(), shares=()):
+def step(errors, effects=(), titles=(), shares=(), tried=()):
     """Of explanation.json."""
     added = {"effects": list(effects), "titles": list(titles), "chosen_shares": list(shares)}
-    return {**added, "dropped": [], **errors}
+    return {**added, "dropped": [], "tried": list(tried), **errors}
 
 
-def candidate(name, title, fraction, spread=0.02, tied=(), parameters=None):
+def tried(titles, numbers, error, simulated=True):
+    """A set that was compared, of explanation.json."""
+    return {
+        "titles": list(titles),
+        "numbers": numbers,
+        "left_out_rmse_q_rad": error,
+        "simulated": simulated,
+    }
+
+
+# more than are shown unfolded, and the adopted one is not the best
+FIRST_ROUND = [
+    tried(["Coulomb friction", "armature"], 2, 6.9e-5),
+    tried(["Coulomb friction"], 1, 7e-5),
+    tried(["Stribeck friction"], 3, 7.2e-5),
+    tried(["viscous friction"], 1, 4e-3),
+    tried(["armature"], 1, 9.6e-3, simulated=False),
+    tried(["command delay"], 1, 9.1e-3, simulated=False),
+    tried(["payload"], 4, 8.8e-3, simulated=False),
+    tried(["viscous friction", "command delay"], 2, 3.1e-3, simulated=False),
+    tried(["a torque on hinge that follows its velocity"], 6, 1.9e-4, simulated=False),
+]
+LAST_ROUND = [
+    tried(["armature"], 1, 6.8e-5),
+    tried(["a torque on hinge that follows its position"], 2, 6.9e-5, simulated=False),
+]
+
+
+def candidate(name, title, fraction, spread=0.02, tied=(), parameters=None, simulated=True):
     return {
         "effect": name,
         "title": title,
         "joints": ["hinge"],
         "validation_rmse_q_rad": 0.01 * (1 - fraction),
-        "test_rmse_q_rad": 0.01 * (1 - fraction),
-        "chosen_share": 0.8,
+        "test_rmse_q_rad": 0.01 * (1 - fraction) if simulated else None,
+        "chosen_share": 0.8 if simulated else None,
         "improvement": {"fraction": fraction, "ci95": [fraction - spread, fraction + spread]},
         "parameters": parameters or {},
         "tied_with": list(tied),
+        "simulated": simulated,
         "why": f"because of {title}",
         "notes": [],
     }
 
 
-def diagnosis(verdict="missing_effect"):
-    """Content of a diagnosis.json, with a tie and a candidate that makes everything worse."""
+def diagnosis():
+    """Content of a diagnosis.json, with a tie, one not simulated and one that makes all worse."""
     return {
-        "verdict": verdict,
+        "verdict": "missing_effect",
         "sentence": "The model lacks Coulomb friction",
         "noise_floor_rad": 5e-5,
         "baseline": errors(0.011, 0.01),
@@ -81,10 +110,10 @@ def diagnosis(verdict="missing_effect"):
                 parameters={"hinge.torque": PARAMETER},
             ),
             candidate("stribeck_friction", "Stribeck friction", 0.985, tied=["coulomb_friction"]),
+            candidate("viscous_friction", "viscous friction", 0.4, simulated=False),
             candidate("armature", "armature", -3.0),
         ],
         "training_recordings": ["kp5", "kp20"],
-        "validation_recordings": ["kp20"],
         "test_recordings": ["kp80"],
         "remaining": ["41 % of the missing torque follows the position"],
         "separating_experiment": {"sentence": "Command a slow sine at Kp 5"},
@@ -105,20 +134,18 @@ def explained(folder: Path) -> Path:
     write(compare(Model(robot), recordings), folder / "before")
     write(compare(Model(robot, FRICTION), recordings), folder / "after")
     write_model(Model(robot, FRICTION), folder / "model.yaml")
-    for number, verdict in enumerate(("missing_effect", "unexplained")):
-        (folder / "steps" / str(number)).mkdir(parents=True)
-        path = folder / "steps" / str(number) / "diagnosis.json"
-        path.write_text(json.dumps(diagnosis(verdict)))
-    steps = [
-        step(errors(0.011, 0.01)),
-        step(errors(6e-5, 7e-5), ["coulomb_friction"], ["Coulomb friction"], [0.8]),
-    ]
+    friction = ["coulomb_friction"], ["Coulomb friction"], [0.8]
     explanation = {
-        "steps": steps,
+        "steps": [
+            step(errors(0.011, 0.01)),
+            step(errors(6e-5, 7e-5), *friction, tried=FIRST_ROUND),
+        ],
+        "then_tried": LAST_ROUND,
         "verdict": "unexplained",
         "noise_floor_rad": 5e-5,
         "final": True,
-        "sentence": "Unexplained: something is left",
+        "sentence": "The model lacks Coulomb friction. More is missing",
+        "confounded": [],
         "parameters": [
             {
                 "effect": "coulomb_friction", "title": "Coulomb friction", "joint": "hinge",
@@ -131,7 +158,7 @@ def explained(folder: Path) -> Path:
 
 
 def proposal() -> dict:
-    """Content of a proposal.json with a curve, its formula, and a name that does not stand."""
+    """Content of a proposal.json with a curve and its formula."""
     at = [-0.5, 0.0, 0.5]
     return {
         "verdict": "law",
@@ -155,10 +182,7 @@ def proposal() -> dict:
                 "note": "",
             }
         ],
-        "ceilings": [
-            {"law": "a constant torque on hinge", "rmse_q_rad": 9e-4, "simulated": False}
-        ],
-        "known": [{"effect": "coulomb_friction", "stands": False}],
+        "ceilings": [{"law": "a constant torque on hinge", "rmse_q_rad": 9e-4}],
     }  # fmt: skip
 
 
@@ -169,19 +193,18 @@ def proposed(folder: Path) -> Path:
 
 
 def explained_with_proposal(folder: Path) -> Path:
-    """What `explain` leaves that ends unexplained."""
-    (explained(folder) / "proposal").mkdir()
-    proposed(folder / "proposal")
-    return folder
+    """What `explain` leaves that adopted a learned curve after an effect.
 
-
-def explained_in_part(folder: Path) -> Path:
-    """What `explain` leaves where the names explain only a part."""
-    path = explained_with_proposal(folder) / "explanation.json"
-    partial = {
-        "effects": ["coulomb_friction"], "explained_fraction": 0.9, "test_rmse_q_rad": 7e-5,
-    }  # fmt: skip
-    sentence = "Unexplained. Coulomb friction explains only a part, 90 % of the squared error."
-    content = json.loads(path.read_text()) | {"partial": partial, "sentence": sentence}
+    The round that led to the curve dropped numbers from the best set afterwards.
+    """
+    path = explained(folder) / "explanation.json"
+    content = json.loads(path.read_text())
+    title = "a torque on hinge that follows its position"
+    sets = [tried([title], numbers, error) for numbers, error in ((2, 6.8e-5), (5, 6.1e-5))]
+    curve = ["learned_torque_hinge_position"], [title], [0.4]
+    content["steps"].append(step(errors(5.6e-5, 6e-5), *curve, tried=sets))
+    content["then_tried"] = []
     path.write_text(json.dumps(content))
+    (folder / "proposal").mkdir()
+    proposed(folder / "proposal")
     return folder

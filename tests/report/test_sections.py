@@ -122,9 +122,14 @@ def test_the_numbers_of_every_plot_are_saved_as_a_table(page, read):
         assert header[:3] == ["time [s]", "commanded [rad]", "measured [rad]"]
         measured, simulated, error = (float(rows[5][i]) for i in (2, 3, 4))
         assert error == pytest.approx(1e3 * (measured - simulated), abs=1e-3)
-    if "ranking0.csv" in tables:
+    if "ranking.csv" in tables:
         # no value is cut off, unlike in the plot
-        assert "armature,-300,-302,-298,other" in tables["ranking0.csv"]
+        assert "armature,-300,-302,-298,other" in tables["ranking.csv"]
+    if "front0.csv" in tables:
+        first = next(csv.DictReader(io.StringIO(tables["front0.csv"])))
+        assert (first["set"], first["judged by"], first["adopted"]) == (
+            "Coulomb friction", "simulation", "yes",
+        )  # fmt: skip
 
 
 def test_the_final_parameters_have_their_intervals(tmp_path):
@@ -193,11 +198,11 @@ def test_torques_say_whether_they_are_commanded_or_delivered(tmp_path):
 
 
 def test_bars_and_rows_are_ordered_by_their_value(tmp_path):
+    ranking = payload(read_found(diagnosed(tmp_path)))["ranking"]
+    improvements = [entry["improvement"] for entry in ranking]
+    assert improvements == sorted(improvements, reverse=True)
     folder = explained(tmp_path)
     found = read_found(folder)
-    for ranking in payload(found)["rankings"]:
-        improvements = [entry["improvement"] for entry in ranking]
-        assert improvements == sorted(improvements, reverse=True)
     text = write_report(folder).read_text()
     for shares in re.findall(r'<ul class="shares">(.*?)</ul>', text, re.DOTALL):
         widths = [int(width) for width in re.findall(r"width:(\d+)%", shares)]

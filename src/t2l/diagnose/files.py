@@ -8,8 +8,6 @@ MODEL = "model.yaml"
 PROPOSAL = "proposal.json"
 # of an explanation: the folder that holds it
 PROPOSED = "proposal"
-# in that folder: the model with names that explain only a part
-PARTIAL = "partial.yaml"
 REPORT = "report.html"
 # a folder
 FIGURES = "figures"

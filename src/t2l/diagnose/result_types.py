@@ -93,6 +93,7 @@ class _Candidate(TypedDict):
     chosen_share: FiniteFloat | None
     parameters: Mapping[str, _Parameter]
     tied_with: list[str]
+    simulated: bool
     why: str
     notes: NotRequired[list[str]]
 
@@ -113,11 +114,6 @@ class _Confounded(TypedDict):
     not_told_from: list[_Rival]
 
 
-class _AllConfounded(TypedDict):
-    beforehand: list[_Confounded]
-    names: list[_Confounded]
-
-
 class _Experiment(TypedDict):
     sentence: str
 
@@ -131,11 +127,19 @@ class Diagnosis(TypedDict):
     ranking: list[_Candidate]
     sentence: NotRequired[str]
     training_recordings: NotRequired[list[str]]
-    validation_recordings: NotRequired[list[str]]
     test_recordings: NotRequired[list[str]]
     remaining: NotRequired[list[str]]
     separating_experiment: NotRequired[_Experiment | None]
     confounded: NotRequired[list[_Confounded]]
+
+
+class Tried(TypedDict):
+    """A set of effects and curves that was compared with others."""
+
+    titles: list[str]
+    numbers: int
+    left_out_rmse_q_rad: FiniteFloat
+    simulated: bool
 
 
 class _Step(_Errors):
@@ -143,12 +147,7 @@ class _Step(_Errors):
     titles: list[str]
     chosen_shares: list[FiniteFloat | None]
     dropped: list[str]
-
-
-class _Partial(TypedDict):
-    effects: list[str]
-    explained_fraction: FiniteFloat
-    test_rmse_q_rad: FiniteFloat
+    tried: list[Tried]
 
 
 class _Fitted(_Parameter):
@@ -162,13 +161,13 @@ class Explanation(TypedDict):
     """Of explanation.json."""
 
     steps: list[_Step]
+    then_tried: list[Tried]
     final: bool
     verdict: str
     sentence: str
     noise_floor_rad: FiniteFloat
-    partial: NotRequired[_Partial | None]
     parameters: NotRequired[list[_Fitted]]
-    confounded: NotRequired[_AllConfounded]
+    confounded: NotRequired[list[_Confounded]]
 
 
 class _Formula(TypedDict):
@@ -209,12 +208,6 @@ class _Report(TypedDict):
 class _Ceiling(TypedDict):
     law: str
     rmse_q_rad: FiniteFloat
-    simulated: bool
-
-
-class _Name(TypedDict):
-    effect: str
-    stands: bool
 
 
 class Proposal(TypedDict):
@@ -228,7 +221,6 @@ class Proposal(TypedDict):
     fitted_recordings: list[str]
     curves: list[_Curve]
     ceilings: list[_Ceiling]
-    known: list[_Name]
 
 
 def read_content(path: Path, kind: type, what: str) -> dict[str, Any]:

@@ -20,7 +20,6 @@ from t2l.diagnose.files import (
     MODEL,
     PROPOSAL,
     PROPOSED,
-    STEPS,
     TRACES,
 )
 from t2l.diagnose.result_types import read_content
@@ -28,6 +27,8 @@ from t2l.diagnose.traces import Traces, read_traces
 from t2l.effects.registry import builtin
 from t2l.errors import ArtefactError
 from t2l.names import listed
+
+LEARNED = "learned_"  # format: how the name of a learned curve begins
 
 
 @dataclass(frozen=True)
@@ -40,27 +41,19 @@ class Compared:
 
 
 @dataclass(frozen=True)
-class Step:
-    """A diagnosis on the way, and the effect adopted after it (None after the last)."""
-
-    diagnosis: dict[str, Any]
-    adopted: str | None
-
-
-@dataclass(frozen=True)
 class Found:
     """Everything that a figure or a page may tell.
 
     Attributes:
         compared: one model, or the one that came and the final one; may be empty.
-        steps: diagnoses in order; may be empty.
+        diagnosis: content of diagnosis.json.
         explanation: content of explanation.json.
         model_yaml: the final model as text.
         proposal: content of proposal.json.
     """
 
     compared: list[Compared] = field(default_factory=list)
-    steps: list[Step] = field(default_factory=list)
+    diagnosis: dict[str, Any] | None = None
     explanation: dict[str, Any] | None = None
     model_yaml: str | None = None
     proposal: dict[str, Any] | None = None
@@ -82,36 +75,20 @@ class Found:
         return kept
 
     @property
-    def dropped(self) -> list[str]:
-        """Effects that were adopted and then gave way to learned curves."""
-        known = self.proposal["known"] if self.proposal else []
-        gone = [name["effect"] for name in known if not name["stands"]]
-        return [] if self.partial else gone
+    def curves(self) -> list[str]:
+        """Names of learned curves among what was added."""
+        return [one["effect"] for one in self.added if one["effect"].startswith(LEARNED)]
 
     @property
-    def partial(self) -> dict[str, Any] | None:
-        """Effects that explain too little to be adopted, if there are any."""
-        return self.explanation.get("partial") if self.explanation else None
+    def formulas_rmse_q_rad(self) -> float | None:
+        """Test error with formulas in place of the learned curves, where there are any."""
+        return self.proposal["report"].get("formulas_rmse_q_rad") if self.proposal else None
 
     @property
     def untold(self) -> dict[str, list[dict[str, Any]]]:
         """By name of an adopted effect: what the recordings cannot tell it from."""
-        confounded = (self.explanation or {}).get("confounded", {"names": []})
-        return {entry["effect"]: entry["not_told_from"] for entry in confounded["names"]}
-
-    @property
-    def uses(self) -> dict[str, str]:
-        """What recordings were used for as a whole, by name: "validation" or "test"."""
-        if not self.steps:
-            return {}
-        first = self.steps[0].diagnosis
-        trained = set(first.get("training_recordings", []))
-        return {
-            name: use
-            for use in ("validation", "test")
-            for name in first.get(f"{use}_recordings", [])
-            if name not in trained
-        }
+        confounded = (self.explanation or {}).get("confounded", [])
+        return {entry["effect"]: entry["not_told_from"] for entry in confounded}
 
 
 def read_found(folder: Path | str) -> Found:
@@ -124,7 +101,7 @@ def read_found(folder: Path | str) -> Found:
     if os.path.lexists(folder / EXPLANATION):
         return _explained(folder)
     if os.path.lexists(folder / DIAGNOSIS):
-        return Found(steps=[Step(_diagnosis(folder), None)])
+        return Found(diagnosis=_diagnosis(folder))
     if os.path.lexists(folder / PROPOSAL):
         return Found(proposal=_proposal(folder))
     if os.path.lexists(folder / COMPARISON):
@@ -143,16 +120,9 @@ def _explained(folder: Path) -> Found:
         if len({len(step[key]) for key in ("effects", "titles", "chosen_shares")}) > 1:
             found = f"steps.{number}: lists of several lengths"
             raise ArtefactError(path, found, "a title and a share of each effect")
-    effects = [next(iter(step["effects"]), None) for step in explanation["steps"]]
-    steps = []
-    for number, adopted in enumerate([*effects[1:], None]):
-        where = folder / STEPS / str(number)
-        if os.path.lexists(where / DIAGNOSIS):
-            steps.append(Step(_diagnosis(where), adopted))
-    final = "with effects that explain a part" if explanation.get("partial") else "final model"
     compared = [
         _compared(folder / name, label)
-        for name, label in ((BEFORE, "model as it came"), (AFTER, final))
+        for name, label in ((BEFORE, "model as it came"), (AFTER, "final model"))
         if os.path.lexists(folder / name / COMPARISON)
     ]
     if len(compared) == 2 and not _alike(*compared):
@@ -160,7 +130,7 @@ def _explained(folder: Path) -> Found:
         raise ArtefactError(folder / AFTER / TRACES, found, "the same")
     model = folder / MODEL
     text = read_text(model, "a model") if os.path.lexists(model) else None
-    return Found(compared, steps, explanation, text, _proposal(folder / PROPOSED))
+    return Found(compared, None, explanation, text, _proposal(folder / PROPOSED))
 
 
 def _alike(first: Compared, second: Compared) -> bool:
@@ -211,36 +181,44 @@ def _compared(folder: Path, label: str) -> Compared:
 
 
 def titles_of(found: Found) -> dict[str, str]:
-    """Titles of effects by name: of this package's, and of those in the rankings."""
-    return {name: effect.title for name, effect in builtin().items()} | {
-        entry["effect"]: entry["title"]
-        for step in found.steps
-        for entry in step.diagnosis["ranking"]
-    }
+    """Titles of effects by name: of this package's, and of those that were found."""
+    steps = found.explanation["steps"] if found.explanation else []
+    ranking = found.diagnosis["ranking"] if found.diagnosis else []
+    return (
+        {n: t for step in steps for n, t in zip(step["effects"], step["titles"], strict=True)}
+        | {name: effect.title for name, effect in builtin().items()}
+        | {entry["effect"]: entry["title"] for entry in ranking}
+    )
+
+
+def kind_of(entry: dict[str, Any], diagnosis: dict[str, Any]) -> str:
+    """Of an entry of a ranking: "best", "tied" with it, "linear" if not simulated, or "other"."""
+    if not entry["simulated"]:
+        return "linear"
+    if diagnosis["verdict"] != "missing_effect":
+        return "other"
+    first = diagnosis["ranking"][0]
+    if entry is first:
+        return "best"
+    return "tied" if entry["effect"] in first["tied_with"] else "other"
 
 
 def errors_by_step(found: Found) -> list[tuple[str, float | None, float]]:
     """Label, training and test error in rad of the steps of an explanation.
 
-    The model as it came, every known effect, and what was learned, of which there are no training
-    errors.
+    The model as it came, what every step added, and formulas in place of the learned curves, of
+    which there is no training error.
     """
     first, *rest = found.explanation["steps"]
-    labels = ["model as it came", *(_label(step, titles_of(found)) for step in rest)]
+    labels = ["model as it came", *(label_of(step, titles_of(found)) for step in rest)]
     errors = [(s["train_rmse_q_rad"], s["test_rmse_q_rad"]) for s in (first, *rest)]
     steps = [(label, *both) for label, both in zip(labels, errors, strict=True)]
-    if not found.proposal or not found.proposal["curves"]:
-        return steps
-    curves = "curves instead" if found.dropped or found.partial else "+ curves"
-    report = found.proposal["report"]
-    learned = {
-        curves: report["rmse_q_rad"],
-        "formulas instead": report.get("formulas_rmse_q_rad"),
-    }
-    return steps + [(name, None, left) for name, left in learned.items() if left is not None]
+    left = found.formulas_rmse_q_rad
+    return steps if left is None else [*steps, ("formulas for curves", None, left)]
 
 
-def _label(step: dict[str, Any], titles: dict[str, str]) -> str:
+def label_of(step: dict[str, Any], titles: dict[str, str]) -> str:
+    """What a step of an explanation did: added effects, or dropped some."""
     if step["titles"]:
         return f"+ {listed(step['titles'])}"
     return f"without {listed([titles.get(name, name) for name in step['dropped']])}"

@@ -35,7 +35,7 @@ def menus(found: Found) -> dict[str, list[Menu]]:
     worst_joint = _worst_joint(compared)
     return {
         "cells": _of_cells(compared, joints, worst_joint),
-        "overlay": _of_overlay(found, joints),
+        "overlay": _of_overlay(compared, joints),
         "conditions": _of_conditions(compared, joints, worst_joint),
         "spectrum": [Menu("spectrum", "joint", "joint", joints, worst_joint)],
     }
@@ -58,16 +58,12 @@ def _of_cells(compared: Compared, joints: list, worst_joint: int) -> list[Menu]:
     return [Menu("cells", "joint", "joint", options, chosen)]
 
 
-def _of_overlay(found: Found, joints: list) -> list[Menu]:
-    compared = found.compared[0]
+def _of_overlay(compared: Compared, joints: list) -> list[Menu]:
     names, logs = compared.traces.recordings, compared.numbers["logs"]
     shown = recordings_to_show(compared.traces)
-    options = []
-    for place, i in enumerate(shown):
-        text = f"{names[i]} · {mrad(logs[i]['rmse_q_rad'])}"
-        options.append(
-            (place, f"{text} · {found.uses[names[i]]}" if names[i] in found.uses else text)
-        )
+    options = [
+        (place, f"{names[i]} · {mrad(logs[i]['rmse_q_rad'])}") for place, i in enumerate(shown)
+    ]
     recording, joint = worst(compared.traces, shown)
     return [
         Menu("overlay", "recording", "recording", options, recording),

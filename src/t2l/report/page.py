@@ -13,6 +13,7 @@ from plotly.offline import get_plotlyjs
 from t2l.artefacts import write_text
 from t2l.diagnose.files import REPORT
 from t2l.diagnose.findings import percent
+from t2l.diagnose.fronts import fronts
 from t2l.diagnose.results import Found, read_found, titles_of
 from t2l.diagnose.settings import CERTAIN
 from t2l.figures.style import COLOURS
@@ -44,6 +45,7 @@ def render(found: Found) -> str:
         found=found,
         CERTAIN=CERTAIN,
         titles=titles_of(found),
+        fronts=fronts(found),
         data=payload(found)
         | {"colours": COLOURS, "view": seen, "files": {file.name: file.text for file in kept}},
         files=[(file.name, file.what) for file in kept],
@@ -64,7 +66,7 @@ def _story(found: Found) -> str:
         return "explain"
     if found.proposal is not None:
         return "propose"
-    return "diagnose" if found.steps else "compare"
+    return "compare" if found.diagnosis is None else "diagnose"
 
 
 def _of_comparison(found: Found) -> dict[str, Any]:

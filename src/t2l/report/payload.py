@@ -6,7 +6,15 @@ from typing import Any
 import numpy as np
 
 from t2l.diagnose.conditions import CONDITIONS, LABELS, UNITS
-from t2l.diagnose.results import Compared, Found, errors_by_step, mapped, noise_density
+from t2l.diagnose.fronts import Front, fronts
+from t2l.diagnose.results import (
+    Compared,
+    Found,
+    errors_by_step,
+    kind_of,
+    mapped,
+    noise_density,
+)
 from t2l.diagnose.traces import Traces, binned, spectrum
 from t2l.effects.law import LIMIT, MOTOR
 from t2l.figures.heatmap import error_limits
@@ -19,9 +27,12 @@ CLOUD_SAMPLES = 5_000  # per model, in all joints together
 
 def payload(found: Found) -> dict[str, Any]:
     """Everything the page's script draws, JSON-able; arrays are base64 of float32."""
-    content: dict[str, Any] = {"rankings": [ranking(step) for step in found.steps]}
+    content: dict[str, Any] = {}
+    if found.diagnosis is not None:
+        content["ranking"] = ranking(found.diagnosis)
     if found.explanation is not None:
         content["falling"] = falling(found)
+        content["fronts"] = [front(one) for one in fronts(found)]
     if found.proposal is not None:
         content["curves"] = [curve(one) for one in found.proposal["curves"]]
     if found.compared:
@@ -42,25 +53,32 @@ def curve(one: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def ranking(step) -> list[dict[str, Any]]:
-    """Candidates, with the largest improvement on validation data first, in per cent."""
-    entries = step.diagnosis["ranking"]
-    first = step.adopted or (entries[0]["effect"] if entries else None)
-    missing = step.diagnosis["verdict"] == "missing_effect"
-    tied = next((e["tied_with"] for e in entries if e["effect"] == first), [])
+def ranking(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
+    """Candidates with the fall of the error on what is left out, in per cent, the largest first."""
+    entries = diagnosis["ranking"]
     return [
         {
             "title": entry["title"],
             "improvement": 100 * entry["improvement"]["fraction"],
             "ci95": [100 * bound for bound in entry["improvement"]["ci95"]],
-            "kind": "best"
-            if missing and entry["effect"] == first
-            else "tied"
-            if entry["effect"] in tied
-            else "other",
+            "kind": kind_of(entry, diagnosis),
         }
         for entry in sorted(entries, key=lambda entry: -entry["improvement"]["fraction"])
     ]
+
+
+def front(one: Front) -> dict[str, Any]:
+    """Sets that were compared in a round, errors in mrad."""
+    return {
+        "names": one.names,
+        "numbers": [tried["numbers"] for tried in one.tried],
+        "error": [1e3 * tried["left_out_rmse_q_rad"] for tried in one.tried],
+        "simulated": [tried["simulated"] for tried in one.tried],
+        "best": one.best,
+        "before": 1e3 * one.before_rad,
+        "adopted": one.adopted,
+        "adopted_error": one.adopted_rad and 1e3 * one.adopted_rad,
+    }
 
 
 def falling(found: Found) -> dict[str, Any]:

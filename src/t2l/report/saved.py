@@ -29,11 +29,11 @@ def saved(found: Found) -> list[Saved]:
             )
         )
     if found.explanation is not None:
-        what = "every step, and the parameters of the final model"
+        what = "every step, what was compared in it, and the parameters of the final model"
         kept.append(_json(EXPLANATION, what, found.explanation))
-    elif found.steps:
+    elif found.diagnosis is not None:
         what = "every known effect with its parameters, and how each was judged"
-        kept.append(_json(DIAGNOSIS, what, found.steps[0].diagnosis))
+        kept.append(_json(DIAGNOSIS, what, found.diagnosis))
     elif found.compared:
         what = "errors by recording, joint and pair of gains"
         kept.append(_json(COMPARISON, what, found.compared[0].numbers))

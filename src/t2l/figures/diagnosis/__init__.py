@@ -6,10 +6,12 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from t2l.diagnose.files import FIGURES
+from t2l.diagnose.fronts import fronts
 from t2l.diagnose.results import Compared, errors_by_step, read_found
 from t2l.figures.diagnosis.conditions import residual_by_condition
 from t2l.figures.diagnosis.effects import error_falling, ranking
 from t2l.figures.diagnosis.frequencies import spectrum
+from t2l.figures.diagnosis.front import front
 from t2l.figures.diagnosis.gains import error_by_cell
 from t2l.figures.diagnosis.motion import overlays
 from t2l.figures.style import write
@@ -24,7 +26,7 @@ def draw_comparison(folder: Path | str) -> None:
 
 def draw_diagnosis(folder: Path | str) -> None:
     """Draw into ``folder/figures`` what `t2l diagnose` found."""
-    _draw(Path(folder), {"ranking": ranking(read_found(folder).steps[0].diagnosis)})
+    _draw(Path(folder), {"ranking": ranking(read_found(folder).diagnosis)})
 
 
 def draw_explanation(folder: Path | str) -> None:
@@ -32,11 +34,7 @@ def draw_explanation(folder: Path | str) -> None:
     found = read_found(folder)
     floor = found.explanation["noise_floor_rad"]
     figures = {"error_falling": error_falling(errors_by_step(found), floor)}
-    figures |= {
-        f"ranking_{number}": ranking(step.diagnosis)
-        for number, step in enumerate(found.steps, start=1)
-        if step.diagnosis["ranking"]
-    }
+    figures |= {f"front_{one.step}": front(one, floor) for one in fronts(found)}
     _draw(Path(folder), figures | _of_comparison(found.compared))
 
 

@@ -8,9 +8,17 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from t2l.diagnose.results import kind_of
 from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, SKY, plain_ticks
 from t2l.figures.style import COLOURS, shown, styled
 
+# of a ranking: what a mark means, its colour, and that of its inside if another
+KINDS = {
+    "best": ("ranked first", BLUE, None),
+    "tied": ("explains as well", COLOURS[4], None),
+    "linear": ("linear model only", GREY, "white"),
+    "other": ("other", GREY, None),
+}
 LEAST_SHOWN = -0.4  # improvements below are drawn at the edge
 WIDTH, MOST_LINES = 16, 10  # format: of the name of a step, in characters and lines
 
@@ -46,14 +54,12 @@ def _wrapped(label: str) -> str:
 
 
 def ranking(diagnosis: Mapping[str, Any]) -> Figure:
-    """Fall of the validation error with each effect, with 95 % intervals, the largest above.
+    """Fall of the error on what is left out of the fit, with 95 % intervals, the largest above.
 
     Args:
         diagnosis: content of diagnosis.json.
     """
-    ranked = list(diagnosis["ranking"])
-    first = ranked[0] if ranked and diagnosis["verdict"] == "missing_effect" else None
-    entries = sorted(ranked, key=lambda entry: -entry["improvement"]["fraction"])
+    entries = sorted(diagnosis["ranking"], key=lambda entry: -entry["improvement"]["fraction"])
     marks = {}
     with styled():
         figure, axes = plt.subplots(figsize=(6.2, 1.0 + 0.21 * max(len(entries), 3)))
@@ -62,17 +68,13 @@ def ranking(diagnosis: Mapping[str, Any]) -> Figure:
                 [*entry["improvement"]["ci95"], entry["improvement"]["fraction"]]
             )
             low, high, value = 100 * np.maximum(improvement, LEAST_SHOWN)
-            colour = GREY
-            if first is not None and entry is first:
-                colour = BLUE
-            elif first is not None and entry["effect"] in first["tied_with"]:
-                colour = COLOURS[4]
-            axes.plot([low, high], [row, row], color=colour, lw=1.6)
+            what, colour, face = KINDS[kind_of(entry, diagnosis)]
+            axes.plot([low, high], [row, row], color=colour, lw=1.6, zorder=1)
             off = improvement[2] < LEAST_SHOWN
-            mark = axes.plot(value, row, "<" if off else "o", color=colour, ms=5, ls="none")[0]
-            what = {BLUE: "ranked first", COLOURS[4]: "explains as well"}.get(colour, "other")
+            style = {"marker": "<" if off else "o", "ms": 5, "ls": "none"}
+            mark = axes.plot(value, row, color=colour, mfc=face or colour, **style)[0]
             marks.setdefault("worse than the axis" if off else what, mark)
-        if first is not None or "worse than the axis" in marks:
+        if set(marks) - {"other"}:
             figure.legend(
                 marks.values(), marks.keys(), loc="outside upper center", ncols=4, fontsize=7
             )
@@ -82,5 +84,5 @@ def ranking(diagnosis: Mapping[str, Any]) -> Figure:
         )
         axes.invert_yaxis()
         axes.set_xlim(right=102)
-        axes.set_xlabel("fall of the validation error [%], with 95 % interval")
+        axes.set_xlabel("fall of the error on what is left out [%], with 95 % interval")
     return figure

@@ -16,9 +16,10 @@ const MODEL = data.models && data.models.length > 1 ? [ORANGE, BLUE] : [BLUE];
 
 const floats = packed => new Float32Array(Uint8Array.from(atob(packed), c => c.charCodeAt(0)).buffer);
 const digits = (x, n = 3) => x === 0 ? "0" : Number(x.toPrecision(n)).toString().replaceAll("-", "−");
-// 1, 2, 5 times powers of ten between two logarithms, or the powers alone where those are many
+// 1, 2, 5 times powers of ten between two logarithms; the powers alone where those are many, and all digits where few
 function decades(low, high) {
-  const ticks = [], steps = high - low > 2.2 ? [1] : high - low > 1.2 ? [1, 3] : [1, 2, 5];
+  const ticks = [], steps = high - low > 2.2 ? [1] : high - low > 1.2 ? [1, 3]
+    : high - low > 0.6 ? [1, 2, 5] : [1, 2, 3, 4, 5, 6, 7, 8, 9];
   for (let e = Math.floor(low); e <= high; e++) for (const m of steps) {
     const v = Math.log10(m) + e;
     if (v >= low - 1e-6 && v <= high + 1e-6) ticks.push(v);
@@ -98,15 +99,44 @@ const PLOTS = {
         rows: Array.from(at, (x, i) => [x, floats(c.torque)[i], low[i], high[i]]) }];
   },
 
-  ranking(_, element) {
-    const given = data.rankings[element.dataset.step], entries = given.slice().reverse();
+  front(_, element) {
+    const f = data.fronts[element.dataset.number], places = f.names.map((_, i) => i);
+    const marks = (own, name, look) => ({ x: own.map(i => f.numbers[i]), y: own.map(i => f.error[i]), name, mode: "markers",
+      cliponaxis: false, marker: { size: 10, color: GREY, ...look }, text: own.map(i => lines(f.names[i], 40)),
+      hovertemplate: "%{text}<br>%{x} numbers, %{y:.3g} mrad" + HOVER_NAME });
+    const others = places.filter(i => i !== f.adopted);
+    const first = Math.min(...f.numbers) - 0.6, last = Math.max(...f.numbers) + 0.6;
+    const level = (y, name, color, dash, width) => ({ x: [first, last], y: [y, y], name: `${name}, ${digits(y)} mrad`,
+      mode: "lines", line: { color, dash, width }, hoverinfo: "skip" });
+    const traces = [level(f.before, "before", ORANGE, "solid", 1.5), level(data.falling.floor, "noise floor", INK, "dash", 1.5)];
+    if (f.best.length > 1) traces.push({ x: f.best.map(i => f.numbers[i]), y: f.best.map(i => f.error[i]), name: "best so far",
+      mode: "lines", line: { color: GREY, width: 1.5, shape: "hv" }, hoverinfo: "skip" });
+    traces.push(marks(others.filter(i => !f.simulated[i]), "linear model only", { symbol: "circle-open" }),
+      marks(others.filter(i => f.simulated[i]), "simulated", { symbol: "circle" }));
+    if (f.adopted !== null) traces.push(marks([f.adopted], "adopted", { symbol: "circle", color: BLUE, size: 14 }));
+    else if (f.adopted_error) traces.push(level(f.adopted_error, "adopted", BLUE, "solid", 2.5));
+    const shown = traces.filter(t => t.x.length), all = shown.flatMap(t => t.y).filter(v => v > 0).map(Math.log10);
+    const low = Math.min(...all) - 0.15, high = Math.max(...all) + 0.12, ticks = decades(low, high);
+    // on a narrow screen the legend has three lines
+    return [shown, layout({ height: narrow() ? 400 : 340, margin: { l: 60, r: 16, t: narrow() ? 72 : 24, b: 48 },
+      xaxis: { title: { text: "numbers fitted" }, range: [first, last], zeroline: false, tickformat: "d",
+        ...(last - first < 12 ? { dtick: 1 } : {}) },
+      yaxis: { type: "log", title: { text: narrow() ? "left-out error [mrad]" : "RMS error on what was left out [mrad]" },
+        range: [low, high], tickvals: ticks.map(v => 10 ** v), ticktext: ticks.map(power) } }),
+      { columns: ["set", "numbers", "error on what was left out [mrad]", "judged by", "adopted"],
+        rows: places.map(i => [f.names[i], f.numbers[i], f.error[i], f.simulated[i] ? "simulation" : "linear model", i === f.adopted ? "yes" : "no"]) }];
+  },
+
+  ranking() {
+    const given = data.ranking, entries = given.slice().reverse();
     const low = Math.max(-40, Math.min(0, ...entries.map(e => Math.min(e.improvement, e.ci95[0]))) - 4);
     // what lies left of the axis is drawn at its edge, with a mark of its own
     const off = e => e.improvement < low, inside = v => Math.max(v, low);
     const kinds = [
-      [data.falling ? "adopted" : "ranked first", BLUE, "circle", e => e.kind === "best" && !off(e)],
+      ["ranked first", BLUE, "circle", e => e.kind === "best" && !off(e)],
       ["explains as well", YELLOW, "circle", e => e.kind === "tied" && !off(e)],
       ["other candidates", GREY, "circle", e => e.kind === "other" && !off(e)],
+      ["by the linear model only", GREY, "circle-open", e => e.kind === "linear" && !off(e)],
       [`worse than ${digits(low)} %`, GREY, "triangle-left", off]];
     const traces = kinds.map(([name, color, symbol, belongs]) => {
       const own = entries.filter(belongs);
@@ -119,11 +149,11 @@ const PLOTS = {
         hovertemplate: "%{customdata[3]}<br>%{customdata[0]:.1f} % (%{customdata[1]:.1f} to %{customdata[2]:.1f})" + HOVER_NAME };
     }).filter(t => t.x.length);
     return [traces, layout({ height: 110 + 24 * entries.length, margin: { l: 60, r: 16, t: 34, b: 48 },
-      xaxis: { title: { text: narrow() ? "fall of the validation error [%]"
-        : "fall of the validation error [%], with 95 % interval" }, range: [low - 0.025 * (102 - low), 102], zeroline: true },
+      xaxis: { title: { text: narrow() ? "fall of the left-out error [%]"
+        : "fall of the error on what is left out [%], with 95 % interval" }, range: [low - 0.025 * (102 - low), 102], zeroline: true },
       yaxis: { tickvals: entries.map((_, i) => i), ticktext: entries.map(e => narrow() ? lines(e.title, 22) : plain(e.title)),
         range: [-0.7, entries.length - 0.3], ticks: "", zeroline: false, tickfont: { size: narrow() ? 11 : 13 } } }),
-      { columns: ["effect", "fall of the validation error [%]", "95 % interval from", "to", "kind"],
+      { columns: ["effect", "fall of the error on what is left out [%]", "95 % interval from", "to", "kind"],
         rows: given.map(e => [e.title, e.improvement, ...e.ci95, e.kind]) }];
   },
 
@@ -286,7 +316,7 @@ for (const button of document.querySelectorAll("button.csv"))
   button.addEventListener("click", () => {
     const plots = [...button.closest("figure").querySelectorAll("[data-plot]")];
     const tables = plots.map(element => PLOTS[element.dataset.plot](choiceFor(element.dataset.plot), element)[2]);
-    const name = plots[0].dataset.plot + (plots[0].dataset.step ?? plots[0].dataset.number ?? "");
+    const name = plots[0].dataset.plot + (plots[0].dataset.number ?? "");
     save(`${name}.csv`, csv({ columns: tables[0].columns, rows: tables.flatMap(table => table.rows) }), "text/csv");
   });
 
