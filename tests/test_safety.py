@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from t2l.diagnose.evidence import gather
-from t2l.diagnose.forward_selection import fingerprint
 
 from t2l.cli.main import main
+from t2l.diagnose.fingerprint import fingerprint_of
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.hardware.recorder import write_or_keep
+from t2l.identify.prediction import Predictor
 from t2l.outputs import MARK, output_folder
 from t2l.recordings import write_recording
 from t2l.robots import plant
@@ -150,7 +150,7 @@ def test_several_runs_into_one_folder_do_not_mix(home, command):
 def test_what_a_step_depends_on_is_part_of_its_key(home):
     def key():
         model, recordings, _ = read_recordings_and_model(["logs"], (), None, [Path("rubber.py")])
-        return fingerprint(model, gather(model.robot, recordings))
+        return fingerprint_of(model, "all", [Predictor(model.robot, recordings, threads=1)])
 
     keys = [key()]
     for path, old, new in (
@@ -173,10 +173,10 @@ def test_what_a_step_depends_on_is_part_of_its_key(home):
 
 def test_the_library_is_part_of_the_key(home, monkeypatch):
     model, recordings, _ = read_recordings_and_model(["logs"])
-    evidence = gather(model.robot, recordings)
-    before = fingerprint(model, evidence)
+    depends = model, "all", [Predictor(model.robot, recordings, threads=1)]
+    before = fingerprint_of(*depends)
     monkeypatch.setattr("t2l.diagnose.fingerprint.library", lambda: "t2l 99")
-    assert fingerprint(model, evidence) != before
+    assert fingerprint_of(*depends) != before
 
 
 def test_a_robots_files_are_all_known(home):

@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 import yaml
-from t2l.diagnose.evidence import gather
 
 from t2l.cli.main import main
 from t2l.design.d_optimal import exchange, log_det
@@ -14,7 +13,9 @@ from t2l.design.identifiability import identifiability, of_log
 from t2l.design.library import library, recording
 from t2l.design.safety import SAFE, within_limits
 from t2l.design.sensitivity import Sensitivity
-from t2l.diagnose.ranking import MISSING, diagnose
+from t2l.detective.data_split import split
+from t2l.detective.ranking import diagnose
+from t2l.diagnose.ranking import MISSING
 from t2l.hardware.guard import Workspace
 from t2l.hardware.limits import POSITION_MARGIN_RAD
 from t2l.hardware.plan import check_simulated, read_plan, read_setup
@@ -22,7 +23,7 @@ from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.recordings import read_recordings
 from tests.design.made import COULOMB, LIMITS, configuration
-from tests.diagnose.made import hold, swing, two_pendulums
+from tests.diagnose.made import all_but, hold, swing, two_pendulums
 from tests.diagnose.made import recording as made_recording
 
 EFFECTS = ("coulomb_friction", "viscous_friction", "armature")
@@ -138,10 +139,10 @@ def test_a_plan_is_recorded_as_it_is(planned):
     assert sorted(path.stem for path in (planned / "logs").glob("*.csv")) == sorted(names)
 
 
-def test_the_recordings_of_a_plan_name_the_planted_effect(planned, effects):
+def test_the_recordings_of_a_plan_name_the_planted_effect(planned):
     recordings = read_recordings([planned / "logs"])
-    model = Model(recordings[0].robot)
-    found = diagnose(model, gather(model.robot, recordings, threads=1), effects)
+    model = Model(recordings[0].robot, without=all_but(*EFFECTS))
+    found = diagnose(model, split(model.robot, recordings, threads=1))
     best = found.ranking[0]
     assert (found.verdict, best.effect.name) == (MISSING, "coulomb_friction")
     assert best.layout.theta(best.u)[0] == pytest.approx(COULOMB, rel=0.1)

@@ -235,10 +235,3 @@ def test_a_short_time_ends_with_files_and_a_page(at_home, capsys):
     assert found["final"] is True
     assert found["verdict"] == MISSING
     assert "stopped by --time" in (at_home / "out/report.html").read_text()
-
-
-def test_the_whole_search_knows_no_time(at_home):
-    with pytest.raises(SystemExit) as caught:
-        main(["explain", "logs", "--time", "5", "--out", "out"])
-    assert "--time" in caught.value.code
-    assert "--quick" in caught.value.code

@@ -7,13 +7,23 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from t2l.diagnose.evidence import gather
 
-from t2l.diagnose.ranking import MISSING, diagnose, telling
+from t2l.detective.data_split import split
+from t2l.detective.ranking import diagnose
+from t2l.diagnose.ranking import MISSING
 from t2l.effects.term import Layout, Term
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
-from tests.diagnose.made import measured, pendulum, predict, recording, swing, swings, two_pendulums
+from tests.diagnose.made import (
+    all_but,
+    measured,
+    pendulum,
+    predict,
+    recording,
+    swing,
+    swings,
+    two_pendulums,
+)
 
 NOISE_RAD = 1e-4
 LONG_S = 0.8
@@ -43,11 +53,9 @@ QUICK = settings(max_examples=2, deadline=None, derandomize=True, database=None)
 
 def answer(recordings, names=FEW, substeps=1):
     """The one place that asks: the verdict, and by effect in their order what was fitted."""
-    model, joints = Model(recordings[0].robot), recordings[0].joints
-    known = model.known_effects(joints)
-    effects = None if names is None else [known[name] for name in names]
-    evidence = telling(model, gather(model.robot, recordings, (), substeps, threads=1))
-    found = diagnose(model, evidence, effects)
+    robot, joints = recordings[0].robot, recordings[0].joints
+    model = Model(robot, without=() if names is None else all_but(*names))
+    found = diagnose(model, split(robot, recordings, (), substeps, threads=1))
     fitted = {}
     for candidate in found.ranking:
         fitted[candidate.effect.name] = {

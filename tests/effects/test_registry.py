@@ -1,14 +1,16 @@
+import dataclasses
 import textwrap
 
 import numpy as np
 import pytest
-from t2l.diagnose.evidence import gather
 
-from t2l.diagnose.ranking import MISSING, adopt, diagnose
+from t2l.detective.data_split import split
+from t2l.detective.ranking import diagnose
+from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, adopt
 from t2l.effects.registry import builtin, load
 from t2l.errors import ConfigurationError
 from t2l.identify.model import Model, read_model, write_model
-from tests.diagnose.made import predict, spinner, swings
+from tests.diagnose.made import all_but, predict, spinner, swings
 
 RUBBER = '''
 """A rubber cord that pulls a joint back to zero."""
@@ -50,11 +52,9 @@ def test_a_users_effect_is_diagnosed_adopted_and_kept(tmp_path, rubber):
     machine = Model(robot, {"rubber": {"stiffness": {"hinge": k}}}, (rubber,))
     recordings = swings(robot, model=machine, control_rate_hz=250.0)
 
-    model = Model(robot, {}, (rubber,))
-    known = model.known_effects()
-    effects = [known[n] for n in ("rubber", "viscous_friction", "torque_offset")]
-    evidence = gather(robot, recordings)
-    diagnosis = diagnose(model, evidence, effects)
+    without = all_but("viscous_friction", "torque_offset")
+    data = split(robot, recordings, threads=1)
+    diagnosis = diagnose(Model(robot, {}, (rubber,), without=without), data)
     assert diagnosis.verdict == MISSING
     assert diagnosis.ranking[0].effect.name == "rubber"
 
@@ -67,7 +67,8 @@ def test_a_users_effect_is_diagnosed_adopted_and_kept(tmp_path, rubber):
     np.testing.assert_allclose(
         predict(recordings, model=again), predict(recordings, model=adopted), atol=1e-6
     )
-    assert diagnose(again, evidence, effects).verdict == "no_missing_effect"
+    again = dataclasses.replace(again, without=without)
+    assert diagnose(again, data).verdict == NOTHING_MISSING
 
 
 def test_a_folder_holds_effects(rubber):

@@ -1,16 +1,13 @@
 """Effect files that a person wrote and got wrong, under `t2l diagnose`'s own steps."""
 
-import logging
-
 import pytest
-from t2l.diagnose.evidence import gather
 
-from t2l.diagnose.starting_points import starting_points
+from t2l.detective.data_split import split
+from t2l.detective.ranking import diagnose
 from t2l.effects.registry import load
-from t2l.effects.term import Layout
 from t2l.errors import T2LError
 from t2l.identify.model import Model
-from tests.diagnose.made import pendulum, swings
+from tests.diagnose.made import all_but, pendulum, swings
 from tests.effects.test_registry import RUBBER
 from tests.fuzz.harness import check
 
@@ -73,12 +70,9 @@ def recorded(tmp_path_factory):
 
 def try_out(robot, recordings, path):
     """The effect of a file, loaded and fitted for the first time."""
-    effects = load([path])
-    evidence = gather(robot, recordings)
-    model = Model(robot, {}, (path,))
-    layout, u = model.vector(evidence.train.joints)
-    assert isinstance(layout, Layout)
-    starting_points(evidence.screen, evidence.screen_mask, layout, u, [effects["rubber"]])
+    load([path])
+    model = Model(robot, {}, (path,), without=all_but())
+    return diagnose(model, split(robot, recordings, threads=1))
 
 
 def test_the_sound_one_runs(recorded, tmp_path, monkeypatch):
@@ -99,18 +93,17 @@ def test_what_is_wrong_is_told_with_effect_and_file(recorded, tmp_path, kind):
     assert "rubber" in str(caught.value)
 
 
-def test_an_effect_of_t2ls_own_that_cannot_run_is_left_out_with_a_word(recorded, caplog):
+def test_an_effect_of_t2ls_own_that_cannot_run_does_not_stop_the_others(recorded, monkeypatch):
     robot, recordings = recorded
-    evidence = gather(robot, recordings)
-    effect = load()["viscous_friction"]
-    layout, u = Model(robot, {}).vector(evidence.train.joints)
+    effects = load()
 
-    class Wild(type(effect)):
+    class Wild(type(effects["viscous_friction"])):
         def install(self, loop, rows, joints, values):
             loop.batch.qpos[rows] = float("nan")
             loop.settle.append(lambda loop: loop.batch.qpos.fill(float("nan")))
 
     Wild.__module__ = "t2l.effects.wild"
-    with caplog.at_level(logging.WARNING):
-        starting_points(evidence.screen, evidence.screen_mask, layout, u, [Wild()])
-    assert "viscous_friction: left out" in caplog.text
+    few = {"viscous_friction": Wild(), "armature": effects["armature"]}
+    monkeypatch.setattr("t2l.identify.model.load_effects", lambda files: few)
+    found = diagnose(Model(robot), split(robot, recordings, threads=1))
+    assert [c.effect.name for c in found.ranking] == ["armature"]

@@ -4,25 +4,39 @@ from benchmarks.hidden_effects import effects as hidden
 from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
-from t2l.diagnose.starting_points import starting_points
+from t2l.detective.candidates import settings_of
+from t2l.diagnose.starting_points import read_off
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
-from t2l.identify.fitting import run
+from t2l.identify.first_guesses import first_guesses
+from t2l.identify.fitting import run, start_from_the_best
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model
-from t2l.identify.prediction import Predictor
+from t2l.identify.prediction import Predictor, Request
+from t2l.identify.scales import sized
 from t2l.recordings import Recording
 from tests.diagnose.made import measured, pendulum, recording, swing, swings, two_pendulums
 
 
-def fitted(recordings, names, robot=None, adopted=None, iterations=15, diagonal=False):
-    """{effect: fit from its own first guesses}."""
-    robot = robot or recordings[0].robot
-    predictor = Predictor(robot, recordings)
-    mask = np.ones(len(predictor.samples), bool)
-    layout, u = Model(robot, adopted or {}).vector(predictor.joints)
-    guesses = starting_points(predictor, mask, layout, u, [builtin()[n] for n in names])
-    fits = {name: LeastSquares(*guess, diagonal) for name, guess in guesses.items()}
+def fitted(recordings, names, adopted=None, iterations=15, diagonal=False):
+    """{effect: fit from the best of its own first guesses}."""
+    robot = recordings[0].robot
+    predictor = Predictor(robot, recordings, threads=1)
+    mask, njoint = np.ones(len(predictor.samples), bool), len(predictor.joints)
+    model = sized(Model(robot, adopted or {}), predictor)
+    layout, u = model.vector(predictor.joints)
+    effects = [model.known_effects(predictor.joints)[name] for name in names]
+    left = predictor.samples.q - predictor.predict([Request(layout, u[None])])[0][0]
+    read = read_off(predictor, mask, effects, left)
+    guesses = {e.name: first_guesses(e, model.sizes, njoint) + read[e.name] for e in effects}
+    tried = dict(zip(names, settings_of(predictor, (layout, u), effects, guesses), strict=True))
+    fits = {}
+    for name, (whole, starts) in tried.items():
+        stated = [max(slot.size, 1e-3 * slot.scale) for slot in whole.slots]
+        size = np.maximum(np.median(np.abs(starts), axis=0), stated)
+        fits[name] = LeastSquares(whole, starts[0], size, diagonal)
+    starts = {name: settings for name, (_, settings) in tried.items()}
+    start_from_the_best(fits, starts, predictor, mask)
     run(list(fits.values()), predictor, mask, iterations)
     return fits
 

@@ -11,8 +11,10 @@ import numpy as np
 
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
+from t2l.effects.blame import described, shipped
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
+from t2l.errors import EffectError
 from t2l.identify.prediction import Predictor, Request
 
 # numerics: of finite differences along a motion, which has no noise of its own
@@ -203,6 +205,9 @@ def known_candidates(
         guesses: of each effect by name, each parameter (njoint,) or (1,).
         residual: (nsample,) measured minus predicted, rad.
         rows: (k,) indices of the samples that columns have.
+
+    Raises:
+        EffectError: an effect of the user's gives no finite motion with any guess.
     """
     asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name])]
     driven = [one for one in asked if predictor.model(one.layout.terms).nv == len(predictor.joints)]
@@ -212,10 +217,21 @@ def known_candidates(
             driven, added_torques(predictor, section, adopted, variants), strict=True
         ):
             one.torque.append(torque.astype(np.float32))
+            _check_some_runs(one, torque[:, list(one.rows)].swapaxes(0, 1))
     simulated = [one for one in asked if not one.torque]
     table = _driven(predictor, sections, driven, residual[rows], rows)
     table = _with_simulated(predictor, adopted, simulated, table, residual[rows], rows)
     return _with_base(predictor, sections, adopted, table, rows)
+
+
+def _check_some_runs(one: _Asked, answers: np.ndarray) -> None:
+    """Find an effect of the user's with which nothing can be simulated; (s, …) of its settings."""
+    finite = np.isfinite(answers.reshape(len(answers), -1)).all(axis=1)
+    if not finite.any() and not shipped(one.effect):
+        raise EffectError(
+            f"effect {described(one.effect)}: found no finite motion with any of its {len(finite)} "
+            "first guesses; allowed: torques and parameters that a simulation can run with"
+        )
 
 
 def settings_of(
@@ -246,6 +262,7 @@ def _with_simulated(
     columns, candidates = [table.columns], list(table.candidates)
     count = table.columns.shape[1]
     for one, q in zip(asked, moved, strict=True):
+        _check_some_runs(one, q)
         singles = []
         for joint in one.new_joints:
             own = predictor.samples.joint[rows] == joint

@@ -136,6 +136,7 @@ class _Story:
     def ended(self, found: Found) -> Explanation:
         """The explanation at the end of the search."""
         last = found.rounds[-1]
+        self.known |= last.effects
         if not self.steps:
             self.steps = [self._step(last.before)]
         one, noise = last.adopted or last.before, last.noise_rad

@@ -124,7 +124,8 @@ def _only_bodies(predictor, section: Section, model, base, layout: Layout, u: np
     loop = DrivenLoop(model, predictor.joints, section.motion.group.schedule, len(u))
     more = Layout([term for term in layout.terms if term not in base[0].terms])
     own = {slot.key: i for i, slot in enumerate(layout.slots)}
-    install(loop, [(more, u[:, [own[slot.key] for slot in more.slots]])])
+    with blaming([term.effect for term in more.terms], "to lead it"):
+        install(loop, [(more, u[:, [own[slot.key] for slot in more.slots]])])
     return loop.changes_only_bodies()
 
 
@@ -132,7 +133,8 @@ def _bodies(predictor, section: Section, base, layout: Layout, u: np.ndarray):
     """N·m that other masses or another gravity take away."""
     model = _with_both(predictor, base, layout)
     loop = DrivenLoop(model, predictor.joints, section.motion.group.schedule, len(u) + 1)
-    install(loop, [(base[0], base[1][None]), (layout, u)])
+    with blaming([term.effect for term in layout.terms], "to lead it"):
+        install(loop, [(base[0], base[1][None]), (layout, u)])
     taken = loop.by_bodies(section.poses)
     if taken is None:
         return 0.0

@@ -1,7 +1,7 @@
 """Linearise, screen, fit, judge, and again from what was adopted, until nothing earns its place."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -365,7 +365,21 @@ class _Search:
         progress(f"simulating {len(leaders)} of them", DONE[FINISH])
         fits = fit_sets(leaders, self.samples, came.known)
         fits = finish(refine(fits, self.samples, came.known), self.samples)
-        return Singles(came, led, fits, judge)
+        return Singles(came, led, self._found_again(fits, led, judge), judge)
+
+    def _found_again(
+        self, fits: Sequence[FittedSet], led: Sequence[FittedSet], judge: Judge
+    ) -> list[FittedSet]:
+        """Fits, of which those that are lost begin anew where they were led to, on every tick."""
+        promised = {frozenset(one.names): one for one in led}
+        pairs = ((promised.get(frozenset(fit.names)), fit) for fit in fits)
+        lost = [one for one, fit in pairs if one is not None and _astray(fit, one, judge)]
+        whole = replace(self.samples, draft=self.samples.exact)
+        again = fit_sets([Start(f.layout, f.u) for f in lost], whole)
+        best: dict[frozenset, FittedSet] = {}
+        for fit in sorted((*fits, *again), key=lambda f: f.left_out_rmse):
+            best.setdefault(frozenset(fit.names), fit)
+        return list(best.values())
 
 
 def _astray(simulated: FittedSet, promised: FittedSet, judge: Judge) -> bool:

@@ -21,6 +21,7 @@ from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.scales import sized
+from t2l.identify.step_size import substeps_for
 
 LEAST_SIZE = 1e-3  # numerics: of a parameter's scale, where it states no size
 
@@ -66,7 +67,7 @@ def confounded_names(
     names = [name for name in model.effects if name not in came.effects]
     if not names:
         return []
-    linear = _Linear(model, predictor, mask)
+    linear = _Linear(model, _fine_enough(model, predictor), mask)
     found = [Confounded(name, tuple(linear.rivals_of(name))) for name in names]
     return [entry for entry in found if entry.rivals]
 
@@ -80,6 +81,14 @@ def spread(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predicto
     chosen = np.sort(np.array(order)[np.round(np.linspace(0, len(order) - 1, count)).astype(int)])
     part = predictor.of([recordings[i] for i in chosen])
     return part, mask[np.isin(predictor.samples.recording, chosen)]
+
+
+def _fine_enough(model: Model, predictor: Predictor) -> Predictor:
+    """With as many physics steps as a model needs: an effect may need more than was without it."""
+    old, needed = predictor, substeps_for(model, predictor.recordings)
+    if needed <= old.substeps:
+        return old
+    return Predictor(old.robot, old.recordings, needed, old.threads, in_motion=old.in_motion)
 
 
 class _Linear:
