@@ -21,7 +21,16 @@ from benchmarks import sensitivity
 from benchmarks.scene import ROOT
 
 SOURCE = ROOT / "src/t2l"
-PACKAGES = ("diagnose", "identify", "propose", "effects", "design", "drift", "recordings")
+PACKAGES = (
+    "diagnose",
+    "identify",
+    "propose",
+    "detective",
+    "effects",
+    "design",
+    "drift",
+    "recordings",
+)
 KINDS = {
     "tuned": "a choice that may change an answer",
     "derived": "made of other constants",

@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> None:
         OutputError: the result would replace something.
     """
     from t2l.diagnose.artefacts import diagnosed_effects
-    from t2l.diagnose.files import DIAGNOSIS, PROPOSAL, STEPS
+    from t2l.diagnose.files import DIAGNOSIS, PROPOSAL
     from t2l.errors import ConfigurationError
     from t2l.identify.model import merged_with, read_model, write_model
     from t2l.names import path_of
@@ -47,9 +47,10 @@ def run(arguments: argparse.Namespace) -> None:
     folder = arguments.diagnosis
     available = [*diagnosed_effects(folder), *proposed(folder)]
     if not available:
-        steps = [p.parent.name for p in sorted((folder / STEPS).glob(f"*/{DIAGNOSIS}"))]
-        instead = f"; allowed: {folder / STEPS}/N, with N of {', '.join(steps)}" if steps else ""
-        raise ConfigurationError(f"--diagnosis {folder}: no diagnosis in that folder{instead}")
+        raise ConfigurationError(
+            f"--diagnosis {folder}: found no diagnosis and no proposal there; allowed: a folder of "
+            "t2l diagnose or t2l propose, or proposal/ of t2l explain"
+        )
     merged, models = None, folder / "models"
     for name in arguments.names:
         if name not in available:

@@ -382,6 +382,7 @@ def _steps(layout: Layout, own: Sequence[int], u: np.ndarray) -> np.ndarray:
         slot = layout.slots[i]
         size = max(abs(u[i]), slot.size)
         span = layout.upper[i] - layout.lower[i]
+        # numerics: of the range, where no size is known
         step = RELATIVE_STEP * (1.0 if slot.parameter.log else size or 1e-3 * span)
         steps.append(-step if u[i] + step > layout.upper[i] else step)
     return np.array(steps)
@@ -444,6 +445,7 @@ def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:
     finite = np.isfinite(values).all(axis=0)
     values = np.where(finite, values, 0.0)
     square, along = np.einsum("ij,ij->j", values, values, dtype=float), values.T @ residual
+    # numerics: nearer to a setting than to the next
     scale = np.clip(along / np.maximum(square, 1e-30), 0.3, 3.0)
     left = residual @ residual - 2 * scale * along + scale**2 * square
     left[~finite | (square < NOWHERE**2 * len(residual))] = np.inf

@@ -293,6 +293,7 @@ def fit_sets(
     samples: Samples,
     known: Known | None = None,
     iterations: int = ITERATIONS,
+    # numerics: at first
     damping: float = 1e-2,
 ) -> list[FittedSet]:
     """Fit layouts from their starts, on the draft; those that run away are left out.
@@ -322,6 +323,7 @@ def fit_sets(
     def give_up(fits):
         least = min(fit.loss for fit in fits)
         for fit in fits:
+            # numerics: a round that gains less is near its end
             if fit.iterations >= 2 and fit.loss > HOPELESS * least and fit.gain < 0.3:
                 fit.done = True
 

@@ -56,6 +56,7 @@ def _section(predictor: Predictor, layout: Layout, u: np.ndarray, motion: Motion
     model, joints = predictor.model(layout.terms), predictor.joints
     schedule = motion.group.schedule
     speed = np.sqrt(np.mean(motion.dq**2, axis=(0, 1)))
+    # numerics: standard errors of a velocity, of the usual speed at most; above zero
     at_rest = np.maximum(AT_REST * speed, np.minimum(3 * motion.noise_dq, 0.3 * speed)) + 1e-9
     zero = np.zeros_like(motion.q)
     bare = Path(motion.q, motion.dq, motion.ddq, zero, zero, at_rest)
@@ -153,6 +154,7 @@ def _discrete(predictor, layout, u, motion: Motion, path: Path, plant: _Plant, m
     mass = plant.mass + more[..., None] * np.eye(n)
     # what the joints' own dry friction does near rest
     own = model.dof_frictionloss[[model.joint(name).dofadr[0] for name in predictor.joints]]
+    # derived: of v / sqrt(v² + v0²)
     slope = path.at_rest**2 / (path.dq**2 + path.at_rest**2) ** 1.5
     sticking = (own * slope)[..., None] * np.eye(n)
     k, d = plant.by_q - stiffness, plant.by_dq - damping + sticking

@@ -93,6 +93,7 @@ def _smooth(
     period = np.median(np.diff(clock)) if len(clock) > 1 else 1.0
     # of a straight line through the samples of an interval
     count = max(chosen / period, 1.0)
+    # derived: of the slope of a line through equally spaced samples
     noise = np.sqrt(12 * least / count) / chosen
     still = at != inside
     parts = [best(inside, order) for order in range(3)]

@@ -21,7 +21,7 @@ TINY = 1e-100  # numerics: keeps what does nothing solvable, in any unit
 PARSIMONY = 0.01  # tuned: of the squared error, for each number
 WIDTH = 6  # numerics: sets that go on at each size
 LOOKED_AT = 30  # numerics: of the candidates to add, the most promising, that are scored in full
-MOST = 5  # candidates in a set
+MOST = 5  # bound: candidates in a set
 SWEEPS = 40  # numerics: of coordinate descent within bounds
 ALIKE = 1e-5  # numerics: of a sum of squares: columns that differ by less are one
 SETTLED = 1e-4  # numerics: relative change of a sweep that is none
@@ -236,6 +236,7 @@ class Screen:
         found, least = [], np.inf
         every = self.known.values() if scored is None else scored
         for one in sorted(every, key=lambda s: (s.complexity, s.error)):
+            # numerics: what is less
             if one.error < 0.97 * least:
                 found.append(one)
                 least = one.error
@@ -244,8 +245,10 @@ class Screen:
     def _exchange(self, one: Scored) -> None:
         for _ in range(3):
             moves = [tuple(m for m in one.members if m != gone) for gone in one.members]
+            # numerics: of the most promising
             moves += [(*rest, i) for rest in moves for i in self.growing(rest)[:8]]
             best = min(self.scores(moves), key=lambda s: s.error, default=one)
+            # numerics: a gain that is none
             if best.error >= 0.999 * one.error:
                 return
             one = best

@@ -53,7 +53,7 @@ SIMULATED = 2  # numerics: sets that can only be simulated, besides
 ASTRAY = 2.0  # numerics: times what the linear model promises, at which a fit by simulation is lost
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, PRUNE = "screening", "fitting", "finishing", "pruning"
-# measured: of a round, what is done when a stage begins
+# format: of a round, what is done when a stage begins, as measured
 DONE = {SCREEN: 0.0, FIT: 0.3, FINISH: 0.6, PRUNE: 0.8}
 
 # effects with the joints that have them
