@@ -111,11 +111,6 @@ def test_bands_do_not_hold_what_is_a_matter_of_drawing(two_laws, law):
     assert np.mean((one.low <= curve(at)) & (curve(at) <= one.high)) >= 0.9
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="three straight pieces an interval are not the spline",
-)
 def test_the_curves_explain_what_was_fitted(two_laws):
     _, predictor, found = two_laws
     assert error_of(found.with_curves, predictor) < 1.1 * found.noise_floor_rad

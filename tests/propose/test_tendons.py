@@ -101,11 +101,6 @@ def test_tendons_are_the_best_of_either_joint():
     assert list(best_of_each_joint(found)) == [laws["ab"], laws["ac"]]
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="the gain of a law of two joints is a mean over both, and ranks too low",
-)
 def test_a_cable_is_recovered(robot):
     model = Model(robot, learned=(cable(),))
     logs = [
