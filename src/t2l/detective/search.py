@@ -43,7 +43,7 @@ ROUNDS = 6  # bound: of a search: more is a model that fits anything
 FRONT, RIVALS, RIVAL, SINGLES = 8, 2, 2.0, 6
 SCREENED = 8000  # numerics: samples that sets are scored by
 FINISHED = 5  # numerics: of these, by simulation
-LINEAR = 3.0  # numerics: times the noise, where the linear model tells no difference
+LINEAR = 0.01  # numerics: of the squared error that a set explains, what the linear model is off by
 BETTER = 0.97  # numerics: of an error, what is less
 PRUNING = 3  # numerics: iterations of a fit with a term less
 # derived: share of the error that goes with half of its square: what nothing promises must do more
@@ -252,7 +252,7 @@ class _Search:
         promised = this.likely = choose(current, led, judge)
         if self._stop(this, FIT):
             return False
-        leaders = [Start(f.layout, f.u, f.columns) for f in _leaders(led, judge)]
+        leaders = [Start(f.layout, f.u, f.columns) for f in _leaders(current, led, judge)]
         leaders += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
         fits = fit_sets(leaders, fitted, simulated.known)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
@@ -411,7 +411,7 @@ def choose(
     return min(alike, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse))
 
 
-def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
+def _leaders(before: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
     """Of those fitted along the motion what may be taken: the best, the front below it, others.
 
     The linear model is off by a share of what an effect does, the more for what changes the loop:
@@ -420,13 +420,15 @@ def _leaders(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
     ranked = sorted(fits, key=lambda f: f.left_out_rmse)
     if not ranked:
         return []
-    limit = max(PROMISING**2 * ranked[0].left_out_rmse, LINEAR * judge.noise_rad)
+    best = ranked[0].left_out_rmse
+    unsure = LINEAR * max(before.left_out_rmse**2 - best**2, 0.0)
+    limit = max(PROMISING * best, 2 * judge.noise_rad, (best**2 + unsure) ** 0.5)
     near = [f for f in ranked if f.left_out_rmse <= limit]
     front: list[FittedSet] = []
     for one in sorted(near, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse)):
         if not front or one.left_out_rmse < BETTER * front[-1].left_out_rmse:
             front.append(one)
-    kept = {id(f): f for f in (ranked[0], *front[::-1], *near)}
+    kept = {id(f): f for f in (ranked[0], front[0], *front[::-1], *near)}
     return [*kept.values()][:FINISHED]
 
 
