@@ -29,7 +29,6 @@ class Backlash(Effect):
     source = "Nordin and Gutman, Controlling mechanical systems with backlash, 2002: dead zone"
     contains = ("joint_flexibility",)  # closed teeth without play
     follows = "direction"
-    rough_error = True
     hides_state = True
 
     def extend(self, spec, joints):

@@ -137,8 +137,6 @@ class Effect(ABC):
         source: where its equation comes from.
         contains: effects that it becomes for some values of its parameters.
         follows: the condition (see `t2l.diagnose.conditions`) that its error follows.
-        rough_error: the error has many small minima over the parameters, so that derivatives lead
-            only to the nearest.
         coupled: a joint's parameters move other joints about as much as its own, so that each
             joint's derivatives take simulations of their own.
         needs: optional columns that the recordings must have for it to be fitted.
@@ -164,7 +162,6 @@ class Effect(ABC):
     source: str
     contains: tuple[str, ...] = ()
     follows: str = ""
-    rough_error: bool = False
     coupled: bool = False
     needs: tuple[str, ...] = ()
     acts_through: tuple[str, ...] = ()
