@@ -72,5 +72,5 @@ def test_an_explanation_is_the_same_by_command_and_by_rule(home, capsys):
     shutil.copytree(home / "by_command" / "steps", folder / "steps")
     script("explain", home, SimpleNamespace(explanation=str(folder / "explanation.json")))
     # it took the command's steps for its own
-    assert "kept from before" in capsys.readouterr().out
+    assert "Going on after step" in capsys.readouterr().out
     assert content(folder / "explanation.json") == content(home / "by_command/explanation.json")

@@ -54,6 +54,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.detective.data_split import split
     from t2l.detective.explanation import explained, in_words
     from t2l.diagnose.measured_torque import torque_sides
+    from t2l.identify.model import read_again
     from t2l.identify.progress import part
     from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
@@ -72,7 +73,9 @@ def run(arguments: argparse.Namespace) -> None:
             written=lambda: write_report(out), began=over.began,
         )  # fmt: skip
         progress("comparing before and after", EXPLAINED)
-        _show(out, model, explanation.model, [*recordings, *holdout])
+        # as its file holds it, so that a comparison with the file is the same
+        final = read_again(out / MODEL, explanation.model)
+        _show(out, model, final, [*recordings, *holdout])
         progress("done", 1.0)
     print("\n".join(in_words(explanation)))
     for sides in torque_sides(data.fitted):

@@ -52,11 +52,11 @@ def proposal_of(came: Model, found: Found, data: DataSplit, quiet: bool) -> Prop
     own = Layout([t for t in last.layout.terms if t.effect.name not in names])
     values = {slot.key: value for slot, value in zip(last.layout.slots, u, strict=True)}
     model = from_vector(came, own, np.array([values[s.key] for s in own.slots]), joints)
-    first = found.rounds[0]
+    before = error_of(came, fitted, data.fitted_mask)
     proposal = Proposal(
         LAW if learned else NOTHING if quiet else NO_LAW, model, joints, tuple(learned),
-        found.rounds[-1].noise_rad, first.before.left_out_rmse, last.left_out_rmse, None, None,
-        tuple(first.ceilings), tuple(r.name for r in fitted.recordings), (),
+        found.rounds[-1].noise_rad, before, last.left_out_rmse, None, None,
+        tuple(found.rounds[0].ceilings), tuple(r.name for r in fitted.recordings), (),
     )  # fmt: skip
     report, mask = data.test, data.test_mask
     return replace(

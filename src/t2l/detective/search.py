@@ -143,6 +143,9 @@ def search(
     for number in range(done, ROUNDS):
         if not searched.round(came=number == 0):
             break
+    if not searched.found.rounds:
+        # resumed when all rounds were done
+        searched.found.rounds.append(Round(searched.simulated, searched.noise_rad()))
     return searched.found
 
 
@@ -288,6 +291,10 @@ class _Search:
         left[mask] = -self.current.residual
         rows = predictor.samples.by_row(np.where(mask, left, np.nan))
         return left, noise_floor(list(predictor.recordings), rows)
+
+    def noise_rad(self) -> float:
+        """Of the samples, by what the present model leaves."""
+        return self._left()[1]
 
     def _linearise(self, noise_rad: float) -> None:
         """Along the motion, at what was adopted last."""
