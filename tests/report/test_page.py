@@ -41,6 +41,13 @@ def page(request, tmp_path_factory):
     return write_report(folder)
 
 
+def _check_order(told, texts):
+    """Each text is there, one after the other."""
+    places = [told.find(text) for text in texts]
+    assert -1 not in places
+    assert places == sorted(places)
+
+
 def _told(page):
     """The page without its scripts and its contents."""
     return re.sub(r"<(script|nav).*?</\1>", "", page.read_text(), flags=re.DOTALL)
@@ -98,9 +105,7 @@ def test_an_explanation_tells_the_story(tmp_path):
         "Measured and simulated motion",
         "coulomb_friction:",
     ]
-    places = [told.find(text) for text in order]
-    assert -1 not in places
-    assert places == sorted(places)
+    _check_order(told, order)
     assert "kp80 · " in told
 
 
@@ -116,9 +121,7 @@ def test_a_diagnosis_tells_the_first_effect_and_how_all_were_judged(tmp_path):
         "What remains",
         "41 % of the missing torque follows the position",
     ]
-    places = [told.find(text) for text in order]
-    assert -1 not in places
-    assert places == sorted(places)
+    _check_order(told, order)
     assert "validation" not in told
     (row,) = re.findall(r"<tr><td>viscous friction</td>.*?</tr>", told)
     assert row.count(">not simulated<") == 2

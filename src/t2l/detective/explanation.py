@@ -146,8 +146,7 @@ class _Story:
         one, noise = last.adopted or last.before, last.noise_rad
         quiet = Judge(np.zeros(0), noise).quiet(one.rmse, len(self.steps) == 1)
         verdict = NOTHING_MISSING if quiet else UNEXPLAINED
-        joints = self.joints
-        model = final_model(self.model, found.last, joints) if found.rounds else found.model
+        model = final_model(self.model, found.last, self.joints)
         seconds = None
         if found.stopped:
             seconds, verdict = self.seconds, MISSING

@@ -44,9 +44,8 @@ def proposal_of(came: Model, found: Found, data: DataSplit, quiet: bool) -> Prop
     u, learned = anchor @ last.u, []
     for effect in laws:
         at = [i for i, s in enumerate(last.layout.slots) if s.term.effect.name == effect.name]
-        ends = band(
-            replace(last, u=u), effect, rows, fitted.samples, data.fitted_mask, anchor
-        )  # fmt: skip
+        anchored = replace(last, u=u)
+        ends = band(anchored, effect, rows, fitted.samples, data.fitted_mask, anchor)
         learned.append(Learned(effect.curve(u[at]), *ends, everywhere.get(effect.law)))
     names = {effect.name for effect in laws}
     own = Layout([t for t in last.layout.terms if t.effect.name not in names])
