@@ -65,7 +65,8 @@ class Screen:
         self.prior = self._prior()
         self.total = self.products.sum(axis=0) + self.prior
         self.known: dict[frozenset[int], Scored] = {}
-        self.complexity = [self._complexity(one) for one in self.table.candidates]
+        whole = self.products.sum(axis=0)
+        self.complexity = [_complexity(one, whole) for one in self.table.candidates]
         # candidates by how many constants and columns they have
         alike: dict[tuple[int, int], list[int]] = {}
         for i in range(len(self.table.candidates)):
@@ -88,12 +89,6 @@ class Screen:
                 products[np.ix_(at, at)] += rows.T @ rows
                 products[at, -1] += rows.T @ np.broadcast_to(tending, len(rows))
         return self.noise_rad**2 * products
-
-    def _complexity(self, one: Candidate) -> int:
-        """How many numbers of a candidate the samples tell; its name counts as one."""
-        at = [column.at for column in one.columns]
-        told = independent(self.products.sum(axis=0)[np.ix_(at, at)])
-        return one.complexity - (len(at) - told if one.numbers <= len(at) else 0)
 
     def score(self, members: Sequence[int]) -> Scored:
         """Of a set of indices of candidates."""
@@ -261,6 +256,13 @@ def independent(products: np.ndarray) -> int:
     size = np.sqrt(np.diag(products)) + TINY
     values = np.linalg.eigvalsh(products / np.outer(size, size))
     return int((values > ALIKE).sum())
+
+
+def _complexity(one: Candidate, products: np.ndarray) -> int:
+    """How many numbers of a candidate the samples tell; its name counts as one."""
+    at = [column.at for column in one.columns]
+    told = independent(products[np.ix_(at, at)])
+    return one.complexity - (len(at) - told if one.numbers <= len(at) else 0)
 
 
 def _excludes(one: Candidate, other: Candidate) -> bool:
