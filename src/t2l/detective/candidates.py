@@ -56,6 +56,8 @@ class Candidate:
         constants: indices of columns that it adds as they are.
         columns: those that are weighted.
         numbers: of parameters, where it has more than columns.
+        removal: it takes an effect away that the model has, on all its joints; `without` are the
+            places in `Table.base` of the columns that go with it.
     """
 
     effect: Effect
@@ -64,10 +66,14 @@ class Candidate:
     constants: tuple[int, ...]
     columns: tuple[Column, ...]
     numbers: int = 0
+    removal: bool = False
+    without: tuple[int, ...] = ()
 
     @property
     def complexity(self) -> int:
-        """How many numbers it fits; its name counts as one."""
+        """How many numbers it fits, less what it takes away; its name counts as one."""
+        if self.removal:
+            return -self.numbers - 1
         return max(self.numbers, len(self.columns), 1) + 1
 
     @property
@@ -293,23 +299,52 @@ def _simulated(one: _Asked, s: int, joint: int, at: int) -> Candidate:
 
 
 def _with_base(predictor, sections, adopted, table: Table, rows: np.ndarray) -> Table:
-    """The table with derivatives by the parameters that the model has already."""
+    """The table with derivatives by what the model has already, and with what it may lose."""
     layout, u = adopted
     free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
-    if not free or predictor.model(layout.terms).nv != len(predictor.joints):
+    if not layout.terms or predictor.model(layout.terms).nv != len(predictor.joints):
         return table
     steps = _steps(layout, free, u)
     moved = np.repeat(u[None], len(free), axis=0)
     moved[np.arange(len(free)), free] += steps
     wanted = Responses(predictor, sections, rows, table.columns.shape[1])
-    torques = [added_torques(predictor, s, adopted, [(layout, moved)])[0] for s in sections]
+    torques = []
+    if free:
+        torques = [added_torques(predictor, s, adopted, [(layout, moved)])[0] for s in sections]
     at = [wanted.ask([t[:, k] / steps[k] for t in torques], None) for k in range(len(free))]
+    removals = [_removal(term, free, wanted, predictor, sections, adopted) for term in layout.terms]
     bounds = np.array([[layout.lower[i] - u[i], layout.upper[i] - u[i]] for i in free])
+    bounds = bounds.reshape(-1, 2)
     log = layout.log[free]
     bounds[log] = np.clip(bounds[log], -FARTHEST, FARTHEST)
     columns = np.concatenate([table.columns, wanted.responses()], axis=1)
     prior, tending = layout.prior[:, free], -layout.prior @ u
-    return Table(columns, table.candidates, tuple(at), bounds, prior, tending)
+    return Table(columns, [*table.candidates, *removals], tuple(at), bounds, prior, tending)
+
+
+def _removal(
+    term: Term,
+    free: Sequence[int],
+    wanted: "Responses",
+    predictor: Predictor,
+    sections: Sequence[Section],
+    adopted: tuple[Layout, np.ndarray],
+) -> Candidate:
+    """What the model without a term of its own does."""
+    layout, u = adopted
+    name = term.effect.name
+    rest = Layout([other for other in layout.terms if other is not term])
+    values = {slot.key: value for slot, value in zip(layout.slots, u, strict=True)}
+    less = rest, np.array([[values[slot.key] for slot in rest.slots]])
+    torques = [added_torques(predictor, s, adopted, [less])[0][:, 0] for s in sections]
+    own = [i for i, slot in enumerate(layout.slots) if slot.term.effect.name == name]
+    fixed = layout.lower >= layout.upper
+    without = tuple(k for k, i in enumerate(free) if i in own)
+    rough = sum(bool(layout.slots[i].parameter.rough and not fixed[i]) for i in own)
+    return Candidate(
+        term.effect, term.joints, {}, (wanted.ask(torques, None),), (), len(without) + rough,
+        removal=True, without=without,
+    )  # fmt: skip
 
 
 def _asked(

@@ -33,7 +33,6 @@ from t2l.diagnose.final_parameters import parameters_of
 from t2l.diagnose.fingerprint import fingerprint_of
 from t2l.diagnose.ranking import MISSING, NOTHING_MISSING, UNEXPLAINED
 from t2l.diagnose.settings import CERTAIN
-from t2l.diagnose.told_apart import told_apart
 from t2l.effects.term import Term
 from t2l.identify.levels import PROMISING
 from t2l.identify.model import Model
@@ -75,9 +74,6 @@ def explained(
     story = _Story(model, data, tell, progress, folder, written, began)
     found = search(model, data, story.looked, over, story.resumed)
     explanation = story.ended(found)
-    if not found.stopped:
-        progress("what the recordings cannot tell from the names", MOST)
-        explanation = told_apart(explanation, model, data.fitted, data.fitted_mask)
     if folder is not None:
         story.write(explanation)
         if splines(found.last):

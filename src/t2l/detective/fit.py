@@ -6,8 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
+from t2l.detective.candidates import FARTHEST
 from t2l.detective.linear_loop import Section, respond
-from t2l.detective.responses import added_torques
+from t2l.detective.motion import at_samples
+from t2l.detective.responses import added_torques, excess
 from t2l.detective.screen import ALIKE, Screen, bounded, independent
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
@@ -24,6 +26,8 @@ ROUGH_ITERATIONS = 2  # numerics: of the others meanwhile
 FINISHING = 3  # numerics: on every tick, with the derivatives of coarser ones
 NEAR_ITS_END = 1e-3  # numerics: damping of a fit that begins there
 RIDGE = 1e-6  # numerics: of a column's sum of squares
+DAMPINGS = (RIDGE, 0.01, 1.0)  # numerics: likewise, of steps to what fits without a part
+LONGER = 1.0  # numerics: samples' worth of squared error, by which a step may be too long
 TINY = 1e-300  # numerics: of a column that does nothing
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
@@ -48,6 +52,11 @@ class Start:
     layout: Layout
     u: np.ndarray
     columns: dict[tuple, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def names(self) -> set[tuple[str, tuple[int, ...]]]:
+        """Effects and the joints that have them."""
+        return {(t.effect.name, t.joints) for t in self.layout.terms}
 
 
 @dataclass(frozen=True)
@@ -175,7 +184,9 @@ class AlongMotion(Objective):
     """Positions by the linear model of the loop, from torques along the measured motion.
 
     Nothing is simulated: a torque is exact at any value of a parameter, only the loop's answer to
-    it is linear. So a fit is as quick as a product of matrices, and cannot run away.
+    what it has beyond what the motion takes is linear. So a model without a fault leaves only noise
+    however far the model is of which the loop was linearised, a fit is as quick as a product of
+    matrices, and it cannot run away.
     """
 
     def __init__(
@@ -190,6 +201,18 @@ class AlongMotion(Objective):
         self.noise_rad = noise_rad
         self.base, self.residual = known
         self.joints = predictor.samples.joint[mask]
+        if self.can_lead(self.base[0]):
+            self.residual = self._residual()[mask]
+
+    def _residual(self) -> np.ndarray:
+        """(nsample,) of the model so far."""
+        samples = self.predictor.samples
+        found = np.empty(len(samples))
+        for section in self.sections:
+            motion = section.motion
+            answer = respond(section, excess(self.predictor, section, self.base)[..., None])[:, 0]
+            found[motion.group.held] = answer + at_samples(motion.group, motion.q)
+        return found - samples.q
 
     def can_lead(self, layout: Layout) -> bool:
         """Whether a layout has no state besides the joints'."""
@@ -210,7 +233,10 @@ class AlongMotion(Objective):
 
 
 def fit_along(
-    starts: Sequence[Start], objective: AlongMotion, folds: np.ndarray
+    starts: Sequence[Start],
+    objective: AlongMotion,
+    folds: np.ndarray,
+    iterations: int = ITERATIONS,
 ) -> list[FittedSet]:
     """Fit layouts from their starts along the measured motion.
 
@@ -219,8 +245,9 @@ def fit_along(
     noise = objective.noise_rad
     fits = [LeastSquares(s.layout, s.u.copy(), _sizes(s), noise=noise) for s in starts]
     if fits:
-        minimise(fits, objective, ITERATIONS)
-    fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
+        minimise(fits, objective, iterations)
+    if iterations:
+        fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
     return fitted(fits, objective, folds)
 
 
@@ -261,19 +288,23 @@ def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[
     """The adopted terms with a set of candidates, at the weights that the screen gives them."""
     layout, u = adopted
     weights, chosen = screen.weights(members), screen.chosen(members)
+    gone = {member.effect.name for member in chosen if member.removal}
+    chosen = [member for member in chosen if not member.removal]
     values = {slot.key: value for slot, value in zip(layout.slots, u, strict=True)}
     joints: dict[str, set[int]] = {}
     effects = {}
     for term in layout.terms:
-        joints[term.effect.name], effects[term.effect.name] = set(term.joints), term.effect
+        if term.effect.name not in gone:
+            joints[term.effect.name], effects[term.effect.name] = set(term.joints), term.effect
     for member in chosen:
         name = member.effect.name
         effects[name] = member.effect
         joints.setdefault(name, set()).update(member.joints)
-    free = [slot.key for slot in layout.slots if not slot.parameter.rough]
-    at = len(screen.table.base)
-    for key, moved in zip(free if at else (), weights[:at], strict=True):
-        values[key] += moved
+    if screen.table.base:
+        free = [slot.key for slot in layout.slots if not slot.parameter.rough]
+        for k, moved in zip(screen.kept(members), weights, strict=False):
+            values[free[k]] += moved
+    at = len(screen.kept(members))
     new: dict[tuple, float] = {}
     for member in chosen:
         name = member.effect.name
@@ -373,15 +404,13 @@ def fitted(
         objective: that they were fitted by.
     """
     fits = [fit for fit in fits if np.isfinite(fit.loss) and fit.jacobian is not None]
-    each = [fit for fit in fits if fit.free.any()]
-    parts = [leaving_out(fit, folds) for fit in each]
-    asked = [(fit, u) for fit, (u, _) in zip(each, parts, strict=True)]
-    left, rows = {}, np.searchsorted(np.unique(folds), folds)
-    for fit, (_, told), residuals in zip(each, parts, objective.residuals(asked), strict=True):
-        if told.mean() < HALF:
-            told = np.ones(len(folds), bool)
-        own = np.where(told, residuals[rows, np.arange(len(folds))], fit.residual)
-        left[id(fit)] = own, told
+    each = [_LeftOut(fit, folds) for fit in fits if fit.free.any()]
+    for damping in DAMPINGS:
+        asked = [(one.fit, one.points(damping)) for one in each if len(one.open)]
+        some = [one for one in each if len(one.open)]
+        for one, residuals in zip(some, objective.residuals(asked), strict=True):
+            one.receive(residuals)
+    left = {id(one.fit): (one.left_out, one.told) for one in each}
     found = []
     for fit in fits:
         left_out, told = left.get(id(fit), (fit.residual, np.ones(len(folds), bool)))
@@ -394,34 +423,75 @@ def fitted(
     return found
 
 
-def leaving_out(fit: LeastSquares, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (nfold, n) that fit all but each fold in turn, a step of Gauss and Newton away.
+class _LeftOut:
+    """What a fit leaves of each part when the others fit it: a step of Gauss and Newton away.
 
-    And (nsample,) where these tell what the model says: to a standard error below that of a sample.
+    A step that makes the error of the others larger is too long, and a more damped one is tried
+    (Marquardt, 1963). If none is shorter, the fit to all is that to the others too.
+
+    Attributes:
+        left_out: (nsample,) rad, as far as it is known; as fitted where the others do not tell it.
+        told: (nsample,) bool, where the others tell what the model says: to a standard error below
+            that of a sample.
+        open: parts that no step is known for.
     """
-    jacobian, residual, free = fit.jacobian, fit.residual, np.flatnonzero(fit.free)
-    u, lower, upper = (x[free] for x in (fit.u, fit.layout.lower, fit.layout.upper))
-    size = np.sqrt((jacobian[:, free] ** 2).sum(axis=0) + (fit.prior[:, free] ** 2).sum(axis=0))
-    size += TINY
-    j, prior = jacobian[:, free] / size, fit.prior[:, free] / size
-    normal, slope = j.T @ j + prior.T @ prior, j.T @ residual + prior.T @ (fit.prior @ fit.u)
-    # what no part tells stays where it is
-    values, directions = np.linalg.eigh(normal)
-    held = directions[:, values < ALIKE]
-    held = held @ held.T
-    # what the others alone say nothing of is not known there: it has no effect
-    neutral = fit.layout.neutral[free]
-    away = RIDGE * np.where(np.isfinite(neutral), u - neutral, 0.0) * size
-    found, told = [], np.empty(len(folds), bool)
-    for fold in np.unique(folds):
-        rows = folds == fold
-        mine = j[rows]
-        rest = normal - mine.T @ mine + RIDGE * np.eye(len(free)) + held
-        target = mine.T @ residual[rows] - slope - away
-        within = ((lower - u) * size, (upper - u) * size)
-        others = fit.u.copy()
-        others[free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / size
-        found.append(others)
-        inverse = np.linalg.inv(rest)
-        told[rows] = np.einsum("ij,jk,ik->i", mine, inverse, mine, optimize=True) < 1
-    return np.array(found), told
+
+    def __init__(self, fit: LeastSquares, folds: np.ndarray):
+        self.fit, self.folds, free = fit, folds, np.flatnonzero(fit.free)
+        self.free, self.open = free, np.unique(folds)
+        jacobian, prior = fit.jacobian[:, free], fit.prior[:, free]
+        self.size = np.sqrt((jacobian**2).sum(axis=0) + (prior**2).sum(axis=0)) + TINY
+        self.jacobian, self.prior = jacobian / self.size, prior / self.size
+        self.normal = self.jacobian.T @ self.jacobian + self.prior.T @ self.prior
+        self.slope = self.jacobian.T @ fit.residual + self.prior.T @ (fit.prior @ fit.u)
+        # what no part tells stays where it is
+        values, directions = np.linalg.eigh(self.normal)
+        held = directions[:, values < ALIKE]
+        self.held = held @ held.T
+        self.told = np.empty(len(folds), bool)
+        for fold in self.open:
+            mine = self.jacobian[folds == fold]
+            inverse = np.linalg.inv(self._others(mine, RIDGE))
+            spread = np.einsum("ij,jk,ik->i", mine, inverse, mine, optimize=True)
+            self.told[folds == fold] = spread < 1
+        if self.told.mean() < HALF:
+            self.told[:] = True
+        self.left_out = fit.residual.copy()
+
+    def _others(self, mine: np.ndarray, damping: float) -> np.ndarray:
+        return self.normal - mine.T @ mine + damping * np.eye(len(self.free)) + self.held
+
+    def points(self, damping: float) -> np.ndarray:
+        """Parameters (nopen, n) that fit all but each of the open parts in turn."""
+        fit, free = self.fit, self.free
+        u, lower, upper = (x[free] for x in (fit.u, fit.layout.lower, fit.layout.upper))
+        log = fit.layout.log[free]
+        lower = np.where(log, np.maximum(lower, u - FARTHEST), lower)
+        upper = np.where(log, np.minimum(upper, u + FARTHEST), upper)
+        within = ((lower - u) * self.size, (upper - u) * self.size)
+        # what the others alone say nothing of is not known there: it has no effect
+        neutral = fit.layout.neutral[free]
+        away = RIDGE * np.where(np.isfinite(neutral), u - neutral, 0.0) * self.size
+        found = np.repeat(fit.u[None], len(self.open), axis=0)
+        for row, fold in enumerate(self.open):
+            at = self.folds == fold
+            mine = self.jacobian[at]
+            target = mine.T @ fit.residual[at] - self.slope - away
+            rest = self._others(mine, damping)
+            found[row, free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / self.size
+        self._asked = found
+        return found
+
+    def receive(self, residuals: np.ndarray) -> None:
+        """Take the residuals (nopen, nsample) at `points`."""
+        fit, still = self.fit, []
+        before = fit.residual**2
+        for fold, u, residual in zip(self.open, self._asked, residuals, strict=True):
+            others = self.folds != fold
+            known = np.sum((fit.prior @ fit.u) ** 2) - np.sum((fit.prior @ u) ** 2)
+            if np.sum(residual[others] ** 2) <= before[others].sum() + known + LONGER * fit.loss:
+                at = ~others & self.told
+                self.left_out[at] = residual[at]
+            else:
+                still.append(fold)
+        self.open = np.array(still)

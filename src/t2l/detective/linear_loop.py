@@ -17,15 +17,20 @@ import mujoco
 import numpy as np
 
 from t2l.detective.motion import Motion
+from t2l.effects.blame import blaming
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, Path, Poses, all_at_once
+from t2l.sim.schedule import Schedule
 
 STEP_RAD = 1e-6  # numerics: of finite differences
 STEP_RAD_S = 1e-6  # numerics: likewise
 # tuned: of a joint's usual speed, below which the sign of its velocity is not known
 AT_REST = 0.02
+
+Variants = tuple[Layout, np.ndarray]
+NOTHING: Variants = Layout(()), np.zeros((1, 0))
 
 
 @dataclass(frozen=True)
@@ -59,13 +64,23 @@ def _section(predictor: Predictor, layout: Layout, u: np.ndarray, motion: Motion
     # numerics: standard errors of a velocity, of the usual speed at most; above zero
     at_rest = np.maximum(AT_REST * speed, np.minimum(3 * motion.noise_dq, 0.3 * speed)) + 1e-9
     zero = np.zeros_like(motion.q)
-    bare = Path(motion.q, motion.dq, motion.ddq, zero, zero, at_rest)
+    bare = Path(motion.q, motion.dq, motion.ddq, zero, zero, None, at_rest)
     poses = Poses(bare, schedule.period_s)
     carried = schedule.compensated | schedule.balanced
     load, weight, *plant = _rigid(model, predictor.model(), joints, poses, carried)
-    path = Path(
-        motion.q, motion.dq, motion.ddq, poses.at_ticks(load), poses.at_ticks(weight), at_rest
-    )
+    load, weight = poses.at_ticks(load), poses.at_ticks(weight)
+    # a loop cancels it at its own ticks, of which a coarse one has many, a balance all the time
+    later = np.full(len(schedule.kp), (1 - 1 / schedule.coarseness) / 2)
+    later[schedule.balanced] = 0.5
+    weight[:-1] += later[:, None] * np.diff(weight, axis=0)
+    taken = _taken(predictor.model(), joints, motion, schedule.period_s)
+    taken -= schedule.balanced[:, None] * weight
+    # what the model so far has more
+    bodies = added_by_bodies(predictor, schedule, poses, NOTHING, (layout, u[None]))
+    taken -= bodies if np.isscalar(bodies) else bodies[:, 0]
+    # there is no tick after the last
+    taken[-1] = taken[-2]
+    path = Path(motion.q, motion.dq, motion.ddq, load, weight, taken, at_rest)
     plant = _Plant(*(poses.at_ticks(one) for one in plant))
     step, torque = _discrete(predictor, layout, u, motion, path, plant, model)
     return Section(motion, path, poses, step, torque)
@@ -126,6 +141,51 @@ def _rigid(
     return load, weight, mass, by_q, by_dq
 
 
+def with_both(predictor: Predictor, base: Variants, layout: Layout) -> mujoco.MjModel:
+    """The plant with what either adds to its structure: a variant may lack a term of the model."""
+    names = {term.effect.name for term in layout.terms}
+    lost = [term for term in base[0].terms if term.effect.name not in names]
+    return predictor.model([*layout.terms, *lost])
+
+
+def added_by_bodies(
+    predictor: Predictor, schedule: Schedule, poses: Poses, base: Variants, variants: Variants
+) -> np.ndarray | float:
+    """N·m (ntick, m, nrec, n) that other masses or another gravity give variants beyond `base`.
+
+    Zero if they have none.
+    """
+    layout, u = variants
+    model = with_both(predictor, base, layout)
+    loop = DrivenLoop(model, predictor.joints, schedule, len(u) + 1)
+    with blaming([term.effect for term in layout.terms], "to lead it"):
+        install(loop, [base, variants])
+    taken = loop.by_bodies(poses)
+    if taken is None:
+        return 0.0
+    return poses.at_ticks((taken[:, :1] - taken[:, 1:]).astype(np.float32))
+
+
+def _taken(
+    model: mujoco.MjModel, joints: Sequence[str], motion: Motion, period_s: float
+) -> np.ndarray:
+    """N·m (ntick, nrec, n) that a model takes on average from each tick to the next."""
+    model = copy.copy(model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    model.body_gravcomp[:] = 0.0
+    data = mujoco.MjData(model)
+    qpos = [model.joint(name).qposadr[0] for name in joints]
+    dofs = [model.joint(name).dofadr[0] for name in joints]
+    q, dq = ((values[1:] + values[:-1]) / 2 for values in (motion.q, motion.dq))
+    ddq = np.diff(motion.dq, axis=0) / period_s
+    out = np.zeros(motion.q.shape)
+    for index in np.ndindex(q.shape[:2]):
+        data.qpos[qpos], data.qvel[dofs], data.qacc[dofs] = q[index], dq[index], ddq[index]
+        mujoco.mj_inverse(model, data)
+        out[index] = data.qfrc_inverse[dofs]
+    return out
+
+
 def _weight(model: mujoco.MjModel, joints: Sequence[str]) -> Callable[[np.ndarray], np.ndarray]:
     """N·m (n,) that carry a model still, from the positions (n,) of its joints."""
     data, bias = mujoco.MjData(model), np.zeros(model.nv)
@@ -152,12 +212,7 @@ def _discrete(predictor, layout, u, motion: Motion, path: Path, plant: _Plant, m
     install(loop, [(layout, u[None])])
     more = loop.ahead * loop.kd + loop.added_armature()
     mass = plant.mass + more[..., None] * np.eye(n)
-    # what the joints' own dry friction does near rest
-    own = model.dof_frictionloss[[model.joint(name).dofadr[0] for name in predictor.joints]]
-    # derived: of v / sqrt(v² + v0²)
-    slope = path.at_rest**2 / (path.dq**2 + path.at_rest**2) ** 1.5
-    sticking = (own * slope)[..., None] * np.eye(n)
-    k, d = plant.by_q - stiffness, plant.by_dq - damping + sticking
+    k, d = plant.by_q - stiffness, plant.by_dq - damping
     inverse = np.linalg.inv(mass + h * d)
     step = np.empty((ntick, nrec, 2 * n, 2 * n), np.float32)
     torque = np.empty((ntick, nrec, 2 * n, n), np.float32)
@@ -174,12 +229,13 @@ def _discrete(predictor, layout, u, motion: Motion, path: Path, plant: _Plant, m
 def _controller(predictor, layout, u, schedule, path: Path, model):
     """Derivatives of the torque of a loop by position and velocity, (ntick, nrec, n, n) each.
 
-    What remembers is left out: it would need the order of the ticks.
+    What remembers is left out: it would need the order of the ticks. Dry friction damps near rest;
+    if it held whatever comes, the loop could not be followed by small changes.
     """
     ntick, nrec, n = path.q.shape
     kept = Layout([term for term in layout.terms if not term.effect.remembers])
     u = u[[i for i, slot in enumerate(layout.slots) if not slot.term.effect.remembers]]
-    flat, whole = all_at_once(schedule, ntick), path.all_at_once()
+    flat, whole = all_at_once(schedule, ntick), replace(path, taken=None).all_at_once()
 
     def at(path: Path) -> np.ndarray:
         loop = DrivenLoop(model, predictor.joints, flat, 1)

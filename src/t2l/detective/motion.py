@@ -51,8 +51,7 @@ def measured_motion(predictor: Predictor, layout: Layout, u: np.ndarray) -> list
         ddq = np.gradient(dq, period, axis=0)
         recording, tick, rest, joint = group.wanted
         ticks = group.schedule.sample_ticks[tick]
-        between = q[ticks, recording, joint] * (1 - rest) + q[ticks + 1, recording, joint] * rest
-        residual = predictor.samples.q[group.held] - between
+        residual = predictor.samples.q[group.held] - at_samples(group, q)
         clock = (ticks + rest) * period
         at = np.arange(len(q)) * period
         more, noise = np.zeros((3, *q.shape)), np.zeros(q.shape[1:])
@@ -64,6 +63,14 @@ def measured_motion(predictor: Predictor, layout: Layout, u: np.ndarray) -> list
             Motion(group, q + more[0], dq + more[1], ddq + more[2], q, np.median(noise, axis=0))
         )
     return found
+
+
+def at_samples(group: Group, values: np.ndarray) -> np.ndarray:
+    """(k,) of values (ntick, nrec, njoint) at the samples of a group, linear between ticks."""
+    recording, tick, rest, joint = group.wanted
+    ticks = group.schedule.sample_ticks[tick]
+    before, after = values[ticks, recording, joint], values[ticks + 1, recording, joint]
+    return before * (1 - rest) + after * rest
 
 
 def _smooth(

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from t2l.detective.linear_loop import Section
+from t2l.detective.linear_loop import Section, Variants, added_by_bodies, with_both
 from t2l.effects.blame import blaming
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
@@ -17,8 +17,6 @@ from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, all_at_once
 
 ROWS = 12_000  # numerics: ticks of variants that one call computes: arrays that a cache holds
-
-Variants = tuple[Layout, np.ndarray]
 
 
 def added_torques(
@@ -33,109 +31,125 @@ def added_torques(
         base: layout and parameters (n,) of the model so far.
         variants: layouts, each with the u (m, n) of its variants.
     """
-    found: dict[int, np.ndarray | float] = {}
+    so_far = base[0], base[1][None]
+    schedule, poses = section.motion.group.schedule, section.poses
+    found: dict[int, np.ndarray] = {}
     remembering: dict[int, list[int]] = {}
-    so_far: dict[int, np.ndarray] = {}
+    bodies = [added_by_bodies(predictor, schedule, poses, so_far, one) for one in variants]
+    known: dict[int, np.ndarray] = {}
     for i, (layout, u) in enumerate(variants):
-        model = _with_both(predictor, base, layout)
+        model = with_both(predictor, so_far, layout)
         if _only_bodies(predictor, section, model, base, layout, u):
-            found[i] = 0.0
+            found[i] = _whole(bodies[i], section, len(u))
         elif any(term.effect.remembers for term in (*base[0].terms, *layout.terms)):
             remembering.setdefault(id(model), []).append(i)
         else:
-            if id(model) not in so_far:
-                so_far[id(model)] = _at_once(predictor, section, model, base[0], base[1][None])
-            found[i] = _at_once(predictor, section, model, layout, u, so_far[id(model)])
+            if id(model) not in known:
+                known[id(model)] = _at_once(predictor, section, model, so_far)
+            less = known[id(model)]
+            found[i] = _at_once(predictor, section, model, variants[i], bodies[i], less)
     for alike in remembering.values():
         some = [variants[i] for i in alike]
-        found |= zip(alike, _in_turn(predictor, section, base, some), strict=True)
-    return [
-        _summed(found[i], _bodies(predictor, section, base, *one), section, len(one[1]))
-        for i, one in enumerate(variants)
-    ]
+        moved = [_whole(bodies[i], section, len(variants[i][1])) for i in alike]
+        found |= zip(alike, _in_turn(predictor, section, so_far, some, moved), strict=True)
+    return [found[i] for i in range(len(variants))]
 
 
-def _summed(loop, bodies, section: Section, m: int) -> np.ndarray:
-    """(ntick, m, nrec, njoint), of parts of which each may be zero."""
+def excess(predictor: Predictor, section: Section, base: tuple[Layout, np.ndarray]) -> np.ndarray:
+    """N·m (ntick, nrec, n) that a model u (n,) puts on the joints beyond what the motion takes."""
+    layout, u = base
+    loop = DrivenLoop(
+        predictor.model(layout.terms), predictor.joints, section.motion.group.schedule, 1
+    )
+    with blaming([term.effect for term in layout.terms], "to lead it"):
+        install(loop, [(layout, u[None])])
+        return loop.torque(section.path)[:, 0] - section.path.taken
+
+
+def _whole(torque: np.ndarray | float, section: Section, m: int) -> np.ndarray:
+    """(ntick, m, nrec, njoint), of what may be zero."""
+    if np.ndim(torque):
+        return torque
     ntick, nrec, n = section.path.q.shape
-    both = loop + bodies
-    return both if np.ndim(both) else np.zeros((ntick, m, nrec, n), np.float32)
+    return np.zeros((ntick, m, nrec, n), np.float32)
 
 
-def _with_both(predictor: Predictor, base, layout: Layout) -> mujoco.MjModel:
-    """The plant with what either adds to its structure: a variant may lack a term of the model."""
-    names = {term.effect.name for term in layout.terms}
-    lost = [term for term in base[0].terms if term.effect.name not in names]
-    return predictor.model([*layout.terms, *lost])
-
-
-def _in_turn(predictor, section: Section, base, variants: Sequence[Variants]) -> list[np.ndarray]:
+def _in_turn(
+    predictor: Predictor,
+    section: Section,
+    so_far: Variants,
+    variants: Sequence[Variants],
+    bodies: Sequence[np.ndarray],
+) -> list[np.ndarray]:
     """Tick by tick, all in one loop."""
-    model = _with_both(predictor, base, variants[0][0])
+    model = with_both(predictor, so_far, variants[0][0])
     counts = [len(u) for _, u in variants]
     schedule = section.motion.group.schedule
     loop = DrivenLoop(model, predictor.joints, schedule, 1 + sum(counts))
-    whole = [(base[0], base[1][None]), *variants]
+    whole = [so_far, *variants]
+    moved = np.concatenate([np.zeros_like(bodies[0][:, :1]), *bodies], axis=1)
     with blaming([t.effect for layout, _ in whole for t in layout.terms], "to lead it"):
         install(loop, whole)
-        torque = loop.torque(section.path)
+        torque = loop.torque(section.path, moved)
     parts = np.split(torque[:, 1:] - torque[:, :1], np.cumsum(counts)[:-1], axis=1)
     return [part.astype(np.float32) for part in parts]
 
 
 def _at_once(
-    predictor,
+    predictor: Predictor,
     section: Section,
-    model,
-    layout: Layout,
-    u: np.ndarray,
-    so_far: np.ndarray | None = None,
+    model: mujoco.MjModel,
+    variants: Variants,
+    bodies: np.ndarray | float = 0.0,
+    less: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Ticks in no order, many in one call, beyond the model so far, (ntick, m, nrec, njoint)."""
+    """Ticks in no order, many in one call, (ntick, m, nrec, njoint).
+
+    Args:
+        less: of the model so far, which is taken off.
+    """
     path, schedule = section.path, section.motion.group.schedule
+    layout, u = variants
     ntick, nrec, n = path.q.shape
     flat, whole = all_at_once(schedule, ntick), path.all_at_once()
     every = ntick * nrec
     size, width = max(1, ROWS // every), min(ROWS, every)
-    out = np.empty((len(u), every, n), np.float64 if so_far is None else np.float32)
-    less = 0.0 if so_far is None else so_far.reshape(every, n)
+    out = np.empty((len(u), every, n), np.float64 if less is None else np.float32)
+    own = 0.0 if less is None else less.reshape(every, n)
+    moved = np.moveaxis(bodies, 1, 0).reshape(out.shape) if np.ndim(bodies) else None
     for begin in range(0, every, width):
         ticks = np.arange(begin, min(begin + width, every))
         some_ticks, along = flat.of(ticks), whole.of(ticks)
-        own = less if so_far is None else less[ticks]
         for first in range(0, len(u), size):
-            some = u[first : first + size]
-            loop = DrivenLoop(model, predictor.joints, some_ticks, len(some))
+            some = slice(first, first + size)
+            loop = DrivenLoop(model, predictor.joints, some_ticks, len(u[some]))
+            more = None if moved is None else moved[None, some, ticks]
             with blaming([term.effect for term in layout.terms], "to lead it"):
-                install(loop, [(layout, some)])
-                torque = loop.torque(along)[0]
-            out[first : first + size, begin : begin + width] = torque - own
+                install(loop, [(layout, u[some])])
+                torque = loop.torque(along, more)[0]
+            out[some, begin : begin + width] = torque - (own if less is None else own[ticks])
     return out.reshape(len(u), ntick, nrec, n).swapaxes(0, 1)
 
 
 def _only_bodies(predictor, section: Section, model, base, layout: Layout, u: np.ndarray) -> bool:
-    """Whether variants (m, n) differ from the model so far by other bodies or gravity alone."""
+    """Whether variants (m, n) differ from the model so far by other bodies or gravity alone.
+
+    What dry friction holds depends on these.
+    """
     old = {slot.key: value for slot, value in zip(base[0].slots, base[1], strict=True)}
     kept = [i for i, slot in enumerate(layout.slots) if slot.key in old]
     if set(base[0].terms) - set(layout.terms):
         return False
     if any((u[:, i] != old[layout.slots[i].key]).any() for i in kept):
         return False
-    loop = DrivenLoop(model, predictor.joints, section.motion.group.schedule, len(u))
+    schedule = section.motion.group.schedule
+    so_far = DrivenLoop(model, predictor.joints, schedule, 1)
+    install(so_far, [(base[0], base[1][None])])
+    if so_far.rubs:
+        return False
+    loop = DrivenLoop(model, predictor.joints, schedule, len(u))
     more = Layout([term for term in layout.terms if term not in base[0].terms])
     own = {slot.key: i for i, slot in enumerate(layout.slots)}
     with blaming([term.effect for term in more.terms], "to lead it"):
         install(loop, [(more, u[:, [own[slot.key] for slot in more.slots]])])
     return loop.changes_only_bodies()
-
-
-def _bodies(predictor, section: Section, base, layout: Layout, u: np.ndarray):
-    """N·m that other masses or another gravity take away."""
-    model = _with_both(predictor, base, layout)
-    loop = DrivenLoop(model, predictor.joints, section.motion.group.schedule, len(u) + 1)
-    with blaming([term.effect for term in layout.terms], "to lead it"):
-        install(loop, [(base[0], base[1][None]), (layout, u)])
-    taken = loop.by_bodies(section.poses)
-    if taken is None:
-        return 0.0
-    return section.poses.at_ticks((taken[:, :1] - taken[:, 1:]).astype(np.float32))

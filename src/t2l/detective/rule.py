@@ -60,6 +60,28 @@ class Judge:
         gains = (self.improvement(before, after, told) for told in (False, True))
         return all(gain.lower > 0 and gain.fraction >= least for gain in gains)
 
+    def takes(self, before: FittedSet, after: FittedSet, least: float = MATERIAL) -> bool:
+        """Whether `after` takes the place of `before`.
+
+        What has more numbers must earn them. Of as many, what has surely less error is better,
+        however little; of fewer, all that does not lack what `before` has.
+
+        Args:
+            least: share of the error by which more numbers must let it fall.
+        """
+        if after.complexity > before.complexity:
+            return self.earns(before, after, least)
+        if after.complexity == before.complexity:
+            return self.earns(before, after, 0.0)
+        return not self.misses(before, after)
+
+    def ties(self, one: FittedSet, other: FittedSet) -> bool:
+        """Whether `other`, of no more numbers, explains as well as `one` by other names."""
+        if one.names == other.names or other.complexity > one.complexity:
+            return False
+        near = self.alike(other.left_out_rmse, one.left_out_rmse)
+        return near and not self.earns(other, one, 0.0)
+
     def misses(self, before: FittedSet, after: FittedSet) -> bool:
         """Whether `after`, of fewer numbers, lacks what `before` has.
 

@@ -10,7 +10,7 @@ Source: beam search over models, Hastie et al., The elements of statistical lear
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import combinations, islice
 
 import numpy as np
 
@@ -22,7 +22,8 @@ PARSIMONY = 0.01  # tuned: of the squared error, for each number
 WIDTH = 6  # numerics: sets that go on at each size
 LOOKED_AT = 30  # numerics: of the candidates to add, the most promising, that are scored in full
 MOST = 5  # bound: candidates in a set
-SWEEPS = 40  # numerics: of coordinate descent within bounds
+FIXINGS = 4  # numerics: times that what lies outside is fixed at its bound, and the rest solved
+SWEEPS = 10  # numerics: of coordinate descent within bounds then
 ALIKE = 1e-5  # numerics: of a sum of squares: columns that differ by less are one
 SETTLED = 1e-4  # numerics: relative change of a sweep that is none
 
@@ -66,7 +67,7 @@ class Screen:
         self.total = self.products.sum(axis=0) + self.prior
         self.known: dict[frozenset[int], Scored] = {}
         whole = self.products.sum(axis=0)
-        self.complexity = [_complexity(one, whole) for one in self.table.candidates]
+        self.complexity = [_complexity(one, self.table, whole) for one in self.table.candidates]
         # candidates by how many constants and columns they have
         alike: dict[tuple[int, int], list[int]] = {}
         for i in range(len(self.table.candidates)):
@@ -113,25 +114,32 @@ class Screen:
         return [self.table.candidates[i] for i in members]
 
     def weights(self, members: Sequence[int]) -> np.ndarray:
-        """Of the base's and the set's columns, fitted to all."""
+        """Of what is kept of the base's and of the set's columns, fitted to all."""
         constants, at, lower, upper = self._columns(members)
         return self._solve(self.total, constants, at, lower, upper)[0]
+
+    def kept(self, members: Iterable[int]) -> list[int]:
+        """Of the base's columns those that a set does not take away, as places in the base."""
+        gone = {k for i in members for k in self.table.candidates[i].without}
+        return [k for k in range(len(self.table.base)) if k not in gone]
 
     def _count(self, members: Iterable[int]) -> int:
         return sum(self.complexity[i] for i in members)
 
     def _width(self, members: Iterable[int]) -> tuple[int, int]:
         chosen = [self.table.candidates[i] for i in members]
-        return sum(len(one.constants) for one in chosen), sum(len(one.columns) for one in chosen)
+        columns = sum(len(one.columns) - len(one.without) for one in chosen)
+        return sum(len(one.constants) for one in chosen), columns
 
     def _columns(self, members: Iterable[int]):
         """Constants (k,), columns (p,) with those of the base, and their bounds."""
         chosen = [self.table.candidates[i] for i in members]
         constants = np.array([c for one in chosen for c in one.constants], int)
         columns = [c for one in chosen for c in one.columns]
-        at = np.array([*self.table.base, *(c.at for c in columns)], int)
-        lower = np.array([*self.table.bounds[:, 0], *(c.lower for c in columns)])
-        upper = np.array([*self.table.bounds[:, 1], *(c.upper for c in columns)])
+        kept = self.kept(members)
+        at = np.array([*(self.table.base[k] for k in kept), *(c.at for c in columns)], int)
+        lower = np.array([*self.table.bounds[kept, 0], *(c.lower for c in columns)])
+        upper = np.array([*self.table.bounds[kept, 1], *(c.upper for c in columns)])
         return constants, at, lower, upper
 
     def _left(self, sets: Sequence[Iterable[int]]) -> np.ndarray:
@@ -202,15 +210,18 @@ class Screen:
         left *= 1 + PARSIMONY * np.array(self.complexity)
         free = (
             i for i in np.argsort(left, kind="stable")
-            if not any(_excludes(self.table.candidates[i], other) for other in taken)
+            if not self.table.candidates[i].removal
+            and not any(_excludes(self.table.candidates[i], other) for other in taken)
         )  # fmt: skip
         return [int(i) for i in islice(free, LOOKED_AT)]
 
-    def search(self, beginnings: Sequence[tuple[int, ...]] = ((),)) -> list[Scored]:
-        """The front: of every complexity the best set, if it is better than all less."""
-        for begin in beginnings:
-            self.score(begin)
-        beam = [self.score(begin) for begin in beginnings]
+    def search(self) -> list[Scored]:
+        """The front: of every complexity the best set, if it is better than all less.
+
+        Sets grow from nothing, and from the model less one term or two of its own.
+        """
+        removals = [i for i, one in enumerate(self.table.candidates) if one.removal]
+        beam = self.scores([m for k in (0, 1, 2) for m in combinations(removals, k)])
         for _ in range(MOST):
             grown: dict[frozenset[int], Scored] = {}
             for one in beam:
@@ -258,11 +269,13 @@ def independent(products: np.ndarray) -> int:
     return int((values > ALIKE).sum())
 
 
-def _complexity(one: Candidate, products: np.ndarray) -> int:
+def _complexity(one: Candidate, table: Table, products: np.ndarray) -> int:
     """How many numbers of a candidate the samples tell; its name counts as one."""
-    at = [column.at for column in one.columns]
-    told = independent(products[np.ix_(at, at)])
-    return one.complexity - (len(at) - told if one.numbers <= len(at) else 0)
+    at = [table.base[k] for k in one.without] or [column.at for column in one.columns]
+    untold = len(at) - independent(products[np.ix_(at, at)])
+    if one.removal:
+        return one.complexity + untold
+    return one.complexity - (untold if one.numbers <= len(at) else 0)
 
 
 def _excludes(one: Candidate, other: Candidate) -> bool:
@@ -291,6 +304,18 @@ def bounded(
 
 
 def _descended(scaled, goal, lower, upper, w) -> np.ndarray:
+    """From what is solved without what is at a bound, by coordinate descent."""
+    eye, fixed = np.eye(w.shape[-1], dtype=bool), np.zeros(w.shape, bool)
+    for _ in range(FIXINGS):
+        outside = (w < lower) | (w > upper)
+        if not outside.any():
+            break
+        fixed |= outside
+        w = np.where(fixed, np.clip(w, lower, upper), 0.0)
+        target = goal - np.einsum("kij,kj->ki", scaled, w)
+        free = np.where(fixed[:, :, None] | fixed[:, None, :], eye, scaled)
+        moved = np.linalg.solve(free, np.where(fixed, 0.0, target)[..., None])[..., 0]
+        w = np.where(fixed, w, moved)
     w, going = np.clip(w, lower, upper), np.arange(len(w))
     for _ in range(SWEEPS):
         n, g, lo, up, x = (values[going] for values in (scaled, goal, lower, upper, w))

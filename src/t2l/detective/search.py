@@ -12,6 +12,7 @@ from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import (
     AlongMotion,
     FittedSet,
+    Known,
     Samples,
     Start,
     begun,
@@ -41,6 +42,7 @@ ROUNDS = 6  # bound: of a search: more is a model that fits anything
 # numerics: sets of a round that are fitted along the motion: of the front, of each complexity those
 # that leave so many times the squared error at most, and of one effect
 FRONT, RIVALS, RIVAL, SINGLES = 8, 2, 2.0, 6
+EXCHANGES = 16  # numerics: sets that may take the place of terms, that are fitted along the motion
 SCREENED = 8000  # numerics: samples that sets are scored by
 FINISHED = 5  # numerics: of these, by simulation
 LINEAR = 0.01  # numerics: of the squared error that a set explains, what the linear model is off by
@@ -73,6 +75,7 @@ class Round:
         fits: sets that were fitted by simulation, best first.
         adopted: what became of it; None if nothing earned its place by simulation.
         promised: what only the linear model promises, from which the next round goes on.
+        ties: sets that explain as well as the model after it with no more numbers, by simulation.
         shares: of the effects that were added, how often resamples choose them.
         effects: that were offered, by name; ceilings: what each law alone promises.
         doing: what comes next, of `STAGES`; "" when it adopted something.
@@ -86,6 +89,7 @@ class Round:
     fits: list[FittedSet] = field(default_factory=list)
     adopted: FittedSet | None = None
     promised: FittedSet | None = None
+    ties: list[FittedSet] = field(default_factory=list)
     shares: dict[str, float] = field(default_factory=dict)
     effects: dict[str, Effect] = field(default_factory=dict)
     ceilings: list[Ceiling] = field(default_factory=list)
@@ -182,7 +186,7 @@ class _Search:
 
     Attributes:
         simulated: what was adopted last.
-        current: the same, or what the linear model promises beyond it.
+        current: the same along the measured motion, or what the linear model promises beyond it.
     """
 
     def __init__(self, model: Model, data: DataSplit, looked, over, offered: Offered):
@@ -193,6 +197,8 @@ class _Search:
         self.block = blocks(samples.recording[mask], samples.time[mask])
         self.found = Found(model)
         self.along: AlongMotion | None = None
+        # whether exchanges for what was adopted last were looked at
+        self.settled = True
         self.ceilings: list[Ceiling] = []
 
     def begin(self, resumed: tuple[int, FittedSet] | None) -> int:
@@ -202,6 +208,7 @@ class _Search:
         layout, u = self.model.vector(predictor.joints)
         request = Request(layout, u[None])
         check_finite(predictor.predict([request])[0][0], predictor, request)
+        self.settled = resumed is None
         done, simulated = resumed or (0, *fit_sets([Start(layout, u)], whole, iterations=0))
         self.current = simulated
         self._take(simulated)
@@ -226,75 +233,119 @@ class _Search:
         Args:
             came: whether the model is as it came.
         """
-        folds = self.data.folds
-        left, noise_rad = self._left()
+        noise_rad = self.noise_rad()
         judge = Judge(self.block, noise_rad)
-        current, simulated = self.current, self.simulated
-        this = Round(simulated, noise_rad)
+        this = Round(self.simulated, noise_rad)
         self.found.rounds.append(this)
-        if judge.quiet(current.rmse, came) or self._stop(this, SCREEN):
+        quiet = judge.quiet(self.simulated.rmse, came)
+        if (quiet and self.settled) or self._stop(this, SCREEN):
             return False
         if self.along is None:
             self._linearise(noise_rad)
-        fitted, along = self.samples, self.along
-        guesses = self._guesses(left)
-        screen = self._screen(left, *guesses)
-        this.effects = {c.effect.name: c.effect for c in screen.table.candidates}
-        this.ceilings = self.ceilings
-        sets = _worth_fitting(screen)
-        this.front = [
-            (
-                one.complexity, float(np.sqrt(one.error)),
-                [candidate.key for candidate in screen.chosen(one.members)],
-            )
-            for one in sets
-        ]  # fmt: skip
-        starts = [begun(current.model, screen, one.members) for one in sets]
+        guesses = self._guesses(self._left(self.current))
+        starts = self._screened(this, guesses, quiet)
+        along, folds = self.along, self.data.folds
         led = fit_along([s for s in starts if along.can_lead(s.layout)], along, folds)
         this.led = led
-        promised = this.likely = choose(current, led, judge)
+        promised = choose(self.current, led, judge)
+        if not quiet:
+            this.likely = promised
         if self._stop(this, FIT):
             return False
-        leaders = [Start(f.layout, f.u, f.columns) for f in _leaders(current, led, judge)]
+        leaders = [Start(f.layout, f.u, f.columns) for f in self._leaders(led, judge, quiet)]
         leaders += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
-        fits = fit_sets(leaders, fitted, simulated.known)
-        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
-        if self._stop(this, FINISH):
+        better = self._simulated(this, leaders, judge)
+        if self.found.stopped:
             return False
-        fits = finish(refine(fits, fitted, simulated.known), fitted)
-        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
-        better = choose(simulated, fits, judge)
         if better is None and promised is None:
-            more = fit_sets(_tried(fitted, simulated, *guesses), fitted, simulated.known)
-            fits = finish(more, fitted)
-            better = choose(simulated, fits, judge, UNPROMISED)
+            better = None if quiet else self._tried(this, guesses, judge)
             if better is None:
+                this.ties = [f for f in this.fits if judge.ties(self.simulated, f)]
                 return False
         this.doing = PRUNE
         self.looked(this)
         if better is None or (promised is not None and _astray(better, promised, judge)):
             self.current = this.promised = _pruned_along(promised, along, judge, folds)
-            return bool(more_than(simulated.names, this.promised.names))
-        this.adopted = _pruned(better, fitted, judge)
-        self.current = this.adopted
-        self._take(this.adopted)
-        this.shares = chosen_shares([this.before, *fits, this.adopted], folds, this.added)
-        self.along = None
+            return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
+        return self._adopt(this, better, judge) and not quiet
+
+    def _screened(self, this: Round, guesses, quiet: bool) -> list[Start]:
+        """Where the fits of a round begin.
+
+        Args:
+            quiet: only exchanges for what the model has are looked for.
+        """
+        screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
+        this.effects = {c.effect.name: c.effect for c in screen.table.candidates}
+        this.ceilings = self.ceilings
+        sets = _exchanges(screen) if quiet else _worth_fitting(screen)
+        this.front = [
+            (
+                one.complexity, float(np.sqrt(one.error)),
+                [c.key for c in screen.chosen(one.members) if not c.removal],
+            )
+            for one in sets
+        ]  # fmt: skip
+        return [begun(self.current.model, screen, one.members) for one in sets]
+
+    def _leaders(self, led: Sequence[FittedSet], judge: Judge, quiet: bool) -> Sequence[FittedSet]:
+        """Of those fitted along the motion what is simulated."""
+        if not quiet:
+            return _leaders(self.current, led, judge)
+        limit = max(PROMISING * self.current.left_out_rmse, 2 * judge.noise_rad)
+        most = self.simulated.complexity
+        near = [f for f in led if f.left_out_rmse <= limit and f.complexity <= most]
+        return sorted(near, key=lambda f: f.left_out_rmse)[:FINISHED]
+
+    def _simulated(self, this: Round, leaders: Sequence[Start], judge: Judge) -> FittedSet | None:
+        """What the rule takes of sets that are fitted by simulation."""
+        samples, known = self.samples, self.simulated.known
+        fits = fit_sets(leaders, samples, known)
+        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
+        if self._stop(this, FINISH):
+            return None
+        fits = _refined(fits, this.led, samples, known, judge)
+        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
+        return choose(self.simulated, this.fits, judge)
+
+    def _tried(self, this: Round, guesses, judge: Judge) -> FittedSet | None:
+        """Likewise of single effects as first guessed, where the linear model promises nothing."""
+        samples, simulated = self.samples, self.simulated
+        more = fit_sets(_tried(samples, simulated, *guesses), samples, simulated.known)
+        this.fits = sorted(more, key=lambda f: f.left_out_rmse)
+        return choose(simulated, this.fits, judge, UNPROMISED)
+
+    def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> bool:
+        """Whether what is left of a set on every tick takes the place of the model so far."""
+        samples, simulated = self.samples, self.simulated
+        better = _pruned(better, samples, judge, self.along, simulated.known)
+        this.ties = [f for f in this.fits if judge.ties(better, f)]
+        last = choose(simulated, finish([better], samples), judge)
+        if last is None:
+            # coarse ticks mislead
+            last = choose(simulated, finish(this.fits, samples), judge)
+        if last is None:
+            return False
+        this.adopted = last
+        self._take(last)
+        fits = [this.before, *this.fits, this.adopted]
+        this.shares = chosen_shares(fits, self.data.folds, this.added)
+        self.current, self.along, self.settled = this.adopted, None, False
         this.doing = ""
         self.looked(this)
         return True
 
-    def _left(self) -> tuple[np.ndarray, float]:
-        """Measured minus predicted (nsample,), zero where nothing is fitted; and the noise."""
-        predictor, mask = self.data.fitted, self.data.fitted_mask
-        left = np.zeros(len(predictor.samples))
-        left[mask] = -self.current.residual
-        rows = predictor.samples.by_row(np.where(mask, left, np.nan))
-        return left, noise_floor(list(predictor.recordings), rows)
+    def _left(self, model: FittedSet) -> np.ndarray:
+        """Measured minus predicted (nsample,), zero where nothing is fitted."""
+        left = np.zeros(len(self.data.fitted.samples))
+        left[self.data.fitted_mask] = -model.residual
+        return left
 
     def noise_rad(self) -> float:
         """Of the samples, by what the present model leaves."""
-        return self._left()[1]
+        predictor, mask = self.data.fitted, self.data.fitted_mask
+        left = np.where(mask, self._left(self.simulated), np.nan)
+        return noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
 
     def _linearise(self, noise_rad: float) -> None:
         """Along the motion, at what was adopted last."""
@@ -304,6 +355,8 @@ class _Search:
         self.sections = linearised(linear, *model, measured_motion(linear, *model))
         known = self.simulated.known
         self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
+        if self.along.can_lead(self.simulated.layout):
+            (self.current,) = fit_along([Start(*self.simulated.model)], self.along, data.folds, 0)
 
     def _guesses(self, left: np.ndarray) -> tuple[list[Effect], dict[str, list[Values]]]:
         """Effects that may act, and by name the settings where they are tried."""
@@ -321,7 +374,11 @@ class _Search:
         }
 
     def _screen(
-        self, left: np.ndarray, effects: Sequence[Effect], guesses: Mapping[str, Sequence[Values]]
+        self,
+        left: np.ndarray,
+        effects: Sequence[Effect],
+        guesses: Mapping[str, Sequence[Values]],
+        may_bend: bool = True,
     ) -> Screen:
         """Candidates, scored at some of the samples."""
         predictor, mask = self.samples.linear, self.samples.mask
@@ -332,7 +389,7 @@ class _Search:
         rows, folds = np.flatnonzero(mask)[some], self.samples.folds[some]
         adopted, noise = self.current.model, self.samples.noise_rad
         sizes, finest = self.model.sizes, []
-        if self.offered.curves:
+        if self.offered.curves and may_bend:
             reported = self.data.test.recordings
             finest = curves(predictor, adopted, left, sizes, self.offered.names, reported)
             # a law that is not zero where its weights are is tried at settings, as an effect
@@ -350,10 +407,11 @@ class _Search:
 
     def singles(self, progress: Progress) -> "Singles":
         """Known effects, each fitted alone, see `singles`."""
-        left, noise_rad = self._left()
+        noise_rad = self.noise_rad()
         judge, came = Judge(self.block, noise_rad), self.simulated
         progress("screening known effects in the linear model", 0.0)
         self._linearise(noise_rad)
+        left = self._left(self.current)
         screen = self._screen(left, *self._guesses(left))
         best: dict[str, Scored] = {}
         for i, candidate in enumerate(screen.table.candidates):
@@ -371,7 +429,7 @@ class _Search:
         leaders += [s for s, may in zip(starts, can, strict=True) if not may]
         progress(f"simulating {len(leaders)} of them", DONE[FINISH])
         fits = fit_sets(leaders, self.samples, came.known)
-        fits = finish(refine(fits, self.samples, came.known), self.samples)
+        fits = finish(_refined(fits, led, self.samples, came.known, judge), self.samples)
         return Singles(came, led, self._found_again(fits, led, judge), judge)
 
     def _found_again(
@@ -395,6 +453,23 @@ def _astray(simulated: FittedSet, promised: FittedSet, judge: Judge) -> bool:
     return simulated.left_out_rmse > ASTRAY * promise
 
 
+def _refined(
+    fits: Sequence[FittedSet],
+    led: Sequence[FittedSet],
+    samples: Samples,
+    known: Known,
+    judge: Judge,
+) -> list[FittedSet]:
+    """Fits, with derivatives by simulation where they leave more than the linear model promises."""
+    promised = {frozenset(one.names): one.left_out_rmse for one in led}
+    done, open_ones = [], []
+    for fit in fits:
+        promise = promised.get(frozenset(fit.names), 0.0)
+        kept = judge.alike(fit.left_out_rmse, promise)
+        (done if kept else open_ones).append(fit)
+    return [*done, *refine(open_ones, samples, known)]
+
+
 def more_than(before: Named, after: Named) -> dict[str, tuple[int, ...]]:
     """Effects of `after` by name, with the joints that do not have them in `before`."""
     had = dict(before)
@@ -410,7 +485,7 @@ def choose(
     Args:
         least: share of the error by which it must fall.
     """
-    earning = [f for f in fits if judge.earns(current, f, least)]
+    earning = [f for f in fits if judge.takes(current, f, least)]
     if not earning:
         return None
     best = min(f.left_out_rmse for f in earning)
@@ -439,35 +514,41 @@ def _leaders(before: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list
     return [*kept.values()][:FINISHED]
 
 
-def _pruned(better: FittedSet, samples: Samples, judge: Judge) -> FittedSet:
-    def fit(trials):
-        return fit_sets(trials, samples, better.known, PRUNING)
+def _pruned(
+    better: FittedSet, samples: Samples, judge: Judge, along: AlongMotion, so_far: Known
+) -> FittedSet:
+    def fit(whole: FittedSet, trials: list[Start]) -> list[FittedSet]:
+        """By simulation, but for what is missed along the motion already."""
+        if along.can_lead(whole.layout):
+            start = Start(whole.layout, whole.u)
+            led = fit_along([start, *trials], along, samples.folds)
+            of = {frozenset(f.names): f for f in led}
+            known = of.get(frozenset(whole.names))
+            missed = {n for n, f in of.items() if known is not None and judge.misses(known, f)}
+            trials = [t for t in trials if frozenset(t.names) not in missed]
+        return fit_sets(trials, samples, so_far, PRUNING)
 
-    return prune(better, judge, fit, lambda sets: finish(sets, samples))
+    return prune(better, judge, fit)
 
 
 def _pruned_along(
     promised: FittedSet, along: AlongMotion, judge: Judge, folds: np.ndarray
 ) -> FittedSet:
-    return prune(promised, judge, lambda trials: fit_along(trials, along, folds))
+    return prune(promised, judge, lambda _, trials: fit_along(trials, along, folds))
 
 
 def prune(
     better: FittedSet,
     judge: Judge,
-    fit: Callable[[list[Start]], list[FittedSet]],
-    finish: Callable[[list[FittedSet]], list[FittedSet]] = lambda sets: sets,
+    fit: Callable[[FittedSet, list[Start]], list[FittedSet]],
 ) -> FittedSet:
     """Drop terms, joint by joint, that the rule does not miss.
 
     Args:
-        fit: fits what is left when a term goes; `finish` does the same to the end.
+        fit: fits what is left of a set when a term goes.
     """
     while True:
-        trials = _without_one(better)
-        kept = [f for f in fit(trials) if not judge.misses(better, f)]
-        kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
-        kept = [f for f in kept if not judge.misses(better, f)]
+        kept = [f for f in fit(better, _without_one(better)) if not judge.misses(better, f)]
         if not kept:
             return better
         better = min(kept, key=lambda f: f.left_out_rmse)
@@ -515,6 +596,17 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
         take(some, RIVALS)
     take(singles, SINGLES)
     return chosen
+
+
+def _exchanges(screen: Screen) -> list[Scored]:
+    """Sets that may take the place of terms of the model with no more numbers, the best first."""
+    screen.search()
+    least = screen.score(()).error
+    some = [
+        s for s in screen.known.values()
+        if s.members and s.complexity <= 0 and s.error <= RIVAL * least
+    ]  # fmt: skip
+    return sorted(some, key=lambda s: s.error)[:EXCHANGES]
 
 
 def _tried(

@@ -9,7 +9,7 @@ What remembers nothing needs no order of ticks, so that all of them are one call
 """
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -27,7 +27,7 @@ INERTIAL = ("body_mass", "body_ipos", "body_inertia")
 OF_BODIES = (*INERTIAL, "opt.gravity")
 
 # what a motion has at every tick
-PER_TICK = ("q", "dq", "ddq", "load", "weight")
+PER_TICK = ("q", "dq", "ddq", "load", "weight", "taken")
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,8 @@ class Path:
         q, dq, ddq: rad, rad/s and rad/s².
         load: N·m that the plant's weight and its velocity ask for, as MuJoCo's qfrc_bias.
         weight: N·m, of that the weight of the nominal model alone.
+        taken: N·m that the plant takes on average from this tick to the next; None where it is not
+            asked for what holds a joint at rest.
         at_rest: (njoint,) rad/s, below which the sign of a velocity is not known.
     """
 
@@ -46,17 +48,20 @@ class Path:
     ddq: np.ndarray
     load: np.ndarray
     weight: np.ndarray
+    taken: np.ndarray | None
     at_rest: np.ndarray
 
     def of(self, recordings: np.ndarray) -> "Path":
         """Of some recordings, (k,) indices."""
-        some = {name: getattr(self, name)[:, recordings] for name in PER_TICK}
-        return replace(self, **some)
+        return self._each(lambda values: values[:, recordings])
 
     def all_at_once(self) -> "Path":
         """One tick, at which each tick of each recording is a recording."""
-        flat = {name: getattr(self, name).reshape(1, -1, self.q.shape[2]) for name in PER_TICK}
-        return replace(self, **flat)
+        return self._each(lambda values: values.reshape(1, -1, self.q.shape[2]))
+
+    def _each(self, change: Callable[[np.ndarray], np.ndarray]) -> "Path":
+        values = ((name, getattr(self, name)) for name in PER_TICK)
+        return replace(self, **{name: change(v) for name, v in values if v is not None})
 
 
 def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
@@ -144,11 +149,14 @@ class DrivenLoop(Loop):
         super().__init__(model, joints, schedule, nvariant)
         self.batch = _Fields(model, self.nrec * nvariant)
 
-    def torque(self, path: Path) -> np.ndarray:
+    def torque(self, path: Path, bodies: np.ndarray | None = None) -> np.ndarray:
         """N·m on the joints along a motion, (ntick, nvariant, nrec, njoint).
 
-        What the masses of bodies and the direction of gravity change is not in it, see
-        `by_bodies`; all else is: motor, friction, springs, dampers and the armature.
+        All that acts is in it: motor, friction, springs, dampers and the armature. Dry friction
+        holds a joint at rest with what it needs, up to its level.
+
+        Args:
+            bodies: N·m likewise, that other masses or another gravity add, see `by_bodies`.
         """
         ntick, many = len(path.q), self.nvariant
         out = np.empty((ntick, *self.kp.shape))
@@ -166,7 +174,8 @@ class DrivenLoop(Loop):
         )
         damping = self.kd + self.ahead * self.kp
         heavier = self.added_armature() + self.ahead * self.kd
-        limited, rubbing = np.isfinite(self.motor_limits).any(), self.added_friction.any()
+        limited = np.isfinite(self.motor_limits).any()
+        dry, rubs = self._dry(), self.rubs
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
         command, added = commands(schedule.commands, self), feed_forward(self)
         at_rest, back_emf = path.at_rest, None
@@ -213,8 +222,8 @@ class DrivenLoop(Loop):
             if schedule.powered is not None:
                 on = schedule.powered[tick][recording]
                 torque = carried + (torque - carried) * on
-            if self.friction or rubbing:
-                level = self.added_friction.copy()
+            if rubs:
+                level = dry.copy()
                 for add in self.friction:
                     add(tick, dq, torque, level)
             if balanced is not None:
@@ -222,41 +231,57 @@ class DrivenLoop(Loop):
                 torque -= weight
             for add in self.joint_torques:
                 add(tick, q, dq, torque)
-            if self.friction or rubbing:
-                torque -= level * dq / np.sqrt(dq**2 + at_rest**2)
             torque += self._passive(q, dq)
             if back_emf is not None:
                 on = 1.0 if schedule.powered is None else schedule.powered[tick][recording]
                 torque -= back_emf * on * dq
             if schedule.hold is not None:
                 torque += pull
-            out[tick] = torque - heavier * every(path.ddq[tick])
+            torque -= heavier * every(path.ddq[tick])
+            if bodies is not None:
+                torque += bodies[tick].reshape(torque.shape)
+            if rubs:
+                excess = 0.0 if path.taken is None else torque - every(path.taken[tick])
+                torque -= _dry_friction(level, dq, at_rest, excess)
+            out[tick] = torque
         return out.reshape(ntick, many, self.nrec, -1)
+
+    def _dry(self) -> np.ndarray:
+        """N·m (nsim, njoint) of constant friction."""
+        own = self.batch.changed.get("dof_frictionloss", self.batch.model.dof_frictionloss)
+        return self.added_friction + own[..., self.dofs]
+
+    @property
+    def rubs(self) -> bool:
+        """Whether a joint has dry friction."""
+        return bool(self.friction) or bool(self._dry().any())
 
     def by_bodies(self, poses: "Poses") -> np.ndarray | None:
         """N·m that the masses of bodies and gravity take in each variant, but for what all share.
 
-        (npose, nvariant, nrec, njoint); None if no variant has other ones than the model.
+        (npose, nvariant, nrec, njoint); None if all variants have the same.
         """
         batch = self.batch
         fields = {name: batch.changed[name] for name in OF_BODIES if name in batch.changed}
         if not fields and not self.encoder_offset.any():
             return None
+        rows = range(0, self.nrec * self.nvariant, self.nrec)
+        offsets = [self.encoder_offset[row : row + self.nrec] for row in rows]
+        each = [{name: values[row] for name, values in fields.items()} for row in rows]
+        asked = [
+            b"".join(values.tobytes() for values in (offset, *own.values()))
+            for offset, own in zip(offsets, each, strict=True)
+        ]
+        if len(set(asked)) == 1:
+            return None
         if not self.encoder_offset.any() and not (fields.keys() - INERTIAL):
             return self._by_inertia(poses, fields)
-        found = np.zeros((len(poses.q), self.nvariant, *poses.q.shape[1:]))
-        known: dict[bytes, int] = {}
-        for variant in range(self.nvariant):
-            row = variant * self.nrec
-            own = {name: values[row] for name, values in fields.items()}
-            offset = self.encoder_offset[row : row + self.nrec]
-            asked = b"".join(values.tobytes() for values in (offset, *own.values()))
-            if asked in known:
-                found[:, variant] = found[:, known[asked]]
-                continue
-            known[asked] = variant
-            found[:, variant] = poses.inverse(batch.model, own, self.dofs, self.qpos, offset)
-        return found
+        distinct = dict(zip(asked, zip(each, offsets, strict=True), strict=True))
+        known = {
+            key: poses.inverse(batch.model, own, self.dofs, self.qpos, offset)
+            for key, (own, offset) in distinct.items()
+        }
+        return np.stack([known[key] for key in asked], axis=1)
 
     def _by_inertia(self, poses: "Poses", fields: Mapping[str, np.ndarray]) -> np.ndarray:
         """The same beyond what the model takes, if only the masses of bodies are others."""
@@ -305,6 +330,16 @@ class DrivenLoop(Loop):
             rest = own[1] if springs[1] is None else springs[1][:, self.qpos]
             torque = torque - k * (q - rest) + own[0] * (q - own[1])
         return torque
+
+
+def _dry_friction(
+    level: np.ndarray, dq: np.ndarray, at_rest: np.ndarray, excess: np.ndarray
+) -> np.ndarray:
+    """N·m against the motion: `level` in motion, and at rest what holds against `excess`."""
+    square = dq**2 + at_rest**2
+    most = np.maximum(level, 0.0)
+    held = np.minimum(np.maximum(excess, -most), most)
+    return level * dq / np.sqrt(square) + held * (at_rest**2 / square)
 
 
 class Poses:
