@@ -166,9 +166,8 @@ class Predictor:
         return jobs
 
     def _substeps(self, model: mujoco.MjModel, rough: bool = False) -> int:
-        if not self._extended(model):
-            return self.substeps
-        return self.substeps * (min(self.coarseness, EXTENDED) if rough else EXTENDED)
+        exact = self._extended(model) and not rough
+        return self.substeps * (EXTENDED if exact else 1)
 
     def _coarseness(self, model: mujoco.MjModel, rough: bool = False) -> int:
         exact = self._extended(model) and not rough
