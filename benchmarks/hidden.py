@@ -166,15 +166,14 @@ def explained(folder: Path) -> dict:
     from t2l.detective.data_split import split
     from t2l.diagnose.recordings_and_model import read_recordings_and_model
     from t2l.effects.law import TENDON
-    from t2l.identify.step_size import coarseness_for, substeps_for
+    from t2l.identify.step_size import substeps_for
 
     began = perf_counter()
     truth = yaml.safe_load((folder / "truth.yaml").read_text())
     train, held = [folder / "train"], [folder / "holdout"]
     model, recordings, holdout = read_recordings_and_model(train, held)
     substeps = substeps_for(model, recordings)
-    coarseness = coarseness_for(model, recordings, substeps)
-    data = split(model.robot, recordings, holdout, substeps, 1, coarseness)
+    data = split(model.robot, recordings, holdout, substeps, threads=1)
     found = explanation.explained(model, data)
     seconds = perf_counter() - began
     adopted = [name for step in found.steps for name in step.effects]

@@ -175,7 +175,7 @@ def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
     from t2l.diagnose.recordings_and_model import check_worth_fitting, read_recordings_and_model
     from t2l.diagnose.settings import FRACTION
     from t2l.identify.model import Model
-    from t2l.identify.step_size import coarseness_for, substeps_for
+    from t2l.identify.step_size import substeps_for
     from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE, hold_out
 
     holdout = [machine.holdout] if machine.holdout else []
@@ -188,9 +188,7 @@ def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
     elif seed is not None or (not held and len(every) >= LEAST_TO_HOLD_OUT_WHOLE):
         recordings, held = hold_out(every, FRACTION, seed or 0)
     began = perf_counter()
-    substeps = substeps_for(model, recordings)
-    coarseness = coarseness_for(model, recordings, substeps)
-    data = split(model.robot, recordings, held, substeps, 1, coarseness)
+    data = split(model.robot, recordings, held, substeps_for(model, recordings), threads=1)
     if pieces:
         data = by_pieces(data, seed)
     joints = data.fitted.joints

@@ -5,9 +5,8 @@ import pytest
 
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
-from t2l.identify.prediction import Predictor, Request
-from t2l.identify.step_size import NEGLIGIBLE, busiest, coarseness_for, substeps_for
-from tests.diagnose.made import measured, pendulum, predict, recording, swing, swings
+from t2l.identify.step_size import NEGLIGIBLE, busiest, substeps_for
+from tests.diagnose.made import pendulum, predict, recording, swing, swings
 
 FRICTION = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
 
@@ -55,33 +54,3 @@ def test_of_a_long_recording_the_busiest_part_is_looked_at(tmp_path):
     # where nothing was measured there is nothing to look at
     q = np.where(made.time[:, None] > 4, np.nan, 0.0)
     assert busiest(dataclasses.replace(made, q=q), 1.0).time[0] < 4.0
-
-
-def fast(folder, noise_rad, **gains):
-    made = recording(pendulum(folder), swing(), duration_s=1.0, control_rate_hz=10000.0, **gains)
-    return [measured(made, FRICTION, noise_rad)]
-
-
-def test_a_fast_loop_ticks_once_a_millisecond_where_that_is_no_difference(tmp_path):
-    logs = fast(tmp_path, 1e-4)
-    model = Model(logs[0].robot, FRICTION)
-    assert coarseness_for(model, logs, 1) == 10
-    real, coarse = (
-        Predictor(model.robot, logs, coarseness=n).predict([Request(*variant(model))])[0][0]
-        for n in (1, 10)
-    )
-    assert np.sqrt(np.mean((real - coarse) ** 2)) < NEGLIGIBLE * noise_floor(logs)
-
-
-def test_a_fast_loop_keeps_its_ticks_where_the_encoder_tells_the_difference(tmp_path):
-    logs = fast(tmp_path, 1e-9, kp=400.0, kd=8.0)
-    assert coarseness_for(Model(logs[0].robot), logs, 1) == 1
-
-
-def test_a_loop_that_is_not_fast_keeps_its_ticks(recordings):
-    assert coarseness_for(Model(recordings[0].robot), recordings, 1) == 1
-
-
-def variant(model):
-    layout, u = model.vector(("hinge",))
-    return layout, u[None]

@@ -31,7 +31,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.detective.ranking import diagnose
     from t2l.diagnose.artefacts import write_diagnosis
     from t2l.figures.diagnosis import draw_diagnosis
-    from t2l.identify.step_size import coarseness_for, substeps_for
+    from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
@@ -39,10 +39,7 @@ def run(arguments: argparse.Namespace) -> None:
         substeps = substeps_for(model, recordings)
         say_how_long(arguments.command, model, recordings, substeps)
         say_what_cannot_be_told(model, [*recordings, *holdout], out)
-        data = split(
-            model.robot, recordings, holdout, substeps,
-            coarseness=coarseness_for(model, recordings, substeps),
-        )  # fmt: skip
+        data = split(model.robot, recordings, holdout, substeps)
         beforehand = say_what_is_confounded(model, data.fitted, data.fitted_mask)
         progress = progress_line()
         diagnosis = diagnose(model, data, progress, beforehand)

@@ -56,17 +56,14 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.diagnose.measured_torque import torque_sides
     from t2l.identify.model import read_again
     from t2l.identify.progress import part
-    from t2l.identify.step_size import coarseness_for, substeps_for
+    from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
 
     over = time_over(arguments)
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
         substeps = substeps_for(model, recordings)
-        data = split(
-            model.robot, recordings, holdout, substeps,
-            coarseness=coarseness_for(model, recordings, substeps),
-        )  # fmt: skip
+        data = split(model.robot, recordings, holdout, substeps)
         say_how_long(
             arguments.command, model, data.fitted.recordings, substeps, at_most_s=over.seconds
         )

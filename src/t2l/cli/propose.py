@@ -29,17 +29,14 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.detective.data_split import split
     from t2l.detective.explanation import proposed
     from t2l.identify.progress import part
-    from t2l.identify.step_size import coarseness_for, substeps_for
+    from t2l.identify.step_size import substeps_for
     from t2l.propose.artefacts import write_proposal
     from t2l.report import write_report
 
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
         substeps = substeps_for(model, recordings)
-        data = split(
-            model.robot, recordings, holdout, substeps,
-            coarseness=coarseness_for(model, recordings, substeps),
-        )  # fmt: skip
+        data = split(model.robot, recordings, holdout, substeps)
         say_how_long(arguments.command, model, data.fitted.recordings, substeps)
         progress = progress_line()
         proposal = proposed(model, data, part(progress, 0.0, 0.9))

@@ -46,17 +46,13 @@ def split(
     holdout: Sequence[Recording] = (),
     substeps: int = 1,
     threads: int | None = None,
-    coarseness: int = 1,
 ) -> DataSplit:
-    """`holdout`, or else whole recordings where there are three, or else blocks of time report.
-
-    `substeps`, `threads` and `coarseness` are those of the predictors.
-    """
+    """`holdout`, or else whole recordings where there are three, or else blocks of time report."""
     rest, test = list(recordings), list(holdout)
     in_motion = half_begin_in_motion((*rest, *test))
 
     def predictor(of: Sequence[Recording]) -> Predictor:
-        return Predictor(robot, of, substeps, threads, coarseness, in_motion)
+        return Predictor(robot, of, substeps, threads, in_motion=in_motion)
 
     if not test and len(rest) >= LEAST_TO_HOLD_OUT_WHOLE:
         rest, test = hold_out(rest, FRACTION, seed=0)

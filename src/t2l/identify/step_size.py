@@ -13,7 +13,6 @@ from t2l.recordings.recording import Recording
 
 LONGEST_S = 60.0  # numerics: of a recording; errors of integration do not add up under feedback
 SUBSTEPS = (1, 2, 4, 8)  # numerics: tried in turn: each halves the step
-TICK_S = 1e-3  # numerics: of a loop that is faster
 
 
 def busiest(recording: Recording, duration_s: float = LONGEST_S) -> Recording:
@@ -37,51 +36,19 @@ def substeps_for(model: Model, recordings: Sequence[Recording]) -> int:
 
     Of long recordings only the part is looked at in which the commands move most.
     """
-    noise, chosen, request = (
-        noise_floor(list(recordings)),
-        _some(recordings),
-        _as_is(model, recordings),
-    )
+    noise = noise_floor(list(recordings))
+    count = min(SHORTLISTED, len(recordings))
+    places = np.linspace(0, len(recordings) - 1, count).round().astype(int)
+    chosen = [busiest(recordings[place]) for place in places]
+    layout, u = model.vector(recordings[0].joints)
+    request = Request(layout, u[None])
     last = None
     for substeps in (*SUBSTEPS, 2 * SUBSTEPS[-1]):
         q = Predictor(model.robot, chosen, substeps).predict([request])[0][0]
         # half the step halves the error, so that the longer step's is twice the change
-        if last is not None and 2 * _rms(q - last) < NEGLIGIBLE * noise:
-            return substeps // 2
+        if last is not None:
+            change = (q - last)[np.isfinite(q - last)]
+            if len(change) and 2 * np.sqrt(np.mean(change**2)) < NEGLIGIBLE * noise:
+                return substeps // 2
         last = q
     return SUBSTEPS[-1]
-
-
-def coarseness_for(model: Model, recordings: Sequence[Recording], substeps: int) -> int:
-    """Periods a tick of a loop that is faster than `TICK_S`, if that leaves a negligible error.
-
-    One period else.
-    """
-    slowest = min(recording.control_rate_hz for recording in recordings)
-    periods = int(TICK_S * slowest + 1e-6)
-    if periods <= 1:
-        return 1
-    chosen, request = _some(recordings), _as_is(model, recordings)
-    real, coarse = (
-        Predictor(model.robot, chosen, substeps, coarseness=ticks).predict([request])[0][0]
-        for ticks in (1, periods)
-    )
-    return periods if _rms(coarse - real) < NEGLIGIBLE * noise_floor(list(recordings)) else 1
-
-
-def _some(recordings: Sequence[Recording]) -> list[Recording]:
-    """That tell nearly what all do."""
-    count = min(SHORTLISTED, len(recordings))
-    places = np.linspace(0, len(recordings) - 1, count).round().astype(int)
-    return [busiest(recordings[place]) for place in places]
-
-
-def _as_is(model: Model, recordings: Sequence[Recording]) -> Request:
-    layout, u = model.vector(recordings[0].joints)
-    return Request(layout, u[None])
-
-
-def _rms(change: np.ndarray) -> float:
-    """Of what is finite; infinite where nothing is."""
-    finite = change[np.isfinite(change)]
-    return float(np.sqrt(np.mean(finite**2))) if len(finite) else np.inf
