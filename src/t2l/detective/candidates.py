@@ -16,6 +16,7 @@ from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.errors import EffectError
 from t2l.identify.prediction import Predictor, Request
+from t2l.propose.laws import erring
 
 # numerics: of finite differences along a motion, which has no noise of its own
 RELATIVE_STEP = 0.02
@@ -215,8 +216,10 @@ def known_candidates(
     Raises:
         EffectError: an effect of the user's gives no finite motion with any guess.
     """
-    asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name])]
-    driven = [one for one in asked if predictor.model(one.layout.terms).nv == len(predictor.joints)]
+    # a simulation takes long: it is spent on joints where it may explain something
+    some = erring(predictor, residual)
+    asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name], some)]
+    driven = [one for one in asked if not _is_extended(predictor, one.layout.terms)]
     for section in sections:
         variants = [(one.layout, one.variants) for one in driven]
         for one, torque in zip(
@@ -264,7 +267,7 @@ def _with_simulated(
         return table
     base = Request(adopted[0], adopted[1][None])
     requests = [Request(one.layout, one.settings) for one in asked]
-    (before,), *moved = (q[:, rows] for q in predictor.predict([base, *requests]))
+    (before,), *moved = (q[:, rows] for q in predictor.predict([base, *requests], rough=True))
     columns, candidates = [table.columns], list(table.candidates)
     count = table.columns.shape[1]
     for one, q in zip(asked, moved, strict=True):
@@ -352,27 +355,32 @@ def _asked(
     adopted: tuple[Layout, np.ndarray],
     effect: Effect,
     guesses: Sequence[Values],
+    simulated_on: Sequence[int] | None = None,
 ) -> Iterable[_Asked]:
+    """An effect on joints that lack it, on those of `simulated_on` where it must be simulated."""
     layout, u = adopted
+    others = [t for t in layout.terms if t.effect.name != effect.name]
     has = {j for t in layout.terms if t.effect.name == effect.name for j in t.joints}
     free = [j for j in effect.places(predictor.joints) if j not in has]
     per_joint = any(p.per_joint for p in effect.parameters)
     if not free or (has and not per_joint):
         return
+    extended = _is_extended(predictor, [*others, Term(effect, tuple(sorted({*has, *free})))])
+    if extended:
+        guesses = _far_apart(effect, guesses)
+        if per_joint and simulated_on is not None:
+            free = [j for j in free if j in simulated_on]
     apart = per_joint and effect.coupled
-    sets = [(j,) for j in free] if apart else [tuple(free)]
+    sets = [(j,) for j in free] if apart else [tuple(free)] if free else []
     old = {slot.key: value for slot, value in zip(layout.slots, u, strict=True)}
     for joints in sets:
         term = Term(effect, tuple(sorted({*has, *joints})))
-        others = [t for t in layout.terms if t.effect.name != effect.name]
         whole = Layout([*others, term])
         own = [
             i for i, s in enumerate(whole.slots)
             if s.key not in old or (s.term.effect.name == effect.name and s.joint not in has
             and s.joint is not None)
         ]  # fmt: skip
-        if predictor.model(whole.terms).nv > len(predictor.joints):
-            guesses = _far_apart(effect, guesses)
         rows = []
         for guess in guesses:
             own_u = _encoded(effect, guess)
@@ -381,6 +389,11 @@ def _asked(
         settings = np.clip(settings, whole.lower, whole.upper)
         steps = np.array([_steps(whole, own, row) for row in settings])
         yield _Asked(effect, term, whole, settings, own, steps, apart)
+
+
+def _is_extended(predictor: Predictor, terms: Sequence[Term]) -> bool:
+    """Whether the plant has joints that no motor drives: then it is simulated."""
+    return predictor.model(terms).nv > len(predictor.joints)
 
 
 def _far_apart(effect: Effect, guesses: Sequence[Values]) -> list[Values]:

@@ -85,7 +85,11 @@ class Beginning:
         )
 
     def estimate(
-        self, predict: Callable[[np.ndarray], np.ndarray], joints: list[int], play: np.ndarray
+        self,
+        predict: Callable[[np.ndarray], np.ndarray],
+        joints: list[int],
+        play: np.ndarray,
+        rough: bool = False,
     ) -> np.ndarray:
         """Starts as of `t2l.sim.servo.ServoLoop.hidden_start`, (m, nrec, njoint, 3).
 
@@ -94,6 +98,7 @@ class Beginning:
                 (c m, nrec, njoint, 3).
             joints: indices of those that have a far side.
             play: (m, nrec, njoint) rad.
+            rough: one step only, as if no joint's start moved another joint.
         """
         m, nrec, njoint = play.shape
 
@@ -103,28 +108,35 @@ class Beginning:
             return np.nan_to_num(q - self.measured, nan=1e3)
 
         start = np.zeros((m, nrec, njoint, UNKNOWN))
-        unknowns = self._unknowns(joints)
+        moving = self._unknowns(joints, rough)
         if play.any():
             start = self._side(errors, play)
         best, least = start, np.full((m, nrec), np.inf)
-        steps = ITERATIONS if joints else 1
+        steps = ITERATIONS if joints and not rough else 1
         for iteration in range(steps + 1):
-            moved = start[None] if iteration == steps else _moved(start, unknowns)
+            moved = start[None] if iteration == steps else _moved(start, moving)
             error = errors(moved)
             left = self._by_recording(error[0] ** 2)
             better = (left < least)[..., None, None]
             best, least = np.where(better, start, best), np.minimum(left, least)
             if iteration < steps:
-                start = best + np.where(better, self._step(error, unknowns, njoint), 0.0)
+                start = best + np.where(better, self._step(error, moving, njoint), 0.0)
                 # of the other joints one step is enough
-                unknowns = unknowns[: UNKNOWN * len(joints)]
+                moving = moving[: UNKNOWN * len(joints)]
         return best
 
-    def _unknowns(self, joints: list[int]) -> Unknowns:
-        """All of `joints`, and the velocity of the others that there is doubt about."""
+    def _unknowns(self, joints: list[int], together: bool) -> list[Unknowns]:
+        """All of `joints`, and the velocity of the others that there is doubt about.
+
+        Each alone, or all of a kind `together`.
+        """
         others = [int(j) for j in np.flatnonzero(self.doubt.any(axis=0)) if j not in joints]
         far = [(joint, kind) for joint in joints for kind in range(UNKNOWN)]
-        return far + [(joint, VELOCITY) for joint in others]
+        every = far + [(joint, VELOCITY) for joint in others]
+        if not together:
+            return [[one] for one in every]
+        of_kind = ([one for one in every if one[1] == kind] for kind in range(UNKNOWN))
+        return [unknowns for unknowns in of_kind if unknowns]
 
     def _by_recording(self, values: np.ndarray) -> np.ndarray:
         """Sums (m, nrec) of values (m, k)."""
@@ -144,17 +156,21 @@ class Beginning:
             chosen[..., j, 0] = np.take_along_axis(angles[..., j], best[None], axis=0)[0]
         return chosen
 
-    def _step(self, error: np.ndarray, unknowns: Unknowns, njoint: int) -> np.ndarray:
+    def _step(self, error: np.ndarray, moving: list[Unknowns], njoint: int) -> np.ndarray:
         """Gauss and Newton's, with what is expected as the prior, (m, nrec, njoint, 3).
 
         Args:
-            error: (1 + len(unknowns), m, k) as it is, and with each unknown a step further.
+            error: (1 + len(moving), m, k) as it is, and with some unknowns a step further. What
+                is moved together moves its own joint only.
         """
-        sizes = np.array([STEPS[kind] for _, kind in unknowns])
-        slopes = np.moveaxis((error[1:] - error[0]) / sizes[:, None, None], 0, -1)
+        unknowns = [one for some in moving for one in some]
+        at_joint, of_kind = np.array(unknowns).T
+        moved = np.repeat(error[1:] - error[0], [len(some) for some in moving], axis=0)
+        if len(unknowns) > len(moving):
+            moved *= (self.wanted[3] == at_joint[:, None])[:, None]
+        slopes = np.moveaxis(moved / np.array(STEPS)[of_kind, None, None], 0, -1)
         nrec = len(self.schedule.kp)
         step = np.zeros((error.shape[1], nrec, njoint, UNKNOWN))
-        at_joint, of_kind = np.array(unknowns).T
         for record in range(nrec):
             at = self.wanted[0] == record
             unit = self._expected(record, unknowns)
@@ -174,9 +190,10 @@ class Beginning:
         )
 
 
-def _moved(start: np.ndarray, unknowns: Unknowns) -> np.ndarray:
-    """`start` (m, nrec, njoint, 3), then each of the unknowns a step further."""
-    moved = np.repeat(start[None], 1 + len(unknowns), axis=0)
-    for i, (joint, kind) in enumerate(unknowns):
-        moved[1 + i, ..., joint, kind] += STEPS[kind]
+def _moved(start: np.ndarray, moving: list[Unknowns]) -> np.ndarray:
+    """`start` (m, nrec, njoint, 3), then some of the unknowns a step further, and others."""
+    moved = np.repeat(start[None], 1 + len(moving), axis=0)
+    for i, unknowns in enumerate(moving):
+        for joint, kind in unknowns:
+            moved[1 + i, ..., joint, kind] += STEPS[kind]
     return moved

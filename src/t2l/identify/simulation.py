@@ -26,6 +26,7 @@ def simulate(
     threads: int = 1,
     beginning: Beginning | None = None,
     progress: Callable[[float], None] = lambda part: None,
+    rough: bool = False,
 ) -> tuple[np.ndarray, ...]:
     """Position (m, k) of each variant at each wanted sample, NaN where it diverged.
 
@@ -38,8 +39,9 @@ def simulate(
         velocity: return that too, likewise.
         beginning: of recordings of which some begin in motion.
         progress: told now and then which part of the ticks is done.
+        rough: as of `Beginning.estimate`.
     """
-    hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning)
+    hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning, rough)
     with blaming(_taking_part(variants), "to simulate it"):
         q, dq, period = _run(model, joints, schedule, substeps, variants, threads, hidden, progress)
     between, rate = _at(wanted, q, dq, period)
@@ -71,7 +73,14 @@ def at_every_tick(
 
 
 def _starts(
-    model, joints, schedule, substeps, variants, threads, beginning: Beginning | None
+    model,
+    joints,
+    schedule,
+    substeps,
+    variants,
+    threads,
+    beginning: Beginning | None,
+    rough: bool = False,
 ) -> np.ndarray | None:
     """How recordings start that begin in motion, (m, nrec, njoint, 3); None if none does."""
     hiding = _hiding(variants)
@@ -82,7 +91,7 @@ def _starts(
     if not hiding:
         estimated = np.flatnonzero(beginning.doubt.any(axis=1))
         beginning = beginning.of(estimated).within(VELOCITY_S)
-    hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads)
+    hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads, rough)
     return hidden
 
 
@@ -95,7 +104,9 @@ def _at(wanted, q, dq, period) -> tuple[np.ndarray, np.ndarray]:
     return between, (1 - rest) * dq[first] + rest * dq[second]
 
 
-def _hidden(model, joints, beginning: Beginning, substeps, variants, threads) -> np.ndarray:
+def _hidden(
+    model, joints, beginning: Beginning, substeps, variants, threads, rough: bool
+) -> np.ndarray:
     """How the recordings start, (m, nrec, njoint, 3), as `ServoLoop.hidden_start`."""
     m, hiding = sum(len(u) for _, u in variants), _hiding(variants)
 
@@ -109,7 +120,7 @@ def _hidden(model, joints, beginning: Beginning, substeps, variants, threads) ->
         if hiding:
             loop = made_loop(model, joints, beginning.schedule, substeps, variants, threads)
             play = loop.play.reshape(play.shape)
-        return beginning.estimate(predict, hiding, play)
+        return beginning.estimate(predict, hiding, play, rough)
 
 
 def _hiding(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[int]:

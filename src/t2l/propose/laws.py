@@ -31,7 +31,7 @@ SOURCE = {"commanded torque": "torque", "load": "gravity"}  # other names of wha
 INTERVALS = SMOOTH
 MOVES = 1e-9  # numerics: in the variable's unit; less is no motion
 SAME = 1e-2  # numerics: of a load's spread: a broken line over the position misses less of a sine
-LEAST_SHARE = TIED  # of the squared error; a joint with less has no law of its own
+LEAST_SHARE = TIED  # of the squared error; a joint with less is not asked what it lacks
 
 
 def laws(
@@ -47,13 +47,17 @@ def laws(
         ranges: as `ranges` gives them, of the laws that may be taken.
         spent: (njoint,) N·m, of the motors.
     """
-    square = np.bincount(predictor.samples.joint, residual**2, len(predictor.joints))
-    shown = square >= LEAST_SHARE * square.sum()
-    joints = {name for name, share in zip(predictor.joints, shown, strict=True) if share}
+    joints = {predictor.joints[joint] for joint in erring(predictor, residual)}
     own = {law: 0.0 for law in ranges if law.kind != TENDON and law.joint in joints}
     tendons = [law for law in ranges if law.kind == TENDON and {law.joint, law.of} & joints]
     found = best_of_each_joint(levers(predictor, residual, tendons, spent))
     return own | {law: one.ratio for law, one in found.items()}
+
+
+def erring(predictor: Predictor, residual: np.ndarray) -> list[int]:
+    """Joints that hold some of the squared error of a residual (nsample,), rad."""
+    square = np.bincount(predictor.samples.joint, residual**2, len(predictor.joints))
+    return [int(joint) for joint in np.flatnonzero(square >= LEAST_SHARE * square.sum())]
 
 
 def ranges(

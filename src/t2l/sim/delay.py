@@ -11,20 +11,25 @@ class DelayLine:
 
     def __init__(self, ticks: np.ndarray):
         """Delay by `ticks`, broadcasting to (n, k); between two ticks the signal is linear."""
-        self.whole = np.floor(ticks + 1e-9).astype(int)
-        self.part = ticks - self.whole
-        self.length = int(self.whole.max()) + 2
+        whole = np.floor(ticks + 1e-9).astype(int)
+        self.part = ticks - whole
+        self.length = int(whole.max()) + 2
+        # one number for all is looked up much faster
+        self.whole = whole if np.ptp(whole) else int(whole.max())
         self.tick = -1
 
     def __call__(self, signal: np.ndarray) -> np.ndarray:
         """Take the signal at the next tick; return it delayed."""
         self.tick += 1
         if self.tick == 0:
-            self.past = np.empty((self.length, *signal.shape))
-            self.place = np.ogrid[tuple(slice(n) for n in signal.shape)]
+            self.past = np.repeat(np.asarray(signal, float)[None], self.length, axis=0)
+            self.place = np.arange(signal.size).reshape(signal.shape)
         self.past[self.tick % self.length] = signal
         newer, older = self._ago(self.whole), self._ago(self.whole + 1)
         return newer + self.part * (older - newer)
 
-    def _ago(self, ticks: np.ndarray) -> np.ndarray:
-        return self.past[(np.maximum(self.tick - ticks, 0) % self.length, *self.place)]
+    def _ago(self, ticks: np.ndarray | int) -> np.ndarray:
+        at = (self.tick - ticks) % self.length
+        if isinstance(at, int):
+            return self.past[at]
+        return self.past.ravel().take(at * self.place.size + self.place)
