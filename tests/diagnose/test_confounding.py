@@ -1,7 +1,6 @@
 """One pair of gains: a wrong Kp moves a joint as another inertia and damping would."""
 
 import dataclasses
-import json
 
 import pytest
 
@@ -9,9 +8,7 @@ from t2l.design.collinearity import Rival
 from t2l.detective.data_split import split
 from t2l.diagnose.candidate import Candidate
 from t2l.diagnose.confounded import Confounded, as_json, members, sentences
-from t2l.diagnose.confounding import confounded_beforehand, confounded_names
-from t2l.diagnose.explanation import Explanation, write_explanation
-from t2l.diagnose.told_apart import told_apart
+from t2l.diagnose.confounding import confounded_beforehand
 from t2l.effects.registry import builtin
 from t2l.identify.model import Model
 from tests.diagnose.made import measured, recording, spinner, swing
@@ -78,31 +75,6 @@ def test_several_pairs_of_gains_tell_them_apart(robot, three_gains):
 
 def test_where_nothing_is_missing_nothing_is_said(robot):
     assert confounded_beforehand(Model(robot), *fitted(robot, {}, (20.0, 0.8))) == []
-
-
-def test_wrong_gains_that_stand_for_others_are_not_certain_in_the_end(robot, one_gain, tmp_path):
-    came, named = Model(robot), Model(robot, GAINS)
-    found = confounded_names(named, came, *one_gain)
-    assert {"armature", "viscous_friction"} in sets_of(found, "controller_gains")
-    before = Explanation([], "no_missing_effect", 1e-4, "No effect is missing.", named)
-    after = told_apart(before, came, *one_gain)
-    assert after.sentence.startswith("No effect is missing. These recordings cannot tell")
-    write_explanation(after, tmp_path)
-    kept = json.loads((tmp_path / "explanation.json").read_text())["confounded"]
-    assert kept[0]["effect"] == "controller_gains"
-    assert kept[0]["not_told_from"]
-
-
-def test_what_several_gains_tell_is_certain_in_the_end(robot, three_gains):
-    found = confounded_names(Model(robot, HIDDEN), Model(robot), *three_gains)
-    # what gravity does not load is as heavy to turn with a heavier link
-    alone = [names for names in sets_of(found, "armature") if len(names) == 1]
-    assert alone == [{"link_inertia"}, {"payload"}]
-    assert not sets_of(found, "viscous_friction")
-
-
-def test_what_the_model_came_with_is_not_asked(robot, one_gain):
-    assert confounded_names(Model(robot, GAINS), Model(robot, GAINS), *one_gain) == []
 
 
 def test_what_is_confounded_is_never_certain():

@@ -28,12 +28,13 @@ class Rival:
 
     Attributes:
         effects: their names.
-        collinearity: index γ of the other's response with what they can do.
+        collinearity: index γ of the other's response with what they can do; None where they were
+            simulated in its place.
         error: RMS left with them in its place.
     """
 
     effects: tuple[str, ...]
-    collinearity: float
+    collinearity: float | None
     error: float
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from t2l.design.collinearity import Rival
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import FittedSet
 from t2l.detective.kept import fitted_before, keep_fitted, keep_step
@@ -27,6 +28,7 @@ from t2l.detective.search import (
     more_than,
     search,
 )
+from t2l.diagnose.confounded import Confounded, sentences
 from t2l.diagnose.explanation import Explanation, Step, Tried, write_explanation
 from t2l.diagnose.files import PROPOSED
 from t2l.diagnose.final_parameters import parameters_of
@@ -152,10 +154,24 @@ class _Story:
         elif verdict == UNEXPLAINED:
             sentence += self._only_promised(found)
         nothing_more = () if last.adopted else self._tried(last)
+        ties = self._ties(last, found.last)
+        said = sentences(ties, self.known, self.data.fitted.recordings)
         return Explanation(
-            self.steps, verdict, noise, sentence, model, stopped_after_s=seconds,
-            then_tried=nothing_more,
+            self.steps, verdict, noise, " ".join([sentence, *said]), model,
+            stopped_after_s=seconds, confounded=ties, then_tried=nothing_more,
         )  # fmt: skip
+
+    def _ties(self, last: Round, model: FittedSet) -> tuple[Confounded, ...]:
+        """Adopted effects in whose place others explain as well."""
+        found: dict[str, dict[tuple[str, ...], Rival]] = {}
+        for tie in sorted(last.ties, key=lambda f: f.left_out_rmse):
+            gone, new = (sorted(a - b) for a, b in _both_ways(model, tie))
+            # of what came with the model nobody asks
+            if len(gone) == 1 and new and gone[0] not in self.came:
+                names = tuple(new)
+                rival = Rival(names, None, tie.left_out_rmse)
+                found.setdefault(gone[0], {}).setdefault(names, rival)
+        return tuple(Confounded(name, tuple(some.values())) for name, some in found.items())
 
     def propose(self, found: Found) -> None:
         """Write the curves with their bands and formulas."""
@@ -318,6 +334,12 @@ def in_words(explanation: Explanation) -> list[str]:
             f"test {1e3 * step.test_rmse_rad:8.4g}{_sure(step)}"
         )
     return [*lines, explanation.sentence]
+
+
+def _both_ways(one: FittedSet, other: FittedSet) -> tuple[tuple[set[str], set[str]], ...]:
+    """Names of effects of one set and of another, and the other way round."""
+    a, b = ({name for name, _ in some.names} for some in (one, other))
+    return (a, b), (b, a)
 
 
 def _sure(step: Step) -> str:

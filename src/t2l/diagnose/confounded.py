@@ -82,7 +82,13 @@ def as_json(found: Iterable[Confounded]) -> list[dict[str, Any]]:
         {
             "effect": entry.effect,
             "not_told_from": [
-                {"effects": list(r.effects), "collinearity": r.collinearity} for r in entry.rivals
+                {"effects": list(r.effects)}
+                | (
+                    {"validation_rmse_q_rad": r.error}
+                    if r.collinearity is None
+                    else {"collinearity": r.collinearity}
+                )
+                for r in entry.rivals
             ],
         }
         for entry in found

@@ -1,19 +1,17 @@
-"""Which effects the recordings cannot tell apart: said before any is named, and of each name after.
+"""Which effects the recordings cannot tell apart, said before any is named.
 
-An effect is confounded with others if they do what it does (`t2l.design.collinearity`). Before the
-search that is asked of each effect that alone explains at least half of what is missing, and as
-much as any, linearised at the model as it came; after it, of each effect that was adopted, at its
-fitted values, with the others fitted along.
+An effect is confounded with others if they do what it does (`t2l.design.collinearity`). That is
+asked of each effect that alone explains at least half of what is missing, and as much as any,
+linearised at the model as it came.
 """
 
 import numpy as np
 
-from t2l.design.collinearity import Responses, Rival
+from t2l.design.collinearity import Responses
 from t2l.design.identifiability import REFERENCE
 from t2l.design.sensitivity import Sensitivity
 from t2l.design.spans import spans
 from t2l.diagnose.confounded import Confounded
-from t2l.effects.term import Layout
 from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import AT_THE_FLOOR, HALF, PROMISING, SHORTLISTED
@@ -21,7 +19,6 @@ from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.scales import sized
-from t2l.identify.step_size import substeps_for
 
 LEAST_SIZE = 1e-3  # numerics: of a parameter's scale, where it states no size
 
@@ -55,23 +52,6 @@ def confounded_beforehand(model: Model, predictor: Predictor, mask: np.ndarray) 
     return [entry for entry in found if entry.rivals]
 
 
-def confounded_names(
-    model: Model, came: Model, predictor: Predictor, mask: np.ndarray
-) -> list[Confounded]:
-    """Effects of a model that it did not come with, and that others may stand for.
-
-    Args:
-        came: the model as it came.
-        mask: (nsample,) bool, samples that fit and choose.
-    """
-    names = [name for name in model.effects if name not in came.effects]
-    if not names:
-        return []
-    linear = _Linear(model, _fine_enough(model, predictor), mask)
-    found = [Confounded(name, tuple(linear.rivals_of(name))) for name in names]
-    return [entry for entry in found if entry.rivals]
-
-
 def spread(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predictor, np.ndarray]:
     """A predictor of `count` recordings, spread over their gains, and its part of `mask`."""
     recordings = predictor.recordings
@@ -81,14 +61,6 @@ def spread(predictor: Predictor, mask: np.ndarray, count: int) -> tuple[Predicto
     chosen = np.sort(np.array(order)[np.round(np.linspace(0, len(order) - 1, count)).astype(int)])
     part = predictor.of([recordings[i] for i in chosen])
     return part, mask[np.isin(predictor.samples.recording, chosen)]
-
-
-def _fine_enough(model: Model, predictor: Predictor) -> Predictor:
-    """With as many physics steps as a model needs: an effect may need more than was without it."""
-    old, needed = predictor, substeps_for(model, predictor.recordings)
-    if needed <= old.substeps:
-        return old
-    return Predictor(old.robot, old.recordings, needed, old.threads, in_motion=old.in_motion)
 
 
 class _Linear:
@@ -119,20 +91,6 @@ class _Linear:
         }
         self.base = self._base()
         self.responses = Responses(self.columns, self.names, self.base, self.excludes)
-
-    def rivals_of(self, name: str) -> list[Rival]:
-        """What may stand for an effect of the model."""
-        own = np.array([slot.term.effect.name == name for slot in self.layout.slots])
-        rest = Layout([t for t in self.layout.terms if t.effect.name != name])
-        whole, less = self._predictor.predict(
-            [Request(self.layout, self.u[None]), Request(rest, self.u[None][:, ~own])]
-        )
-        part = (whole[0] - less[0])[self._mask] / self._noise
-        if not np.isfinite(part).all():
-            return []
-        responses = Responses(self.columns, self.names, self.base[:, ~own], self.excludes)
-        most = AT_THE_FLOOR * max(_rms(self.residual), 1.0)
-        return responses.rivals(name, part, self.residual + part, most)
 
     def _base(self) -> np.ndarray:
         """(nsample, n) what the model's own parameters do."""

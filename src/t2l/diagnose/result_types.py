@@ -106,7 +106,8 @@ class _Errors(TypedDict):
 
 class _Rival(TypedDict):
     effects: list[str]
-    collinearity: FiniteFloat
+    collinearity: NotRequired[FiniteFloat]
+    validation_rmse_q_rad: NotRequired[FiniteFloat]
 
 
 class _Confounded(TypedDict):
