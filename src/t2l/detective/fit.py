@@ -1,7 +1,7 @@
 """Sets of candidates fitted in full simulation, from where the linear model leads."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from t2l.detective.screen import ALIKE, Screen, bounded, independent
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.levels import AT_THE_FLOOR, HALF
+from t2l.identify.levels import HALF
 from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.prediction import Predictor, Request
 
@@ -149,27 +149,35 @@ class Samples:
         model: tuple[Layout, np.ndarray],
         noise_rad: float,
     ) -> "Samples":
-        """With ticks as coarse as the model so far allows; their error is taken from the target.
-
-        So it may be as large as the noise, but not as what is missing.
-        """
-        layout, u = model
-        request = Request(layout, u[None])
-        known = exact.predict([request])[0][0]
-        missing = np.sqrt(np.mean((known - exact.samples.q)[mask] ** 2))
-        limit = max(noise_rad, missing / AT_THE_FLOOR / 5)
+        """With ticks for the linear model as coarse as the model so far allows."""
+        whole = cls(exact, exact, exact, mask, folds, noise_rad)
         slowest = min(recording.control_rate_hz for recording in exact.recordings)
         short = [c for c in COARSENESS if c <= SHORT_TICK_S * slowest]
-        draft = linear = exact
-        for coarseness in [c for c in COARSENESS if c in short or c <= COARSEST]:
-            coarser = exact.of(exact.recordings, coarseness)
-            change = coarser.predict([request])[0][0] - known
-            if np.sqrt(np.mean(change[mask] ** 2)) < limit:
-                draft = coarser if draft is exact else draft
-                if coarseness in short:
-                    linear = coarser
-                    break
-        return cls(exact, draft, linear, mask, folds, noise_rad)
+        return replace(whole, linear=whole._coarse(short, model, noise_rad))
+
+    def drafted(self, model: tuple[Layout, np.ndarray], left_rad: float) -> "Samples":
+        """With drafts at ticks as coarse as a model allows that is to leave so much.
+
+        What they are off by there adds a tenth to it.
+        """
+        slowest = min(recording.control_rate_hz for recording in self.exact.recordings)
+        tried = [c for c in COARSENESS if c <= max(SHORT_TICK_S * slowest, COARSEST)]
+        limit = HALF * max(left_rad, self.noise_rad)
+        return replace(self, draft=self._coarse(tried, model, limit))
+
+    def _coarse(
+        self, tried: Sequence[int], model: tuple[Layout, np.ndarray], limit_rad: float
+    ) -> Predictor:
+        """Of a predictor at ticks so coarse the first that is no more off than a limit."""
+        layout, u = model
+        request = Request(layout, u[None])
+        exact = self.exact.predict([request])[0][0]
+        for coarseness in tried:
+            coarser = self.exact.of(self.exact.recordings, coarseness)
+            change = coarser.predict([request])[0][0] - exact
+            if np.sqrt(np.mean(change[self.mask] ** 2)) < limit_rad:
+                return coarser
+        return self.exact
 
 
 class _Shifted(Positions):

@@ -10,27 +10,23 @@ Ljung, System identification, 1999, section 4.2.
 """
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
 from t2l.detective.motion import Motion
-from t2l.effects.blame import blaming
+from t2l.detective.paths import path_of, weight_at
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, Path, Poses, all_at_once
-from t2l.sim.schedule import Schedule
 
 STEP_RAD = 1e-6  # numerics: of finite differences
 STEP_RAD_S = 1e-6  # numerics: likewise
 # tuned: of a joint's usual speed, below which the sign of its velocity is not known
 AT_REST = 0.02
-
-Variants = tuple[Layout, np.ndarray]
-NOTHING: Variants = Layout(()), np.zeros((1, 0))
 
 
 @dataclass(frozen=True)
@@ -38,13 +34,14 @@ class Section:
     """A group of recordings, linearised.
 
     Attributes:
-        path: what the recordings did.
+        path: what the recordings did; `predicted`, what the model so far does.
         step, torque: (ntick, nrec, 2n, 2n) and (ntick, nrec, 2n, n) of x and of δτ.
         poses: of the path.
     """
 
     motion: Motion
     path: Path
+    predicted: Path
     poses: Poses
     step: np.ndarray
     torque: np.ndarray
@@ -63,27 +60,16 @@ def _section(predictor: Predictor, layout: Layout, u: np.ndarray, motion: Motion
     speed = np.sqrt(np.mean(motion.dq**2, axis=(0, 1)))
     # numerics: standard errors of a velocity, of the usual speed at most; above zero
     at_rest = np.maximum(AT_REST * speed, np.minimum(3 * motion.noise_dq, 0.3 * speed)) + 1e-9
-    zero = np.zeros_like(motion.q)
-    bare = Path(motion.q, motion.dq, motion.ddq, zero, zero, None, at_rest)
-    poses = Poses(bare, schedule.period_s)
+    measured = motion.q, motion.dq, motion.ddq
+    path, poses = path_of(predictor, (layout, u), schedule, measured, at_rest)
     carried = schedule.compensated | schedule.balanced
-    load, weight, *plant = _rigid(model, predictor.model(), joints, poses, carried)
-    load, weight = poses.at_ticks(load), poses.at_ticks(weight)
-    # a loop cancels it at its own ticks, of which a coarse one has many, a balance all the time
-    later = np.full(len(schedule.kp), (1 - 1 / schedule.coarseness) / 2)
-    later[schedule.balanced] = 0.5
-    weight[:-1] += later[:, None] * np.diff(weight, axis=0)
-    taken = _taken(predictor.model(), joints, motion, schedule.period_s)
-    taken -= schedule.balanced[:, None] * weight
-    # what the model so far has more
-    bodies = added_by_bodies(predictor, schedule, poses, NOTHING, (layout, u[None]))
-    taken -= bodies if np.isscalar(bodies) else bodies[:, 0]
-    # there is no tick after the last
-    taken[-1] = taken[-2]
-    path = Path(motion.q, motion.dq, motion.ddq, load, weight, taken, at_rest)
-    plant = _Plant(*(poses.at_ticks(one) for one in plant))
+    rigid = _rigid(model, predictor.model(), joints, poses, carried)
+    plant = _Plant(*(poses.at_ticks(one) for one in rigid))
     step, torque = _discrete(predictor, layout, u, motion, path, plant, model)
-    return Section(motion, path, poses, step, torque)
+    ddq = np.gradient(motion.predicted_dq, schedule.period_s, axis=0)
+    predicted = motion.predicted, motion.predicted_dq, ddq
+    own, _ = path_of(predictor, (layout, u), schedule, predicted, at_rest)
+    return Section(motion, path, own, poses, step, torque)
 
 
 @dataclass(frozen=True)
@@ -105,7 +91,7 @@ def _rigid(
     poses: Poses,
     carried: np.ndarray,
 ) -> tuple[np.ndarray, ...]:
-    """Load, weight of the nominal model, mass matrix, and derivatives of inverse dynamics.
+    """Mass matrix, and derivatives of inverse dynamics.
 
     Args:
         carried: (nrec,) bool, whether the weight is cancelled.
@@ -116,9 +102,8 @@ def _rigid(
     data = mujoco.MjData(model)
     qpos = [model.joint(name).qposadr[0] for name in joints]
     dofs = [model.joint(name).dofadr[0] for name in joints]
-    weight_of = _weight(nominal, joints)
+    weight_of = weight_at(nominal, joints)
     n, shape = len(dofs), poses.q.shape[:2]
-    load, weight = np.empty((2, *poses.q.shape))
     mass, by_q, by_dq = np.empty((3, *shape, n, n))
     full = np.zeros((model.nv, model.nv))
 
@@ -129,78 +114,16 @@ def _rigid(
 
     for index in np.ndindex(shape):
         q, dq, ddq = (values[index] for values in (poses.q, poses.dq, poses.ddq))
-        whole, weight[index] = inverse(q, dq, ddq).copy(), weight_of(q)
+        whole, weight = inverse(q, dq, ddq).copy(), weight_of(q).copy()
         mujoco.mj_fullM(model, data, full)
-        mass[index], load[index] = full[np.ix_(dofs, dofs)], data.qfrc_bias[dofs]
+        mass[index] = full[np.ix_(dofs, dofs)]
         for j, unit in enumerate(np.eye(n)):
             more = inverse(q + STEP_RAD * unit, dq, ddq) - whole
             if carried[index[1]]:
-                more = more - (weight_of(q + STEP_RAD * unit) - weight[index])
+                more = more - (weight_of(q + STEP_RAD * unit) - weight)
             by_q[index][:, j] = more / STEP_RAD
             by_dq[index][:, j] = (inverse(q, dq + STEP_RAD_S * unit, ddq) - whole) / STEP_RAD_S
-    return load, weight, mass, by_q, by_dq
-
-
-def with_both(predictor: Predictor, base: Variants, layout: Layout) -> mujoco.MjModel:
-    """The plant with what either adds to its structure: a variant may lack a term of the model."""
-    names = {term.effect.name for term in layout.terms}
-    lost = [term for term in base[0].terms if term.effect.name not in names]
-    return predictor.model([*layout.terms, *lost])
-
-
-def added_by_bodies(
-    predictor: Predictor, schedule: Schedule, poses: Poses, base: Variants, variants: Variants
-) -> np.ndarray | float:
-    """N·m (ntick, m, nrec, n) that other masses or another gravity give variants beyond `base`.
-
-    Zero if they have none.
-    """
-    layout, u = variants
-    model = with_both(predictor, base, layout)
-    loop = DrivenLoop(model, predictor.joints, schedule, len(u) + 1)
-    with blaming([term.effect for term in layout.terms], "to lead it"):
-        install(loop, [base, variants])
-    taken = loop.by_bodies(poses)
-    if taken is None:
-        return 0.0
-    return poses.at_ticks((taken[:, :1] - taken[:, 1:]).astype(np.float32))
-
-
-def _taken(
-    model: mujoco.MjModel, joints: Sequence[str], motion: Motion, period_s: float
-) -> np.ndarray:
-    """N·m (ntick, nrec, n) that a model takes on average from each tick to the next."""
-    model = copy.copy(model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    model.body_gravcomp[:] = 0.0
-    data = mujoco.MjData(model)
-    qpos = [model.joint(name).qposadr[0] for name in joints]
-    dofs = [model.joint(name).dofadr[0] for name in joints]
-    q, dq = ((values[1:] + values[:-1]) / 2 for values in (motion.q, motion.dq))
-    ddq = np.diff(motion.dq, axis=0) / period_s
-    out = np.zeros(motion.q.shape)
-    for index in np.ndindex(q.shape[:2]):
-        data.qpos[qpos], data.qvel[dofs], data.qacc[dofs] = q[index], dq[index], ddq[index]
-        mujoco.mj_inverse(model, data)
-        out[index] = data.qfrc_inverse[dofs]
-    return out
-
-
-def _weight(model: mujoco.MjModel, joints: Sequence[str]) -> Callable[[np.ndarray], np.ndarray]:
-    """N·m (n,) that carry a model still, from the positions (n,) of its joints."""
-    data, bias = mujoco.MjData(model), np.zeros(model.nv)
-    qpos = [model.joint(name).qposadr[0] for name in joints]
-    dofs = [model.joint(name).dofadr[0] for name in joints]
-
-    def weight(q: np.ndarray) -> np.ndarray:
-        data.qpos[qpos] = q
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_comVel(model, data)
-        mujoco.mj_rne(model, data, 0, bias)
-        return bias[dofs]
-
-    return weight
+    return mass, by_q, by_dq
 
 
 def _discrete(predictor, layout, u, motion: Motion, path: Path, plant: _Plant, model):

@@ -27,7 +27,7 @@ class Motion:
 
     Attributes:
         q, dq, ddq: measured, rad, rad/s and rad/s².
-        predicted: position as the model so far predicts it, rad.
+        predicted, predicted_dq: as the model so far predicts them, rad and rad/s.
         noise_dq: (njoint,) rad/s, standard error of `dq`.
     """
 
@@ -36,6 +36,7 @@ class Motion:
     dq: np.ndarray
     ddq: np.ndarray
     predicted: np.ndarray
+    predicted_dq: np.ndarray
     noise_dq: np.ndarray
 
 
@@ -60,7 +61,7 @@ def measured_motion(predictor: Predictor, layout: Layout, u: np.ndarray) -> list
                 rows = np.flatnonzero((recording == r) & (joint == j))
                 more[:, :, r, j], noise[r, j] = _smooth(clock[rows], residual[rows], at)
         found.append(
-            Motion(group, q + more[0], dq + more[1], ddq + more[2], q, np.median(noise, axis=0))
+            Motion(group, q + more[0], dq + more[1], ddq + more[2], q, dq, np.median(noise, axis=0))
         )
     return found
 

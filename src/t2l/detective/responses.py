@@ -9,7 +9,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from t2l.detective.linear_loop import Section, Variants, added_by_bodies, with_both
+from t2l.detective.linear_loop import Section
+from t2l.detective.paths import Variants, added_by_bodies, with_both
 from t2l.effects.blame import blaming
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
@@ -56,14 +57,21 @@ def added_torques(
 
 
 def excess(predictor: Predictor, section: Section, base: tuple[Layout, np.ndarray]) -> np.ndarray:
-    """N·m (ntick, nrec, n) that a model u (n,) puts on the joints beyond what the motion takes."""
+    """N·m (ntick, nrec, n) that a model u (n,) puts on the joints beyond what the motion takes.
+
+    Less the same along its own prediction, where what is left is of the ticks alone.
+    """
     layout, u = base
-    loop = DrivenLoop(
-        predictor.model(layout.terms), predictor.joints, section.motion.group.schedule, 1
-    )
-    with blaming([term.effect for term in layout.terms], "to lead it"):
-        install(loop, [(layout, u[None])])
-        return loop.torque(section.path)[:, 0] - section.path.taken
+    found = []
+    for path in (section.path, section.predicted):
+        loop = DrivenLoop(
+            predictor.model(layout.terms), predictor.joints, section.motion.group.schedule, 1
+        )
+        with blaming([term.effect for term in layout.terms], "to lead it"):
+            install(loop, [(layout, u[None])])
+            found.append(loop.torque(path)[:, 0] - path.taken)
+    measured, predicted = found
+    return measured - predicted
 
 
 def _whole(torque: np.ndarray | float, section: Section, m: int) -> np.ndarray:

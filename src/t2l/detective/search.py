@@ -252,22 +252,26 @@ class _Search:
             this.likely = promised
         if self._stop(this, FIT):
             return False
+        best = min(led, key=lambda f: f.left_out_rmse, default=self.simulated)
+        self.samples = self.samples.drafted(best.model, best.left_out_rmse)
         leaders = [Start(f.layout, f.u, f.columns) for f in self._leaders(led, judge, quiet)]
         leaders += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
         better = self._simulated(this, leaders, judge)
         if self.found.stopped:
             return False
-        if better is None and promised is None:
-            better = None if quiet else self._tried(this, guesses, judge)
-            if better is None:
-                this.ties = [f for f in this.fits if judge.ties(self.simulated, f)]
-                return False
+        lost = promised is not None and _astray(better or self.simulated, promised, judge)
+        if better is None and promised is None and not quiet:
+            better = self._tried(this, guesses, judge)
+        if better is None and not lost:
+            this.ties = [f for f in this.fits if judge.ties(self.simulated, f)]
+            return False
         this.doing = PRUNE
         self.looked(this)
-        if better is None or (promised is not None and _astray(better, promised, judge)):
+        if lost:
             self.current = this.promised = _pruned_along(promised, along, judge, folds)
             return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
-        return self._adopt(this, better, judge) and not quiet
+        self._adopt(this, better, judge)
+        return not quiet
 
     def _screened(self, this: Round, guesses, quiet: bool) -> list[Start]:
         """Where the fits of a round begin.
@@ -304,7 +308,7 @@ class _Search:
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         if self._stop(this, FINISH):
             return None
-        fits = _refined(fits, this.led, samples, known, judge)
+        fits = finish(_near(_refined(fits, this.led, samples, known, judge), judge), samples)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         return choose(self.simulated, this.fits, judge)
 
@@ -312,28 +316,19 @@ class _Search:
         """Likewise of single effects as first guessed, where the linear model promises nothing."""
         samples, simulated = self.samples, self.simulated
         more = fit_sets(_tried(samples, simulated, *guesses), samples, simulated.known)
-        this.fits = sorted(more, key=lambda f: f.left_out_rmse)
+        this.fits = sorted(finish(_near(more, judge), samples), key=lambda f: f.left_out_rmse)
         return choose(simulated, this.fits, judge, UNPROMISED)
 
-    def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> bool:
-        """Whether what is left of a set on every tick takes the place of the model so far."""
-        samples, simulated = self.samples, self.simulated
-        better = _pruned(better, samples, judge, self.along, simulated.known)
-        this.ties = [f for f in this.fits if judge.ties(better, f)]
-        last = choose(simulated, finish([better], samples), judge)
-        if last is None:
-            # coarse ticks mislead
-            last = choose(simulated, finish(this.fits, samples), judge)
-        if last is None:
-            return False
-        this.adopted = last
-        self._take(last)
+    def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> None:
+        along, so_far = self.along, self.simulated.known
+        this.adopted = _pruned(better, self.samples, judge, along, so_far)
+        self._take(this.adopted)
         fits = [this.before, *this.fits, this.adopted]
         this.shares = chosen_shares(fits, self.data.folds, this.added)
+        this.ties = [f for f in this.fits if judge.ties(this.adopted, f)]
         self.current, self.along, self.settled = this.adopted, None, False
         this.doing = ""
         self.looked(this)
-        return True
 
     def _left(self, model: FittedSet) -> np.ndarray:
         """Measured minus predicted (nsample,), zero where nothing is fitted."""
@@ -453,6 +448,14 @@ def _astray(simulated: FittedSet, promised: FittedSet, judge: Judge) -> bool:
     return simulated.left_out_rmse > ASTRAY * promise
 
 
+def _near(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
+    """Fits of which one may turn out to be the best."""
+    if not fits:
+        return []
+    limit = max(PROMISING * min(f.left_out_rmse for f in fits), 2 * judge.noise_rad)
+    return [f for f in fits if f.left_out_rmse <= limit]
+
+
 def _refined(
     fits: Sequence[FittedSet],
     led: Sequence[FittedSet],
@@ -528,7 +531,7 @@ def _pruned(
             trials = [t for t in trials if frozenset(t.names) not in missed]
         return fit_sets(trials, samples, so_far, PRUNING)
 
-    return prune(better, judge, fit)
+    return prune(better, judge, fit, lambda sets: finish(sets, samples))
 
 
 def _pruned_along(
@@ -541,14 +544,17 @@ def prune(
     better: FittedSet,
     judge: Judge,
     fit: Callable[[FittedSet, list[Start]], list[FittedSet]],
+    finish: Callable[[list[FittedSet]], list[FittedSet]] = lambda sets: sets,
 ) -> FittedSet:
     """Drop terms, joint by joint, that the rule does not miss.
 
     Args:
-        fit: fits what is left of a set when a term goes.
+        fit: fits what is left of a set when a term goes; `finish` does the same to the end.
     """
     while True:
         kept = [f for f in fit(better, _without_one(better)) if not judge.misses(better, f)]
+        kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
+        kept = [f for f in kept if not judge.misses(better, f)]
         if not kept:
             return better
         better = min(kept, key=lambda f: f.left_out_rmse)

@@ -1,0 +1,125 @@
+"""A motion as a control loop is shown it: with what the plant takes to move so."""
+
+import copy
+from collections.abc import Callable, Sequence
+
+import mujoco
+import numpy as np
+
+from t2l.effects.blame import blaming
+from t2l.effects.term import Layout
+from t2l.identify.prediction import Predictor
+from t2l.identify.simulation import install
+from t2l.sim.driven_loop import DrivenLoop, Path, Poses
+from t2l.sim.schedule import Schedule
+
+Variants = tuple[Layout, np.ndarray]
+NOTHING: Variants = Layout(()), np.zeros((1, 0))
+
+
+def path_of(
+    predictor: Predictor,
+    base: tuple[Layout, np.ndarray],
+    schedule: Schedule,
+    motion: Sequence[np.ndarray],
+    at_rest: np.ndarray,
+) -> tuple[Path, Poses]:
+    """A motion at the ticks of a schedule, and some of its places.
+
+    Args:
+        base: the model so far, layout and u (n,).
+        motion: q, dq and ddq (ntick, nrec, njoint).
+        at_rest: (njoint,) rad/s, see `Path`.
+    """
+    zero = np.zeros_like(motion[0])
+    poses = Poses(Path(*motion, zero, zero, None, at_rest), schedule.period_s)
+    load, weight = _loads(predictor, base[0], poses)
+    # a loop cancels it at its own ticks, of which a coarse one has many, a balance all the time
+    later = np.full(len(schedule.kp), (1 - 1 / schedule.coarseness) / 2)
+    later[schedule.balanced] = 0.5
+    weight[:-1] += later[:, None] * np.diff(weight, axis=0)
+    taken = _taken(predictor.model(), predictor.joints, motion, schedule.period_s)
+    taken -= schedule.balanced[:, None] * weight
+    # what the model so far has more
+    bodies = added_by_bodies(predictor, schedule, poses, NOTHING, (base[0], base[1][None]))
+    taken -= bodies if np.isscalar(bodies) else bodies[:, 0]
+    # there is no tick after the last
+    taken[-1] = taken[-2]
+    return Path(*motion, load, weight, taken, at_rest), poses
+
+
+def with_both(predictor: Predictor, base: Variants, layout: Layout) -> mujoco.MjModel:
+    """The plant with what either adds to its structure: a variant may lack a term of the model."""
+    names = {term.effect.name for term in layout.terms}
+    lost = [term for term in base[0].terms if term.effect.name not in names]
+    return predictor.model([*layout.terms, *lost])
+
+
+def added_by_bodies(
+    predictor: Predictor, schedule: Schedule, poses: Poses, base: Variants, variants: Variants
+) -> np.ndarray | float:
+    """N·m (ntick, m, nrec, n) that other masses or another gravity give variants beyond `base`.
+
+    Zero if they have none.
+    """
+    layout, u = variants
+    model = with_both(predictor, base, layout)
+    loop = DrivenLoop(model, predictor.joints, schedule, len(u) + 1)
+    with blaming([term.effect for term in layout.terms], "to lead it"):
+        install(loop, [base, variants])
+    taken = loop.by_bodies(poses)
+    if taken is None:
+        return 0.0
+    return poses.at_ticks((taken[:, :1] - taken[:, 1:]).astype(np.float32))
+
+
+def _loads(predictor: Predictor, layout: Layout, poses: Poses) -> tuple[np.ndarray, np.ndarray]:
+    """N·m (ntick, nrec, n) of weight and velocity, and of the weight of the nominal model."""
+    model, joints = predictor.model(layout.terms), predictor.joints
+    data, weight_of = mujoco.MjData(model), weight_at(predictor.model(), joints)
+    qpos = [model.joint(name).qposadr[0] for name in joints]
+    dofs = [model.joint(name).dofadr[0] for name in joints]
+    load, weight = np.empty((2, *poses.q.shape))
+    for index in np.ndindex(poses.q.shape[:2]):
+        data.qpos[qpos], data.qvel[dofs] = poses.q[index], poses.dq[index]
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        load[index], weight[index] = data.qfrc_bias[dofs], weight_of(poses.q[index])
+    return poses.at_ticks(load), poses.at_ticks(weight)
+
+
+def _taken(
+    model: mujoco.MjModel, joints: Sequence[str], motion: Sequence[np.ndarray], period_s: float
+) -> np.ndarray:
+    """N·m (ntick, nrec, n) that a model takes on average from each tick to the next."""
+    model = copy.copy(model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    model.body_gravcomp[:] = 0.0
+    data = mujoco.MjData(model)
+    qpos = [model.joint(name).qposadr[0] for name in joints]
+    dofs = [model.joint(name).dofadr[0] for name in joints]
+    q, dq = ((values[1:] + values[:-1]) / 2 for values in motion[:2])
+    ddq = np.diff(motion[1], axis=0) / period_s
+    out = np.zeros(motion[0].shape)
+    for index in np.ndindex(q.shape[:2]):
+        data.qpos[qpos], data.qvel[dofs], data.qacc[dofs] = q[index], dq[index], ddq[index]
+        mujoco.mj_inverse(model, data)
+        out[index] = data.qfrc_inverse[dofs]
+    return out
+
+
+def weight_at(model: mujoco.MjModel, joints: Sequence[str]) -> Callable[[np.ndarray], np.ndarray]:
+    """N·m (n,) that carry a model still, from the positions (n,) of its joints."""
+    data, bias = mujoco.MjData(model), np.zeros(model.nv)
+    qpos = [model.joint(name).qposadr[0] for name in joints]
+    dofs = [model.joint(name).dofadr[0] for name in joints]
+
+    def weight(q: np.ndarray) -> np.ndarray:
+        data.qpos[qpos] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_rne(model, data, 0, bias)
+        return bias[dofs]
+
+    return weight
