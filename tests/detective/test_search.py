@@ -39,7 +39,7 @@ def test_two_effects_at_once_are_found_with_their_numbers(robot):
 
 def test_a_loop_that_the_linear_model_does_not_know_is_searched_by_simulation(robot, monkeypatch):
     """As one whose motor is always at its limit: nothing is promised."""
-    monkeypatch.setattr(searching, "fit_along", lambda starts, along, folds: [])
+    monkeypatch.setattr(searching, "fit_along", lambda *asked: [])
     hidden = {"coulomb_friction": HIDDEN["coulomb_friction"]}
     found = search(Model(robot), split(robot, recorded(robot, hidden), threads=1))
     assert "coulomb_friction" in found.model.effects

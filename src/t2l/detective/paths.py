@@ -32,7 +32,7 @@ def path_of(
         at_rest: (njoint,) rad/s, see `Path`.
     """
     zero = np.zeros_like(motion[0])
-    poses = Poses(Path(*motion, zero, zero, None, at_rest), schedule.period_s)
+    poses = Poses(Path(*motion, zero, zero, at_rest), schedule.period_s)
     load, weight = _loads(predictor, base[0], poses)
     # a loop cancels it at its own ticks, of which a coarse one has many, a balance all the time
     later = np.full(len(schedule.kp), (1 - 1 / schedule.coarseness) / 2)
@@ -45,7 +45,7 @@ def path_of(
     taken -= bodies if np.isscalar(bodies) else bodies[:, 0]
     # there is no tick after the last
     taken[-1] = taken[-2]
-    return Path(*motion, load, weight, taken, at_rest), poses
+    return Path(*motion, load, weight, at_rest, taken), poses
 
 
 def with_both(predictor: Predictor, base: Variants, layout: Layout) -> mujoco.MjModel:

@@ -30,7 +30,7 @@ from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
-from t2l.identify.levels import AT_THE_FLOOR, HALF, MATERIAL, PROMISING
+from t2l.identify.levels import AT_THE_FLOOR, HALF, MATERIAL, NOTHING, PROMISING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
@@ -351,7 +351,8 @@ class _Search:
         known = self.simulated.known
         self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
         if self.along.can_lead(self.simulated.layout):
-            (self.current,) = fit_along([Start(*self.simulated.model)], self.along, data.folds, 0)
+            start = Start(*self.simulated.model)
+            self.current = next(iter(fit_along([start], self.along, data.folds, 0)), self.simulated)
 
     def _guesses(self, left: np.ndarray) -> tuple[list[Effect], dict[str, list[Values]]]:
         """Effects that may act, and by name the settings where they are tried."""
@@ -410,6 +411,8 @@ class _Search:
         screen = self._screen(left, *self._guesses(left))
         best: dict[str, Scored] = {}
         for i, candidate in enumerate(screen.table.candidates):
+            if candidate.removal:
+                continue
             scored, name = screen.score((i,)), candidate.effect.name
             if name not in best or scored.error < best[name].error:
                 best[name] = scored
@@ -493,7 +496,11 @@ def choose(
         return None
     best = min(f.left_out_rmse for f in earning)
     alike = [f for f in earning if judge.alike(f.left_out_rmse, best)]
-    return min(alike, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse))
+    least_of = min((f.complexity, len(f.layout.terms)) for f in alike)
+    fewest = [f for f in alike if (f.complexity, len(f.layout.terms)) == least_of]
+    best = min(f.left_out_rmse for f in fewest)
+    same = [f for f in fewest if f.left_out_rmse <= (1 + NOTHING) * best]
+    return min(same, key=lambda f: (len(f.layout.slots), f.left_out_rmse))
 
 
 def _leaders(before: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
@@ -587,11 +594,12 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
         for one in front[:FRONT]
     ]
     chosen: list[Scored] = []
-    names: list[set[tuple[str, tuple[int, ...]]]] = []
+    names: list[set[tuple]] = []
 
     def take(sets: Sequence[Scored], most: int) -> None:
         for one in sets:
-            keys = {candidate.key for candidate in screen.chosen(one.members)}
+            # of settings the best is enough, of the versions of a curve each says something else
+            keys = {(*c.key, len(c.columns)) for c in screen.chosen(one.members)}
             if keys not in names and most > 0:
                 chosen.append(one)
                 names.append(keys)

@@ -38,9 +38,9 @@ class Path:
         q, dq, ddq: rad, rad/s and rad/s².
         load: N·m that the plant's weight and its velocity ask for, as MuJoCo's qfrc_bias.
         weight: N·m, of that the weight of the nominal model alone.
+        at_rest: (njoint,) rad/s, below which the sign of a velocity is not known.
         taken: N·m that the plant takes on average from this tick to the next; None where it is not
             asked for what holds a joint at rest.
-        at_rest: (njoint,) rad/s, below which the sign of a velocity is not known.
     """
 
     q: np.ndarray
@@ -48,8 +48,8 @@ class Path:
     ddq: np.ndarray
     load: np.ndarray
     weight: np.ndarray
-    taken: np.ndarray | None
     at_rest: np.ndarray
+    taken: np.ndarray | None = None
 
     def of(self, recordings: np.ndarray) -> "Path":
         """Of some recordings, (k,) indices."""
