@@ -16,7 +16,7 @@ from t2l.detective.responses import added_torques
 from t2l.detective.screen import Screen
 from t2l.diagnose.conditions import features
 from t2l.effects.effect import Scales
-from t2l.effects.law import INERTIA, LIMIT, TENDON, Law
+from t2l.effects.law import FRICTION, INERTIA, LIMIT, TENDON, Law
 from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor, Request
@@ -165,6 +165,9 @@ def _ask(wanted: Responses, predictor, sections, adopted, effect: SplineTorque) 
     step = effect.parameters[0].size
     moved = np.repeat(start[None], len(at), axis=0)
     moved[np.arange(len(at)), at] += step
+    if effect.law.kind == FRICTION:
+        # what holds a joint at rest grows with friction from nothing, and no more soon after
+        sections = [replace(s, path=replace(s.path, taken=None)) for s in sections]
     torques = [added_torques(predictor, s, adopted, [(whole, moved)])[0] for s in sections]
     on = None if effect.law.kind == TENDON else joint
     return [wanted.ask([t[:, k] / step for t in torques], on) for k in range(len(at))]
