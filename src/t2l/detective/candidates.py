@@ -99,7 +99,7 @@ class Candidate:
 
     def __repr__(self) -> str:
         where = ",".join(map(str, self.joints))
-        return f"{self.effect.name}[{where}]"
+        return f"{'-' * self.removal}{self.effect.name}[{where}]"
 
 
 @dataclass

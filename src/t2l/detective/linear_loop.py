@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from t2l.detective.motion import Motion
+from t2l.detective.motion import Motion, mean_ddq
 from t2l.detective.paths import path_of, weight_at
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
@@ -66,7 +66,7 @@ def _section(predictor: Predictor, layout: Layout, u: np.ndarray, motion: Motion
     rigid = _rigid(model, predictor.model(), joints, poses, carried)
     plant = _Plant(*(poses.at_ticks(one) for one in rigid))
     step, torque = _discrete(predictor, layout, u, motion, path, plant, model)
-    ddq = np.gradient(motion.predicted_dq, schedule.period_s, axis=0)
+    ddq = mean_ddq(motion.predicted_dq, schedule.period_s)
     predicted = motion.predicted, motion.predicted_dq, ddq
     own, _ = path_of(predictor, (layout, u), schedule, predicted, at_rest)
     return Section(motion, path, own, poses, step, torque)

@@ -26,7 +26,7 @@ class Motion:
     """Of the recordings of a group, at its ticks; (ntick, nrec, njoint) each.
 
     Attributes:
-        q, dq, ddq: measured, rad, rad/s and rad/s².
+        q, dq, ddq: measured, rad, rad/s and rad/s²; the last on average until the next tick.
         predicted, predicted_dq: as the model so far predicts them, rad and rad/s.
         noise_dq: (njoint,) rad/s, standard error of `dq`.
     """
@@ -49,21 +49,29 @@ def measured_motion(predictor: Predictor, layout: Layout, u: np.ndarray) -> list
     found = []
     for group, q, dq in predictor.at_ticks(layout, u):
         period = group.schedule.period_s
-        ddq = np.gradient(dq, period, axis=0)
         recording, tick, rest, joint = group.wanted
         ticks = group.schedule.sample_ticks[tick]
         residual = predictor.samples.q[group.held] - at_samples(group, q)
         clock = (ticks + rest) * period
         at = np.arange(len(q)) * period
-        more, noise = np.zeros((3, *q.shape)), np.zeros(q.shape[1:])
+        more, noise = np.zeros((2, *q.shape)), np.zeros(q.shape[1:])
         for r in range(q.shape[1]):
             for j in range(q.shape[2]):
                 rows = np.flatnonzero((recording == r) & (joint == j))
                 more[:, :, r, j], noise[r, j] = _smooth(clock[rows], residual[rows], at)
+        moved = dq + more[1]
         found.append(
-            Motion(group, q + more[0], dq + more[1], ddq + more[2], q, dq, np.median(noise, axis=0))
+            Motion(
+                group, q + more[0], moved, mean_ddq(moved, period), q, dq, np.median(noise, axis=0)
+            )
         )
     return found
+
+
+def mean_ddq(dq: np.ndarray, period_s: float) -> np.ndarray:
+    """rad/s² from each tick to the next, of velocities (ntick, nrec, njoint)."""
+    mean = np.diff(dq, axis=0) / period_s
+    return np.concatenate([mean, mean[-1:]])
 
 
 def at_samples(group: Group, values: np.ndarray) -> np.ndarray:
@@ -77,7 +85,7 @@ def at_samples(group: Group, values: np.ndarray) -> np.ndarray:
 def _smooth(
     clock: np.ndarray, values: np.ndarray, at: np.ndarray
 ) -> tuple[Sequence[np.ndarray], float]:
-    """Value, first and second derivative of a smooth curve, and what the first is off by."""
+    """Value and derivative of a smooth curve, and what the latter is off by."""
     best, least, chosen = None, np.inf, 0.0
     for distance in KNOTS_S:
         inner = _knots(clock, distance)
@@ -96,7 +104,7 @@ def _smooth(
             best, least, chosen = spline, left, distance
     if best is None:
         flat = np.interp(at, clock, values)
-        return (flat, np.zeros_like(flat), np.zeros_like(flat)), 0.0
+        return (flat, np.zeros_like(flat)), 0.0
     inside = np.clip(at, clock[0], clock[-1])
     period = np.median(np.diff(clock)) if len(clock) > 1 else 1.0
     # of a straight line through the samples of an interval
@@ -104,10 +112,9 @@ def _smooth(
     # derived: of the slope of a line through equally spaced samples
     noise = np.sqrt(12 * least / count) / chosen
     still = at != inside
-    parts = [best(inside, order) for order in range(3)]
-    for part in parts[1:]:
-        part[still] = 0.0
-    return parts, float(noise)
+    value, slope = best(inside), best(inside, 1)
+    slope[still] = 0.0
+    return (value, slope), float(noise)
 
 
 def _knots(clock: np.ndarray, distance: float) -> np.ndarray | None:

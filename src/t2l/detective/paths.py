@@ -24,21 +24,23 @@ def path_of(
     motion: Sequence[np.ndarray],
     at_rest: np.ndarray,
 ) -> tuple[Path, Poses]:
-    """A motion at the ticks of a schedule, and some of its places.
+    """A motion at the ticks of a schedule, and some of its places, each halfway between two ticks.
 
     Args:
         base: the model so far, layout and u (n,).
-        motion: q, dq and ddq (ntick, nrec, njoint).
+        motion: q, dq and ddq (ntick, nrec, njoint), the last on average until the next tick.
         at_rest: (njoint,) rad/s, see `Path`.
     """
     zero = np.zeros_like(motion[0])
-    poses = Poses(Path(*motion, zero, zero, at_rest), schedule.period_s)
-    load, weight = _loads(predictor, base[0], poses)
+    at_ticks = Poses(Path(*motion, zero, zero, at_rest), schedule.period_s)
+    load, weight = _loads(predictor, base[0], at_ticks)
     # a loop cancels it at its own ticks, of which a coarse one has many, a balance all the time
     later = np.full(len(schedule.kp), (1 - 1 / schedule.coarseness) / 2)
     later[schedule.balanced] = 0.5
     weight[:-1] += later[:, None] * np.diff(weight, axis=0)
-    taken = _taken(predictor.model(), predictor.joints, motion, schedule.period_s)
+    between = *(_halfway(values) for values in motion[:2]), motion[2]
+    poses = Poses(Path(*between, zero, zero, at_rest), schedule.period_s)
+    taken = _taken(predictor.model(), predictor.joints, between)
     taken -= schedule.balanced[:, None] * weight
     # what the model so far has more
     bodies = added_by_bodies(predictor, schedule, poses, NOTHING, (base[0], base[1][None]))
@@ -88,21 +90,24 @@ def _loads(predictor: Predictor, layout: Layout, poses: Poses) -> tuple[np.ndarr
     return poses.at_ticks(load), poses.at_ticks(weight)
 
 
+def _halfway(values: np.ndarray) -> np.ndarray:
+    """From each tick to the next."""
+    return np.concatenate([(values[1:] + values[:-1]) / 2, values[-1:]])
+
+
 def _taken(
-    model: mujoco.MjModel, joints: Sequence[str], motion: Sequence[np.ndarray], period_s: float
+    model: mujoco.MjModel, joints: Sequence[str], motion: Sequence[np.ndarray]
 ) -> np.ndarray:
-    """N·m (ntick, nrec, n) that a model takes on average from each tick to the next."""
+    """N·m (ntick, nrec, n) that a motion q, dq and ddq takes of a model."""
     model = copy.copy(model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     model.body_gravcomp[:] = 0.0
     data = mujoco.MjData(model)
     qpos = [model.joint(name).qposadr[0] for name in joints]
     dofs = [model.joint(name).dofadr[0] for name in joints]
-    q, dq = ((values[1:] + values[:-1]) / 2 for values in motion[:2])
-    ddq = np.diff(motion[1], axis=0) / period_s
-    out = np.zeros(motion[0].shape)
-    for index in np.ndindex(q.shape[:2]):
-        data.qpos[qpos], data.qvel[dofs], data.qacc[dofs] = q[index], dq[index], ddq[index]
+    out = np.empty(motion[0].shape)
+    for index in np.ndindex(out.shape[:2]):
+        data.qpos[qpos], data.qvel[dofs], data.qacc[dofs] = (values[index] for values in motion)
         mujoco.mj_inverse(model, data)
         out[index] = data.qfrc_inverse[dofs]
     return out

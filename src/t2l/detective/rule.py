@@ -76,8 +76,8 @@ class Judge:
         return not self.misses(before, after)
 
     def ties(self, one: FittedSet, other: FittedSet) -> bool:
-        """Whether `other`, of no more numbers, explains as well as `one` by other names."""
-        if one.names == other.names or other.complexity > one.complexity:
+        """Whether `other` explains as well as `one` by other names, with one number more at most."""
+        if one.names == other.names or other.complexity > one.complexity + 1:
             return False
         near = self.alike(other.left_out_rmse, one.left_out_rmse)
         return near and not self.earns(other, one, 0.0)

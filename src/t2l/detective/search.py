@@ -75,7 +75,7 @@ class Round:
         fits: sets that were fitted by simulation, best first.
         adopted: what became of it; None if nothing earned its place by simulation.
         promised: what only the linear model promises, from which the next round goes on.
-        ties: sets that explain as well as the model after it with no more numbers, by simulation.
+        ties: sets that explain as well as the model after it, by simulation, see `Judge.ties`.
         shares: of the effects that were added, how often resamples choose them.
         effects: that were offered, by name; ceilings: what each law alone promises.
         doing: what comes next, of `STAGES`; "" when it adopted something.
@@ -297,7 +297,7 @@ class _Search:
         if not quiet:
             return _leaders(self.current, led, judge)
         limit = max(PROMISING * self.current.left_out_rmse, 2 * judge.noise_rad)
-        most = self.simulated.complexity
+        most = self.simulated.complexity + 1
         near = [f for f in led if f.left_out_rmse <= limit and f.complexity <= most]
         return sorted(near, key=lambda f: f.left_out_rmse)[:FINISHED]
 
@@ -613,14 +613,19 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
 
 
 def _exchanges(screen: Screen) -> list[Scored]:
-    """Sets that may take the place of terms of the model with no more numbers, the best first."""
+    """Sets with other terms in the place of the model's, the best first; one number more at most."""
     screen.search()
     least = screen.score(()).error
     some = [
         s for s in screen.known.values()
-        if s.members and s.complexity <= 0 and s.error <= RIVAL * least
+        if s.members and s.complexity <= 1 and s.error <= RIVAL * least
     ]  # fmt: skip
-    return sorted(some, key=lambda s: s.error)[:EXCHANGES]
+    # of settings the best is enough
+    best = {
+        frozenset(map(repr, screen.chosen(s.members))): s
+        for s in sorted(some, key=lambda s: -s.error)
+    }
+    return sorted(best.values(), key=lambda s: s.error)[:EXCHANGES]
 
 
 def _tried(

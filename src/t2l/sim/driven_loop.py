@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from t2l.sim.arrays import columns
 from t2l.sim.loop import Loop
@@ -21,7 +22,7 @@ from t2l.sim.regressor import PARAMETERS, inertial_parameters, regressor
 from t2l.sim.schedule import Drive, Schedule
 from t2l.sim.servo import commands, feed_forward
 
-POSES_PER_S = 50.0  # numerics: at which inverse dynamics are evaluated, linear between them
+POSES_PER_S = 100.0  # numerics: at which inverse dynamics are evaluated, linear between them
 # fields of a model that only its inverse dynamics know
 INERTIAL = ("body_mass", "body_ipos", "body_inertia")
 OF_BODIES = (*INERTIAL, "opt.gravity")
@@ -354,7 +355,9 @@ class Poses:
         every = max(1, round(1 / (POSES_PER_S * period_s)))
         self.at = np.unique(np.append(np.arange(0, ntick, every), ntick - 1))
         self.ntick = ntick
-        self.q, self.dq, self.ddq = (values[self.at] for values in (path.q, path.dq, path.ddq))
+        # a command makes the acceleration jump: what is between two places counts too
+        ddq = uniform_filter1d(path.ddq, every, axis=0, mode="nearest")
+        self.q, self.dq, self.ddq = (values[self.at] for values in (path.q, path.dq, ddq))
         # by identity; the model is held, so that no other takes its place
         self._regressors: dict[int, tuple[mujoco.MjModel, np.ndarray]] = {}
 
