@@ -14,7 +14,7 @@ from t2l.detective.screen import ALIKE, Screen, bounded, independent
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.levels import HALF
+from t2l.identify.levels import HALF, MATERIAL
 from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.prediction import Predictor, Request
 
@@ -31,6 +31,8 @@ LONGER = 1.0  # numerics: samples' worth of squared error, by which a step may b
 TINY = 1e-300  # numerics: of a column that does nothing
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
+LONG_TICK_S = 1e-2  # numerics: likewise for a slow loop
+MANY_TICKS = 24_000  # numerics: of recordings, of which more ask for longer ticks
 SHORT_TICK_S = 2.5e-3  # numerics: in which the linear model of a loop is nearly exact
 NOT_ZERO = 1e-9  # numerics: of a parameter's scale
 HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
@@ -149,11 +151,25 @@ class Samples:
         model: tuple[Layout, np.ndarray],
         noise_rad: float,
     ) -> "Samples":
-        """With ticks for the linear model as coarse as the model so far allows."""
+        """With ticks for the linear model as coarse as the model so far allows.
+
+        Where there are very many ticks, longer ones may serve while much is missing.
+        """
         whole = cls(exact, exact, exact, mask, folds, noise_rad)
         slowest = min(recording.control_rate_hz for recording in exact.recordings)
-        short = [c for c in COARSENESS if c <= SHORT_TICK_S * slowest]
-        return replace(whole, linear=whole._coarse(short, model, noise_rad))
+        ticks = sum(r.duration_s * r.control_rate_hz for r in exact.recordings)
+        shorter, longer = SHORT_TICK_S * slowest, min(LONG_TICK_S * slowest, ticks / MANY_TICKS)
+        limit = max(noise_rad, MATERIAL * whole._missing(model))
+        linear = whole._coarse([c for c in COARSENESS if shorter < c <= longer], model, limit)
+        if linear is exact:
+            linear = whole._coarse([c for c in COARSENESS if c <= shorter], model, noise_rad)
+        return replace(whole, linear=linear)
+
+    def _missing(self, model: tuple[Layout, np.ndarray]) -> float:
+        """Error of a model, rad."""
+        layout, u = model
+        q = self.exact.predict([Request(layout, u[None])])[0][0]
+        return float(np.sqrt(np.mean((q - self.exact.samples.q)[self.mask] ** 2)))
 
     def drafted(self, model: tuple[Layout, np.ndarray], left_rad: float) -> "Samples":
         """With drafts at ticks as coarse as a model allows that is to leave so much.

@@ -76,7 +76,7 @@ class Judge:
         return not self.misses(before, after)
 
     def ties(self, one: FittedSet, other: FittedSet) -> bool:
-        """Whether `other` explains as well as `one` by other names, with one number more at most."""
+        """Whether `other` explains as well by other names, with one number more at most."""
         if one.names == other.names or other.complexity > one.complexity + 1:
             return False
         near = self.alike(other.left_out_rmse, one.left_out_rmse)

@@ -613,7 +613,7 @@ def _worth_fitting(screen: Screen) -> list[Scored]:
 
 
 def _exchanges(screen: Screen) -> list[Scored]:
-    """Sets with other terms in the place of the model's, the best first; one number more at most."""
+    """Sets with others in the place of terms, the best first, of one number more at most."""
     screen.search()
     least = screen.score(()).error
     some = [
