@@ -1,0 +1,116 @@
+"""What a model leaves along the measured motion, and what the search makes of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from t2l.detective.data_split import split
+from t2l.detective.explanation import explained
+from t2l.detective.fit import AlongMotion, FittedSet, Samples, Start, fit_along, fit_sets
+from t2l.detective.linear_loop import linearised
+from t2l.detective.motion import measured_motion
+from t2l.detective.rule import Judge
+from t2l.effects.registry import builtin
+from t2l.effects.term import Layout, Term
+from t2l.identify.model import Model
+from tests.diagnose.made import pendulum, swings
+
+BARE = Layout(()), np.zeros(0)
+NOISE_RAD = 1e-4
+# each moves the pendulum by far more than the noise, and changes its loop
+LARGE = {
+    "coulomb_friction": {"torque": 0.3},
+    "viscous_friction": {"damping": 0.3},
+    "payload": {"mass": 0.3, "com_x": 0.0, "com_y": 0.0, "com_z": 0.0},
+    "torque_constant": {"factor": 0.6},
+    "velocity_filter": {"cutoff": 5.0},
+    "dahl_friction": {"coulomb": 0.2, "presliding": 0.005},
+}
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    return pendulum(tmp_path_factory.mktemp("robot"))
+
+
+def along_of(data):
+    samples = Samples.of(data.fitted, data.fitted_mask, data.folds, BARE, NOISE_RAD)
+    whole = replace(samples, linear=samples.exact)
+    (so_far,) = fit_sets([Start(*BARE)], whole, iterations=0)
+    sections = linearised(data.fitted, *BARE, measured_motion(data.fitted, *BARE))
+    return AlongMotion(data.fitted, sections, data.fitted_mask, so_far.known, NOISE_RAD), so_far
+
+
+def rms(values):
+    return np.sqrt(np.mean(values**2))
+
+
+@pytest.mark.parametrize("name", LARGE)
+def test_the_truth_leaves_little_however_far_the_model_so_far_is(robot, name):
+    effect = builtin()[name]
+    hidden = {
+        name: {
+            p.name: {"hinge": LARGE[name][p.name]} if p.per_joint else LARGE[name][p.name]
+            for p in effect.parameters
+        }
+    }
+    data = split(robot, swings(robot, hidden, duration_s=2.0), swings(robot)[:1], threads=1)
+    along, so_far = along_of(data)
+    layout = Layout([Term(effect, (0,))])
+    u = layout.encode({name: {key: np.array([v]) for key, v in LARGE[name].items()}})
+    (truth,) = fit_along([Start(layout, u)], along, data.folds, 0)
+    assert rms(so_far.residual) > 30 * NOISE_RAD
+    assert rms(truth.residual) < 0.1 * rms(so_far.residual)
+
+
+def test_the_model_so_far_leaves_what_its_simulation_leaves(robot):
+    hidden = {"coulomb_friction": {"torque": {"hinge": 0.01}}}
+    data = split(robot, swings(robot, hidden, duration_s=2.0), swings(robot)[:1], threads=1)
+    along, so_far = along_of(data)
+    assert rms(along.residual - so_far.residual) < 0.1 * rms(so_far.residual)
+
+
+def fitted_set(numbers, error, seed=0, names=("armature",)):
+    """Numbers that the samples tell, one name each, and an error of Gaussian samples."""
+    rng = np.random.default_rng(seed)
+    layout = Layout([Term(builtin()[name], (0,)) for name in names])
+    n = len(layout.slots)
+    jacobian = rng.normal(size=(2000, n))
+    jacobian[:, numbers:] = 0.0
+    residual = error * rng.normal(size=2000)
+    return FittedSet(
+        layout, np.zeros(n), residual, residual, np.ones(2000, bool), jacobian, np.ones(n, bool)
+    )
+
+
+JUDGE = Judge(np.arange(2000) // 20, 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "error", "taken"),
+    [
+        # more numbers earn 5 %, as many what is sure, fewer may lose what is not missed
+        (3, 0.97, False),
+        (3, 0.80, True),
+        (2, 0.80, True),
+        (2, 1.05, False),
+        (1, 1.02, True),
+        (1, 1.60, False),
+    ],
+)
+def test_what_takes_the_place_of_a_set_depends_on_its_numbers(numbers, error, taken):
+    before = fitted_set(2, 1.0, names=("controller_gains",))
+    after = fitted_set(numbers, error, names=("payload",))
+    assert JUDGE.takes(before, after) == taken
+
+
+def test_names_that_explain_alike_are_told(robot):
+    """A tilted pendulum hangs as one whose encoder is off by the angle."""
+    hidden = {"base_tilt": {"roll": 0.0, "pitch": 0.1}}
+    explanation = explained(Model(robot), split(robot, swings(robot, hidden), threads=1))
+    names = {"base_tilt", "encoder_offset"}
+    (found,) = names & set(explanation.model.effects)
+    (entry,) = [entry for entry in explanation.confounded if entry.effect == found]
+    assert {*(names - {found})} in [set(rival.effects) for rival in entry.rivals]
+    assert "These recordings cannot tell" in explanation.sentence
