@@ -7,6 +7,16 @@ import numpy as np
 
 from t2l.detective.candidates import Values, known_candidates, settings_of
 from t2l.detective.certainty import chosen_shares
+from t2l.detective.choosing import (
+    FINISHED,
+    astray,
+    choose,
+    exchanged,
+    exchanges,
+    leaders,
+    nearest,
+    worth_fitting,
+)
 from t2l.detective.curves import curves, with_curves
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import (
@@ -23,14 +33,14 @@ from t2l.detective.fit import (
 )
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
+from t2l.detective.pruning import pruned, pruned_along
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Scored, Screen
 from t2l.diagnose.starting_points import read_off
 from t2l.effects.effect import Effect
-from t2l.effects.term import Layout, Term
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
-from t2l.identify.levels import AT_THE_FLOOR, HALF, MATERIAL, NOTHING, PROMISING
+from t2l.identify.levels import HALF
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
@@ -39,20 +49,11 @@ from t2l.identify.scales import sized
 from t2l.propose.proposal import Ceiling
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
-# numerics: sets of a round that are fitted along the motion: of the front, of each complexity those
-# that leave so many times the squared error at most, and of one effect
-FRONT, RIVALS, RIVAL, SINGLES = 8, 2, 2.0, 6
-EXCHANGES = 16  # numerics: sets that may take the place of terms, that are fitted along the motion
 SCREENED = 8000  # numerics: samples that sets are scored by
-FINISHED = 5  # numerics: of these, by simulation
-LINEAR = 0.01  # numerics: of the squared error that a set explains, what the linear model is off by
-BETTER = 0.97  # numerics: of an error, what is less
-PRUNING = 3  # numerics: iterations of a fit with a term less
 # derived: share of the error that goes with half of its square: what nothing promises must do more
 UNPROMISED = 1 - HALF**0.5
 ALONE = 12  # numerics: effects alone that are simulated to rank them
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
-ASTRAY = 2.0  # numerics: times what the linear model promises, at which a fit by simulation is lost
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, PRUNE = "screening", "fitting", "finishing", "pruning"
 # format: of a round, what is done when a stage begins, as measured
@@ -254,12 +255,16 @@ class _Search:
             return False
         best = min(led, key=lambda f: f.left_out_rmse, default=self.simulated)
         self.samples = self.samples.drafted(best.model, best.left_out_rmse)
-        leaders = [Start(f.layout, f.u, f.columns) for f in self._leaders(led, judge, quiet)]
-        leaders += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
-        better = self._simulated(this, leaders, judge)
+        if quiet:
+            some = exchanged(self.current, led, judge, self.simulated.complexity + 1)
+        else:
+            some = leaders(self.current, led, judge)
+        begins = [Start(f.layout, f.u, f.columns) for f in some]
+        begins += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
+        better = self._simulated(this, begins, judge)
         if self.found.stopped:
             return False
-        lost = promised is not None and _astray(better or self.simulated, promised, judge)
+        lost = promised is not None and astray(better or self.simulated, promised, judge)
         if better is None and promised is None and not quiet:
             better = self._tried(this, guesses, judge)
         if better is None and not lost:
@@ -268,7 +273,7 @@ class _Search:
         this.doing = PRUNE
         self.looked(this)
         if lost:
-            self.current = this.promised = _pruned_along(promised, along, judge, folds)
+            self.current = this.promised = pruned_along(promised, along, judge, folds)
             return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
         self._adopt(this, better, judge)
         return not quiet
@@ -282,7 +287,7 @@ class _Search:
         screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
         this.effects = {c.effect.name: c.effect for c in screen.table.candidates}
         this.ceilings = self.ceilings
-        sets = _exchanges(screen) if quiet else _worth_fitting(screen)
+        sets = exchanges(screen) if quiet else worth_fitting(screen)
         this.front = [
             (
                 one.complexity, float(np.sqrt(one.error)),
@@ -292,23 +297,14 @@ class _Search:
         ]  # fmt: skip
         return [begun(self.current.model, screen, one.members) for one in sets]
 
-    def _leaders(self, led: Sequence[FittedSet], judge: Judge, quiet: bool) -> Sequence[FittedSet]:
-        """Of those fitted along the motion what is simulated."""
-        if not quiet:
-            return _leaders(self.current, led, judge)
-        limit = max(PROMISING * self.current.left_out_rmse, 2 * judge.noise_rad)
-        most = self.simulated.complexity + 1
-        near = [f for f in led if f.left_out_rmse <= limit and f.complexity <= most]
-        return sorted(near, key=lambda f: f.left_out_rmse)[:FINISHED]
-
-    def _simulated(self, this: Round, leaders: Sequence[Start], judge: Judge) -> FittedSet | None:
+    def _simulated(self, this: Round, begins: Sequence[Start], judge: Judge) -> FittedSet | None:
         """What the rule takes of sets that are fitted by simulation."""
         samples, known = self.samples, self.simulated.known
-        fits = fit_sets(leaders, samples, known)
+        fits = fit_sets(begins, samples, known)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         if self._stop(this, FINISH):
             return None
-        fits = finish(_near(_refined(fits, this.led, samples, known, judge), judge), samples)
+        fits = finish(nearest(_refined(fits, this.led, samples, known, judge), judge), samples)
         this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
         return choose(self.simulated, this.fits, judge)
 
@@ -316,12 +312,12 @@ class _Search:
         """Likewise of single effects as first guessed, where the linear model promises nothing."""
         samples, simulated = self.samples, self.simulated
         more = fit_sets(_tried(samples, simulated, *guesses), samples, simulated.known)
-        this.fits = sorted(finish(_near(more, judge), samples), key=lambda f: f.left_out_rmse)
+        this.fits = sorted(finish(nearest(more, judge), samples), key=lambda f: f.left_out_rmse)
         return choose(simulated, this.fits, judge, UNPROMISED)
 
     def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> None:
         along, so_far = self.along, self.simulated.known
-        this.adopted = _pruned(better, self.samples, judge, along, so_far)
+        this.adopted = pruned(better, self.samples, judge, along, so_far)
         self._take(this.adopted)
         fits = [this.before, *this.fits, this.adopted]
         this.shares = chosen_shares(fits, self.data.folds, this.added)
@@ -436,27 +432,13 @@ class _Search:
         """Fits, of which those that are lost begin anew where they were led to, on every tick."""
         promised = {frozenset(one.names): one for one in led}
         pairs = ((promised.get(frozenset(fit.names)), fit) for fit in fits)
-        lost = [one for one, fit in pairs if one is not None and _astray(fit, one, judge)]
+        lost = [one for one, fit in pairs if one is not None and astray(fit, one, judge)]
         whole = replace(self.samples, draft=self.samples.exact)
         again = fit_sets([Start(f.layout, f.u) for f in lost], whole)
         best: dict[frozenset, FittedSet] = {}
         for fit in sorted((*fits, *again), key=lambda f: f.left_out_rmse):
             best.setdefault(frozenset(fit.names), fit)
         return list(best.values())
-
-
-def _astray(simulated: FittedSet, promised: FittedSet, judge: Judge) -> bool:
-    """Whether a fit is far from what the linear model promises: it is lost, not the model."""
-    promise = max(promised.left_out_rmse, AT_THE_FLOOR * judge.noise_rad)
-    return simulated.left_out_rmse > ASTRAY * promise
-
-
-def _near(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
-    """Fits of which one may turn out to be the best."""
-    if not fits:
-        return []
-    limit = max(PROMISING * min(f.left_out_rmse for f in fits), 2 * judge.noise_rad)
-    return [f for f in fits if f.left_out_rmse <= limit]
 
 
 def _refined(
@@ -481,151 +463,6 @@ def more_than(before: Named, after: Named) -> dict[str, tuple[int, ...]]:
     had = dict(before)
     new = {name: set(on) - set(had.get(name, ())) for name, on in sorted(dict(after).items())}
     return {name: tuple(sorted(on)) for name, on in new.items() if on}
-
-
-def choose(
-    current: FittedSet, fits: Sequence[FittedSet], judge: Judge, least: float = MATERIAL
-) -> FittedSet | None:
-    """The set that the rule takes: of those alike with the best that of fewest numbers.
-
-    Args:
-        least: share of the error by which it must fall.
-    """
-    earning = [f for f in fits if judge.takes(current, f, least)]
-    if not earning:
-        return None
-    best = min(f.left_out_rmse for f in earning)
-    alike = [f for f in earning if judge.alike(f.left_out_rmse, best)]
-    least_of = min((f.complexity, len(f.layout.terms)) for f in alike)
-    fewest = [f for f in alike if (f.complexity, len(f.layout.terms)) == least_of]
-    best = min(f.left_out_rmse for f in fewest)
-    same = [f for f in fewest if f.left_out_rmse <= (1 + NOTHING) * best]
-    return min(same, key=lambda f: (len(f.layout.slots), f.left_out_rmse))
-
-
-def _leaders(before: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
-    """Of those fitted along the motion what may be taken: the best, the front below it, others.
-
-    The linear model is off by a share of what an effect does, the more for what changes the loop:
-    of a simpler set that is nearly as good a simulation tells.
-    """
-    ranked = sorted(fits, key=lambda f: f.left_out_rmse)
-    if not ranked:
-        return []
-    best = ranked[0].left_out_rmse
-    unsure = LINEAR * max(before.left_out_rmse**2 - best**2, 0.0)
-    limit = max(PROMISING * best, 2 * judge.noise_rad, (best**2 + unsure) ** 0.5)
-    near = [f for f in ranked if f.left_out_rmse <= limit]
-    front: list[FittedSet] = []
-    for one in sorted(near, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse)):
-        if not front or one.left_out_rmse < BETTER * front[-1].left_out_rmse:
-            front.append(one)
-    kept = {id(f): f for f in (ranked[0], front[0], *front[::-1], *near)}
-    return [*kept.values()][:FINISHED]
-
-
-def _pruned(
-    better: FittedSet, samples: Samples, judge: Judge, along: AlongMotion, so_far: Known
-) -> FittedSet:
-    def fit(whole: FittedSet, trials: list[Start]) -> list[FittedSet]:
-        """By simulation, but for what is missed along the motion already."""
-        if along.can_lead(whole.layout):
-            start = Start(whole.layout, whole.u)
-            led = fit_along([start, *trials], along, samples.folds)
-            of = {frozenset(f.names): f for f in led}
-            known = of.get(frozenset(whole.names))
-            missed = {n for n, f in of.items() if known is not None and judge.misses(known, f)}
-            trials = [t for t in trials if frozenset(t.names) not in missed]
-        return fit_sets(trials, samples, so_far, PRUNING)
-
-    return prune(better, judge, fit, lambda sets: finish(sets, samples))
-
-
-def _pruned_along(
-    promised: FittedSet, along: AlongMotion, judge: Judge, folds: np.ndarray
-) -> FittedSet:
-    return prune(promised, judge, lambda _, trials: fit_along(trials, along, folds))
-
-
-def prune(
-    better: FittedSet,
-    judge: Judge,
-    fit: Callable[[FittedSet, list[Start]], list[FittedSet]],
-    finish: Callable[[list[FittedSet]], list[FittedSet]] = lambda sets: sets,
-) -> FittedSet:
-    """Drop terms, joint by joint, that the rule does not miss.
-
-    Args:
-        fit: fits what is left of a set when a term goes; `finish` does the same to the end.
-    """
-    while True:
-        kept = [f for f in fit(better, _without_one(better)) if not judge.misses(better, f)]
-        kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
-        kept = [f for f in kept if not judge.misses(better, f)]
-        if not kept:
-            return better
-        better = min(kept, key=lambda f: f.left_out_rmse)
-
-
-def _without_one(whole: FittedSet) -> list[Start]:
-    old = {s.key: v for s, v in zip(whole.layout.slots, whole.u, strict=True)}
-    known, trials = whole.columns, []
-    for term in whole.layout.terms:
-        others = [t for t in whole.layout.terms if t is not term]
-        fewer = [tuple(j for j in term.joints if j != gone) for gone in term.joints]
-        if not any(p.per_joint for p in term.effect.parameters) or len(term.joints) == 1:
-            fewer = [()]
-        for joints in fewer:
-            layout = Layout([*others, Term(term.effect, joints)] if joints else others)
-            if layout.terms:
-                u = np.array([old[s.key] for s in layout.slots])
-                columns = {s.key: known[s.key] for s in layout.slots if s.key in known}
-                trials.append(Start(layout, u, columns))
-    return trials
-
-
-def _worth_fitting(screen: Screen) -> list[Scored]:
-    """The front, at each complexity what is nearly as good, and the best single candidates."""
-    front = [s for s in screen.search() if s.members]
-    known = sorted((s for s in screen.known.values() if s.members), key=lambda s: s.error)
-    singles = [s for s in known if len(s.members) == 1]
-    rivals = [
-        [s for s in known if s.complexity == one.complexity and s.error <= RIVAL * one.error]
-        for one in front[:FRONT]
-    ]
-    chosen: list[Scored] = []
-    names: list[set[tuple]] = []
-
-    def take(sets: Sequence[Scored], most: int) -> None:
-        for one in sets:
-            # of settings the best is enough, of the versions of a curve each says something else
-            keys = {(*c.key, len(c.columns)) for c in screen.chosen(one.members)}
-            if keys not in names and most > 0:
-                chosen.append(one)
-                names.append(keys)
-                most -= 1
-
-    take(front[:FRONT], FRONT)
-    for some in rivals:
-        take(some, RIVALS)
-    take(singles, SINGLES)
-    return chosen
-
-
-def _exchanges(screen: Screen) -> list[Scored]:
-    """Sets with others in the place of terms, the best first, of one number more at most."""
-    screen.search()
-    least = screen.score(()).error
-    some = [
-        s for s in screen.known.values()
-        if s.members and s.complexity <= 1 and s.error <= RIVAL * least
-    ]  # fmt: skip
-    # of settings the best is enough
-    best = {
-        frozenset(map(repr, screen.chosen(s.members))): s
-        for s in sorted(some, key=lambda s: -s.error)
-    }
-    return sorted(best.values(), key=lambda s: s.error)[:EXCHANGES]
 
 
 def _tried(
