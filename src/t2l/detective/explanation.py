@@ -133,7 +133,8 @@ class _Story:
             self.rounds += 1
         if this.doing == FIT and this.front and self.rounds == 1:
             self.tell(f"After {self.seconds:.0f} s, most likely: {self._promised(this)}.")
-        self.part(f"round {self.rounds}: {_doing(this)}; {_best(this)}", DONE[this.doing])
+        if this.front or this.doing == SCREEN:
+            self.part(f"round {self.rounds}: {_doing(this)}; {_best(this)}", DONE[this.doing])
 
     def ended(self, found: Found) -> Explanation:
         """The explanation at the end of the search."""
@@ -363,7 +364,9 @@ def _simplest(this: Round) -> int:
 
 def _doing(this: Round) -> str:
     return {
-        SCREEN: "screening effects and curves in the linear model",
+        SCREEN: "screening effects and curves in the linear model"
+        if not this.quiet
+        else "looking for other effects that explain as well",
         FIT: f"fitting {len(this.front)} sets of effects",
         FINISH: f"finishing the best of {len(this.fits)} fits",
         PRUNE: "dropping what is not needed",

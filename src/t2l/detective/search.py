@@ -79,6 +79,7 @@ class Round:
         ties: sets that explain as well as the model after it, by simulation, see `Judge.ties`.
         shares: of the effects that were added, how often resamples choose them.
         effects: that were offered, by name; ceilings: what each law alone promises.
+        quiet: whether only noise is left, so that it looks for exchanges alone.
         doing: what comes next, of `STAGES`; "" when it adopted something.
     """
 
@@ -94,6 +95,7 @@ class Round:
     shares: dict[str, float] = field(default_factory=dict)
     effects: dict[str, Effect] = field(default_factory=dict)
     ceilings: list[Ceiling] = field(default_factory=list)
+    quiet: bool = False
     doing: str = ""
 
     @property
@@ -238,7 +240,7 @@ class _Search:
         judge = Judge(self.block, noise_rad)
         this = Round(self.simulated, noise_rad)
         self.found.rounds.append(this)
-        quiet = judge.quiet(self.simulated.rmse, came)
+        quiet = this.quiet = judge.quiet(self.simulated.rmse, came)
         if (quiet and self.settled) or self._stop(this, SCREEN):
             return False
         if self.along is None:
