@@ -305,7 +305,7 @@ def _with_base(predictor, sections, adopted, table: Table, rows: np.ndarray) -> 
     """The table with derivatives by what the model has already, and with what it may lose."""
     layout, u = adopted
     free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
-    if not layout.terms or predictor.model(layout.terms).nv != len(predictor.joints):
+    if not layout.terms or _is_extended(predictor, layout.terms):
         return table
     steps = _steps(layout, free, u)
     moved = np.repeat(u[None], len(free), axis=0)

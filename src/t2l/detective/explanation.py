@@ -166,7 +166,8 @@ class _Story:
         """Adopted effects in whose place others explain as well."""
         found: dict[str, dict[tuple[str, ...], Rival]] = {}
         for tie in sorted(last.ties, key=lambda f: f.left_out_rmse):
-            gone, new = (sorted(a - b) for a, b in _both_ways(model, tie))
+            own, other = ({name for name, _ in one.names} for one in (model, tie))
+            gone, new = sorted(own - other), sorted(other - own)
             # of what came with the model nobody asks
             if len(gone) == 1 and new and gone[0] not in self.came:
                 names = tuple(new)
@@ -335,12 +336,6 @@ def in_words(explanation: Explanation) -> list[str]:
             f"test {1e3 * step.test_rmse_rad:8.4g}{_sure(step)}"
         )
     return [*lines, explanation.sentence]
-
-
-def _both_ways(one: FittedSet, other: FittedSet) -> tuple[tuple[set[str], set[str]], ...]:
-    """Names of effects of one set and of another, and the other way round."""
-    a, b = ({name for name, _ in some.names} for some in (one, other))
-    return (a, b), (b, a)
 
 
 def _sure(step: Step) -> str:

@@ -1,6 +1,6 @@
 """Sets of candidates fitted in full simulation, from where the linear model leads."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -55,10 +55,10 @@ class Start:
     u: np.ndarray
     columns: dict[tuple, np.ndarray] = field(default_factory=dict)
 
-    @property
-    def names(self) -> set[tuple[str, tuple[int, ...]]]:
-        """Effects and the joints that have them."""
-        return {(t.effect.name, t.joints) for t in self.layout.terms}
+
+def names_of(layout: Layout) -> set[tuple[str, tuple[int, ...]]]:
+    """Effects and the joints that have them."""
+    return {(term.effect.name, term.joints) for term in layout.terms}
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class FittedSet:
     @property
     def names(self) -> set[tuple[str, tuple[int, ...]]]:
         """Effects and the joints that have them."""
-        return {(t.effect.name, t.joints) for t in self.layout.terms}
+        return names_of(self.layout)
 
 
 @dataclass(frozen=True)
@@ -159,17 +159,12 @@ class Samples:
         slowest = min(recording.control_rate_hz for recording in exact.recordings)
         ticks = sum(r.duration_s * r.control_rate_hz for r in exact.recordings)
         shorter, longer = SHORT_TICK_S * slowest, min(LONG_TICK_S * slowest, ticks / MANY_TICKS)
-        limit = max(noise_rad, MATERIAL * whole._missing(model))
-        linear = whole._coarse([c for c in COARSENESS if shorter < c <= longer], model, limit)
-        if linear is exact:
-            linear = whole._coarse([c for c in COARSENESS if c <= shorter], model, noise_rad)
-        return replace(whole, linear=linear)
-
-    def _missing(self, model: tuple[Layout, np.ndarray]) -> float:
-        """Error of a model, rad."""
-        layout, u = model
-        q = self.exact.predict([Request(layout, u[None])])[0][0]
-        return float(np.sqrt(np.mean((q - self.exact.samples.q)[self.mask] ** 2)))
+        known = whole._exactly(model)
+        missing = float(np.sqrt(np.mean((known - exact.samples.q)[mask] ** 2)))
+        much = max(noise_rad, MATERIAL * missing)
+        limits = {c: much for c in COARSENESS if shorter < c <= longer}
+        limits |= {c: noise_rad for c in COARSENESS if c <= shorter}
+        return replace(whole, linear=whole._coarse(limits, model, known))
 
     def drafted(self, model: tuple[Layout, np.ndarray], left_rad: float) -> "Samples":
         """With drafts at ticks as coarse as a model allows that is to leave so much.
@@ -177,20 +172,23 @@ class Samples:
         What they are off by there adds a tenth to it.
         """
         slowest = min(recording.control_rate_hz for recording in self.exact.recordings)
-        tried = [c for c in COARSENESS if c <= max(SHORT_TICK_S * slowest, COARSEST)]
-        limit = HALF * max(left_rad, self.noise_rad)
-        return replace(self, draft=self._coarse(tried, model, limit))
+        longest = max(SHORT_TICK_S * slowest, COARSEST)
+        limits = {c: HALF * max(left_rad, self.noise_rad) for c in COARSENESS if c <= longest}
+        return replace(self, draft=self._coarse(limits, model, self._exactly(model)))
+
+    def _exactly(self, model: tuple[Layout, np.ndarray]) -> np.ndarray:
+        """Position (nsample,) on every tick."""
+        layout, u = model
+        return self.exact.predict([Request(layout, u[None])])[0][0]
 
     def _coarse(
-        self, tried: Sequence[int], model: tuple[Layout, np.ndarray], limit_rad: float
+        self, limits: Mapping[int, float], model: tuple[Layout, np.ndarray], known: np.ndarray
     ) -> Predictor:
-        """Of a predictor at ticks so coarse the first that is no more off than a limit."""
+        """The first of some coarsenesses that is less off `known` than its limit, rad."""
         layout, u = model
-        request = Request(layout, u[None])
-        exact = self.exact.predict([request])[0][0]
-        for coarseness in tried:
+        for coarseness, limit_rad in limits.items():
             coarser = self.exact.of(self.exact.recordings, coarseness)
-            change = coarser.predict([request])[0][0] - exact
+            change = coarser.predict([Request(layout, u[None])])[0][0] - known
             if np.sqrt(np.mean(change[self.mask] ** 2)) < limit_rad:
                 return coarser
         return self.exact

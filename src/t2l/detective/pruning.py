@@ -13,6 +13,7 @@ from t2l.detective.fit import (
     finish,
     fit_along,
     fit_sets,
+    names_of,
 )
 from t2l.detective.rule import Judge
 from t2l.effects.term import Layout, Term
@@ -37,7 +38,7 @@ def pruned(
             of = {frozenset(f.names): f for f in led}
             known = of.get(frozenset(whole.names))
             missed = {n for n, f in of.items() if known is not None and judge.misses(known, f)}
-            trials = [t for t in trials if frozenset(t.names) not in missed]
+            trials = [t for t in trials if frozenset(names_of(t.layout)) not in missed]
         return fit_sets(trials, samples, so_far, PRUNING)
 
     return prune(better, judge, fit, lambda sets: finish(sets, samples))

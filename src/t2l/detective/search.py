@@ -246,7 +246,7 @@ class _Search:
         if self.along is None:
             self._linearise(noise_rad)
         guesses = self._guesses(self._left(self.current))
-        starts = self._screened(this, guesses, quiet)
+        starts = self._screened(this, guesses)
         along, folds = self.along, self.data.folds
         led = fit_along([s for s in starts if along.can_lead(s.layout)], along, folds)
         this.led = led
@@ -255,14 +255,15 @@ class _Search:
             this.likely = promised
         if self._stop(this, FIT):
             return False
-        best = min(led, key=lambda f: f.left_out_rmse, default=self.simulated)
-        self.samples = self.samples.drafted(best.model, best.left_out_rmse)
         if quiet:
             some = exchanged(self.current, led, judge, self.simulated.complexity + 1)
         else:
             some = leaders(self.current, led, judge)
         begins = [Start(f.layout, f.u, f.columns) for f in some]
         begins += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
+        if begins or not quiet:
+            best = min(led, key=lambda f: f.left_out_rmse, default=self.simulated)
+            self.samples = self.samples.drafted(best.model, best.left_out_rmse)
         better = self._simulated(this, begins, judge)
         if self.found.stopped:
             return False
@@ -280,16 +281,12 @@ class _Search:
         self._adopt(this, better, judge)
         return not quiet
 
-    def _screened(self, this: Round, guesses, quiet: bool) -> list[Start]:
-        """Where the fits of a round begin.
-
-        Args:
-            quiet: only exchanges for what the model has are looked for.
-        """
-        screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
+    def _screened(self, this: Round, guesses) -> list[Start]:
+        """Where the fits of a round begin."""
+        screen = self._screen(self._left(self.current), *guesses, may_bend=not this.quiet)
         this.effects = {c.effect.name: c.effect for c in screen.table.candidates}
         this.ceilings = self.ceilings
-        sets = exchanges(screen) if quiet else worth_fitting(screen)
+        sets = exchanges(screen) if this.quiet else worth_fitting(screen)
         this.front = [
             (
                 one.complexity, float(np.sqrt(one.error)),
