@@ -9,7 +9,7 @@ import numpy as np
 from t2l.detective.candidates import FARTHEST
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.motion import at_samples
-from t2l.detective.responses import added_torques, excess
+from t2l.detective.responses import added_torques, excess, stiffness
 from t2l.detective.screen import ALIKE, Screen, bounded, independent
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import PositionError as Positions
@@ -35,6 +35,7 @@ LONG_TICK_S = 1e-2  # numerics: likewise for a slow loop
 MANY_TICKS = 24_000  # numerics: of recordings, of which more ask for longer ticks
 SHORT_TICK_S = 2.5e-3  # numerics: in which the linear model of a loop is nearly exact
 NOT_ZERO = 1e-9  # numerics: of a parameter's scale
+STIFFER = (0.05, 20.0)  # numerics: times the model so far
 HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
 
 
@@ -223,8 +224,11 @@ class AlongMotion(Objective):
         self.noise_rad = noise_rad
         self.base, self.residual = known
         self.joints = predictor.samples.joint[mask]
+        self.answer = np.zeros(len(predictor.samples))
         if self.can_lead(self.base[0]):
             self.residual = self._residual()[mask]
+        base = self.base[0], self.base[1][None]
+        self.stiffness = [stiffness(predictor, section, [base])[0] for section in sections]
 
     def _residual(self) -> np.ndarray:
         """(nsample,) of the model so far."""
@@ -233,6 +237,7 @@ class AlongMotion(Objective):
         for section in self.sections:
             motion = section.motion
             answer = respond(section, excess(self.predictor, section, self.base)[..., None])[:, 0]
+            self.answer[motion.group.held] = answer
             found[motion.group.held] = answer + at_samples(motion.group, motion.q)
         return found - samples.q
 
@@ -245,12 +250,16 @@ class AlongMotion(Objective):
             return []
         variants = [(optimiser.layout, points) for optimiser, points in asked]
         counts = [len(points) for _, points in variants]
-        answers = np.zeros((len(self.predictor.samples), sum(counts)))
-        for section in self.sections:
+        moved = np.zeros((len(self.predictor.samples), sum(counts)))
+        for section, own in zip(self.sections, self.stiffness, strict=True):
             torques = added_torques(self.predictor, section, self.base, variants)
             whole = np.concatenate([np.moveaxis(t, 1, -1) for t in torques], axis=-1)
-            answers[section.motion.group.held] = respond(section, whole)
-        moved = self.residual[:, None] + answers[self.mask]
+            held = section.motion.group.held
+            before, joint = self.answer[held, None], self.predictor.samples.joint[held]
+            stiffer = np.concatenate(stiffness(self.predictor, section, variants)) / own
+            stiffer = np.clip(np.where(own > 0, stiffer, 1.0), *STIFFER).T
+            moved[held] = (before + respond(section, whole)) / stiffer[joint] - before
+        moved = self.residual[:, None] + moved[self.mask]
         return np.split(moved.T, np.cumsum(counts)[:-1])
 
 
@@ -265,7 +274,13 @@ def fit_along(
     What has no derivative is tried at other values, of which the best goes on.
     """
     noise = objective.noise_rad
-    fits = [LeastSquares(s.layout, s.u.copy(), _sizes(s), noise=noise) for s in starts]
+    fits = [
+        LeastSquares(
+            s.layout, s.u.copy(), _sizes(s), noise=noise, given=dict(s.columns),
+            secant=bool(s.columns),
+        )
+        for s in starts
+    ]  # fmt: skip
     if fits:
         minimise(fits, objective, iterations)
     if iterations:

@@ -5,11 +5,12 @@ along the measured motion, less that of the model so far, goes through the linea
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
-from t2l.detective.linear_loop import Section
+from t2l.detective.linear_loop import STEP_RAD, Section
 from t2l.detective.paths import Variants, added_by_bodies, with_both
 from t2l.effects.blame import blaming
 from t2l.effects.term import Layout
@@ -17,6 +18,7 @@ from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, all_at_once
 
+STIFF = 400  # numerics: ticks that the stiffness of a loop is the mean of
 ROWS = 12_000  # numerics: ticks of variants that one call computes: arrays that a cache holds
 
 
@@ -72,6 +74,33 @@ def excess(predictor: Predictor, section: Section, base: tuple[Layout, np.ndarra
             found.append(loop.torque(path)[:, 0] - path.taken)
     measured, predicted = found
     return measured - predicted
+
+
+def stiffness(
+    predictor: Predictor, section: Section, variants: Sequence[Variants]
+) -> list[np.ndarray]:
+    """N·m/rad (m, n) of variants, on average over some ticks; joints turn together.
+
+    What remembers is left out, as it would need the ticks in order.
+    """
+    path, schedule = section.path, section.motion.group.schedule
+    ntick, nrec, n = path.q.shape
+    ticks = np.arange(0, ntick * nrec, max(1, ntick * nrec // STIFF))
+    some_ticks = all_at_once(schedule, ntick).of(ticks)
+    along = replace(path, taken=None).all_at_once().of(ticks)
+    moved = replace(along, q=along.q + STEP_RAD)
+    found = []
+    for layout, u in variants:
+        kept = Layout([term for term in layout.terms if not term.effect.remembers])
+        at = [i for i, slot in enumerate(layout.slots) if not slot.term.effect.remembers]
+        model, torque = predictor.model(kept.terms), []
+        for one in (along, moved):
+            loop = DrivenLoop(model, predictor.joints, some_ticks, len(u))
+            with blaming([term.effect for term in kept.terms], "to lead it"):
+                install(loop, [(kept, u[:, at])])
+                torque.append(loop.torque(one)[0])
+        found.append((torque[0] - torque[1]).mean(axis=1) / STEP_RAD)
+    return found
 
 
 def _whole(torque: np.ndarray | float, section: Section, m: int) -> np.ndarray:

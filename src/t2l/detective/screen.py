@@ -49,20 +49,28 @@ class Screen:
     Attributes:
         folds: (nsample,) number of the part that each sample is left out with.
         noise_rad: of a sample, that the priors of candidates are weighed by.
+        first_products: (nfold, m, m) of the first m columns, if they are known.
     """
 
     table: Table
     residual: np.ndarray
     folds: np.ndarray
     noise_rad: float = 0.0
+    first_products: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         columns = np.concatenate([self.table.columns, self.residual[:, None]], axis=1)
         columns = np.nan_to_num(columns.astype(np.float32), posinf=0.0, neginf=0.0)
         self.count = len(self.residual)
-        self.products = np.stack(
-            [columns[self.folds == f].T @ columns[self.folds == f] for f in np.unique(self.folds)]
-        ).astype(float)
+        known = () if self.first_products is None else self.first_products
+        self.products = np.zeros((len(np.unique(self.folds)), *2 * (columns.shape[1],)))
+        for number, f in enumerate(np.unique(self.folds)):
+            own, first = columns[self.folds == f], 0
+            if len(known):
+                first = len(known[number])
+                self.products[number, :first, :first] = known[number]
+            rest = own.T @ own[:, first:]
+            self.products[number, :, first:], self.products[number, first:] = rest, rest.T
         self.prior = self._prior()
         self.total = self.products.sum(axis=0) + self.prior
         self.known: dict[frozenset[int], Scored] = {}
@@ -90,6 +98,13 @@ class Screen:
                 products[np.ix_(at, at)] += rows.T @ rows
                 products[at, -1] += rows.T @ np.broadcast_to(tending, len(rows))
         return self.noise_rad**2 * products
+
+    def beside(self, table: Table, residual: np.ndarray) -> "Screen":
+        """Of a table that has this one's columns first, with what another model leaves."""
+        first = self.table.columns.shape[1]
+        return Screen(
+            table, residual, self.folds, self.noise_rad, self.products[:, :first, :first]
+        )
 
     def score(self, members: Sequence[int]) -> Scored:
         """Of a set of indices of candidates."""

@@ -8,6 +8,7 @@ import numpy as np
 from t2l.detective.candidates import Values, known_candidates, settings_of
 from t2l.detective.certainty import chosen_shares
 from t2l.detective.choosing import (
+    ASTRAY,
     FINISHED,
     astray,
     choose,
@@ -31,6 +32,7 @@ from t2l.detective.fit import (
     fit_sets,
     refine,
 )
+from t2l.detective.forward import grown
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.pruning import pruned, pruned_along
@@ -53,6 +55,7 @@ SCREENED = 8000  # numerics: samples that sets are scored by
 # derived: share of the error that goes with half of its square: what nothing promises must do more
 UNPROMISED = 1 - HALF**0.5
 ALONE = 12  # numerics: effects alone that are simulated to rank them
+FOLLOWED = 30  # numerics: sets that are simulated as they are, before some are fitted so
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, PRUNE = "screening", "fitting", "finishing", "pruning"
@@ -246,9 +249,14 @@ class _Search:
         if self.along is None:
             self._linearise(noise_rad)
         guesses = self._guesses(self._left(self.current))
-        starts = self._screened(this, guesses)
+        screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
+        starts = self._screened(this, screen)
         along, folds = self.along, self.data.folds
         led = fit_along([s for s in starts if along.can_lead(s.layout)], along, folds)
+        driven = [s for s in starts if not along.can_lead(s.layout)]
+        if not quiet:
+            led, more = grown(self.current, led, screen, self.rows, along, folds, judge)
+            driven = [*more[:SIMULATED], *driven]
         this.led = led
         promised = choose(self.current, led, judge)
         if not quiet:
@@ -258,32 +266,31 @@ class _Search:
         if quiet:
             some = exchanged(self.current, led, judge, self.simulated.complexity + 1)
         else:
-            some = leaders(self.current, led, judge)
+            some = leaders(self.current, self._standing(led), judge)
         begins = [Start(f.layout, f.u, f.columns) for f in some]
-        begins += [s for s in starts if not along.can_lead(s.layout)][:SIMULATED]
+        begins += driven[:SIMULATED]
         if begins or not quiet:
-            best = min(led, key=lambda f: f.left_out_rmse, default=self.simulated)
+            best = min(some or led, key=lambda f: f.left_out_rmse, default=self.simulated)
             self.samples = self.samples.drafted(best.model, best.left_out_rmse)
         better = self._simulated(this, begins, judge)
         if self.found.stopped:
             return False
-        lost = promised is not None and astray(better or self.simulated, promised, judge)
         if better is None and promised is None and not quiet:
             better = self._tried(this, guesses, judge)
+        lost = promised is not None and astray(self.simulated, promised, judge)
         if better is None and not lost:
             this.ties = [f for f in this.fits if judge.ties(self.simulated, f)]
             return False
         this.doing = PRUNE
         self.looked(this)
-        if lost:
-            self.current = this.promised = pruned_along(promised, along, judge, folds)
-            return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
-        self._adopt(this, better, judge)
-        return not quiet
+        if better is not None:
+            self._adopt(this, better, judge)
+            return not quiet
+        self.current = this.promised = pruned_along(promised, along, judge, folds)
+        return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
 
-    def _screened(self, this: Round, guesses) -> list[Start]:
+    def _screened(self, this: Round, screen: Screen) -> list[Start]:
         """Where the fits of a round begin."""
-        screen = self._screen(self._left(self.current), *guesses, may_bend=not this.quiet)
         this.effects = {c.effect.name: c.effect for c in screen.table.candidates}
         this.ceilings = self.ceilings
         sets = exchanges(screen) if this.quiet else worth_fitting(screen)
@@ -295,6 +302,18 @@ class _Search:
             for one in sets
         ]  # fmt: skip
         return [begun(self.current.model, screen, one.members) for one in sets]
+
+    def _standing(self, led: Sequence[FittedSet]) -> list[FittedSet]:
+        """Of the best along the motion those that a simulation with their numbers follows best."""
+        some = sorted(led, key=lambda f: f.left_out_rmse)[:FOLLOWED]
+        predictor, mask = self.samples.linear, self.samples.mask
+        simulated = predictor.predict([Request(f.layout, f.u[None]) for f in some])
+        errors = [
+            float(np.mean((np.nan_to_num(q[0, mask], nan=np.inf) - predictor.samples.q[mask]) ** 2))
+            for q in simulated
+        ]
+        limit = ASTRAY**2 * min(errors, default=np.inf)
+        return [f for f, error in zip(some, errors, strict=True) if error <= limit]
 
     def _simulated(self, this: Round, begins: Sequence[Start], judge: Judge) -> FittedSet | None:
         """What the rule takes of sets that are fitted by simulation."""
@@ -378,6 +397,7 @@ class _Search:
         of_joints = (np.flatnonzero(joint == j)[::every] for j in range(len(predictor.joints)))
         some = np.sort(np.concatenate(list(of_joints)))
         rows, folds = np.flatnonzero(mask)[some], self.samples.folds[some]
+        self.rows = some
         adopted, noise = self.current.model, self.samples.noise_rad
         sizes, finest = self.model.sizes, []
         if self.offered.curves and may_bend:

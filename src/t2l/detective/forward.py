@@ -1,0 +1,126 @@
+"""Forward selection along the measured motion: sets grow by one effect a time, each fitted anew.
+
+The screen is linear in all that it adds, at settings that are first guesses, so it misses what only
+tells together. Here every set is fitted before it grows, and what may be added to it is scored
+beside what it leaves.
+
+Source: Miller, Subset selection in regression, 2002, section 3.2, with a beam.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from t2l.detective.candidates import FARTHEST, Table
+from t2l.detective.choosing import choose
+from t2l.detective.fit import AlongMotion, FittedSet, Start, begun, fit_along, names_of
+from t2l.detective.rule import Judge
+from t2l.detective.screen import Scored, Screen
+
+GROWING = 4  # numerics: sets of as many effects that grow
+ADDED = 6  # numerics: effects that are tried beside each
+MOST = 6  # bound: effects in a set
+POLISHING = 2  # numerics: iterations with all derivatives, of what goes on
+FLOOR = 0.02  # numerics: of the error, below which the linear model may be what is wrong
+
+# by its effects and their joints, a set that is not fitted yet, with its score
+_Open = dict[frozenset, tuple[float, Start]]
+
+
+def grown(
+    before: FittedSet,
+    sets: Sequence[FittedSet],
+    screen: Screen,
+    rows: np.ndarray,
+    along: AlongMotion,
+    folds: np.ndarray,
+    judge: Judge,
+) -> tuple[list[FittedSet], list[Start]]:
+    """Sets with more and more effects, until more gains nothing or only noise is left.
+
+    Args:
+        before: the model along the motion.
+        sets: fitted along the motion, to grow from.
+        screen: beside the model; `rows` (k,) are the places of its samples among the fitted ones.
+
+    Returns:
+        The sets with those that grew from them, and what can only be simulated, the best first.
+    """
+    known = {frozenset(one.names): one for one in sets}
+    driven: _Open = {}
+    best, floor = before, FLOOR * before.left_out_rmse
+    exact = set(known)
+    for size in range(1, MOST):
+        left = min((one.left_out_rmse for one in known.values()), default=np.inf)
+        if judge.quiet(left) or left < floor:
+            break
+        alike = [one for one in known.values() if len(one.layout.terms) == size]
+        alike = sorted(alike, key=lambda one: one.left_out_rmse)[:GROWING]
+        # those that grew have some derivatives of the smaller set still
+        again = [Start(one.layout, one.u) for one in alike if frozenset(one.names) not in exact]
+        done = {frozenset(one.names): one for one in fit_along(again, along, folds, POLISHING)}
+        known |= done
+        exact |= set(done)
+        opened: _Open = {}
+        for one in alike:
+            led, simulated = _with_one_more(known[frozenset(one.names)], screen, rows, along)
+            opened |= {names: start for names, start in led.items() if names not in known}
+            driven |= simulated
+        fits = fit_along([start for _, start in opened.values()], along, folds)
+        known |= {frozenset(one.names): one for one in fits}
+        larger = [one for one in known.values() if len(one.layout.terms) == size + 1]
+        better = choose(best, larger, judge)
+        if better is None:
+            break
+        best = better
+    others = sorted(driven.values(), key=lambda scored: scored[0])
+    return [*known.values()], [start for _, start in others]
+
+
+def _with_one_more(
+    one: FittedSet, screen: Screen, rows: np.ndarray, along: AlongMotion
+) -> tuple[_Open, _Open]:
+    """The most promising sets with an effect more, and those that must be simulated."""
+    near = _beside(one, screen, rows)
+    least = near.score(()).error
+    scores = sorted((near.score((i,)) for i in near.growing(())), key=lambda scored: scored.error)
+    led: _Open = {}
+    driven: _Open = {}
+    for scored in scores:
+        start = replace(begun(one.model, near, scored.members), columns=one.columns)
+        names, open_ones = frozenset(names_of(start.layout)), led
+        if not along.can_lead(start.layout):
+            open_ones = driven
+        if scored.error < least and names not in open_ones and len(open_ones) < ADDED:
+            open_ones[names] = scored.error, start
+    return led, driven
+
+
+def _beside(one: FittedSet, screen: Screen, rows: np.ndarray) -> Screen:
+    """The screen of what may be added to a set."""
+    layout, u = one.layout, one.u
+    free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
+    bounds = np.stack([layout.lower[free] - u[free], layout.upper[free] - u[free]], axis=1)
+    log = layout.log[free]
+    bounds[log] = np.clip(bounds[log], -FARTHEST, FARTHEST)
+    on = {term.effect.name: set(term.joints) for term in layout.terms}
+    candidates = [
+        candidate for candidate in screen.table.candidates
+        if not candidate.removal and _is_new(candidate, on)
+    ]  # fmt: skip
+    first, base = screen.table.columns.shape[1], one.jacobian[rows][:, free]
+    columns = np.concatenate([screen.table.columns, base.astype(np.float32)], axis=1)
+    table = Table(
+        columns, candidates, tuple(range(first, first + len(free))), bounds,
+        layout.prior[:, free], -layout.prior @ u,
+    )  # fmt: skip
+    return screen.beside(table, -one.residual[rows])
+
+
+def _is_new(candidate, on: dict[str, set[int]]) -> bool:
+    """Whether it is an effect that a set lacks, or lacks on these joints."""
+    if candidate.effect.name not in on:
+        return True
+    per_joint = any(parameter.per_joint for parameter in candidate.effect.parameters)
+    return per_joint and not on[candidate.effect.name] & set(candidate.joints)
