@@ -11,6 +11,7 @@ from t2l.scoreboard import ablations
 from t2l.scoreboard.cloning import STUDY_TASKS
 from t2l.scoreboard.evidence import Evidence
 from t2l.scoreboard.table import CHAINS
+from t2l.stats.rank import spearman
 from t2l.stats.verdict import Verdict
 from tests.scoreboard.planted import (
     CLONING,
@@ -197,11 +198,37 @@ def test_the_effective_error():
     governed = flat.assign(validation_mse_rad2=0.01 + 1e-6 * np.arange(16) ** 2 % 7e-6)
     assert verdict("effective_error", **{path: governed}) is YES
     assert verdict("effective_error", **{path: governed.assign(success=1 - governed.success)}) is NO
-    # a loss that falls with success as much as the effective error does
-    as_good = governed.assign(validation_mse_rad2=governed.kp / governed.kd)
     assert verdict("effective_beats_loss", **{path: governed}) is YES
-    assert verdict("effective_beats_loss", **{path: as_good}) is not NO
+    # a loss that falls with success as much as the effective error does tells as much
+    as_good = governed.assign(validation_mse_rad2=governed.kp / governed.kd)
+    assert verdict("effective_beats_loss", **{path: as_good}) is not YES
     assert verdict("loss_misleads", **{path: as_good}) is NO
+
+
+def test_a_loss_that_tells_success_perfectly_is_not_beaten():
+    """ρ of success with the loss is +1.00, with the effective error near 0."""
+    path, cells = "block_stack__nominal__cells", frame(CLONING, "cloning", success=0, rollouts=100)
+    # the loss is what the attenuation takes away, and a little more or less from cell to cell
+    effective = 1 + 1e-3 * (np.arange(16) * 7 % 16)
+    cells["validation_mse_rad2"] = effective**2 / (cells.kp / (2 * cells.kd))
+    cells["success"] = cells.validation_mse_rad2.rank() / 20
+    found = CLAIMS["effective_beats_loss"].finding(evidence(**{path: cells}))
+    assert found.ours.endswith("+1.00")
+    assert abs(spearman(effective, cells.success.to_numpy())) < 0.3
+    assert found.verdict is NO
+
+
+def test_the_effective_error_is_set_beside_the_ratio_of_gains():
+    path = "block_stack__nominal__cells"
+    cells = frame(CLONING, "cloning", success=0, rollouts=100)
+    effective = 1e-3 * (1 + np.arange(16) * 7 % 16)
+    cells["validation_mse_rad2"] = effective**2 / (cells.kp / (2 * cells.kd))
+    by_error = cells.assign(success=1 - pd.Series(effective).rank() / 20)
+    by_ratio = cells.assign(success=(cells.kd / cells.kp).rank() / 20)
+    assert verdict("effective_beats_ratio", **{path: by_error}) is YES
+    assert verdict("effective_beats_ratio", **{path: by_ratio}) is NO
+    # an error that raises success is no support, however strong
+    assert verdict("effective_beats_ratio", **{path: by_error.assign(success=effective)}) is NO
 
 
 def test_data_sizes():
@@ -358,6 +385,8 @@ def _rates(shares):
 def test_where_jitter_falls_most():
     assert verdict("policy_rate_sharpest", **_rates([0.22, 0.20, 0.07, 0.05])) is YES
     assert verdict("policy_rate_sharpest", **_rates([0.95, 0.03, 0.31, 0.37])) is NO
+    # nothing jitters, so nothing falls
+    assert verdict("policy_rate_sharpest", **_rates([0.0, 0.0, 0.0, 0.0])) is NO
 
 
 def test_errors_of_outputs_go_with_errors_of_motion():

@@ -14,6 +14,7 @@ from t2l.stats.slopes import log_slopes
 from t2l.stats.verdict import (
     Finding,
     Verdict,
+    above_zero,
     correlated,
     greater,
     paired_greater,
@@ -136,7 +137,7 @@ def sharpest(at_100: np.ndarray, at_50: np.ndarray, at_20: np.ndarray, at_10: np
 def _sharpest(evidence: Evidence, published: Published, tests: int) -> Finding:
     table = _by_rate(evidence, list(RATES))
     shares = [table[hertz].to_numpy() for hertz in RATES.values()]
-    found = within(sharpest, *shares, low=0.0, paired=True)
+    found = above_zero(sharpest, *shares, paired=True)
     return among(found, "{:.1%}, {:.1%}, {:.1%}, {:.1%} at 100, 50, 20, 10 Hz", *shares)
 
 

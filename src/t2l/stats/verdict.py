@@ -26,6 +26,7 @@ from t2l.stats.rank import spearman
 from t2l.stats.rank_tests import rank_correlation, rank_sum_p, sign_flip_p
 
 ALPHA = 0.05
+LEAST_ABOVE_ZERO = 1e-9  # numerics: equal numbers leave a rounding error
 FEWEST_FREEDOM = 3  # degrees of freedom: below, Student's t asks for more than four errors
 
 
@@ -146,6 +147,13 @@ def within(
     else:
         verdict = Verdict.CANNOT_TELL
     return Finding(verdict, n, float(statistic(*groups)), lower, upper)
+
+
+def above_zero(
+    statistic: Callable[..., np.ndarray], *groups: np.ndarray, paired: bool = False
+) -> Finding:
+    """A number is above 0: reproduced if its whole interval is, not if none of it is above 0."""
+    return within(statistic, *groups, low=LEAST_ABOVE_ZERO, paired=paired)
 
 
 def shares_at_least(successes: Sequence[int], trials: Sequence[int], bound: float) -> Finding:
