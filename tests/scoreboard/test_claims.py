@@ -320,16 +320,31 @@ def test_the_error_of_transfer(key):
 
 
 def test_the_threshold_of_jitter_separates_what_settles_from_what_shakes():
-    def modes(*speeds):
-        """Rollouts of each cell, of which each jitters by one of the speeds, rad/s."""
-        tables = [transfer().assign(jitter_rad_s=speed) for speed in speeds]
-        return {"sim_to_real__joint_reach__rollouts": pd.concat(tables, ignore_index=True)}
+    def modes(*speeds, cells=TRANSFER):
+        """Rollouts of each cell, of which each jitters by a speed, rad/s, or was stopped (NaN)."""
+        tables = [
+            transfer(cells).assign(
+                jitter_rad_s=speed, jitter_failure=speed > 0.04, stopped="" if speed else "too fast"
+            )
+            for speed in np.nan_to_num(speeds)
+        ]
+        table = pd.concat(tables, ignore_index=True)
+        return table.assign(jitter_rad_s=table.jitter_rad_s.replace(0, np.nan))
 
-    assert verdict("oscillation_modes", **modes(0.001, 0.002, 0.7)) is YES
-    assert verdict("oscillation_modes", **modes(0.001, 0.05, 0.7)) is NO
+    def judged(*tables):
+        path = "sim_to_real__joint_reach__rollouts"
+        return verdict("oscillation_modes", **{path: pd.concat(tables, ignore_index=True)})
+
+    assert judged(modes(0.001, 0.002, 0.7)) is YES
+    assert judged(modes(0.001, 0.05, 0.7)) is NO
     # what was stopped is neither
-    assert verdict("oscillation_modes", **modes(0.001, 0.7, np.nan)) is YES
-    assert verdict("oscillation_modes", **modes(np.nan)) is NOT_RUN
+    assert judged(modes(0.001, 0.7, np.nan)) is YES
+    assert judged(modes(np.nan)) is NOT_RUN
+    # a threshold separates nothing where there is but one mode, or where two cells have the other
+    assert judged(modes(0.001)) is OPEN
+    assert judged(modes(0.7)) is OPEN
+    assert judged(modes(0.001), modes(0.7, cells=TRANSFER[:2])) is OPEN
+    assert judged(modes(0.001), modes(0.7, cells=TRANSFER[:3])) is YES
 
 
 def test_oscillation_and_policy_rate():
@@ -385,8 +400,10 @@ def _rates(shares):
 def test_where_jitter_falls_most():
     assert verdict("policy_rate_sharpest", **_rates([0.22, 0.20, 0.07, 0.05])) is YES
     assert verdict("policy_rate_sharpest", **_rates([0.95, 0.03, 0.31, 0.37])) is NO
-    # nothing jitters, so nothing falls
-    assert verdict("policy_rate_sharpest", **_rates([0.0, 0.0, 0.0, 0.0])) is NO
+    # the same share at each rate, and none at all, which leaves nothing that could fall
+    assert verdict("policy_rate_sharpest", **_rates([0.2, 0.2, 0.2, 0.2])) is NO
+    assert verdict("policy_rate_sharpest", **_rates([0.0, 0.0, 0.0, 0.0])) is OPEN
+    assert verdict("policy_rate", **_rates([0.0, 0.0, 0.0, 0.0])) is OPEN
 
 
 def test_errors_of_outputs_go_with_errors_of_motion():

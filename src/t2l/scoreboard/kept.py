@@ -1,7 +1,7 @@
 """The evidence that a repository keeps: tables of docs/data, in the shapes that claims read.
 
-A kept table has one row a policy, a trial or a cell where the results have one a rollout: a share
-of rollouts then stands for them, and so do means. Every rule takes means over rollouts first.
+A kept table has one row a policy or a cell where the results have one a rollout. Shares become
+that many rollouts again; of errors each gets the mean, which is all that a rule looks at.
 """
 
 from collections.abc import Callable, Iterator
@@ -33,7 +33,7 @@ def evidence(folder: Path, rule: Rule) -> Evidence:
             assert source is not None, path
             found.append((source, table))
     policies = _nominal(pd.read_csv(folder / "transfer_decision.csv"))
-    decided = decide(_as_rollouts(policies), policies, rule)
+    decided = decide(deployed(policies), policies, rule)
     source = source_of(f"results/transfer_decision/tables/transfer_decision_{rule.condition}.csv")
     assert source is not None
     return Evidence([*found, (source, decided)])
@@ -51,19 +51,29 @@ def _ablations(table: pd.DataFrame) -> Shaped:
     yield f"{apart}/block_stack_{apart}/nominal/cells.parquet", own
 
 
+def demonstrations(table: pd.DataFrame) -> pd.DataFrame:
+    """With the number of demonstrations as a column, which the name of a variant says."""
+    return table.assign(
+        demonstrations=table.variant.str.removeprefix("demonstrations_").astype(int)
+    )
+
+
 def _demonstrations(table: pd.DataFrame) -> Shaped:
-    numbers = table.variant.str.removeprefix("demonstrations_").astype(int)
-    table = table.assign(demonstrations=numbers)
     named = table.variant.replace("demonstrations_100", "nominal")
-    yield from _cloning(table.assign(variant=named), "demonstrations", "block_stack")
+    yield from _cloning(
+        demonstrations(table).assign(variant=named), "demonstrations", "block_stack"
+    )
+
+
+def replays(table: pd.DataFrame) -> pd.DataFrame:
+    """A row a replay: as many succeed as did; each has the mean error."""
+    rows = table.loc[table.index.repeat(table.replays)]
+    number = rows.groupby(level=0).cumcount()
+    return rows.assign(success=number < (rows.success * rows.replays).round())
 
 
 def _fidelity(table: pd.DataFrame) -> Shaped:
-    """A row a replay: as many succeed as did."""
-    rows = table.loc[table.index.repeat(table.replays)]
-    number = rows.groupby(level=0).cumcount()
-    replays = rows.assign(success=number < (rows.success * rows.replays).round())
-    for (kp, kd), cell in replays.groupby(["kp", "kd"]):
+    for (kp, kd), cell in replays(table).groupby(["kp", "kd"]):
         yield f"cloning_grid/block_stack/fidelity/kp{kp}_kd{kd}.parquet", cell
 
 
@@ -92,31 +102,36 @@ def _nominal(table: pd.DataFrame) -> pd.DataFrame:
     return table[table.without.isna()]
 
 
-def _as_rollouts(policies: pd.DataFrame) -> pd.DataFrame:
-    """A row a policy in the place of its rollouts: means of errors, shares of failures.
+def deployed(policies: pd.DataFrame) -> pd.DataFrame:
+    """As many rollouts of each policy as there were: so many stopped, so many that jitter.
 
-    A rollout that was stopped has no jitter to be told, so the two kinds of failure add up.
+    Each has the policy's mean errors, so that means over rollouts are those of the results.
     """
-    return policies.assign(
-        jitter_failure=policies.jitter_rate,
-        jitter_failure_sim=policies.jitter_rate_sim,
-        stopped=np.where(policies.stopped_rate > 0, "some", ""),
-    )
+    rows = policies.loc[policies.index.repeat(policies.rollouts)]
+    number = rows.groupby(level=0).cumcount()
+    made = {}
+    for suffix in ("", "_sim"):
+        stopped, jitter = (
+            (rows[f"{name}_rate{suffix}"] * rows.rollouts).round() for name in ("stopped", "jitter")
+        )
+        made[f"stopped{suffix}"] = np.where(number < stopped, "stopped", "")
+        made[f"jitter_failure{suffix}"] = (number >= stopped) & (number < stopped + jitter)
+    return rows.assign(**made)
 
 
-def _deployed(policies: pd.DataFrame, study: str, condition: str) -> Shaped:
+def _condition(policies: pd.DataFrame, study: str, condition: str) -> Shaped:
     folder = f"{study}/sim_to_real/{condition}"
     yield f"{folder}/cells.parquet", policies
-    yield f"{folder}/rollouts.parquet", _as_rollouts(policies)
+    yield f"{folder}/rollouts.parquet", deployed(policies)
 
 
 def _decision(table: pd.DataFrame) -> Shaped:
-    yield from _deployed(_nominal(table), "transfer_decision", "joint_reach")
+    yield from _condition(_nominal(table), "transfer_decision", "joint_reach")
 
 
 def _rates(table: pd.DataFrame) -> Shaped:
     for hertz, policies in table.groupby("policy_rate_hz"):
-        yield from _deployed(policies, "transfer_rates", RATES[int(hertz)])
+        yield from _condition(policies, "transfer_rates", RATES[int(hertz)])
 
 
 def _of(study: str, task: str) -> Callable[[pd.DataFrame], Shaped]:

@@ -9,7 +9,7 @@ from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
-from t2l.stats.bootstrap import log_ratio, mean
+from t2l.stats.bootstrap import FEWEST, log_ratio, mean
 from t2l.stats.slopes import log_slopes
 from t2l.stats.verdict import (
     Finding,
@@ -39,6 +39,7 @@ RATES = {
 NOMINAL = "joint_reach"
 POLICY = ("kp", "kd", "seed")  # what names one
 CELLS = "cell (mean over rollouts and training seeds)"
+NOTHING = "nothing jitters, at no rate"
 WORKS = 0.95  # success in its own simulator that the study asks of a trial (V-B)
 
 
@@ -96,13 +97,22 @@ def _oscillation(condition: str) -> Judge:
 
 
 def _modes(evidence: Evidence, published: Published, tests: int) -> Finding:
+    table = evidence.table("transfer", ("kp", "kd", "jitter_failure", "stopped"), condition=NOMINAL)
+    ended = table[table.stopped == ""]
+    if ended.empty:
+        raise AbsentError("no rollout that lasted long enough")
+    of_cell = ended.jitter_failure.astype(float).groupby([ended.kp, ended.kd])
+    shaking_cells, settled_cells = (
+        int(some.sum()) for some in (of_cell.max() > 0, of_cell.min() < 1)
+    )
+    if min(shaking_cells, settled_cells) < FEWEST:
+        ours = f"rollouts jitter in {shaking_cells} cells and settle in {settled_cells}"
+        return Finding(Verdict.CANNOT_TELL, len(of_cell), ours=ours)
     table = evidence.table("transfer", ("kp", "kd", "jitter_rad_s"), condition=NOMINAL)
     known = table[np.isfinite(table.jitter_rad_s.astype(float))]
     limit, factor = published.values["threshold"], published.values["factor"]
     near = known.jitter_rad_s.between(limit / factor, limit * factor)
     shares = near.groupby([known.kp, known.kd]).mean().to_numpy()
-    if not len(shares):
-        raise AbsentError("no rollout that lasted long enough")
     found = within(mean, shares, high=published.values["share"])
     settled = known[known.jitter_rad_s <= limit].jitter_rad_s.median()
     shaking = known[known.jitter_rad_s > limit].jitter_rad_s.median()
@@ -122,6 +132,8 @@ def _by_rate(evidence: Evidence, names: list[str]) -> pd.DataFrame:
 
 def _rate(evidence: Evidence, published: Published, tests: int) -> Finding:
     table = _by_rate(evidence, ["joint_reach_100_hz", "joint_reach_10_hz"])
+    if not table.to_numpy().any():
+        return Finding(Verdict.CANNOT_TELL, len(table), ours=NOTHING)
     fall = (table[100] - table[10]).to_numpy()
     found = paired_greater(fall, tests=tests, claimed=published.effect)
     return percents(found, table[100], table[10])
@@ -136,6 +148,8 @@ def sharpest(at_100: np.ndarray, at_50: np.ndarray, at_20: np.ndarray, at_10: np
 
 def _sharpest(evidence: Evidence, published: Published, tests: int) -> Finding:
     table = _by_rate(evidence, list(RATES))
+    if not table.to_numpy().any():
+        return Finding(Verdict.CANNOT_TELL, len(table), ours=NOTHING)
     shares = [table[hertz].to_numpy() for hertz in RATES.values()]
     found = above_zero(sharpest, *shares, paired=True)
     return among(found, "{:.1%}, {:.1%}, {:.1%}, {:.1%} at 100, 50, 20, 10 Hz", *shares)
@@ -157,7 +171,7 @@ def _registered(evidence: Evidence, published: Published, tests: int) -> Finding
     """What the study's own rule, registered in its configuration, came to."""
     table = evidence.table("decision", ("what", "cells", "holds"))
     row = table[table.what == "verdict"].iloc[0]
-    steps = table[table.what != "verdict"].dropna(subset="holds")
+    steps = table[table.holds.isin(["yes", "no"])]
     held = f"{(steps.holds == 'yes').sum()} of {len(steps)} requirements hold"
     return Finding(Verdict(row.holds), int(row.cells), ours=held)
 
@@ -202,8 +216,8 @@ CLAIMS = [
         "oscillation",
         "Stiff, overdamped gains fail by oscillation on the robot that their simulator lacks.",
         CELLS,
-        "share of rollouts that jitter on the robot less that in simulation, SO against all "
-        "others, one-sided Mann-Whitney",
+        "share of rollouts that jitter to their end on the robot less that in simulation, SO "
+        "against all others, one-sided Mann-Whitney; what was stopped does not jitter",
         "the difference in SO is not greater",
         _oscillation(NOMINAL),
         about=DECISION,
@@ -221,7 +235,8 @@ CLAIMS = [
         "oscillation_modes",
         "The threshold separates rollouts that settle from those that jitter.",
         "cell",
-        "at most 5 % of rollouts lie within a factor of two of it, by the bootstrap interval",
+        "at most 5 % of rollouts lie within a factor of two of it, by the bootstrap interval; told "
+        "only where rollouts settle in three cells at least, and jitter in three",
         judge=_modes,
         about=DECISION,
     ),
