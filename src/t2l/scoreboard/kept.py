@@ -82,6 +82,10 @@ def _noise(table: pd.DataFrame) -> Shaped:
     yield path, table.rename(columns={"mean": "success"})
 
 
+def _variance(table: pd.DataFrame) -> Shaped:
+    yield "cloning_grid/attenuation/held_noise.parquet", table
+
+
 def _decoupling(table: pd.DataFrame) -> Shaped:
     yield "decoupling/decoupling/trainings.parquet", table
 
@@ -156,6 +160,7 @@ FILES: dict[str, Callable[[pd.DataFrame], Shaped]] = {
     "demonstrations": _demonstrations,
     "fidelity": _fidelity,
     "noisy_replays": _noise,
+    "held_noise": _variance,
     "decoupling": _decoupling,
     "landscape": _landscape,
     "landscape_again": _again,
