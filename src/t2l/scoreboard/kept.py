@@ -138,6 +138,11 @@ def _rates(table: pd.DataFrame) -> Shaped:
         yield from _condition(policies, "transfer_rates", RATES[int(hertz)])
 
 
+def _identification(table: pd.DataFrame) -> Shaped:
+    for study, cells in table.groupby("study"):
+        yield f"{study}/sim_to_real/identification.parquet", cells
+
+
 def _of(study: str, task: str) -> Callable[[pd.DataFrame], Shaped]:
     return partial(_cloning, study=study, task=task)
 
@@ -166,4 +171,5 @@ FILES: dict[str, Callable[[pd.DataFrame], Shaped]] = {
     "landscape_again": _again,
     "transfer_decision": _decision,
     "transfer_rates": _rates,
+    "identification": _identification,
 }
