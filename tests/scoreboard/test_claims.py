@@ -367,13 +367,35 @@ def test_oscillation_and_policy_rate():
 
 
 def test_what_fails_in_its_own_simulator_is_no_failure_of_transfer():
-    table, policies = transfer(slope=0.5), frame(TRANSFER, "transfer", success_sim_100=1.0)
+    table = transfer(slope=0.5)
+    policies = frame(TRANSFER, "transfer", success_sim_100=1.0, objective=2.0)
     tables = {"sim_to_real__joint_reach__rollouts": table}
     assert verdict("transfer_joint_reach", **tables) is NOT_RUN
     working = {"sim_to_real__joint_reach__cells": policies}
     assert verdict("transfer_joint_reach", **tables, **working) is YES
     policies.loc[policies.kp > 100, "success_sim_100"] = 0.5
     assert verdict("transfer_joint_reach", **tables, **working) is OPEN
+
+
+@pytest.mark.parametrize(
+    "key", ["transfer_joint_reach", "slopes_joint_reach", "oscillation", "network_error"]
+)
+def test_policies_that_the_study_would_not_deploy_tell_nothing_of_transfer(key):
+    def shakes(kp, kd, region):
+        return 0.9 if region == "SO" else 0.1
+
+    kept, broken = (
+        deployed("joint_reach", slope=0.5, jitter=shakes, objective=value) for value in (1.9, 0.3)
+    )
+    assert verdict(key, **kept) is YES
+    assert verdict(key, **broken) is OPEN
+    found = CLAIMS[key].finding(evidence(**broken))
+    assert found.ours.endswith("; of 12 policies none keeps the study's limits")
+    # where some keep them, those count
+    cells = broken["sim_to_real__joint_reach__cells"]
+    some = cells.assign(objective=np.where(cells.kp < 500, 1.9, 0.3))
+    found = CLAIMS[key].finding(evidence(**broken | {"sim_to_real__joint_reach__cells": some}))
+    assert found.n == 8
 
 
 def test_the_registered_rule_of_transfer():

@@ -9,7 +9,7 @@ from t2l.decoupling.summary import AT_REST, holding
 from t2l.published.numbers import Published
 from t2l.scoreboard.claim import Claim
 from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among
+from t2l.scoreboard.words import among, cannot_tell
 from t2l.stats.bootstrap import ratio
 from t2l.stats.verdict import Finding, Verdict, greater, within
 
@@ -38,10 +38,10 @@ def _judged(decide: Callable[[np.ndarray, np.ndarray], Finding], evidence: Evide
     soft, hard = _last(trainings)
     if holding(trainings).all():
         return decide(soft, hard)
+    found = among(Finding(Verdict.CANNOT_TELL, len(trainings)), FORM, soft, hard)
     held, rest = int((trainings.success > 0).sum()), int((trainings.drift <= AT_REST).sum())
-    n = len(trainings)
-    ours = f"{FORM}; of {n} policies {held} hold the pose, {rest} rest when measured"
-    return among(Finding(Verdict.CANNOT_TELL, n), ours, soft, hard)
+    why = f"of {found.n} policies {held} hold the pose, {rest} rest when measured"
+    return cannot_tell(found, why)
 
 
 def _stiffer(evidence: Evidence, published: Published, tests: int) -> Finding:

@@ -14,6 +14,7 @@ from t2l.scoreboard import (
 )
 from t2l.scoreboard.claim import Claim
 from t2l.scoreboard.evidence import Evidence
+from t2l.scoreboard.words import shown
 from t2l.stats.text import p_value
 
 CHAINS: dict[str, list[Claim]] = {
@@ -86,6 +87,4 @@ def counts(table: pd.DataFrame) -> dict[str, int]:
 def _ours(row) -> str:
     if row.ours or pd.isna(row.value):
         return row.ours
-    if pd.isna(row.lower):
-        return f"{row.value:+.2f}"
-    return f"{row.value:+.2f} ({row.lower:+.2f} to {row.upper:+.2f})"
+    return shown(row.value, row.lower, row.upper)

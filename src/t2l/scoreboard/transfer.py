@@ -1,5 +1,7 @@
 """Claims about transfer from simulation to a robot: error, oscillation, policy rate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
@@ -8,7 +10,7 @@ from t2l.scoreboard import identification
 from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among, percents
+from t2l.scoreboard.words import among, cannot_tell, percents
 from t2l.stats.bootstrap import FEWEST, log_ratio, mean
 from t2l.stats.slopes import log_slopes
 from t2l.stats.verdict import (
@@ -39,24 +41,52 @@ RATES = {
 NOMINAL = "joint_reach"
 POLICY = ("kp", "kd", "seed")  # what names one
 CELLS = "cell (mean over rollouts and training seeds)"
+NO_LIMITS = "none keeps the study's limits"
 NOTHING = "nothing jitters, at no rate"
+FEASIBLE = 1.0  # bound: of the study's objective, from which on a policy keeps its limits
 WORKS = 0.95  # success in its own simulator that the study asks of a trial (V-B)
+
+
+def working(evidence: Evidence, condition: str) -> pd.DataFrame:
+    """Policies that work in their own simulator: what fails there is no failure of transfer.
+
+    Of these the ones that keep the study's limits, which is what the study deploys; all of them
+    where none does (`_none_deployable`).
+    """
+    columns = ("kp", "kd", "success_sim_100", "objective")
+    policies = evidence.table("policies", columns, condition=condition)
+    policies = policies[policies.success_sim_100 >= WORKS]
+    keeping = policies[policies.objective >= FEASIBLE]
+    return policies if keeping.empty else keeping
 
 
 def cells_of(evidence: Evidence, condition: str, *columns: str) -> pd.DataFrame:
     """One row a cell: kp, kd, region, and the mean of each column over what is known of it.
 
-    Of policies that work in their own simulator: what fails there is no failure of transfer.
+    Of `working` policies.
     """
     table = evidence.table("transfer", ("kp", "kd", *columns), condition=condition)
-    policies = evidence.table("policies", ("kp", "kd", "success_sim_100"), condition=condition)
-    working = policies[policies.success_sim_100 >= WORKS]
-    table = table.merge(working[[key for key in POLICY if key in working and key in table]])
+    policies = working(evidence, condition)
+    table = table.merge(policies[[key for key in POLICY if key in policies and key in table]])
     numbers = table[["kp", "kd"]].assign(**{name: table[name].astype(float) for name in columns})
     cells = numbers.groupby(["kp", "kd"], as_index=False).mean().dropna()
     if cells.empty:
         raise AbsentError(f"nothing known of {', '.join(columns)}")
     return cells.assign(region=splits()["transfer"].regions(cells.kp, cells.kd))
+
+
+def deployable(judge: Judge, *conditions: str) -> Judge:
+    """The judge of policies that the study would deploy: told only where there are some."""
+
+    def judged(evidence: Evidence, published: Published, tests: int) -> Finding:
+        found = judge(evidence, published, tests)
+        policies = [working(evidence, name) for name in conditions]
+        if any((each.objective >= FEASIBLE).any() for each in policies):
+            return found
+        number = sum(map(len, policies))
+        return cannot_tell(found, f"of {number} policies {NO_LIMITS}")
+
+    return judged
 
 
 def _groups(cells: pd.DataFrame, column: str) -> tuple[np.ndarray, np.ndarray]:
@@ -173,7 +203,14 @@ def _registered(evidence: Evidence, published: Published, tests: int) -> Finding
     row = table[table.what == "verdict"].iloc[0]
     steps = table[table.holds.isin(["yes", "no"])]
     held = f"{(steps.holds == 'yes').sum()} of {len(steps)} requirements hold"
-    return Finding(Verdict(row.holds), int(row.cells), ours=held)
+    found = Finding(Verdict(row.holds), int(row.cells), ours=held)
+    try:
+        policies = working(evidence, NOMINAL)
+    except AbsentError:
+        return found
+    # the rule is registered, and so decides; that it asks for no limits is told beside it
+    limits = f"; {NO_LIMITS}" if (policies.objective < FEASIBLE).all() else ""
+    return replace(found, ours=held + limits)
 
 
 CLAIMS = [
@@ -194,7 +231,7 @@ CLAIMS = [
             CELLS,
             "E of cells in SO against all others, one-sided Mann-Whitney",
             "E in SO is not greater than outside",
-            _error(name),
+            deployable(_error(name), name),
             tests=len(CONDITIONS),
             about=study,
         )
@@ -207,7 +244,7 @@ CLAIMS = [
             CELLS,
             "slopes of ln E per doubling of Kp and of Kd, one-sided t; both hold",
             "one of the slopes is not positive",
-            _slopes(name),
+            deployable(_slopes(name), name),
             about=study,
         )
         for name, (title, study) in CONDITIONS.items()
@@ -219,7 +256,7 @@ CLAIMS = [
         "share of rollouts that jitter to their end on the robot less that in simulation, SO "
         "against all others, one-sided Mann-Whitney; what was stopped does not jitter",
         "the difference in SO is not greater",
-        _oscillation(NOMINAL),
+        deployable(_oscillation(NOMINAL), NOMINAL),
         about=DECISION,
     ),
     Claim(
@@ -228,7 +265,7 @@ CLAIMS = [
         CELLS,
         "as above, of policies trained with randomisation",
         "the difference in SO is not greater",
-        _oscillation("joint_reach_randomised"),
+        deployable(_oscillation("joint_reach_randomised"), "joint_reach_randomised"),
         about=CONDITIONS["joint_reach_randomised"][1],
     ),
     Claim(
@@ -246,7 +283,7 @@ CLAIMS = [
         CELLS,
         "share at 100 Hz less that at 10 Hz, within cells, one-sided sign-flip test",
         "jitter does not fall",
-        _rate,
+        deployable(_rate, "joint_reach_100_hz", "joint_reach_10_hz"),
         about=RATED,
     ),
     Claim(
@@ -254,7 +291,7 @@ CLAIMS = [
         "Jitter falls most between 50 and 20 Hz.",
         CELLS,
         "that fall less the greatest other one is above 0, by its bootstrap interval",
-        judge=_sharpest,
+        judge=deployable(_sharpest, *RATES),
         about=RATED,
     ),
     Claim(
@@ -263,7 +300,7 @@ CLAIMS = [
         CELLS,
         "rank correlation of the error of outputs with E, one-sided",
         "the correlation is not positive",
-        _network,
+        deployable(_network, NOMINAL),
         about=DECISION,
     ),
     Claim(
@@ -272,7 +309,7 @@ CLAIMS = [
         CELLS,
         "rank correlation of S* with E, one-sided",
         "the correlation is not negative",
-        _inverse,
+        deployable(_inverse, NOMINAL),
         about=DECISION,
     ),
 ]
