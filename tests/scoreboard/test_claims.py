@@ -74,25 +74,38 @@ def test_slopes_over_all_tasks_need_each_of_them_and_both_signs():
     assert CLAIMS["pooled_slopes"].finding(evidence(**lacking)).n == 4
 
 
-def end_to_end(seeds=3, **by_region):
+def end_to_end(collections=3, seeds=3, **by_region):
     """Policies of an operator's demonstrations at the corners, a row each."""
     one = cloning(FOUR, **by_region)
-    rows = pd.concat([one.assign(success=one.success + 0.01 * i) for i in range(seeds)])
-    return {"block_stack_teleoperated__operator__cells": rows}
+    rows = [
+        one.assign(success=one.success + 0.01 * i + 0.001 * seed, collection=i, seed=seed)
+        for i in range(collections)
+        for seed in range(seeds)
+    ]
+    return {"block_stack_teleoperated__operator__cells": pd.concat(rows)}
 
 
 def test_end_to_end_asks_whether_every_other_corner_is_worse():
     assert verdict("end_to_end", **end_to_end(CO=0.8)) is YES
     assert verdict("end_to_end", **end_to_end(CO=0.8, SO=0.8)) is NO
     assert verdict("end_to_end", **end_to_end(CO=0.5, CU=0.9)) is NO
-    # of two policies a corner, the least p is a sixth
-    assert verdict("end_to_end", **end_to_end(seeds=2, CO=0.8)) is OPEN
+    # of two collections a corner, the least p is a sixth
+    assert verdict("end_to_end", **end_to_end(collections=2, CO=0.8)) is OPEN
     found = CLAIMS["end_to_end"].finding(evidence(**end_to_end(CO=0.8)))
     assert found.n == 12
     assert found.ours.startswith("CO 8")
     assert verdict("end_to_end", block_stack__nominal__cells=cloning(CO=0.8)) is NOT_RUN
     few = cloning([(32, 2), (2048, 128)])
     assert verdict("end_to_end", block_stack_teleoperated__operator__cells=few) is NOT_RUN
+
+
+def test_trainings_on_one_collection_are_one_unit():
+    many = end_to_end(collections=1, seeds=20, CO=0.8)
+    assert verdict("end_to_end", **many) is OPEN
+    assert CLAIMS["end_to_end"].finding(evidence(**many)).n == 4
+    # so they are where the table does not say which collection it is
+    ((path, table),) = many.items()
+    assert verdict("end_to_end", **{path: table.drop(columns="collection")}) is OPEN
 
 
 def test_the_project_s_own_first_grid_is_told_as_it_is():
