@@ -225,7 +225,7 @@ def every(findings: Sequence[Finding]) -> Finding:
     weakest = min(findings, key=lambda finding: order.index(finding.verdict))
     first = findings[0]
     known = weakest.verdict in (Verdict.NOT_REPRODUCED, Verdict.REPRODUCED)
-    p = float(np.nanmax([finding.p for finding in findings])) if known else nan
+    p = max((one.p for one in findings if known and not isnan(one.p)), default=nan)
     return Finding(weakest.verdict, first.n, first.value, first.lower, first.upper, p)
 
 
