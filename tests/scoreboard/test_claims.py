@@ -12,7 +12,7 @@ from t2l.scoreboard.cloning import STUDY_TASKS
 from t2l.scoreboard.evidence import Evidence
 from t2l.scoreboard.table import CHAINS
 from t2l.stats.rank import spearman
-from t2l.stats.verdict import Verdict
+from t2l.stats.verdict import ALPHA, Verdict
 from tests.scoreboard.planted import (
     CLONING,
     CORNERS,
@@ -35,8 +35,9 @@ FIVE = [(16, 2), (16, 24), (128, 8), (512, 2), (512, 24)]
 
 def verdict(key, **tables):
     found = CLAIMS[key].finding(evidence(**tables))
-    assert found.p <= 1 or isnan(found.p)
-    assert isnan(found.p) or found.verdict is not NOT_RUN
+    if not isnan(found.p):
+        assert (found.p <= ALPHA) == (found.verdict is YES)
+        assert found.n
     return found.verdict
 
 
