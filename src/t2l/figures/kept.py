@@ -16,6 +16,7 @@ from t2l.attenuation.success import predictors
 from t2l.figures import ablation, attenuation, fidelity, identification, transfer
 from t2l.figures.heatmap import success_and_loss
 from t2l.figures.learning import landscape
+from t2l.figures.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 from t2l.figures.sample_efficiency import sample_efficiency
 from t2l.figures.scaling import scaling
 from t2l.figures.style import title
@@ -103,6 +104,14 @@ def _ablation(folder: Path) -> Figure:
     return ablation.ablation(cells, inside)
 
 
+def _regimes(folder: Path) -> Figure:
+    cloned, learned = _read(folder, "cloning_grid"), _read(folder, "transfer_decision")
+    return regimes(
+        cloned[cloned.variant == "nominal"][[*CLONING_COLUMNS]], grid_of(cloned, "cloning"),
+        learned[learned.without.isna()][[*TRANSFER_COLUMNS]], grid_of(learned, "transfer"),
+    )  # fmt: skip
+
+
 def _jitter(folder: Path) -> Figure:
     table = deployed(_read(folder, "transfer_rates"))
     by_rate = {str(hertz): rows for hertz, rows in table.groupby("policy_rate_hz")}
@@ -139,6 +148,7 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "effective_error": _effective_error,
     "transfer_decision": _transfer,
     "transfer_ablation": _ablation,
+    "regimes": _regimes,
     "jitter": _jitter,
     "action_scales": _scales,
     "sample_efficiency": _efficiency,
