@@ -52,7 +52,8 @@ def run() -> pd.DataFrame:
         cells = part(error)
         evidence = {
             "sim_to_real/joint_reach/rollouts": cells,
-            "sim_to_real/joint_reach/cells": cells.assign(success_sim_100=1.0),
+            # the study deploys policies that work and keep the limits
+            "sim_to_real/joint_reach/cells": cells.assign(success_sim_100=1.0, objective=2.0),
             "sim_to_real/identification": part(identified),
         }
         rows += _judged(name, TRANSFER, evidence)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
+from t2l.attenuation.noise import magnitudes
 from t2l.attenuation.success import by_cell as means_by_cell
 from t2l.attenuation.success import predictors
 from t2l.figures import ablation, attenuation, fidelity, identification, transfer
@@ -34,6 +35,7 @@ from t2l.transfer.summary import over_seeds
 
 HOLD_S = 0.02  # of policies at 50 Hz, as in every grid
 SIMULATION_RATE_HZ = 500
+DPI = {"": 100, "identified_over_true": 200}  # format: of PNG beside text; small print needs more
 TASKS = (
     "bimanual_handover", "dishrack_loading", "dishrack_unloading", "dishwasher", "mug_hanging",
 )  # fmt: skip
@@ -76,6 +78,23 @@ def _demonstrations(folder: Path) -> Figure:
 def _fidelity(folder: Path) -> Figure:
     heading = f"{title('block_stack')}: fidelity of torque-to-position retargeting"
     return fidelity.fidelity(replays(_read(folder, "fidelity")), SIMULATION_RATE_HZ, heading)
+
+
+def _variance(folder: Path) -> Figure:
+    table = _read(folder, "held_noise")
+    return attenuation.variance(table, grid_of(table, "cloning"))
+
+
+def _noise(folder: Path) -> Figure:
+    cells = means_by_cell(_read(folder, "cloning_grid").query("variant == 'nominal'"))
+    table = _read(folder, "noisy_replays").rename(columns={"mean": "success"})
+    undisturbed = table[table.condition == "none"].rename(columns={"success": "replay_success"})
+    noisy = table[table.condition != "none"]
+    rows = noisy.loc[noisy.index.repeat(noisy["size"])]
+    # every cell has the same
+    largest = magnitudes(cells, Cell(cells.kp.iloc[0], cells.kd.iloc[0]))["same"]
+    grid, heading = grid_of(cells, "cloning"), title("block_stack")
+    return attenuation.noise_success(rows.assign(magnitude_rad=largest), undisturbed, grid, heading)
 
 
 def _effective_error(folder: Path) -> Figure:
@@ -145,6 +164,8 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "variants": _variants,
     "demonstrations": _demonstrations,
     "block_stack_fidelity": _fidelity,
+    "attenuation": _variance,
+    "block_stack_noise": _noise,
     "effective_error": _effective_error,
     "transfer_decision": _transfer,
     "transfer_ablation": _ablation,

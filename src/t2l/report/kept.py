@@ -1,14 +1,45 @@
-"""The scoreboard and its counts on pages of the documentation, from kept tables."""
+"""What the documentation shows, made of the tables that the repository keeps in docs/data.
+
+`python -m t2l.report.kept` brings the documentation up to its data; the workflow's target
+`published` writes the same into results/published.
+"""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
+import yaml
 
-from t2l.scoreboard.table import counts, printable_scoreboard
+from t2l.artefacts import write_text
+from t2l.attenuation.success import by_cell
+from t2l.config.models.experiment import TransferDecision
+from t2l.figures.kept import DPI, FIGURES, grid_of
+from t2l.figures.style import write
+from t2l.report.scoreboard import render
+from t2l.scoreboard.kept import deployed, evidence
+from t2l.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
+from t2l.stats.attenuation import effective_error_table, printable_effective_error
+from t2l.stats.decision import decide, printable_decision
+from t2l.stats.decision_rule import Rule
+from t2l.stats.decoupling import decoupling_table
+from t2l.stats.decoupling import printable as printable_decoupling
+from t2l.stats.regions import printable_regions, region_table
+from t2l.stats.transfer import jitter_table, printable_jitter
 from t2l.stats.verdict import Verdict
 
+Tables = Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]  # a name, the numbers, and as text
+PAGES = ("README.md", "docs/scoreboard.md")
+ROBOT = "fr3"
 SHOWN = ["Statement", "Section", "The study", "Ours", "n", "p", "Verdict"]
+# of tables that have a row a policy
+CLONED = (
+    "cloning_grid", "bimanual_handover", "dishrack_loading", "dishrack_unloading", "dishwasher",
+    "mug_hanging", "ur5e", "ablations", "policy_classes", "lerobot_policies", "demonstrations",
+    "variants",
+)  # fmt: skip
+GRIDS = (*CLONED[:7],)
+HOLD_S = 0.02
 # how pages tell the counts; the last word may be a link
 COUNTS = re.compile(
     r"of(\s+)\d+ statements(\s+)\d+ are reproduced,(\s+)\d+ are(\s+)not,(\s+)\d+ cannot be told,"
@@ -17,8 +48,46 @@ COUNTS = re.compile(
 )
 
 
+def registered(path: Path) -> Rule:
+    """The rule on transfer that a study's configuration registers."""
+    section = yaml.safe_load(path.read_text(encoding="utf-8"))["transfer_decision"]
+    return Rule(**TransferDecision(**section).model_dump())
+
+
+def tables(folder: Path, rule: Rule) -> Tables:
+    """Each table by its name.
+
+    Args:
+        folder: docs/data.
+    """
+
+    def read(name: str) -> pd.DataFrame:
+        return pd.read_csv(folder / f"{name}.csv")
+
+    for name in CLONED:
+        policies = read(name)
+        variants = {str(key): rows for key, rows in policies.groupby("variant", sort=False)}
+        table = region_table(variants, grid_of(policies, "cloning"))
+        yield f"{name}_regions", table, printable_regions(table)
+    grids = {name: read(name).query("variant == 'nominal'") for name in GRIDS}
+    table = effective_error_table({name: by_cell(rows) for name, rows in grids.items()}, HOLD_S)
+    yield "effective_error", table, printable_effective_error(table)
+    policies = read("transfer_decision").query("without.isna()")
+    table = decide(deployed(policies), policies, rule)
+    yield "transfer_decision", table, printable_decision(table)
+    rates = {str(hertz): rows for hertz, rows in read("transfer_rates").groupby("policy_rate_hz")}
+    table = jitter_table(
+        {name: deployed(rows) for name, rows in rates.items()},
+        {name: float(name) for name in rates},
+    )
+    yield "jitter", table, printable_jitter(table)
+    trainings = read("decoupling")
+    table = decoupling_table(trainings, list(dict.fromkeys(trainings.pairing)))
+    yield "decoupling", table, printable_decoupling(table)
+
+
 def judged(table: pd.DataFrame) -> str:
-    """The rows that were judged, as Markdown."""
+    """The rows of a scoreboard that were judged, as Markdown."""
     printed = printable_scoreboard(table)[table.verdict != Verdict.NOT_RUN][SHOWN]
     return printed.to_markdown(index=False, disable_numparse=True)
 
@@ -30,7 +99,7 @@ def open_statements(table: pd.DataFrame) -> str:
 
 
 def with_counts(text: str, table: pd.DataFrame) -> str:
-    """A page's text whose counts of verdicts are those of the table."""
+    """A page's text whose counts of verdicts are those of the scoreboard."""
     found = counts(table)
     numbers = [len(table), *(found.get(str(verdict), 0) for verdict in Verdict)]
 
@@ -52,11 +121,54 @@ def with_tables(text: str, table: pd.DataFrame) -> str:
     )
 
 
-def write_pages(root: Path, table: pd.DataFrame) -> None:
-    """Bring README.md and docs/scoreboard.md up to the table."""
-    for name, change in (
-        ("README.md", with_counts),
-        ("docs/scoreboard.md", lambda text, rows: with_counts(with_tables(text, rows), rows)),
-    ):
-        path = root / name
-        path.write_text(change(path.read_text(encoding="utf-8"), table), encoding="utf-8")
+def pages(root: Path, table: pd.DataFrame) -> Iterator[tuple[str, str]]:
+    """Each page that tells of the scoreboard, by its path, and what it is to say.
+
+    Args:
+        root: of the repository.
+    """
+    readme, page = ((root / name).read_text(encoding="utf-8") for name in PAGES)
+    yield PAGES[0], with_counts(readme, table)
+    yield PAGES[1], with_counts(with_tables(page, table), table)
+
+
+def write_all(folder: Path, rule: Rule, root: Path, out: Path) -> None:
+    """Scoreboard, tables, figures and pages, below `out`.
+
+    Args:
+        folder: docs/data.
+        root: of the repository, whose pages are brought up to the data.
+    """
+    kept = evidence(folder, rule)
+    board = scoreboard(kept)
+    printed = printable_scoreboard(board)
+    write_text(board.to_csv(index=False), out / "scoreboard.csv")
+    write_text(_markdown(printed), out / "scoreboard.md")
+    write_text(to_latex(printed), out / "scoreboard.tex")
+    write_text(render(board, kept.studies, ROBOT), out / "scoreboard.html")
+    for name, table, text in tables(folder, rule):
+        write_text(table.to_csv(index=False), out / "tables" / f"{name}.csv")
+        write_text(_markdown(text), out / "tables" / f"{name}.md")
+    for name, draw in FIGURES.items():
+        paths = [out / "figures" / f"{name}.{suffix}" for suffix in ("pdf", "png")]
+        write(draw(folder), paths)
+    for name, text in pages(root, board):
+        write_text(text, out / "pages" / name)
+
+
+def write_documentation(root: Path) -> None:
+    """Bring pages and figures of the documentation up to its data."""
+    folder = root / "docs/data"
+    rule = registered(root / "config/studies/transfer_decision.yaml")
+    for name, text in pages(root, scoreboard(evidence(folder, rule))):
+        write_text(text, root / name)
+    for name, draw in FIGURES.items():
+        write(draw(folder), [root / "docs" / f"{name}.png"], dpi=DPI.get(name, DPI[""]))
+
+
+def _markdown(printed: pd.DataFrame) -> str:
+    return printed.to_markdown(index=False, disable_numparse=True) + "\n"
+
+
+if __name__ == "__main__":
+    write_documentation(Path())
