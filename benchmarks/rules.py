@@ -20,6 +20,7 @@ CLAIMS = {claim.key: claim for claims in CHAINS.values() for claim in claims}
 CLONING = (
     *("co_block_stack", "stiffness_hurts", "damping_helps", "compliant_once_overdamped"),
     *("overdamped_once_compliant", "loss_misleads", "effective_error", "effective_beats_loss"),
+    "effective_beats_ratio",
 )
 TRANSFER = (
     *("transfer_joint_reach", "slopes_joint_reach", "inverse_relation"),
