@@ -148,7 +148,8 @@ AFTERWARDS: Mapping[str, str] = {
     "ablation_transformer": "150 epochs in place of 50, which gave p 0.53",
     "ablation_classes": "the row was written after two of the classes; it takes the Transformer's "
     "150 epochs",
-    "ablation_images": "shifts of pictures were added after training without them had failed",
+    "ablation_images": "the unit was the training seed before, and the verdict not reproduced; "
+    "shifts of pictures were added after training without them had failed",
     "effective_beats_loss": "signed correlations were compared before, and the verdict reproduced",
     "effective_beats_ratio": "the row was added after the correlations were known",
     "existence_joint_reach": "trials counted before; the rule was written after the trainings",
