@@ -131,6 +131,14 @@ def test_a_variant_has_a_row_of_its_own(key, variant):
     assert verdict("co_block_stack", **tables) is NOT_RUN
 
 
+def test_policies_of_which_none_works_tell_nothing_of_gains():
+    none = cloning(CO=0.0, SO=0.02, CU=0.01, SU=0.0)
+    none["success"] = none.success.clip(upper=0.04)
+    assert verdict("ablation_history", block_stack__history_1__cells=none) is OPEN
+    some = none.assign(success=none.success.where(none.kd < 100, 0.15))
+    assert verdict("ablation_history", block_stack__history_1__cells=some) is not OPEN
+
+
 def test_the_joint_row_of_classes_asks_for_all_of_them():
     def classes(*better, **others):
         tables = {f"block_stack__{name}__cells": cloning(CO=0.8) for name in better}

@@ -9,11 +9,12 @@ from t2l.published.numbers import Published, splits
 from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among, percents
+from t2l.scoreboard.words import among, cannot_tell, percents
 from t2l.stats.regions import REGIONS, by_cell
 from t2l.stats.slopes import share_slopes
 from t2l.stats.verdict import (
     Finding,
+    Verdict,
     correlated,
     every,
     every_at_most,
@@ -40,6 +41,7 @@ CELLS = "cell (mean over training seeds)"
 CO_REST = "success of cells in CO against all others, one-sided Mann-Whitney"
 CO_REST_NULL = "success in CO is not greater than outside"
 SIMULATION_RATE_HZ = 500
+WORKS = 0.1  # statistics: success of the best cell, below which none tells one gain from another
 
 
 def cells_of(
@@ -62,6 +64,9 @@ def co_beats_rest(variant: str = NOMINAL, task: str = TASK) -> Judge:
         cells = cells_of(evidence, variant, task)
         co = cells[cells.region == "CO"].success.to_numpy()
         rest = cells[cells.region != "CO"].success.to_numpy()
+        if cells.success.max() < WORKS:
+            told = percents(Finding(Verdict.CANNOT_TELL, len(cells)), co, rest)
+            return cannot_tell(told, "no policy works")
         return percents(greater(co, rest, tests=tests, claimed=published.effect), co, rest)
 
     return judge

@@ -41,7 +41,7 @@ RATES = {
 NOMINAL = "joint_reach"
 POLICY = ("kp", "kd", "seed")  # what names one
 CELLS = "cell (mean over rollouts and training seeds)"
-NO_LIMITS = "none keeps the study's limits"
+NO_LIMITS = "keeps the study's limits"
 NOTHING = "nothing jitters, at no rate"
 FEASIBLE = 1.0  # bound: of the study's objective, from which on a policy keeps its limits
 WORKS = 0.95  # success in its own simulator that the study asks of a trial (V-B)
@@ -84,7 +84,7 @@ def deployable(judge: Judge, *conditions: str) -> Judge:
         if any((each.objective >= FEASIBLE).any() for each in policies):
             return found
         number = sum(map(len, policies))
-        return cannot_tell(found, f"of {number} policies {NO_LIMITS}")
+        return cannot_tell(found, f"of {number} policies none {NO_LIMITS}")
 
     return judged
 
@@ -209,7 +209,7 @@ def _registered(evidence: Evidence, published: Published, tests: int) -> Finding
     except AbsentError:
         return found
     # the rule is registered, and so decides; that it asks for no limits is told beside it
-    limits = f"; {NO_LIMITS}" if (policies.objective < FEASIBLE).all() else ""
+    limits = f"; no policy {NO_LIMITS}" if (policies.objective < FEASIBLE).all() else ""
     return replace(found, ours=held + limits)
 
 

@@ -148,6 +148,7 @@ AFTERWARDS: Mapping[str, str] = {
     "ablation_transformer": "150 epochs in place of 50, which gave p 0.53",
     "ablation_classes": "the row was written after two of the classes; it takes the Transformer's "
     "150 epochs",
+    "ablation_history": "that some policy works was added after it was known that none does",
     "ablation_images": "the unit was the training seed before, and the verdict not reproduced; "
     "shifts of pictures were added after training without them had failed",
     "effective_beats_loss": "signed correlations were compared before, and the verdict reproduced",
