@@ -10,7 +10,7 @@ UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 unexport PYTHONDONTWRITEBYTECODE
 SNAKEMAKE = $(BIN)/snakemake --cores $(CORES) --configfile $(CONFIG)
 
-.PHONY: help figures tables diagnosis decoupling landscape all report test test-slow lint bench docs lock clean
+.PHONY: help figures tables diagnosis decoupling landscape published all report test test-slow lint bench docs lock clean
 
 help:
 	@echo "make figures   all figures of $(CONFIG) (another: make figures CONFIG=config/studies/paper.yaml)"
@@ -23,11 +23,12 @@ help:
 	@echo "make test      lint and all tests but the slow ones"
 	@echo "make test-slow those: smoke runs through Slurm and killed twenty times, the largest plan"
 	@echo "make bench     speed, as ratios against baselines of the same run"
-	@echo "make docs      write config/schema.json and the table of config/README.md anew"
+	@echo "make published the scoreboard, tables and figures of docs/, of kept results; trains nothing"
+	@echo "make docs      write config/schema.json, the table of config/README.md, scoreboard and figures anew"
 	@echo "make lock      compile environment.lock anew from pyproject.toml"
 	@echo "make clean     remove the environment; results stay"
 
-figures tables diagnosis decoupling landscape all: $(ENV)/ready
+figures tables diagnosis decoupling landscape published all: $(ENV)/ready
 	$(SNAKEMAKE) -- $@
 
 report: all
@@ -49,6 +50,7 @@ bench: $(ENV)/ready
 
 docs: $(ENV)/ready
 	$(BIN)/python -m t2l.config.document
+	$(BIN)/python -m t2l.report.kept
 
 lock: | $(UV)
 	$(UV) pip compile --quiet --universal --generate-hashes --python-version 3.12 --all-extras \

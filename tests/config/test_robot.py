@@ -64,8 +64,6 @@ def test_a_back_end_of_a_users_own_has_its_own_keys(config, refused, tmp_path):
     path = tmp_path / "elsewhere.py"
     path.write_text(MINE)
     load_extensions([path])
-    # effects are those of the virtual robot
-    del config["robot_ablation"]
     config["robot"] = {"backend": "elsewhere", "port": "x"}
     assert "config: robot.port: found 'x'; allowed: an integer" in refused(config)
     config["robot"]["port"] = 5
@@ -77,6 +75,5 @@ def test_a_back_end_of_a_users_own_has_its_own_keys(config, refused, tmp_path):
 def test_what_only_plays_back_gets_no_policies(config, tmp_path):
     for kp, kd in ((16, 1), (512, 1), (128, 8), (16, 24), (512, 24)):
         (tmp_path / f"kp{kp}_kd{kd}.yaml").touch()
-    del config["robot_ablation"]
     config["robot"] = {"backend": "recorded", "recordings": str(tmp_path)}
     assert read_study(config, ROOT / "config").conditions == ()

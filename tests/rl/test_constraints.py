@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.rl.constraints import NAMES, TOLERATED, Evaluation, Limits, violations
+from t2l.rl.constraints import LIMITS, NAMES, TOLERATED, Evaluation, Limits, violations
 from t2l.robots import make_robot
 
 ROBOT = make_robot("fr3")
@@ -14,7 +14,7 @@ share = st.floats(0, 1)
 @given(share, st.fixed_dictionaries(dict.fromkeys(NAMES, share)))
 def test_whoever_keeps_the_limits_beats_whoever_does_not(success, rates):
     value = Evaluation(success, rates).objective
-    tolerated = all(rates[name] <= TOLERATED[name] for name in NAMES)
+    tolerated = all(rates[name] <= TOLERATED[name] for name in LIMITS)
     assert (1 <= value <= 2) if tolerated else (0 <= value <= 1)
 
 
@@ -34,6 +34,14 @@ def test_no_kept_limit_makes_up_for_a_task_unsolved(one, other, rates, solved_at
         # of what solves the task, the study's order
         assert solved.value(solved_at) == 1 + solved.objective
     assert solved.value() == solved.objective
+
+
+def test_the_objective_has_the_study_s_four_limits_and_no_other():
+    """Jitter is told, and is no success; it is no constraint of the study's (its App. G)."""
+    assert set(TOLERATED) == {"position", "velocity", "torque", "torque_rate"}
+    shaking = Evaluation(0.7, dict.fromkeys(LIMITS, 0.0) | {"jitter": 0.3})
+    assert shaking.feasible
+    assert shaking.objective == pytest.approx(1.7)
 
 
 def test_a_torque_rate_within_its_allowance_costs_nothing():

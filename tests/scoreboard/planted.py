@@ -77,10 +77,14 @@ def transfer(cells=TRANSFER, rollouts=5, slope=0.0, jitter=None, seed=0, **colum
     return pd.concat(parts, ignore_index=True)
 
 
-def deployed(condition: str, cells=TRANSFER, **planted) -> dict[str, pd.DataFrame]:
-    """Rollouts as `transfer` plants them, of policies that all work in their simulator."""
+def deployed(condition: str, cells=TRANSFER, objective=2.0, **planted) -> dict[str, pd.DataFrame]:
+    """Rollouts as `transfer` plants them, of policies that all work in their simulator.
+
+    Args:
+        objective: of these policies; below 1 they break a limit.
+    """
     folder = f"sim_to_real__{condition}"
     return {
         f"{folder}__rollouts": transfer(cells, **planted),
-        f"{folder}__cells": frame(cells, "transfer", success_sim_100=1.0),
+        f"{folder}__cells": frame(cells, "transfer", success_sim_100=1.0, objective=objective),
     }

@@ -7,6 +7,8 @@ import pandas as pd
 import pytest
 import yaml
 
+from t2l.config.study import read_study
+from t2l.published.numbers import splits
 from t2l.scoreboard import ablations, cloning, transfer
 from t2l.scoreboard.claim import nothing
 from t2l.scoreboard.evidence import AbsentError, AmbiguousError, Evidence
@@ -158,3 +160,22 @@ def test_one_study_has_all_or_it_is_said_what_it_lacks():
         several.only("cloning_grid").of_one("cloning_grid", make)
     with pytest.raises(AbsentError, match="no results"):
         of().of_one("cloning_grid", make)
+
+
+def test_studies_divide_their_grids_as_the_scoreboard_does():
+    for name, entry in SHIPPED.items():
+        study = read_study(entry, ROOT / "config")
+        for grid, chain in ((study.grid, "cloning"), (study.recording_grid, "transfer")):
+            split = splits()[chain]
+            for cell in grid.cells:
+                assert grid.region(cell) == split.regions([cell.kp], [cell.kd])[0], (name, cell)
+
+
+def test_what_is_judged_of_reinforcement_learning_has_the_study_s_reward():
+    named = {"joint_reach", *transfer.CONDITIONS, *transfer.RATES}
+    judged = [*CHAINS["Reinforcement learning"], *CHAINS["Transfer"]]
+    for study in {claim.about for claim in judged if claim.about}:
+        for condition in SHIPPED[study]["sim_to_real"]["conditions"]:
+            if condition["name"] in named:
+                task = yaml.safe_load((ROOT / f"config/tasks/{condition['task']}.yaml").read_text())
+                assert task["reward"] == "isaaclab", (study, condition["name"])

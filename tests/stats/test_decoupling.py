@@ -17,11 +17,12 @@ def run(*stiffness, passive):
     return pd.DataFrame([(10, 0, 1e9, passive, 0.0, 0.0, 0.0), *last], columns=columns)
 
 
-def trainings(stiff, soft):
+def trainings(stiff, soft, **last):
+    """With `drift` or `success` of the stiff arm's last evaluations."""
     tables = {}
     for seed, (a, b) in enumerate(zip(stiff, soft, strict=True), start=1):
         tables[STIFF, seed] = run(a / 2, a, 5 * a, passive=30.0)
-        tables[SOFT, seed] = run(b / 2, b, 5 * b, passive=900.0)
+        tables[SOFT, seed] = run(b / 2, b, 5 * b, passive=900.0).assign(**last)
     return summarise(tables)
 
 
@@ -45,4 +46,15 @@ def test_its_absence_is_found_too_and_two_seeds_have_no_p():
     assert table.p[0] == pytest.approx(1.0)
     few = decoupling_table(trainings([900, 1000], [180, 200]), ["stiff", "soft"])
     assert np.isnan(few.p[0])
-    assert printable(few).p.tolist() == ["too few seeds", "–"]
+    assert printable(few).p.tolist() == ["not told", "–"]
+
+
+def test_a_tool_that_drifts_or_a_pose_that_is_not_held_has_no_stiffness_to_compare():
+    told = [900, 1000, 1200], [180, 200, 250]
+    for lacking in ({"drift": 1.6}, {"success": 0.0}):
+        table = decoupling_table(trainings(*told, **lacking), ["stiff", "soft"])
+        assert table.ratio[0] == 5
+        assert np.isnan(table.p[0])
+    drifts = printable(decoupling_table(trainings(*told, drift=1.6), ["stiff", "soft"]))
+    assert drifts["Drift when measured"].tolist() == ["0 %", "160 %"]
+    assert drifts["Holds the pose"].tolist() == ["100 %", "100 %"]

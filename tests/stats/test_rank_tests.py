@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from scipy.stats import mannwhitneyu
 
-from t2l.stats.rank_tests import rank_correlation, rank_sum_p, sign_flip_p, spearman
+from t2l.stats.rank import spearman
+from t2l.stats.rank_tests import rank_correlation, rank_sum_p, sign_flip_p
 
 
 def test_ranks_of_two_groups_by_hand():
@@ -51,3 +52,20 @@ def test_spearman_goes_along_the_last_axis():
     x = np.array([[1.0, 2.0, 3.0], [3.0, 2.0, 1.0]])
     y = np.array([[1.0, 5.0, 9.0], [1.0, 5.0, 9.0]])
     assert spearman(x, y).tolist() == [1.0, -1.0]
+
+
+def test_equal_numbers_that_rounding_tells_apart_are_ties():
+    apart, others = [0.3 - 0.1, 0.5, 0.0], [0.4 - 0.2, 0.2, 0.1 + 0.2 - 0.3, 0.0]
+    assert apart[0] != others[1]
+    assert others[2] != others[3]
+    exact, same = [0.2, 0.5, 0.0], [0.2, 0.2, 0.0, 0.0]
+    assert rank_sum_p(apart, others) == rank_sum_p(exact, same)
+    many = 8  # of each: more arrangements than are counted
+    assert rank_sum_p(apart * many, others * many) == rank_sum_p(exact * many, same * many)
+    x, known, y = np.array([*apart, *others]), np.array([*exact, *same]), np.arange(7.0)
+    assert spearman(x, y) == spearman(known, y)
+    assert rank_correlation(x, y, 1) == rank_correlation(known, y, 1)
+
+
+def test_small_numbers_are_no_ties():
+    assert rank_sum_p([3e-9, 4e-9, 1.0], [1e-9, 2e-9, 1e-10]) == pytest.approx(1 / 20)

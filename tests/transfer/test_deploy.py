@@ -161,7 +161,9 @@ def test_torque_is_clamped_and_what_is_too_fast_stopped_alone():
     table = rollout_table(policy, CELL, 3, rollouts, rollouts)
     assert table.trajectory_error.tolist() == [0.0, 0.0]
     assert table.duration_s.tolist() == [1.0, last / 100]
-    assert table.jitter_failure.tolist() == [False, True]
+    assert table.jitter_failure.tolist() == [False, False]
+    assert [bool(reason) for reason in table.stopped] == [False, True]
+    assert table.success.tolist() == [True, False]
     assert (table.seed == 3).all()
 
 
@@ -264,13 +266,13 @@ def test_jitter_is_what_shakes_at_the_end():
     assert table.success.tolist() == table.success_sim.tolist() == [True, False]
 
 
-def test_a_rollout_that_was_stopped_failed_however_calm_it_was():
+def test_a_rollout_that_was_stopped_failed_but_not_by_jitter():
     calm = np.zeros(300)
     calm[290:] = np.nan
     real, sim = made(calm, calm, "out of the workspace"), made(np.zeros(300), np.zeros(300))
     policy = Proportional(1, 1.0)
     table = rollout_table(policy, CELL, 1, real, sim)
-    assert table.jitter_failure.tolist() == [True]
+    assert table.jitter_failure.tolist() == [False]
     assert np.isnan(table.jitter_rad_s[0])
     assert table.jitter_failure_sim.tolist() == [False]
     assert table.stopped.tolist() == ["out of the workspace"]

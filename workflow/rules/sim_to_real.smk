@@ -333,10 +333,8 @@ rule transfer_figures:
         rollouts=expand(
             result("sim_to_real", "{condition}", "rollouts.parquet"), condition=CONDITION_NAMES[:1]
         ),
-        jitter=result("tables", "jitter.csv"),
     output:
         errors=transfer_figure("transfer", "transfer"),
-        jitter=transfer_figure("jitter", "jitter"),
         wrist=transfer_figure("wrist", "wrist"),
         observations=transfer_figure("observations", "observations"),
     params:
@@ -357,6 +355,25 @@ rule transfer_figures:
         "../envs/t2l.yaml"
     script:
         "../scripts/transfer_figures.py"
+
+
+rule jitter_figure:
+    input:
+        result("tables", "jitter.csv"),
+    output:
+        transfer_figure("jitter", "jitter"),
+    params:
+        version=VERSION,
+    log:
+        result("logs", "jitter_figure.log"),
+    benchmark:
+        result("benchmarks", "jitter_figure.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/jitter_figure.py"
 
 
 rule learning_figures:
@@ -394,6 +411,9 @@ if CONDITION_NAMES:
         *rules.learning_figures.output,
     ]
     TRANSFER_TABLES += [*rules.transfer_statistics.output]
+    # against a single rate it is one point
+    if len({entry["policy_rate_hz"] for entry in CONDITIONS}) > 1:
+        TRANSFER_FIGURES += [*rules.jitter_figure.output]
     if ABLATION:
         TRANSFER_FIGURES += [*rules.ablation.output.figure]
         TRANSFER_TABLES += [*rules.ablation.output.table]

@@ -16,9 +16,6 @@ with job(snakemake):
         for condition, path in zip(snakemake.params.conditions, given.cells, strict=True)
     }
     write(transfer.error_maps(cells, grid), output.errors)
-    write(
-        transfer.jitter_by_period(read_table(given.jitter, transfer.JITTER_COLUMNS)), output.jitter
-    )
 
     rollouts = read_table(given.rollouts[0], ("kp", "kd", "seed", "rollout", "trajectory_error"))
     traces, observations, captions = {}, {}, []

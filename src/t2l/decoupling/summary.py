@@ -11,6 +11,19 @@ if TYPE_CHECKING:
 COLUMNS = (
     "pairing", "kp", "kd", "seed", "stiffness_n_m", "passive_n_m", "drift", "success",
 )  # fmt: skip
+AT_REST = 0.1  # statistics: of Δx in the last half second, so that K_eff is known to a tenth
+
+
+def holding(trainings: "pd.DataFrame") -> "pd.Series":
+    """Of which trainings K_eff is a stiffness: the policy holds its pose, and rests when pushed.
+
+    It holds the pose if it ever ends an episode within the task's tolerance. A tool that still
+    drifts has no steady displacement, which K_eff is defined by.
+
+    Args:
+        trainings: columns `drift` and `success`.
+    """
+    return (trainings.success > 0) & (trainings.drift <= AT_REST)
 
 
 def summarise(tables: Mapping[tuple[Pairing, int], "pd.DataFrame"]) -> "pd.DataFrame":

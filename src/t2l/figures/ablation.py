@@ -53,6 +53,6 @@ def ablation(cells: "pd.DataFrame", inside: dict[Cell, bool]) -> Figure:
         if 0 < stiff < len(order):
             panel.axvline(stiff - 0.5, color="0.2", ls="--", lw=1)
             panel.set_title("left of the line: stiff, overdamped cells", fontsize=9)
-        figure.colorbar(image, ax=panel, label="jitter or were stopped [%]")
+        figure.colorbar(image, ax=panel, label="jitter to their end [%]")
         figure.suptitle("The same policies on the robot without one of its effects", fontsize=11)
     return figure

@@ -106,14 +106,14 @@ def heatmap(
     text: Callable[[float], str],
     label: str | None,
     percent: bool = False,
-    region: str = "CO",
+    region: str | None = "CO",
 ) -> None:
     """Draw values (nkd, nkp) with their text, blank where NaN; with a label, a colour bar too.
 
     A single cell has nothing to be compared with: its number is written, and no map is drawn.
 
     Args:
-        region: to outline, as `Grid.region` names it: of the overdamped ones.
+        region: to outline, as `Grid.region` names it: of the overdamped ones; or none.
     """
     if values.size == 1:
         axes.set_axis_off()
@@ -141,7 +141,8 @@ def heatmap(
     axes.set_xlabel("stiffness Kp [N·m/rad]")
     axes.set_ylabel("damping Kd [N·m·s/rad]")
     axes.spines[:].set_visible(False)
-    _outline(axes, grid, region)
+    if region is not None:
+        _outline(axes, grid, region)
     if label is None:
         return
     bar = axes.figure.colorbar(image, ax=axes, label=label, shrink=0.9)

@@ -1,4 +1,4 @@
-"""Which gains each way of learning prefers: one panel each (the study's figure 1)."""
+"""What each way of learning reaches under which gains: one panel each (the study's figure 1)."""
 
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 CLONING_COLUMNS = ("kp", "kd", "success")
-TRANSFER_COLUMNS = ("kp", "kd", "success_sim", "trajectory_error")
+TRANSFER_COLUMNS = ("kp", "kd", "success_sim_100", "trajectory_error")
 
 
 def regimes(
@@ -42,8 +42,8 @@ def regimes(
         for panel, values, grid, region, label in (
             (axes[0], matrix(cloned, "success", cloning_grid), cloning_grid, "CO", "success [%]"),
             (
-                axes[1], matrix(learned, "success_sim", transfer_grid), transfer_grid, "SO",
-                "success in simulation [%]",
+                axes[1], matrix(learned, "success_sim_100", transfer_grid), transfer_grid, None,
+                "success in its simulator [%]",
             ),
         ):  # fmt: skip
             heatmap(
@@ -61,9 +61,12 @@ def regimes(
             region="SO",
         )
         headings = ("behaviour cloning", "reinforcement learning", "simulator to robot")
-        regions = ("compliant", "stiff", "stiff")
-        for letter, panel, heading, region in zip("abc", axes, headings, regions, strict=True):
+        notes = (
+            "dashed: compliant, overdamped", "no guard, limits not asked for",
+            "dashed: stiff, overdamped",
+        )  # fmt: skip
+        for letter, panel, heading, note in zip("abc", axes, headings, notes, strict=True):
             panel.set_title("", loc="left")
-            panel.set_title(f"({letter}) {heading}\ndashed: {region}, overdamped", fontsize=9)
-        figure.suptitle("Which gains each way of learning prefers", fontsize=11)
+            panel.set_title(f"({letter}) {heading}\n{note}", fontsize=9)
+        figure.suptitle("What each way of learning reaches, by gains", fontsize=11)
     return figure

@@ -46,8 +46,11 @@ def styled() -> Iterator[None]:
         yield
 
 
-def write(figure: Figure, paths: Sequence[Path | str]) -> None:
+def write(figure: Figure, paths: Sequence[Path | str], dpi: float = DPI) -> None:
     """Write a figure to every path, each whole, in the format its suffix names.
+
+    Args:
+        dpi: points an inch of PNG.
 
     Raises:
         OutputError: a file cannot be written.
@@ -60,7 +63,7 @@ def write(figure: Figure, paths: Sequence[Path | str]) -> None:
         # in memory: on a full disk matplotlib fails while it fails, and hides what happened.
         # With a resolution: where figures are written, the style's settings hold no more
         kind = Path(path).suffix.removeprefix(".")
-        figure.savefig(drawn, format=kind, metadata=metadata, dpi=DPI)
+        figure.savefig(drawn, format=kind, metadata=metadata, dpi=dpi)
         with whole(path) as draft:
             draft.write_bytes(drawn.getvalue())
     plt.close(figure)

@@ -24,11 +24,12 @@ CELL_COLUMNS = (
 )  # fmt: skip
 TRACE_COLUMNS = ("rollout", "where", "time")
 OBSERVATION_COLUMNS = ("rollout", "where")
+SHARES = ("jitter_rate", "stopped_rate")
 WRIST = 3  # joints, the last of the arm
 
 
 def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
-    """A row a condition: E, error of the policy's outputs, its feedback gain, share that jitters.
+    """A row a condition: E, error of the policy's outputs, its gain, what jitters, what is stopped.
 
     Args:
         cells: per condition, one row a cell, columns `CELL_COLUMNS`.
@@ -37,7 +38,8 @@ def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
         ("trajectory_error", "E [rad² + (rad/s)²]", "{:.2g}".format),
         ("nn_error", "policy outputs, RMS difference", "{:.2g}".format),
         ("feedback_gain", "feedback gain of the policy", "{:.2g}".format),
-        ("jitter_rate", "jitter or were stopped [%]", lambda v: f"{100 * v:.0f}"),
+        ("jitter_rate", "jitter to their end [%]", lambda v: f"{100 * v:.0f}"),
+        ("stopped_rate", "stopped by the guard [%]", lambda v: f"{100 * v:.0f}"),
     )
     with styled():
         figure, axes = plt.subplots(
@@ -49,12 +51,12 @@ def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
             for column, (key, label, text) in enumerate(shown):
                 values = matrix(table, key, grid)
                 norm = Normalize(0, 1)
-                if key != "jitter_rate":
+                if key not in SHARES:
                     norm = error_norm(values.flat)
                 panel = axes[row, column]
                 heatmap(
                     panel, values, grid, "magma_r", norm, text, label,
-                    percent=key == "jitter_rate", region="SO",
+                    percent=key in SHARES, region="SO",
                 )  # fmt: skip
                 if column == 0:
                     panel.set_ylabel(f"{title(name)}\n{panel.get_ylabel()}")
@@ -63,7 +65,9 @@ def error_maps(cells: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
 
 
 def jitter_by_period(table: "pd.DataFrame") -> Figure:
-    """Share of rollouts that jitter against the policy's period, with 95 % intervals over cells.
+    """Shares of rollouts that jitter and that were stopped against the policy's period.
+
+    Intervals are of 95 %, over cells.
 
     Args:
         table: as `t2l.stats.transfer.jitter_table` makes it.
@@ -72,14 +76,28 @@ def jitter_by_period(table: "pd.DataFrame") -> Figure:
         figure, axes = plt.subplots(figsize=(4.2, 3.0))
         period, share = 1000 * table.period_s, 100 * table.jitter_rate
         spread = [share - 100 * table.lower, 100 * table.upper - share]
-        axes.errorbar(period, share, yerr=np.maximum(spread, 0), fmt="o-", capsize=3, label="robot")
-        axes.plot(
-            period, 100 * table.jitter_rate_sim, "s--", mfc="none", label="identified simulator"
+        axes.errorbar(
+            period,
+            share,
+            yerr=np.maximum(spread, 0),
+            fmt="o-",
+            capsize=3,
+            label="jitter on the robot",
         )
-        axes.plot(period, 100 * table.stopped_rate, "^:", mfc="none", c="0.5", label="was stopped")
+        axes.plot(
+            period, 100 * table.jitter_rate_sim, "s--", mfc="none", label="jitter in its simulator"
+        )
+        axes.plot(
+            period,
+            100 * table.stopped_rate,
+            "^:",
+            mfc="none",
+            c="0.5",
+            label="stopped on the robot",
+        )
         axes.legend(fontsize=8)
         axes.set_xlabel("policy period [ms]")
-        axes.set_ylabel("rollouts that jitter or were stopped [%]", fontsize=8)
+        axes.set_ylabel("rollouts [%]", fontsize=8)
         axes.set_xticks(period, [f"{p:.0f}" for p in period])
         axes.set_ylim(-3, 103)
         axes.set_title(f"{table.cells.max()} cells; 95 % intervals over cells", fontsize=9)

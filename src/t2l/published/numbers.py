@@ -19,12 +19,14 @@ class Published:
         theirs: its numbers as a person reads them.
         values: those that a rule of ours compares with.
         note: what does not add up in the paper, or how far ours differs.
+        number: whether it states one.
     """
 
     section: str
     theirs: str
     values: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
+    number: bool = True
 
     @property
     def effect(self) -> float:

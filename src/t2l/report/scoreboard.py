@@ -9,6 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from t2l.scoreboard.table import CHAINS, counts, printable_scoreboard
+from t2l.scoreboard.weight import independent
 from t2l.stats.verdict import Verdict
 
 LONGEST_WORD = 20  # format: characters that the narrowest column of text holds
@@ -35,6 +36,7 @@ def render(table: pd.DataFrame, studies: Sequence[str], robot: str) -> str:
     return environment.get_template("scoreboard.html").render(
         chains={name: [row for row in rows if row["chain"] == name] for name in CHAINS},
         counts=counts(table),
+        independent=independent(table),
         verdicts=[str(verdict) for verdict in Verdict],
         studies=list(studies),
         robot=robot,

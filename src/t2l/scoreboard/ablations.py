@@ -18,9 +18,9 @@ from t2l.scoreboard.cloning import (
     co_beats_rest,
 )
 from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among, percents
+from t2l.scoreboard.words import among
 from t2l.stats.scaling import COLUMNS, by_size, slopes
-from t2l.stats.verdict import Finding, Verdict, every, greater, paired_greater
+from t2l.stats.verdict import Finding, Verdict, every, greater
 
 # a claim: what is varied, the variant of cloning, and the study of ours that trains it
 SIZED = "demonstrations"
@@ -95,18 +95,6 @@ def _every_class(evidence: Evidence, published: Published, tests: int) -> Findin
     return replace(found, n=min(one.n for one in run.values()), ours=ours)
 
 
-def _images(evidence: Evidence, published: Published, tests: int) -> Finding:
-    """At the corners of the grid and its centre: the margin of CO over all others, of each seed."""
-    columns = ("kp", "kd", "seed", "success")
-    table = evidence.table("cloning", columns, task=TASK, variant="images")
-    co = splits()["cloning"].regions(table.kp, table.kd) == "CO"
-    inside, outside = (part.groupby("seed").success.mean() for part in (table[co], table[~co]))
-    margin = (inside - outside).dropna()
-    if margin.empty:
-        raise AbsentError("no training seed with cells inside and outside of CO")
-    return percents(paired_greater(margin.to_numpy(), tests=tests), inside, outside)
-
-
 CLAIMS = [
     *(_persists(key, *names) for key, names in VARIANTS.items()),
     Claim(
@@ -121,10 +109,10 @@ CLAIMS = [
     Claim(
         "ablation_images",
         "With images instead of states, compliant, overdamped gains still succeed more often.",
-        "training seed",
-        "success of policies in CO less the mean of all others, within seeds, one-sided sign-flip",
-        "success in CO is not greater than outside",
-        _images,
+        CELLS,
+        CO_REST,
+        CO_REST_NULL,
+        co_beats_rest("images"),
         about="pictures",
     ),
     Claim(

@@ -1,16 +1,18 @@
 """Claims about noise on actions: the theorem, its corollary, replays under noise."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pandas as pd
 
 from t2l.published.numbers import Published, splits
-from t2l.scoreboard.claim import Claim
+from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.cloning import CELLS, GRID, NOMINAL, TASK, cells_of
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
 from t2l.stats.bootstrap import mean
 from t2l.stats.rank import spearman
-from t2l.stats.verdict import Finding, correlated, every_at_most, greater, within
+from t2l.stats.verdict import Finding, above_zero, correlated, every_at_most, greater, within
 
 VARIANCE_COLUMNS = ("plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "variance_rad2")
 
@@ -55,18 +57,25 @@ def _effective(evidence: Evidence, published: Published, tests: int) -> Finding:
     return correlated(x, y, -1, tests=tests, claimed=published.effect)
 
 
-def _beats_loss(evidence: Evidence, published: Published, tests: int) -> Finding:
-    cells = _with_errors(evidence)
+def stronger(effective: np.ndarray, rival: np.ndarray, success: np.ndarray) -> np.ndarray:
+    """By how much success falls with the effective error more than it goes with a rival.
 
-    def stronger(effective: np.ndarray, error: np.ndarray, success: np.ndarray) -> np.ndarray:
-        return spearman(error, success) - spearman(effective, success)
+    ρ of the effective error counts with the claimed sign, ρ of the rival whatever its own is: what
+    rises with success tells it as well as what falls.
+    """
+    return -spearman(effective, success) - np.abs(spearman(rival, success))
 
-    effective, error, success = (
-        cells[name].to_numpy() for name in ("effective", "error", "success")
-    )
-    found = within(stronger, effective, error, success, low=0.0, paired=True)
-    both = [[float(spearman(x, success))] for x in (effective, error)]
-    return among(found, "ρ {:+.2f} and {:+.2f}", *both)
+
+def _beats(rival: Callable[[pd.DataFrame], pd.Series]) -> Judge:
+    def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        cells = _with_errors(evidence)
+        columns = (cells.effective, rival(cells), cells.success)
+        effective, other, success = (column.to_numpy(float) for column in columns)
+        found = above_zero(stronger, effective, other, success, paired=True)
+        both = [[float(spearman(x, success))] for x in (effective, other)]
+        return among(found, "ρ {:+.2f} and {:+.2f}", *both)
+
+    return judge
 
 
 def _loss_and_attenuation(evidence: Evidence, published: Published, tests: int) -> Finding:
@@ -128,9 +137,18 @@ CLAIMS = [
         "effective_beats_loss",
         "The effective error governs success, the loss alone does not.",
         CELLS,
-        "ρ of success with the loss less that with the effective error is above 0, by its "
+        "−ρ of success with the effective error less |ρ| with the loss is above 0, by its "
         "bootstrap interval",
-        judge=_beats_loss,
+        judge=_beats(lambda cells: cells.error),
+        about=GRID,
+    ),
+    Claim(
+        "effective_beats_ratio",
+        "The effective error tells more of success than the ratio Kd / Kp alone.",
+        CELLS,
+        "−ρ of success with the effective error less |ρ| with Kd / Kp is above 0, by its "
+        "bootstrap interval",
+        judge=_beats(lambda cells: cells.kd / cells.kp),
         about=GRID,
     ),
     Claim(

@@ -14,6 +14,8 @@ from t2l.scoreboard import (
 )
 from t2l.scoreboard.claim import Claim
 from t2l.scoreboard.evidence import Evidence
+from t2l.scoreboard.weight import AFTERWARDS, FORESEEABLE, OF
+from t2l.scoreboard.words import shown
 from t2l.stats.text import p_value
 
 CHAINS: dict[str, list[Claim]] = {
@@ -29,6 +31,7 @@ CHAINS: dict[str, list[Claim]] = {
 COLUMNS = (
     *("chain", "id", "section", "statement", "theirs", "ours", "value", "lower", "upper", "unit"),
     *("n", "rule", "null", "alpha", "tests", "p", "verdict", "note", "results"),
+    *("finding", "number", "foreseeable", "afterwards"),
 )
 
 # that LaTeX does not read as text
@@ -48,7 +51,8 @@ def scoreboard(evidence: Evidence) -> pd.DataFrame:
                 (chain, claim.key, published.section, claim.statement, published.theirs,
                  found.ours, found.value, found.lower, found.upper, claim.unit, found.n,
                  claim.rule, claim.null, claim.alpha, claim.tests, found.p, str(found.verdict),
-                 published.note, found.results)
+                 published.note, found.results, OF[claim.key].words, published.number,
+                 FORESEEABLE.get(claim.key, ""), AFTERWARDS.get(claim.key, ""))
             )  # fmt: skip
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
@@ -86,6 +90,4 @@ def counts(table: pd.DataFrame) -> dict[str, int]:
 def _ours(row) -> str:
     if row.ours or pd.isna(row.value):
         return row.ours
-    if pd.isna(row.lower):
-        return f"{row.value:+.2f}"
-    return f"{row.value:+.2f} ({row.lower:+.2f} to {row.upper:+.2f})"
+    return shown(row.value, row.lower, row.upper)

@@ -1,5 +1,7 @@
 """Claims about transfer from simulation to a robot: error, oscillation, policy rate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
@@ -8,12 +10,13 @@ from t2l.scoreboard import identification
 from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among, percents
-from t2l.stats.bootstrap import log_ratio, mean
+from t2l.scoreboard.words import among, cannot_tell, percents
+from t2l.stats.bootstrap import FEWEST, log_ratio, mean
 from t2l.stats.slopes import log_slopes
 from t2l.stats.verdict import (
     Finding,
     Verdict,
+    above_zero,
     correlated,
     greater,
     paired_greater,
@@ -38,23 +41,52 @@ RATES = {
 NOMINAL = "joint_reach"
 POLICY = ("kp", "kd", "seed")  # what names one
 CELLS = "cell (mean over rollouts and training seeds)"
+NO_LIMITS = "keeps the study's limits"
+NOTHING = "nothing jitters, at no rate"
+FEASIBLE = 1.0  # bound: of the study's objective, from which on a policy keeps its limits
 WORKS = 0.95  # success in its own simulator that the study asks of a trial (V-B)
+
+
+def working(evidence: Evidence, condition: str) -> pd.DataFrame:
+    """Policies that work in their own simulator: what fails there is no failure of transfer.
+
+    Of these the ones that keep the study's limits, which is what the study deploys; all of them
+    where none does (`_none_deployable`).
+    """
+    columns = ("kp", "kd", "success_sim_100", "objective")
+    policies = evidence.table("policies", columns, condition=condition)
+    policies = policies[policies.success_sim_100 >= WORKS]
+    keeping = policies[policies.objective >= FEASIBLE]
+    return policies if keeping.empty else keeping
 
 
 def cells_of(evidence: Evidence, condition: str, *columns: str) -> pd.DataFrame:
     """One row a cell: kp, kd, region, and the mean of each column over what is known of it.
 
-    Of policies that work in their own simulator: what fails there is no failure of transfer.
+    Of `working` policies.
     """
     table = evidence.table("transfer", ("kp", "kd", *columns), condition=condition)
-    policies = evidence.table("policies", ("kp", "kd", "success_sim_100"), condition=condition)
-    working = policies[policies.success_sim_100 >= WORKS]
-    table = table.merge(working[[key for key in POLICY if key in working and key in table]])
+    policies = working(evidence, condition)
+    table = table.merge(policies[[key for key in POLICY if key in policies and key in table]])
     numbers = table[["kp", "kd"]].assign(**{name: table[name].astype(float) for name in columns})
     cells = numbers.groupby(["kp", "kd"], as_index=False).mean().dropna()
     if cells.empty:
         raise AbsentError(f"nothing known of {', '.join(columns)}")
     return cells.assign(region=splits()["transfer"].regions(cells.kp, cells.kd))
+
+
+def deployable(judge: Judge, *conditions: str) -> Judge:
+    """The judge of policies that the study would deploy: told only where there are some."""
+
+    def judged(evidence: Evidence, published: Published, tests: int) -> Finding:
+        found = judge(evidence, published, tests)
+        policies = [working(evidence, name) for name in conditions]
+        if any((each.objective >= FEASIBLE).any() for each in policies):
+            return found
+        number = sum(map(len, policies))
+        return cannot_tell(found, f"of {number} policies none {NO_LIMITS}")
+
+    return judged
 
 
 def _groups(cells: pd.DataFrame, column: str) -> tuple[np.ndarray, np.ndarray]:
@@ -95,13 +127,22 @@ def _oscillation(condition: str) -> Judge:
 
 
 def _modes(evidence: Evidence, published: Published, tests: int) -> Finding:
+    table = evidence.table("transfer", ("kp", "kd", "jitter_failure", "stopped"), condition=NOMINAL)
+    ended = table[table.stopped == ""]
+    if ended.empty:
+        raise AbsentError("no rollout that lasted long enough")
+    of_cell = ended.jitter_failure.astype(float).groupby([ended.kp, ended.kd])
+    shaking_cells, settled_cells = (
+        int(some.sum()) for some in (of_cell.max() > 0, of_cell.min() < 1)
+    )
+    if min(shaking_cells, settled_cells) < FEWEST:
+        ours = f"rollouts jitter in {shaking_cells} cells and settle in {settled_cells}"
+        return Finding(Verdict.CANNOT_TELL, len(of_cell), ours=ours)
     table = evidence.table("transfer", ("kp", "kd", "jitter_rad_s"), condition=NOMINAL)
     known = table[np.isfinite(table.jitter_rad_s.astype(float))]
     limit, factor = published.values["threshold"], published.values["factor"]
     near = known.jitter_rad_s.between(limit / factor, limit * factor)
     shares = near.groupby([known.kp, known.kd]).mean().to_numpy()
-    if not len(shares):
-        raise AbsentError("no rollout that lasted long enough")
     found = within(mean, shares, high=published.values["share"])
     settled = known[known.jitter_rad_s <= limit].jitter_rad_s.median()
     shaking = known[known.jitter_rad_s > limit].jitter_rad_s.median()
@@ -121,6 +162,8 @@ def _by_rate(evidence: Evidence, names: list[str]) -> pd.DataFrame:
 
 def _rate(evidence: Evidence, published: Published, tests: int) -> Finding:
     table = _by_rate(evidence, ["joint_reach_100_hz", "joint_reach_10_hz"])
+    if not table.to_numpy().any():
+        return Finding(Verdict.CANNOT_TELL, len(table), ours=NOTHING)
     fall = (table[100] - table[10]).to_numpy()
     found = paired_greater(fall, tests=tests, claimed=published.effect)
     return percents(found, table[100], table[10])
@@ -135,8 +178,10 @@ def sharpest(at_100: np.ndarray, at_50: np.ndarray, at_20: np.ndarray, at_10: np
 
 def _sharpest(evidence: Evidence, published: Published, tests: int) -> Finding:
     table = _by_rate(evidence, list(RATES))
+    if not table.to_numpy().any():
+        return Finding(Verdict.CANNOT_TELL, len(table), ours=NOTHING)
     shares = [table[hertz].to_numpy() for hertz in RATES.values()]
-    found = within(sharpest, *shares, low=0.0, paired=True)
+    found = above_zero(sharpest, *shares, paired=True)
     return among(found, "{:.1%}, {:.1%}, {:.1%}, {:.1%} at 100, 50, 20, 10 Hz", *shares)
 
 
@@ -156,9 +201,16 @@ def _registered(evidence: Evidence, published: Published, tests: int) -> Finding
     """What the study's own rule, registered in its configuration, came to."""
     table = evidence.table("decision", ("what", "cells", "holds"))
     row = table[table.what == "verdict"].iloc[0]
-    steps = table[table.what != "verdict"].dropna(subset="holds")
+    steps = table[table.holds.isin(["yes", "no"])]
     held = f"{(steps.holds == 'yes').sum()} of {len(steps)} requirements hold"
-    return Finding(Verdict(row.holds), int(row.cells), ours=held)
+    found = Finding(Verdict(row.holds), int(row.cells), ours=held)
+    try:
+        policies = working(evidence, NOMINAL)
+    except AbsentError:
+        return found
+    # the rule is registered, and so decides; that it asks for no limits is told beside it
+    limits = f"; no policy {NO_LIMITS}" if (policies.objective < FEASIBLE).all() else ""
+    return replace(found, ours=held + limits)
 
 
 CLAIMS = [
@@ -179,7 +231,7 @@ CLAIMS = [
             CELLS,
             "E of cells in SO against all others, one-sided Mann-Whitney",
             "E in SO is not greater than outside",
-            _error(name),
+            deployable(_error(name), name),
             tests=len(CONDITIONS),
             about=study,
         )
@@ -192,7 +244,7 @@ CLAIMS = [
             CELLS,
             "slopes of ln E per doubling of Kp and of Kd, one-sided t; both hold",
             "one of the slopes is not positive",
-            _slopes(name),
+            deployable(_slopes(name), name),
             about=study,
         )
         for name, (title, study) in CONDITIONS.items()
@@ -201,10 +253,10 @@ CLAIMS = [
         "oscillation",
         "Stiff, overdamped gains fail by oscillation on the robot that their simulator lacks.",
         CELLS,
-        "share of rollouts that jitter on the robot less that in simulation, SO against all "
-        "others, one-sided Mann-Whitney",
+        "share of rollouts that jitter to their end on the robot less that in simulation, SO "
+        "against all others, one-sided Mann-Whitney; what was stopped does not jitter",
         "the difference in SO is not greater",
-        _oscillation(NOMINAL),
+        deployable(_oscillation(NOMINAL), NOMINAL),
         about=DECISION,
     ),
     Claim(
@@ -213,14 +265,15 @@ CLAIMS = [
         CELLS,
         "as above, of policies trained with randomisation",
         "the difference in SO is not greater",
-        _oscillation("joint_reach_randomised"),
+        deployable(_oscillation("joint_reach_randomised"), "joint_reach_randomised"),
         about=CONDITIONS["joint_reach_randomised"][1],
     ),
     Claim(
         "oscillation_modes",
         "The threshold separates rollouts that settle from those that jitter.",
         "cell",
-        "at most 5 % of rollouts lie within a factor of two of it, by the bootstrap interval",
+        "at most 5 % of rollouts lie within a factor of two of it, by the bootstrap interval; told "
+        "only where rollouts settle in three cells at least, and jitter in three",
         judge=_modes,
         about=DECISION,
     ),
@@ -230,7 +283,7 @@ CLAIMS = [
         CELLS,
         "share at 100 Hz less that at 10 Hz, within cells, one-sided sign-flip test",
         "jitter does not fall",
-        _rate,
+        deployable(_rate, "joint_reach_100_hz", "joint_reach_10_hz"),
         about=RATED,
     ),
     Claim(
@@ -238,7 +291,7 @@ CLAIMS = [
         "Jitter falls most between 50 and 20 Hz.",
         CELLS,
         "that fall less the greatest other one is above 0, by its bootstrap interval",
-        judge=_sharpest,
+        judge=deployable(_sharpest, *RATES),
         about=RATED,
     ),
     Claim(
@@ -247,7 +300,7 @@ CLAIMS = [
         CELLS,
         "rank correlation of the error of outputs with E, one-sided",
         "the correlation is not positive",
-        _network,
+        deployable(_network, NOMINAL),
         about=DECISION,
     ),
     Claim(
@@ -256,7 +309,7 @@ CLAIMS = [
         CELLS,
         "rank correlation of S* with E, one-sided",
         "the correlation is not negative",
-        _inverse,
+        deployable(_inverse, NOMINAL),
         about=DECISION,
     ),
 ]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.stats.text import rate
-from t2l.stats.verdict import Finding
+from t2l.stats.verdict import Finding, Verdict
 
 
 def percents(finding: Finding, inside: Sequence[float], outside: Sequence[float]) -> Finding:
@@ -22,3 +22,16 @@ def among(finding: Finding, form: str, *groups: Sequence[float]) -> Finding:
     """With the mean of each group of units, in a format."""
     means = [float(np.mean(group)) if len(group) else np.nan for group in groups]
     return replace(finding, ours=form.format(*means))
+
+
+def shown(value: float, lower: float, upper: float) -> str:
+    """A number with its interval, if it has one."""
+    if np.isnan(lower):
+        return f"{value:+.2f}"
+    return f"{value:+.2f} ({lower:+.2f} to {upper:+.2f})"
+
+
+def cannot_tell(finding: Finding, why: str) -> Finding:
+    """Our numbers without a verdict, and why there is none."""
+    ours = finding.ours or shown(finding.value, finding.lower, finding.upper)
+    return replace(finding, verdict=Verdict.CANNOT_TELL, p=np.nan, ours=f"{ours}; {why}")

@@ -6,7 +6,7 @@ It is reproduced if all of this holds at the level α:
 1. ln E grows with log2 Kp: β > 0, two-sided p of least squares over policies, clustered by cell;
 2. ln E grows with log2 Kd: the same;
 3. what jitters on the robot beyond what jitters in simulation, as a share of rollouts, is greater
-   in the region G^SO: one-sided Mann-Whitney U test over cells.
+   in the region G^SO: one-sided Mann-Whitney U test over cells. What was stopped does not jitter.
 
 If one of them does not hold, the claim is not reproduced. Where too few cells have a policy that
 works in its own simulator, it cannot be told. Beside the rule, and no part of it: rank correlations

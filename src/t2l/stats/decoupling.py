@@ -4,6 +4,7 @@ The study's statement (section III, appendix A-B): a soft arm trained to behave 
 than a stiff arm trained to behave compliantly, about five times at 32 times softer gains. It holds
 here if the least stiff seed of the one is stiffer than the stiffest seed of the other; for three
 seeds of each, this is p = 1/20 of an exact one-sided Mann-Whitney U test, the least attainable.
+It is told only of policies that hold their pose and rest when measured.
 """
 
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from t2l.decoupling.summary import holding
 from t2l.names import heading
 from t2l.stats.attainable import least_attainable_p, reportable
 from t2l.stats.rank_tests import rank_sum_p
@@ -35,7 +37,7 @@ def decoupling_table(trainings: pd.DataFrame, order: Sequence[str]) -> pd.DataFr
         success; gain_ratio, passive_ratio and ratio, of kp, passive_n_m and stiffness_n_m over
         those of the last; ratio_least and ratio_most, of any two seeds; and p, one-sided, that
         stiffness is greater than the last's. Of the last these are NaN, and so is p where the least
-        attainable one exceeds `ALPHA`.
+        attainable one exceeds `ALPHA`, or a policy of either does not hold its pose at rest.
     """
     groups = [trainings[trainings.pairing == name] for name in order]
     rows = []
@@ -58,7 +60,9 @@ def decoupling_table(trainings: pd.DataFrame, order: Sequence[str]) -> pd.DataFr
                 "ratio_most": own.max() / others.min(),
                 "p": reportable(
                     rank_sum_p(own, others), least_attainable_p(len(own), len(others)), ALPHA
-                ),
+                )
+                if holding(pd.concat([group, groups[-1]])).all()
+                else np.nan,
             }
         rows.append(row)
     return pd.DataFrame(rows)
@@ -79,12 +83,14 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
             "Seeds": table.seeds.astype(str),
             "Bare controller [N/m]": [f"{k:.0f}" for k in table.passive_n_m],
             "Trained [N/m]": [f"{k:.0f} ({a:.0f} to {b:.0f})" for k, a, b in stiffness],
+            "Holds the pose": [f"{100 * share:.0f} %" for share in table.success],
+            "Drift when measured": [f"{100 * drift:.0f} %" for drift in table.drift],
             "Gain, over the last": [_times(r) for r in table.gain_ratio],
             "Stiffness, over the last": [
                 f"{r:.3g} ({a:.3g} to {b:.3g})" if known else "–" for r, a, b, known in spans
             ],
             "p": [
-                p_value(p) if pd.notna(p) else ("too few seeds" if known else "–")
+                p_value(p) if pd.notna(p) else ("not told" if known else "–")
                 for p, known in zip(table.p, compared, strict=True)
             ],
         }

@@ -10,6 +10,7 @@ from t2l.stats.bootstrap import bootstrap_interval
 
 # of fewer cells many resamples hold the same two or three, which correlate perfectly
 FEWEST_CELLS = 8
+DIGITS = 12  # numerics: of 15 to 16 that a number has, so that three operations leave none wrong
 
 
 @dataclass(frozen=True)
@@ -26,12 +27,25 @@ class RankCorrelation:
     cells: int
 
 
+def without_rounding(values: np.ndarray) -> np.ndarray:
+    """(..., n) numbers of which those are equal that differ by rounding errors: 0.1 + 0.2 and 0.3.
+
+    Ranks would tell them apart. Errors are proportional to the largest number along the last axis.
+    """
+    values = np.asarray(values, float)
+    if not values.shape[-1]:
+        return values
+    size = np.abs(values).max(axis=-1, keepdims=True)
+    size = np.where((size > 0) & np.isfinite(size), size, 1.0)
+    return np.round(values / size, DIGITS)
+
+
 def spearman(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Spearman's ρ of (..., n) numbers, ties sharing their mean rank.
 
     NaN where one side does not vary, or n is below 3.
     """
-    x, y = (rankdata(side, axis=-1) for side in (x, y))
+    x, y = (rankdata(without_rounding(side), axis=-1) for side in (x, y))
     if not x.shape[-1]:
         return np.full(x.shape[:-1], np.nan)
     x, y = (side - side.mean(axis=-1, keepdims=True) for side in (x, y))

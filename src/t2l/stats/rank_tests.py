@@ -10,7 +10,7 @@ from math import comb, factorial, nan
 import numpy as np
 from scipy.stats import mannwhitneyu, permutation_test, rankdata, spearmanr
 
-from t2l.stats.rank import spearman
+from t2l.stats.rank import spearman, without_rounding
 
 MOST_ARRANGEMENTS = 20_000  # enumerated in well under a second
 
@@ -21,9 +21,10 @@ def rank_sum_p(values: np.ndarray, others: np.ndarray) -> float:
     if not len(values) or not len(others):
         return nan
     n, inside = len(values) + len(others), len(values)
+    both = without_rounding(np.concatenate([values, others]))
     if comb(n, inside) > MOST_ARRANGEMENTS:
-        return float(mannwhitneyu(values, others, alternative="greater").pvalue)
-    ranks = rankdata(np.concatenate([values, others]))
+        return float(mannwhitneyu(both[:inside], both[inside:], alternative="greater").pvalue)
+    ranks = rankdata(both)
     sums = ranks[np.array(list(combinations(range(n), inside)))].sum(axis=1)
     # ranks are multiples of a half
     return float((sums >= ranks[:inside].sum() - 0.25).mean())
@@ -50,12 +51,13 @@ def rank_correlation(x: np.ndarray, y: np.ndarray, sign: int) -> tuple[float, fl
     alternative = "greater" if sign > 0 else "less"
     if len(x) < 3 or np.ptp(x) == 0 or np.ptp(y) == 0:
         return nan, nan
+    x, y = without_rounding(x), without_rounding(y)
     found = spearmanr(x, y, alternative=alternative)
     if factorial(min(len(x), 20)) > MOST_ARRANGEMENTS:
         return float(found.statistic), float(found.pvalue)
     exact = permutation_test(
-        (np.asarray(x, float),),
-        lambda x, axis: spearman(x, np.broadcast_to(np.asarray(y, float), np.shape(x))),
+        (x,),
+        lambda x, axis: spearman(x, np.broadcast_to(y, np.shape(x))),
         permutation_type="pairings",
         alternative=alternative,
         n_resamples=MOST_ARRANGEMENTS,

@@ -137,8 +137,8 @@ def jitter_table(
 ) -> pd.DataFrame:
     """How often rollouts jitter, by policy period, with 95 % bootstrap intervals over cells.
 
-    Of all rollouts: one that was stopped counts as jitter, and how many were is reported apart.
-    Beside it how often they jitter in simulation, where a policy that shakes by itself shows.
+    Of all rollouts. One that was stopped shows no jitter; how many were is reported apart. Beside
+    it how often they jitter in simulation, where a policy that shakes by itself shows.
 
     Args:
         rollouts: per condition, one row a rollout with columns `COLUMNS`.

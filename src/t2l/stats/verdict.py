@@ -26,6 +26,7 @@ from t2l.stats.rank import spearman
 from t2l.stats.rank_tests import rank_correlation, rank_sum_p, sign_flip_p
 
 ALPHA = 0.05
+LEAST_ABOVE_ZERO = 1e-9  # numerics: equal numbers leave a rounding error
 FEWEST_FREEDOM = 3  # degrees of freedom: below, Student's t asks for more than four errors
 
 
@@ -148,6 +149,13 @@ def within(
     return Finding(verdict, n, float(statistic(*groups)), lower, upper)
 
 
+def above_zero(
+    statistic: Callable[..., np.ndarray], *groups: np.ndarray, paired: bool = False
+) -> Finding:
+    """A number is above 0: reproduced if its whole interval is, not if none of it is above 0."""
+    return within(statistic, *groups, low=LEAST_ABOVE_ZERO, paired=paired)
+
+
 def shares_at_least(successes: Sequence[int], trials: Sequence[int], bound: float) -> Finding:
     """Every unit's share reaches a bound, as the study counts.
 
@@ -217,7 +225,7 @@ def every(findings: Sequence[Finding]) -> Finding:
     weakest = min(findings, key=lambda finding: order.index(finding.verdict))
     first = findings[0]
     known = weakest.verdict in (Verdict.NOT_REPRODUCED, Verdict.REPRODUCED)
-    p = float(np.nanmax([finding.p for finding in findings])) if known else nan
+    p = max((one.p for one in findings if known and not isnan(one.p)), default=nan)
     return Finding(weakest.verdict, first.n, first.value, first.lower, first.upper, p)
 
 

@@ -69,7 +69,8 @@ def rollout_table(
 ) -> "pd.DataFrame":
     """One row a rollout: `ROLLOUT_COLUMNS`, and by limit how many samples of either violated it.
 
-    A rollout fails by jitter where it jitters or was stopped; a success does neither.
+    A rollout fails by jitter where it jitters to its end. One that was stopped shows no such end,
+    so it is no jitter, whatever it did before; `stopped` says why. A success does neither.
 
     Args:
         seed: of the policy's training.
@@ -80,11 +81,11 @@ def rollout_table(
     for suffix, run in (("", real), ("_sim", sim)):
         deviation = shaking(run)
         stopped = np.array([bool(reason) for reason in run.stopped])
-        failed = stopped | (deviation > JITTER_RAD_S)
+        jitters = deviation > JITTER_RAD_S  # never of NaN, where it was stopped
         of_each |= {
             f"jitter_rad_s{suffix}": deviation,
-            f"jitter_failure{suffix}": failed,
-            f"success{suffix}": run.success & ~failed,
+            f"jitter_failure{suffix}": jitters,
+            f"success{suffix}": run.success & ~stopped & ~jitters,
             f"stopped{suffix}": list(run.stopped),
         }
         of_each |= {

@@ -1,0 +1,177 @@
+"""Figures of the documentation, drawn from the tables that the repository keeps.
+
+A figure is a function of the folder docs/data. What needs a simulation, such as frames and steps,
+or a training, such as its course, is not among them.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from t2l.attenuation.noise import magnitudes
+from t2l.attenuation.success import by_cell as means_by_cell
+from t2l.attenuation.success import predictors
+from t2l.figures import ablation, attenuation, fidelity, identification, transfer
+from t2l.figures.heatmap import success_and_loss
+from t2l.figures.learning import landscape
+from t2l.figures.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
+from t2l.figures.sample_efficiency import sample_efficiency
+from t2l.figures.scaling import scaling
+from t2l.figures.style import title
+from t2l.figures.variants import variants
+from t2l.gains import Cell, Grid
+from t2l.published.numbers import splits
+from t2l.scoreboard.kept import demonstrations, deployed, replays
+from t2l.stats.ablation import WHOLE
+from t2l.stats.ablation import by_cell as ablation_by_cell
+from t2l.stats.attenuation import effective_error_table
+from t2l.stats.regions import region_table
+from t2l.stats.scaling import scaling_table
+from t2l.stats.transfer import jitter_table
+from t2l.transfer.summary import over_seeds
+
+HOLD_S = 0.02  # of policies at 50 Hz, as in every grid
+SIMULATION_RATE_HZ = 500
+DPI = {"": 100, "identified_over_true": 200}  # format: of PNG beside text; small print needs more
+TASKS = (
+    "bimanual_handover", "dishrack_loading", "dishrack_unloading", "dishwasher", "mug_hanging",
+)  # fmt: skip
+
+
+def grid_of(table: pd.DataFrame, chain: str) -> Grid:
+    """The gains of a table, divided as the study divides those of `cloning` or `transfer`."""
+    split = splits()[chain]
+    kp, kd = (tuple(sorted(table[gain].unique())) for gain in ("kp", "kd"))
+    return Grid(kp, kd, split.compliant_up_to_kp, split.overdamped_from_kd)
+
+
+def figures(folder: Path) -> Iterator[tuple[str, Figure]]:
+    """Each figure by the name of its file, without the suffix."""
+    for name, draw in FIGURES.items():
+        yield name, draw(folder)
+
+
+def _read(folder: Path, name: str) -> pd.DataFrame:
+    return pd.read_csv(folder / f"{name}.csv")
+
+
+def _success(folder: Path, name: str, task: str, variant: str = "nominal") -> Figure:
+    table = _read(folder, name)
+    heading = f"{title(task)}: behaviour cloning by controller gains"
+    return success_and_loss(table[table.variant == variant], grid_of(table, "cloning"), heading)
+
+
+def _variants(folder: Path) -> Figure:
+    table = _read(folder, "variants")
+    of_variant = {str(name): rows for name, rows in table.groupby("variant", sort=False)}
+    return variants(region_table(of_variant, grid_of(table, "cloning")))
+
+
+def _demonstrations(folder: Path) -> Figure:
+    table = demonstrations(_read(folder, "demonstrations"))
+    return scaling({"block_stack": scaling_table(table, grid_of(table, "cloning"))})
+
+
+def _fidelity(folder: Path) -> Figure:
+    heading = f"{title('block_stack')}: fidelity of torque-to-position retargeting"
+    return fidelity.fidelity(replays(_read(folder, "fidelity")), SIMULATION_RATE_HZ, heading)
+
+
+def _variance(folder: Path) -> Figure:
+    table = _read(folder, "held_noise")
+    return attenuation.variance(table, grid_of(table, "cloning"))
+
+
+def _noise(folder: Path) -> Figure:
+    cells = means_by_cell(_read(folder, "cloning_grid").query("variant == 'nominal'"))
+    table = _read(folder, "noisy_replays").rename(columns={"mean": "success"})
+    undisturbed = table[table.condition == "none"].rename(columns={"success": "replay_success"})
+    noisy = table[table.condition != "none"]
+    rows = noisy.loc[noisy.index.repeat(noisy["size"])]
+    # every cell has the same
+    largest = magnitudes(cells, Cell(cells.kp.iloc[0], cells.kd.iloc[0]))["same"]
+    grid, heading = grid_of(cells, "cloning"), title("block_stack")
+    return attenuation.noise_success(rows.assign(magnitude_rad=largest), undisturbed, grid, heading)
+
+
+def _effective_error(folder: Path) -> Figure:
+    table = _read(folder, "cloning_grid")
+    grids = {"block_stack": means_by_cell(table[table.variant == "nominal"])}
+    correlations = effective_error_table(grids, HOLD_S)
+    shown = {name: predictors(cells, HOLD_S) for name, cells in grids.items()}
+    return attenuation.success(shown, correlations, grid_of(table, "cloning"))
+
+
+def _transfer(folder: Path) -> Figure:
+    table = _read(folder, "transfer_decision")
+    whole = table[table.without.isna()].drop(columns="without")
+    return transfer.error_maps({"joint_reach": over_seeds(whole)}, grid_of(table, "transfer"))
+
+
+def _ablation(folder: Path) -> Figure:
+    table = _read(folder, "transfer_decision")
+    table = table.assign(effect=table.without.fillna(WHOLE))
+    least = table[table.effect != WHOLE][["kp", "kd"]].drop_duplicates()
+    rollouts = deployed(table.merge(least, on=["kp", "kd"]))
+    effects = [WHOLE, *sorted(set(table.effect) - {WHOLE})]
+    cells = ablation_by_cell({name: rollouts[rollouts.effect == name] for name in effects})
+    grid = grid_of(table, "transfer")
+    inside = {Cell(kp, kd): grid.region(Cell(kp, kd)) == "SO" for kp, kd in least.to_numpy()}
+    return ablation.ablation(cells, inside)
+
+
+def _regimes(folder: Path) -> Figure:
+    cloned, learned = _read(folder, "cloning_grid"), _read(folder, "transfer_decision")
+    return regimes(
+        cloned[cloned.variant == "nominal"][[*CLONING_COLUMNS]], grid_of(cloned, "cloning"),
+        learned[learned.without.isna()][[*TRANSFER_COLUMNS]], grid_of(learned, "transfer"),
+    )  # fmt: skip
+
+
+def _jitter(folder: Path) -> Figure:
+    table = deployed(_read(folder, "transfer_rates"))
+    by_rate = {str(hertz): rows for hertz, rows in table.groupby("policy_rate_hz")}
+    rates = {name: float(name) for name in by_rate}
+    return transfer.jitter_by_period(jitter_table(by_rate, rates))
+
+
+def _scales(folder: Path) -> Figure:
+    table = _read(folder, "transfer_search").query("updates == 1000").assign(state="complete")
+    grid = grid_of(table, "transfer")
+    trials = {cell: table[(table.kp == cell.kp) & (table.kd == cell.kd)] for cell in grid.corners}
+    return landscape(trials, grid)
+
+
+def _efficiency(folder: Path) -> Figure:
+    table = _read(folder, "landscape_again")
+    return sample_efficiency(table, grid_of(table, "transfer"))
+
+
+def _identified(folder: Path) -> Figure:
+    return identification.over_true(_read(folder, "identified_published"))
+
+
+FIGURES: dict[str, Callable[[Path], Figure]] = {
+    "block_stack_success": partial(_success, name="cloning_grid", task="block_stack"),
+    "block_stack_success_without_noise": partial(
+        _success, name="cloning_grid", task="block_stack", variant="observation_noise_0"
+    ),
+    "block_stack_ur5e_success": partial(_success, name="ur5e", task="block_stack_ur5e"),
+    **{f"{task}_success": partial(_success, name=task, task=task) for task in TASKS},
+    "variants": _variants,
+    "demonstrations": _demonstrations,
+    "block_stack_fidelity": _fidelity,
+    "attenuation": _variance,
+    "block_stack_noise": _noise,
+    "effective_error": _effective_error,
+    "transfer_decision": _transfer,
+    "transfer_ablation": _ablation,
+    "regimes": _regimes,
+    "jitter": _jitter,
+    "action_scales": _scales,
+    "sample_efficiency": _efficiency,
+    "identified_over_true": _identified,
+}

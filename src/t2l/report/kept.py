@@ -1,0 +1,286 @@
+"""What the documentation shows, made of the tables that the repository keeps in docs/data.
+
+`python -m t2l.report.kept` brings the documentation up to its data; the workflow's target
+`published` writes the same into results/published.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+import yaml
+
+from t2l.artefacts import write_text
+from t2l.attenuation.success import by_cell
+from t2l.config.models.experiment import TransferDecision
+from t2l.figures.kept import DPI, FIGURES, grid_of
+from t2l.figures.style import write
+from t2l.names import with_minus
+from t2l.report.scoreboard import render
+from t2l.scoreboard.kept import deployed, evidence
+from t2l.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
+from t2l.scoreboard.weight import by_finding, independent
+from t2l.stats.attenuation import effective_error_table, printable_effective_error
+from t2l.stats.decision import decide, printable_decision
+from t2l.stats.decision_rule import Rule
+from t2l.stats.decoupling import decoupling_table
+from t2l.stats.decoupling import printable as printable_decoupling
+from t2l.stats.regions import printable_regions, region_table
+from t2l.stats.text import p_value, rate
+from t2l.stats.transfer import jitter_table, printable_jitter
+from t2l.stats.verdict import Verdict
+
+Tables = Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]  # a name, the numbers, and as text
+PAGES = ("README.md", "docs/scoreboard.md")
+ROBOT = "fr3"
+SHOWN = ["Statement", "Section", "The study", "Ours", "n", "p", "Verdict"]
+# of tables that have a row a policy
+CLONED = (
+    "cloning_grid", "bimanual_handover", "dishrack_loading", "dishrack_unloading", "dishwasher",
+    "mug_hanging", "ur5e", "ablations", "policy_classes", "lerobot_policies", "demonstrations",
+    "variants",
+)  # fmt: skip
+# grids that rows of the scoreboard compare CO in: a file and a variant each
+COMPARED = {
+    "Block Stack": ("cloning_grid", "nominal"),
+    "Dishrack, loading": ("dishrack_loading", "nominal"),
+    "Dishrack, unloading": ("dishrack_unloading", "nominal"),
+    "Handover of two arms": ("bimanual_handover", "nominal"),
+    "Mug": ("mug_hanging", "nominal"),
+    "Dishwasher": ("dishwasher", "nominal"),
+    "Block Stack, UR5e": ("ur5e", "nominal"),
+    "regression": ("policy_classes", "regression"),
+    "diffusion": ("policy_classes", "diffusion"),
+    "Transformer": ("policy_classes", "transformer"),
+    "lerobot's ACT": ("lerobot_policies", "lerobot_act"),
+    "lerobot's Diffusion Policy": ("lerobot_policies", "lerobot_diffusion"),
+    "no history": ("variants", "history_1"),
+    "single actions": ("ablations", "chunk_1"),
+    "joint deltas": ("ablations", "joint_deltas"),
+    "task-space control": ("ablations", "task_space"),
+    "10 Hz": ("ablations", "rate_10_hz"),
+    "no gravity compensation": ("ablations", "no_gravity_compensation"),
+    "50 demonstrations": ("demonstrations", "demonstrations_50"),
+    "900 demonstrations": ("demonstrations", "demonstrations_900"),
+}
+GRIDS = (*CLONED[:7],)
+HOLD_S = 0.02
+# how pages tell the counts; the last word may be a link
+COUNTS = re.compile(
+    r"of(\s+)\d+ statements(\s+)\d+ are reproduced,(\s+)\d+ are(\s+)not,(\s+)\d+ cannot be told,"
+    r"(\s+(?:and\s+)?)\d+ are",
+    re.IGNORECASE,
+)
+
+
+INDEPENDENT = re.compile(
+    r"\d+(\s+rows\s+that\s+are\s+reproduced\s+are\s+)\d+(\s+independent\s+findings)"
+)
+
+
+def registered(path: Path) -> Rule:
+    """The rule on transfer that a study's configuration registers."""
+    section = yaml.safe_load(path.read_text(encoding="utf-8"))["transfer_decision"]
+    return Rule(**TransferDecision(**section).model_dump())
+
+
+def tables(folder: Path, rule: Rule) -> Tables:
+    """Each table by its name.
+
+    Args:
+        folder: docs/data.
+    """
+
+    def read(name: str) -> pd.DataFrame:
+        return pd.read_csv(folder / f"{name}.csv")
+
+    for name in CLONED:
+        policies = read(name)
+        variants = {str(key): rows for key, rows in policies.groupby("variant", sort=False)}
+        table = region_table(variants, grid_of(policies, "cloning"))
+        yield f"{name}_regions", table, printable_regions(table)
+    grids = {name: read(name).query("variant == 'nominal'") for name in GRIDS}
+    table = effective_error_table({name: by_cell(rows) for name, rows in grids.items()}, HOLD_S)
+    yield "effective_error", table, printable_effective_error(table)
+    policies = read("transfer_decision").query("without.isna()")
+    table = decide(deployed(policies), policies, rule)
+    yield "transfer_decision", table, printable_decision(table)
+    rates = {str(hertz): rows for hertz, rows in read("transfer_rates").groupby("policy_rate_hz")}
+    table = jitter_table(
+        {name: deployed(rows) for name, rows in rates.items()},
+        {name: float(name) for name in rates},
+    )
+    yield "jitter", table, printable_jitter(table)
+    table = compliance(folder)
+    yield "compliance", table, printable_compliance(table)
+    trainings = read("decoupling")
+    table = decoupling_table(trainings, list(dict.fromkeys(trainings.pairing)))
+    yield "decoupling", table, printable_decoupling(table)
+
+
+def compliance(folder: Path) -> pd.DataFrame:
+    """CO against SO, which damping alone does not tell apart, in each grid that rows are judged by.
+
+    Returns:
+        A row a grid: name, cells of both regions, success_co, success_so, p_co_so.
+    """
+    rows = []
+    for words, (name, variant) in COMPARED.items():
+        policies = pd.read_csv(folder / f"{name}.csv")
+        policies = policies[policies.variant == variant]
+        rows.append(region_table({words: policies}, grid_of(policies, "cloning")))
+    return pd.concat(rows, ignore_index=True)
+
+
+def printable_compliance(table: pd.DataFrame) -> pd.DataFrame:
+    """`compliance` as text."""
+    both = zip(table.cells_co, table.cells_so, strict=True)
+    more = 100 * (table.success_co - table.success_so)
+    return pd.DataFrame(
+        {
+            "CO against SO": table.name,
+            "Cells": [f"{co} and {so}" for co, so in both],
+            "CO": [rate(value) for value in table.success_co],
+            "SO": [rate(value) for value in table.success_so],
+            "Points": [with_minus(f"{round(value):+d}") for value in more],
+            "p (CO > SO)": [p_value(p) for p in table.p_co_so],
+        }
+    )
+
+
+def judged(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of a scoreboard that were judged, as text."""
+    return printable_scoreboard(table)[table.verdict != Verdict.NOT_RUN][SHOWN]
+
+
+def printable_findings(table: pd.DataFrame) -> pd.DataFrame:
+    """`t2l.scoreboard.weight.by_finding` as text, of what was judged."""
+    found = by_finding(table)
+    found = found[found["rows"] > found[str(Verdict.NOT_RUN)]]
+    shown = {str(verdict).capitalize(): str(verdict) for verdict in list(Verdict)[:3]}
+    return pd.DataFrame(
+        {
+            "Finding": found.finding,
+            **{head: [str(n or "") for n in found[key]] for head, key in shown.items()},
+            "Reproduced, with a number in the study": [str(n or "") for n in found.numbers],
+            "Rows are one, as they rest on": found.why,
+        }
+    )
+
+
+def printable_weights(table: pd.DataFrame) -> pd.DataFrame:
+    """What speaks against single rows that were judged, as text."""
+    told = (table.verdict != Verdict.NOT_RUN) & (
+        (table.foreseeable != "") | (table.afterwards != "")
+    )
+    rows = table[told]
+    return pd.DataFrame(
+        {
+            "Row": rows.statement,
+            "Another verdict was hardly possible": rows.foreseeable,
+            "Written or changed after data had been seen": rows.afterwards,
+        }
+    )
+
+
+def open_statements(table: pd.DataFrame) -> str:
+    """The rows that were not, as a list."""
+    rows = table[table.verdict == Verdict.NOT_RUN]
+    return "\n".join(f"- {statement.removesuffix('.')}" for statement in rows.statement)
+
+
+def with_counts(text: str, table: pd.DataFrame) -> str:
+    """A page's text whose counts of verdicts and findings are those of the scoreboard."""
+    found = counts(table)
+    numbers = [len(table), *(found.get(str(verdict), 0) for verdict in Verdict)]
+
+    def told(match: re.Match[str]) -> str:
+        number = iter(numbers)
+        return re.sub(r"\d+", lambda _: str(next(number)), match[0])
+
+    text = COUNTS.sub(told, text)
+    reproduced = found.get(str(Verdict.REPRODUCED), 0)
+    return INDEPENDENT.sub(
+        lambda match: f"{reproduced}{match[1]}{independent(table)}{match[2]}", text
+    )
+
+
+def with_tables(text: str, table: pd.DataFrame, folder: Path) -> str:
+    """The scoreboard's page, its tables and list replaced.
+
+    Args:
+        folder: docs/data.
+    """
+    for printed in (
+        judged(table), printable_findings(table), printable_weights(table),
+        printable_compliance(compliance(folder)),
+    ):  # fmt: skip
+        head = re.escape(printed.columns[0])
+        shown = printed.to_markdown(index=False, disable_numparse=True)
+        text = re.sub(
+            rf"^\| {head} .*?\n(?=\n)",
+            lambda _, shown=shown: f"{shown}\n",
+            text,
+            flags=re.M | re.S,
+        )
+    return re.sub(
+        r"(?<=\n### Open\n\n)(.*?\n\n)- .*?\n(?=\n## )",
+        lambda match: match[1] + open_statements(table) + "\n",
+        text,
+        flags=re.S,
+    )
+
+
+def pages(root: Path, table: pd.DataFrame) -> Iterator[tuple[str, str]]:
+    """Each page that tells of the scoreboard, by its path, and what it is to say.
+
+    Args:
+        root: of the repository.
+    """
+    readme, page = ((root / name).read_text(encoding="utf-8") for name in PAGES)
+    yield PAGES[0], with_counts(readme, table)
+    yield PAGES[1], with_counts(with_tables(page, table, root / "docs/data"), table)
+
+
+def write_all(folder: Path, rule: Rule, root: Path, out: Path) -> None:
+    """Scoreboard, tables, figures and pages, below `out`.
+
+    Args:
+        folder: docs/data.
+        root: of the repository, whose pages are brought up to the data.
+    """
+    kept = evidence(folder, rule)
+    board = scoreboard(kept)
+    printed = printable_scoreboard(board)
+    write_text(board.to_csv(index=False), out / "scoreboard.csv")
+    write_text(_markdown(printed), out / "scoreboard.md")
+    write_text(to_latex(printed), out / "scoreboard.tex")
+    write_text(_markdown(printable_findings(board)), out / "findings.md")
+    write_text(render(board, kept.studies, ROBOT), out / "scoreboard.html")
+    for name, table, text in tables(folder, rule):
+        write_text(table.to_csv(index=False), out / "tables" / f"{name}.csv")
+        write_text(_markdown(text), out / "tables" / f"{name}.md")
+    for name, draw in FIGURES.items():
+        paths = [out / "figures" / f"{name}.{suffix}" for suffix in ("pdf", "png")]
+        write(draw(folder), paths)
+    for name, text in pages(root, board):
+        write_text(text, out / "pages" / name)
+
+
+def write_documentation(root: Path) -> None:
+    """Bring pages and figures of the documentation up to its data."""
+    folder = root / "docs/data"
+    rule = registered(root / "config/studies/transfer_decision.yaml")
+    for name, text in pages(root, scoreboard(evidence(folder, rule))):
+        write_text(text, root / name)
+    for name, draw in FIGURES.items():
+        write(draw(folder), [root / "docs" / f"{name}.png"], dpi=DPI.get(name, DPI[""]))
+
+
+def _markdown(printed: pd.DataFrame) -> str:
+    return printed.to_markdown(index=False, disable_numparse=True) + "\n"
+
+
+if __name__ == "__main__":
+    write_documentation(Path())

@@ -1,0 +1,111 @@
+"""What the documentation shows is what its data give: nothing is pasted."""
+
+import re
+from io import BytesIO
+
+import matplotlib.image
+import numpy as np
+import pandas as pd
+import pytest
+
+from t2l.figures.kept import DPI, FIGURES
+from t2l.figures.style import write
+from t2l.gains import Grid
+from t2l.report.kept import pages, registered, tables, with_counts
+from t2l.scoreboard.kept import evidence
+from t2l.scoreboard.table import counts, scoreboard
+from t2l.stats.regions import region_table
+from tests.conftest import ROOT
+
+DATA = ROOT / "docs/data"
+RULE = registered(ROOT / "config/studies/transfer_decision.yaml")
+# what is rendered, simulated or a course of training is not kept
+NOT_DRAWN = re.compile(r".*_frames|responses|decoupling|diagnosis_report")
+# rows of the page on cloning: its words, the file, the variant
+ROWS = {
+    "10 Hz": ("ablations", "rate_10_hz"),
+    "joint deltas": ("ablations", "joint_deltas"),
+    "task-space control (gains of the tool)": ("ablations", "task_space"),
+    "single actions, no chunks": ("ablations", "chunk_1"),
+    "no gravity compensation": ("ablations", "no_gravity_compensation"),
+    "50 demonstrations": ("ablations", "demonstrations_50"),
+    "25 demonstrations": ("ablations", "demonstrations_25"),
+    "regression": ("policy_classes", "regression"),
+    "diffusion": ("policy_classes", "diffusion"),
+    "Transformer": ("policy_classes", "transformer"),
+    "Transformer, 50 epochs": ("policy_classes", "transformer_50_epochs"),
+    "lerobot's ACT": ("lerobot_policies", "lerobot_act"),
+    "lerobot's Diffusion Policy": ("lerobot_policies", "lerobot_diffusion"),
+    "nominal": ("cloning_grid", "nominal"),
+    "no noise on observations": ("cloning_grid", "observation_noise_0"),
+    "25": ("demonstrations", "demonstrations_25"),
+    "50": ("demonstrations", "demonstrations_50"),
+    "100": ("demonstrations", "demonstrations_100"),
+    "200": ("demonstrations", "demonstrations_200"),
+    "400": ("demonstrations", "demonstrations_400"),
+    "900": ("demonstrations", "demonstrations_900"),
+}
+
+
+@pytest.fixture(scope="module")
+def board():
+    return scoreboard(evidence(DATA, RULE))
+
+
+def test_the_pages_tell_the_scoreboard_that_the_data_give(board):
+    for name, text in pages(ROOT, board):
+        assert text == (ROOT / name).read_text(), f"{name}: python -m t2l.report.kept"
+
+
+def test_a_page_that_tells_other_counts_is_corrected(board):
+    found = counts(board)
+    stale = (
+        "of 9 statements 1 are reproduced, 2 are\nnot, 3 cannot be told, and 4 are [open](#open)."
+    )
+    told = [len(board), *(found[v] for v in ("reproduced", "not reproduced", "cannot be told"))]
+    text = with_counts(stale, board)
+    assert [int(number) for number in re.findall(r"\d+", text)] == [*told, found["not run"]]
+    assert re.sub(r"\d+", "0", text) == re.sub(r"\d+", "0", stale)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_is_that_of_the_data(name, tmp_path):
+    drawn = tmp_path / f"{name}.png"
+    write(FIGURES[name](DATA), [drawn], dpi=DPI.get(name, DPI[""]))
+    ours, shown = (
+        matplotlib.image.imread(BytesIO(path.read_bytes()))
+        for path in (drawn, ROOT / f"docs/{name}.png")
+    )
+    assert ours.shape == shown.shape
+    # another version of a font shifts edges, another number changes whole squares
+    assert np.abs(ours - shown).mean() < 2e-3
+
+
+def test_every_figure_is_drawn_from_data_or_said_not_to_be():
+    shown = {path.stem for path in (ROOT / "docs").glob("*.png")}
+    assert set(FIGURES) <= shown
+    assert all(NOT_DRAWN.fullmatch(name) for name in shown - set(FIGURES))
+
+
+@pytest.mark.parametrize("words", ROWS)
+def test_a_row_of_the_page_on_cloning_is_that_of_the_data(words):
+    file, variant = ROWS[words]
+    policies = pd.read_csv(DATA / f"{file}.csv").query("variant == @variant")
+    grid = Grid(tuple(sorted(policies.kp.unique())), tuple(sorted(policies.kd.unique())), 128, 16)
+    row = region_table({variant: policies}, grid).iloc[0]
+    text = (ROOT / "docs/results_cloning.md").read_text()
+    (shown,) = re.findall(rf"^\| {re.escape(words)} \|(.*)\|$", text, flags=re.M)
+    told = [cell.strip(" *") for cell in shown.split("|")]
+    shares = [f"{100 * row[f'success_{region}']:.1f} %" for region in ("co", "so", "cu", "su")]
+    assert [re.sub(r" \(.*", "", cell) for cell in told[:4]] == shares
+    for cell, p in zip(told[4:], (row.p_co_rest, row.p_co_so), strict=True):
+        assert cell == ("< 0.001" if p < 0.001 else f"{p:.3f}")
+
+
+def test_the_table_of_the_decision_is_that_of_the_data():
+    decision = next(table for name, table, _ in tables(DATA, RULE) if name == "transfer_decision")
+    text = (ROOT / "docs/results_transfer.md").read_text()
+    kp, kd, jitter = decision.iloc[:3].itertuples()
+    assert f"| +{kp.found:.2f} ± {kp.error:.2f} | {kp.p:.3f} | yes |" in text
+    assert f"| −{-kd.found:.2f} ± {kd.error:.2f} | {kd.p:.3f} | **no" in text
+    assert f"| +{100 * jitter.found:.0f} point | {jitter.p:.3f} | no |" in text

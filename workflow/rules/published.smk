@@ -1,0 +1,29 @@
+"""Scoreboard, tables and figures of the documentation, made of kept results: nothing is trained."""
+
+KEPT = sorted(str(path) for path in Path("docs/data").glob("*.csv"))
+PAGES = ["README.md", "docs/scoreboard.md"]
+
+
+rule published:
+    input:
+        data=KEPT,
+        pages=PAGES,
+        # the registered rule on transfer
+        study="config/studies/transfer_decision.yaml",
+    output:
+        scoreboard=multiext("results/published/scoreboard", ".csv", ".md", ".tex", ".html"),
+        tables=directory("results/published/tables"),
+        figures=directory("results/published/figures"),
+        pages=directory("results/published/pages"),
+    params:
+        version=VERSION,
+    log:
+        "results/published/logs/published.log",
+    benchmark:
+        "results/published/benchmarks/published.tsv"
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/published.py"
