@@ -19,6 +19,7 @@ from t2l.detective.search import (
     DONE,
     FINISH,
     FIT,
+    GROW,
     PRUNE,
     SCREEN,
     Found,
@@ -364,6 +365,7 @@ def _doing(this: Round) -> str:
         else "looking for other effects that explain as well",
         FIT: f"fitting {len(this.front)} sets of effects",
         FINISH: f"finishing the best of {len(this.fits)} fits",
+        GROW: "adding effects to the best sets",
         PRUNE: "dropping what is not needed",
     }[this.doing]
 

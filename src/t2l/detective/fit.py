@@ -285,7 +285,7 @@ def fit_along(
         minimise(fits, objective, iterations)
     if iterations:
         fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
-    return fitted(fits, objective, folds)
+    return fitted(fits, objective, folds, at_once=True)
 
 
 def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
@@ -433,18 +433,20 @@ def finish(sets: Sequence[FittedSet], samples: Samples) -> list[FittedSet]:
 
 
 def fitted(
-    fits: Sequence[LeastSquares], objective: Objective, folds: np.ndarray
+    fits: Sequence[LeastSquares], objective: Objective, folds: np.ndarray, at_once: bool = False
 ) -> list[FittedSet]:
     """Fits with what they leave on each fold when the others fit them; not those that ran away.
 
     Args:
         objective: that they were fitted by.
+        at_once: ask for all dampings of a step in one call.
     """
     fits = [fit for fit in fits if np.isfinite(fit.loss) and fit.jacobian is not None]
     each = [_LeftOut(fit, folds) for fit in fits if fit.free.any()]
-    for damping in DAMPINGS:
-        asked = [(one.fit, one.points(damping)) for one in each if len(one.open)]
+    # along a motion many points take hardly longer than one
+    for dampings in [DAMPINGS] if at_once else [(damping,) for damping in DAMPINGS]:
         some = [one for one in each if len(one.open)]
+        asked = [(one.fit, one.points(dampings)) for one in some]
         for one, residuals in zip(some, objective.residuals(asked), strict=True):
             one.receive(residuals)
     left = {id(one.fit): (one.left_out, one.told) for one in each}
@@ -498,8 +500,8 @@ class _LeftOut:
     def _others(self, mine: np.ndarray, damping: float) -> np.ndarray:
         return self.normal - mine.T @ mine + damping * np.eye(len(self.free)) + self.held
 
-    def points(self, damping: float) -> np.ndarray:
-        """Parameters (nopen, n) that fit all but each of the open parts in turn."""
+    def points(self, dampings: Sequence[float]) -> np.ndarray:
+        """Parameters (nopen · ndamping, n) that fit all but each of the open parts in turn."""
         fit, free = self.fit, self.free
         u, lower, upper = (x[free] for x in (fit.u, fit.layout.lower, fit.layout.upper))
         log = fit.layout.log[free]
@@ -509,26 +511,27 @@ class _LeftOut:
         # what the others alone say nothing of is not known there: it has no effect
         neutral = fit.layout.neutral[free]
         away = RIDGE * np.where(np.isfinite(neutral), u - neutral, 0.0) * self.size
-        found = np.repeat(fit.u[None], len(self.open), axis=0)
-        for row, fold in enumerate(self.open):
+        self._asked = []
+        for fold in self.open:
             at = self.folds == fold
             mine = self.jacobian[at]
             target = mine.T @ fit.residual[at] - self.slope - away
-            rest = self._others(mine, damping)
-            found[row, free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / self.size
-        self._asked = found
-        return found
+            for damping in dampings:
+                rest, found = self._others(mine, damping), fit.u.copy()
+                found[free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / self.size
+                self._asked.append((fold, found))
+        return np.array([found for _, found in self._asked])
 
     def receive(self, residuals: np.ndarray) -> None:
-        """Take the residuals (nopen, nsample) at `points`."""
-        fit, still = self.fit, []
+        """Take the residuals (nopen · ndamping, nsample) at `points`; the first step serves."""
+        fit, done = self.fit, set()
         before = fit.residual**2
-        for fold, u, residual in zip(self.open, self._asked, residuals, strict=True):
+        for (fold, u), residual in zip(self._asked, residuals, strict=True):
             others = self.folds != fold
             known = np.sum((fit.prior @ fit.u) ** 2) - np.sum((fit.prior @ u) ** 2)
-            if np.sum(residual[others] ** 2) <= before[others].sum() + known + LONGER * fit.loss:
+            least = before[others].sum() + known + LONGER * fit.loss
+            if fold not in done and np.sum(residual[others] ** 2) <= least:
                 at = ~others & self.told
                 self.left_out[at] = residual[at]
-            else:
-                still.append(fold)
-        self.open = np.array(still)
+                done.add(fold)
+        self.open = np.array([fold for fold in self.open if fold not in done])

@@ -16,7 +16,7 @@ from t2l.detective.candidates import FARTHEST, Table
 from t2l.detective.choosing import choose
 from t2l.detective.fit import AlongMotion, FittedSet, Start, begun, fit_along, names_of
 from t2l.detective.rule import Judge
-from t2l.detective.screen import Scored, Screen
+from t2l.detective.screen import Screen
 
 GROWING = 4  # numerics: sets of as many effects that grow
 ADDED = 6  # numerics: effects that are tried beside each

@@ -84,7 +84,7 @@ def stiffness(
     What remembers is left out, as it would need the ticks in order.
     """
     path, schedule = section.path, section.motion.group.schedule
-    ntick, nrec, n = path.q.shape
+    ntick, nrec = path.q.shape[:2]
     ticks = np.arange(0, ntick * nrec, max(1, ntick * nrec // STIFF))
     some_ticks = all_at_once(schedule, ntick).of(ticks)
     along = replace(path, taken=None).all_at_once().of(ticks)

@@ -102,9 +102,7 @@ class Screen:
     def beside(self, table: Table, residual: np.ndarray) -> "Screen":
         """Of a table that has this one's columns first, with what another model leaves."""
         first = self.table.columns.shape[1]
-        return Screen(
-            table, residual, self.folds, self.noise_rad, self.products[:, :first, :first]
-        )
+        return Screen(table, residual, self.folds, self.noise_rad, self.products[:, :first, :first])
 
     def score(self, members: Sequence[int]) -> Scored:
         """Of a set of indices of candidates."""

@@ -58,9 +58,15 @@ ALONE = 12  # numerics: effects alone that are simulated to rank them
 FOLLOWED = 30  # numerics: sets that are simulated as they are, before some are fitted so
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 # what a round does, in turn
-STAGES = SCREEN, FIT, FINISH, PRUNE = "screening", "fitting", "finishing", "pruning"
+STAGES = SCREEN, FIT, FINISH, GROW, PRUNE = (
+    "screening",
+    "fitting",
+    "finishing",
+    "growing",
+    "pruning",
+)
 # format: of a round, what is done when a stage begins, as measured
-DONE = {SCREEN: 0.0, FIT: 0.3, FINISH: 0.6, PRUNE: 0.8}
+DONE = {SCREEN: 0.0, FIT: 0.2, FINISH: 0.3, GROW: 0.3, PRUNE: 0.8}
 
 # effects with the joints that have them
 Named = Iterable[tuple[str, tuple[int, ...]]]
@@ -252,27 +258,25 @@ class _Search:
         screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
         starts = self._screened(this, screen)
         along, folds = self.along, self.data.folds
-        led = fit_along([s for s in starts if along.can_lead(s.layout)], along, folds)
+        this.led = fit_along([s for s in starts if along.can_lead(s.layout)], along, folds)
         driven = [s for s in starts if not along.can_lead(s.layout)]
-        if not quiet:
-            led, more = grown(self.current, led, screen, self.rows, along, folds, judge)
-            driven = [*more[:SIMULATED], *driven]
-        this.led = led
-        promised = choose(self.current, led, judge)
+        promised = choose(self.current, this.led, judge)
         if not quiet:
             this.likely = promised
         if self._stop(this, FIT):
             return False
         if quiet:
-            some = exchanged(self.current, led, judge, self.simulated.complexity + 1)
+            some = exchanged(self.current, this.led, judge, self.simulated.complexity + 1)
         else:
-            some = leaders(self.current, self._standing(led), judge)
-        begins = [Start(f.layout, f.u, f.columns) for f in some]
-        begins += driven[:SIMULATED]
-        if begins or not quiet:
-            best = min(some or led, key=lambda f: f.left_out_rmse, default=self.simulated)
-            self.samples = self.samples.drafted(best.model, best.left_out_rmse)
-        better = self._simulated(this, begins, judge)
+            some = leaders(self.current, self._followed(this.led), judge)
+        better = self._simulated(this, some, driven, judge)
+        noise_alone = better is not None and judge.quiet(better.rmse)
+        if not (quiet or noise_alone or self.found.stopped or self._stop(this, GROW)):
+            sets, driven = grown(self.current, this.led, screen, self.rows, along, folds, judge)
+            old, this.led = {id(one) for one in this.led}, sets
+            this.likely = promised = choose(self.current, sets, judge)
+            new = [one for one in self._followed(sets) if id(one) not in old]
+            better = self._simulated(this, leaders(self.current, new, judge), driven, judge)
         if self.found.stopped:
             return False
         if better is None and promised is None and not quiet:
@@ -303,7 +307,7 @@ class _Search:
         ]  # fmt: skip
         return [begun(self.current.model, screen, one.members) for one in sets]
 
-    def _standing(self, led: Sequence[FittedSet]) -> list[FittedSet]:
+    def _followed(self, led: Sequence[FittedSet]) -> list[FittedSet]:
         """Of the best along the motion those that a simulation with their numbers follows best."""
         some = sorted(led, key=lambda f: f.left_out_rmse)[:FOLLOWED]
         predictor, mask = self.samples.linear, self.samples.mask
@@ -315,15 +319,25 @@ class _Search:
         limit = ASTRAY**2 * min(errors, default=np.inf)
         return [f for f, error in zip(some, errors, strict=True) if error <= limit]
 
-    def _simulated(self, this: Round, begins: Sequence[Start], judge: Judge) -> FittedSet | None:
-        """What the rule takes of sets that are fitted by simulation."""
-        samples, known = self.samples, self.simulated.known
+    def _simulated(
+        self, this: Round, some: Sequence[FittedSet], driven: Sequence[Start], judge: Judge
+    ) -> FittedSet | None:
+        """What the rule takes of all sets that were fitted by simulation, with these.
+
+        Args:
+            some: fitted along the motion; of `driven`, which cannot be, the best are tried too.
+        """
+        begins = [Start(f.layout, f.u, f.columns) for f in some] + [*driven[:SIMULATED]]
+        if begins or not this.quiet:
+            best = min(some or this.led, key=lambda f: f.left_out_rmse, default=self.simulated)
+            self.samples = self.samples.drafted(best.model, best.left_out_rmse)
+        samples, known, before = self.samples, self.simulated.known, this.fits
         fits = fit_sets(begins, samples, known)
-        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
+        this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
         if self._stop(this, FINISH):
             return None
         fits = finish(nearest(_refined(fits, this.led, samples, known, judge), judge), samples)
-        this.fits = sorted(fits, key=lambda f: f.left_out_rmse)
+        this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
         return choose(self.simulated, this.fits, judge)
 
     def _tried(self, this: Round, guesses, judge: Judge) -> FittedSet | None:
