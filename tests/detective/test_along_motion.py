@@ -10,6 +10,7 @@ from t2l.detective.explanation import explained
 from t2l.detective.fit import AlongMotion, FittedSet, Samples, Start, fit_along, fit_sets
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
+from t2l.detective.responses import stiffness
 from t2l.detective.rule import Judge
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
@@ -114,3 +115,22 @@ def test_names_that_explain_alike_are_told(robot):
     (entry,) = [entry for entry in explanation.confounded if entry.effect == found]
     assert {*(names - {found})} in [set(rival.effects) for rival in entry.rivals]
     assert "These recordings cannot tell" in explanation.sentence
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "times", "more"),
+    [
+        ("torque_constant", {"factor": 0.5}, 0.5, 0.0),
+        ("parallel_spring", {"stiffness": 0.7, "rest": 0.2}, 1.0, 0.7),
+        ("viscous_friction", {"damping": 0.5}, 1.0, 0.0),
+    ],
+)
+def test_the_stiffness_of_a_loop_is_that_of_motor_and_springs(robot, name, values, times, more):
+    data = split(robot, swings(robot, duration_s=2.0), swings(robot)[:1], threads=1)
+    along, _ = along_of(data)
+    layout = Layout([Term(builtin()[name], (0,))])
+    u = np.array([values[slot.parameter.name] for slot in layout.slots], float)
+    u[layout.log] = np.log(u[layout.log])
+    for section, own in zip(along.sections, along.stiffness, strict=True):
+        (found,) = stiffness(data.fitted, section, [(layout, u[None])])
+        np.testing.assert_allclose(found[0], times * own[0] + more, rtol=1e-4)

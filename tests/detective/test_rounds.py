@@ -44,6 +44,7 @@ def robot(tmp_path_factory):
 def one_at_a_time(monkeypatch):
     """Sets of one effect, so that two that are hidden take two rounds."""
     monkeypatch.setattr("t2l.detective.screen.MOST", 1)
+    monkeypatch.setattr("t2l.detective.forward.MOST", 1)
 
 
 @pytest.fixture(scope="module")

@@ -292,7 +292,10 @@ def _complexity(one: Candidate, table: Table, products: np.ndarray) -> int:
 
 
 def _excludes(one: Candidate, other: Candidate) -> bool:
-    return one.effect.name == other.effect.name and bool(set(one.joints) & set(other.joints))
+    if one.effect.name != other.effect.name:
+        return False
+    # beside what the model has an effect asks for fewer numbers than alone
+    return one.removal or other.removal or bool(set(one.joints) & set(other.joints))
 
 
 def bounded(

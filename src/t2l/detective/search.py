@@ -277,7 +277,7 @@ class _Search:
             this.likely = promised = choose(self.current, sets, judge)
             new = [one for one in self._followed(sets) if id(one) not in old]
             better = self._simulated(this, leaders(self.current, new, judge), driven, judge)
-        if self.found.stopped:
+        if self.found.stopped and better is None:
             return False
         if better is None and promised is None and not quiet:
             better = self._tried(this, guesses, judge)
