@@ -270,8 +270,9 @@ class _Search:
         else:
             some = leaders(self.current, self._followed(this.led), judge)
         better = self._simulated(this, some, driven, judge)
-        noise_alone = better is not None and judge.quiet(better.rmse)
-        if not (quiet or noise_alone or self.found.stopped or self._stop(this, GROW)):
+        # what little is left beside noise is for the next round, effect by effect
+        little = better is not None and better.rmse <= ASTRAY * noise_rad
+        if not (quiet or little or self.found.stopped or self._stop(this, GROW)):
             sets, driven = grown(self.current, this.led, screen, self.rows, along, folds, judge)
             old, this.led = {id(one) for one in this.led}, sets
             this.likely = promised = choose(self.current, sets, judge)
