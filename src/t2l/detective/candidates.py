@@ -316,13 +316,18 @@ def _with_base(predictor, sections, adopted, table: Table, rows: np.ndarray) -> 
         torques = [added_torques(predictor, s, adopted, [(layout, moved)])[0] for s in sections]
     at = [wanted.ask([t[:, k] / steps[k] for t in torques], None) for k in range(len(free))]
     removals = [_removal(term, free, wanted, predictor, sections, adopted) for term in layout.terms]
-    bounds = np.array([[layout.lower[i] - u[i], layout.upper[i] - u[i]] for i in free])
-    bounds = bounds.reshape(-1, 2)
+    columns = np.concatenate([table.columns, wanted.responses()], axis=1)
+    return Table(columns, [*table.candidates, *removals], tuple(at), *movable(layout, u, free))
+
+
+def movable(
+    layout: Layout, u: np.ndarray, free: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How far elements `free` of u (n,) may move: `bounds`, `prior` and `tending` of a table."""
+    bounds = np.stack([layout.lower[free] - u[free], layout.upper[free] - u[free]], axis=1)
     log = layout.log[free]
     bounds[log] = np.clip(bounds[log], -FARTHEST, FARTHEST)
-    columns = np.concatenate([table.columns, wanted.responses()], axis=1)
-    prior, tending = layout.prior[:, free], -layout.prior @ u
-    return Table(columns, [*table.candidates, *removals], tuple(at), bounds, prior, tending)
+    return bounds, layout.prior[:, free], -layout.prior @ u
 
 
 def _removal(

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from t2l.detective.candidates import FARTHEST, Table
+from t2l.detective.candidates import Candidate, Table, movable
 from t2l.detective.choosing import choose
 from t2l.detective.fit import AlongMotion, FittedSet, Start, begun, fit_along, names_of
 from t2l.detective.rule import Judge
@@ -101,9 +101,6 @@ def _beside(one: FittedSet, screen: Screen, rows: np.ndarray) -> Screen:
     """The screen of what may be added to a set."""
     layout, u = one.layout, one.u
     free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
-    bounds = np.stack([layout.lower[free] - u[free], layout.upper[free] - u[free]], axis=1)
-    log = layout.log[free]
-    bounds[log] = np.clip(bounds[log], -FARTHEST, FARTHEST)
     on = {term.effect.name: set(term.joints) for term in layout.terms}
     candidates = [
         candidate for candidate in screen.table.candidates
@@ -111,14 +108,12 @@ def _beside(one: FittedSet, screen: Screen, rows: np.ndarray) -> Screen:
     ]  # fmt: skip
     first, base = screen.table.columns.shape[1], one.jacobian[rows][:, free]
     columns = np.concatenate([screen.table.columns, base.astype(np.float32)], axis=1)
-    table = Table(
-        columns, candidates, tuple(range(first, first + len(free))), bounds,
-        layout.prior[:, free], -layout.prior @ u,
-    )  # fmt: skip
+    at = tuple(range(first, first + len(free)))
+    table = Table(columns, candidates, at, *movable(layout, u, free))
     return screen.beside(table, -one.residual[rows])
 
 
-def _is_new(candidate, on: dict[str, set[int]]) -> bool:
+def _is_new(candidate: Candidate, on: dict[str, set[int]]) -> bool:
     """Whether it is an effect that a set lacks, or lacks on these joints."""
     if candidate.effect.name not in on:
         return True

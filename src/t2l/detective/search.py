@@ -56,6 +56,7 @@ SCREENED = 8000  # numerics: samples that sets are scored by
 UNPROMISED = 1 - HALF**0.5
 ALONE = 12  # numerics: effects alone that are simulated to rank them
 FOLLOWED = 30  # numerics: sets that are simulated as they are, before some are fitted so
+LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, GROW, PRUNE = (
@@ -271,7 +272,7 @@ class _Search:
             some = leaders(self.current, self._followed(this.led), judge)
         better = self._simulated(this, some, driven, judge)
         # what little is left beside noise is for the next round, effect by effect
-        little = better is not None and better.rmse <= ASTRAY * noise_rad
+        little = better is not None and better.rmse <= LITTLE * noise_rad
         if not (quiet or little or self.found.stopped or self._stop(this, GROW)):
             sets, driven = grown(self.current, this.led, screen, self.rows, along, folds, judge)
             old, this.led = {id(one) for one in this.led}, sets
