@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from t2l.detective.along_motion import AlongMotion, fit_along
 from t2l.detective.data_split import split
 from t2l.detective.explanation import explained
-from t2l.detective.fit import AlongMotion, FittedSet, Samples, Start, fit_along, fit_sets
+from t2l.detective.fit import Samples, fit_sets
+from t2l.detective.fitted_set import FittedSet, Start
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.responses import stiffness

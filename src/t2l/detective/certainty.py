@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from t2l.detective.fit import FittedSet
+from t2l.detective.fitted_set import FittedSet
 from t2l.detective.screen import PARSIMONY
 
 RESAMPLES = 200  # statistics: the standard error of a share of one half is 4 %

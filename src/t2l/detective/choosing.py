@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from t2l.detective.fit import FittedSet
+from t2l.detective.fitted_set import FittedSet
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Scored, Screen
 from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, NOTHING, PROMISING

@@ -11,7 +11,7 @@ import numpy as np
 
 from t2l.design.collinearity import Rival
 from t2l.detective.data_split import DataSplit
-from t2l.detective.fit import FittedSet
+from t2l.detective.fitted_set import FittedSet
 from t2l.detective.kept import fitted_before, keep_fitted, keep_step
 from t2l.detective.learned import final_model, proposal_of, splines
 from t2l.detective.rule import Judge

@@ -12,9 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from t2l.detective.along_motion import AlongMotion, fit_along
 from t2l.detective.candidates import Candidate, Table, movable
 from t2l.detective.choosing import choose
-from t2l.detective.fit import AlongMotion, FittedSet, Start, begun, fit_along, names_of
+from t2l.detective.fit import begun
+from t2l.detective.fitted_set import FittedSet, Start, names_of
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Screen
 

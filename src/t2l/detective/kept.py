@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from t2l.artefacts import read_npz, reading, remove, whole
-from t2l.detective.fit import FittedSet
+from t2l.detective.fitted_set import FittedSet
 from t2l.diagnose.explanation import Explanation, Step, Tried, write_explanation
 from t2l.diagnose.files import AFTER, BEFORE, FIGURES, MODEL, PROPOSED, REPORT, STEPS
 from t2l.effects.effect import Effect

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.detective.data_split import DataSplit
-from t2l.detective.fit import FittedSet
+from t2l.detective.fitted_set import FittedSet
 from t2l.detective.search import Found
 from t2l.effects.spline_torque import SplineTorque
 from t2l.effects.term import Layout

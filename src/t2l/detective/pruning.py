@@ -4,17 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from t2l.detective.fit import (
-    AlongMotion,
-    FittedSet,
-    Known,
-    Samples,
-    Start,
-    finish,
-    fit_along,
-    fit_sets,
-    names_of,
-)
+from t2l.detective.along_motion import AlongMotion, fit_along
+from t2l.detective.fit import Samples, finish, fit_sets
+from t2l.detective.fitted_set import FittedSet, Known, Start, names_of
 from t2l.detective.rule import Judge
 from t2l.effects.term import Layout, Term
 
@@ -39,9 +31,9 @@ def pruned(
             known = of.get(frozenset(whole.names))
             missed = {n for n, f in of.items() if known is not None and judge.misses(known, f)}
             trials = [t for t in trials if frozenset(names_of(t.layout)) not in missed]
-        return fit_sets(trials, samples, so_far, PRUNING)
+        return fit_sets(trials, samples, along, so_far, PRUNING)
 
-    return prune(better, judge, fit, lambda sets: finish(sets, samples))
+    return prune(better, judge, fit, lambda sets: finish(sets, samples, along))
 
 
 def pruned_along(

@@ -6,7 +6,7 @@ import numpy as np
 
 from t2l.detective.certainty import chosen_shares
 from t2l.detective.data_split import DataSplit
-from t2l.detective.fit import FittedSet
+from t2l.detective.fitted_set import FittedSet
 from t2l.detective.search import Singles, singles
 from t2l.diagnose.candidate import Candidate, mark_ties, rank
 from t2l.diagnose.confounded import Confounded

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from t2l.detective.fit import FittedSet
+from t2l.detective.fitted_set import FittedSet
 from t2l.identify.block_bootstrap import Improvement, improvement
 from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
 

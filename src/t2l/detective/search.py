@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from t2l.detective.along_motion import AlongMotion, fit_along
 from t2l.detective.candidates import Values, known_candidates, settings_of
 from t2l.detective.certainty import chosen_shares
 from t2l.detective.choosing import (
@@ -20,18 +21,8 @@ from t2l.detective.choosing import (
 )
 from t2l.detective.curves import curves, with_curves
 from t2l.detective.data_split import DataSplit
-from t2l.detective.fit import (
-    AlongMotion,
-    FittedSet,
-    Known,
-    Samples,
-    Start,
-    begun,
-    finish,
-    fit_along,
-    fit_sets,
-    refine,
-)
+from t2l.detective.fit import Samples, begun, finish, fit_sets
+from t2l.detective.fitted_set import FittedSet, Start
 from t2l.detective.forward import grown
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
@@ -334,18 +325,18 @@ class _Search:
             best = min(some or this.led, key=lambda f: f.left_out_rmse, default=self.simulated)
             self.samples = self.samples.drafted(best.model, best.left_out_rmse)
         samples, known, before = self.samples, self.simulated.known, this.fits
-        fits = fit_sets(begins, samples, known)
+        fits = fit_sets(begins, samples, self.along, known)
         this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
         if self._stop(this, FINISH):
             return None
-        fits = finish(nearest(_refined(fits, this.led, samples, known, judge), judge), samples)
+        fits = finish(nearest(fits, judge), samples, self.along)
         this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
         return choose(self.simulated, this.fits, judge)
 
     def _tried(self, this: Round, guesses, judge: Judge) -> FittedSet | None:
         """Likewise of single effects as first guessed, where the linear model promises nothing."""
         samples, simulated = self.samples, self.simulated
-        more = fit_sets(_tried(samples, simulated, *guesses), samples, simulated.known)
+        more = fit_sets(_tried(samples, simulated, *guesses), samples, known=simulated.known)
         this.fits = sorted(finish(nearest(more, judge), samples), key=lambda f: f.left_out_rmse)
         return choose(simulated, this.fits, judge, UNPROMISED)
 
@@ -457,8 +448,8 @@ class _Search:
         leaders = [Start(f.layout, f.u, f.columns) for f in led[:ALONE]]
         leaders += [s for s, may in zip(starts, can, strict=True) if not may]
         progress(f"simulating {len(leaders)} of them", DONE[FINISH])
-        fits = fit_sets(leaders, self.samples, came.known)
-        fits = finish(_refined(fits, led, self.samples, came.known, judge), self.samples)
+        fits = fit_sets(leaders, self.samples, self.along, came.known)
+        fits = finish(fits, self.samples, self.along)
         return Singles(came, led, self._found_again(fits, led, judge), judge)
 
     def _found_again(
@@ -474,23 +465,6 @@ class _Search:
         for fit in sorted((*fits, *again), key=lambda f: f.left_out_rmse):
             best.setdefault(frozenset(fit.names), fit)
         return list(best.values())
-
-
-def _refined(
-    fits: Sequence[FittedSet],
-    led: Sequence[FittedSet],
-    samples: Samples,
-    known: Known,
-    judge: Judge,
-) -> list[FittedSet]:
-    """Fits, with derivatives by simulation where they leave more than the linear model promises."""
-    promised = {frozenset(one.names): one.left_out_rmse for one in led}
-    done, open_ones = [], []
-    for fit in fits:
-        promise = promised.get(frozenset(fit.names), 0.0)
-        kept = judge.alike(fit.left_out_rmse, promise)
-        (done if kept else open_ones).append(fit)
-    return [*done, *refine(open_ones, samples, known)]
 
 
 def more_than(before: Named, after: Named) -> dict[str, tuple[int, ...]]:

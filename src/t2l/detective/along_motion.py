@@ -1,0 +1,134 @@
+"""Sets fitted along the measured motion: torques are exact there, the loop's answer is linear."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from t2l.detective.fitted_set import FittedSet, Known, Start, sizes
+from t2l.detective.left_out import fitted
+from t2l.detective.linear_loop import Section, respond
+from t2l.detective.motion import at_samples
+from t2l.detective.responses import added_torques, excess, stiffness
+from t2l.effects.term import Layout
+from t2l.identify.least_squares import LeastSquares
+from t2l.identify.optimiser import Objective, Optimiser, minimise
+from t2l.identify.prediction import Predictor
+
+ITERATIONS = 5  # numerics: of a fit
+# numerics: of the logarithm of what has no derivative, one after the other
+ROUGH_STEPS = (0.3, 0.15, 0.08, 0.04, 0.02)
+ROUGH_ITERATIONS = 2  # numerics: of the others meanwhile
+STIFFER = (0.05, 20.0)  # numerics: times the model so far
+
+
+class AlongMotion(Objective):
+    """Positions by the linear model of the loop, from torques along the measured motion.
+
+    Nothing is simulated: a torque is exact at any value of a parameter, only the loop's answer to
+    what it has beyond what the motion takes is linear. So a model without a fault leaves only noise
+    however far the model is of which the loop was linearised, a fit is as quick as a product of
+    matrices, and it cannot run away.
+    """
+
+    def __init__(
+        self,
+        predictor: Predictor,
+        sections: Sequence[Section],
+        mask: np.ndarray,
+        known: Known,
+        noise_rad: float,
+    ):
+        self.predictor, self.sections, self.mask = predictor, sections, mask
+        self.noise_rad = noise_rad
+        self.base, self.residual = known
+        self.joints = predictor.samples.joint[mask]
+        self.answer = np.zeros(len(predictor.samples))
+        if self.can_lead(self.base[0]):
+            self.residual = self._residual()[mask]
+        base = self.base[0], self.base[1][None]
+        self.stiffness = [stiffness(predictor, section, [base])[0] for section in sections]
+
+    def _residual(self) -> np.ndarray:
+        """(nsample,) of the model so far."""
+        samples = self.predictor.samples
+        found = np.empty(len(samples))
+        for section in self.sections:
+            motion = section.motion
+            answer = respond(section, excess(self.predictor, section, self.base)[..., None])[:, 0]
+            self.answer[motion.group.held] = answer
+            found[motion.group.held] = answer + at_samples(motion.group, motion.q)
+        return found - samples.q
+
+    def can_lead(self, layout: Layout) -> bool:
+        """Whether a layout has no state besides the joints'."""
+        return self.predictor.model(layout.terms).nv == len(self.predictor.joints)
+
+    def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
+        if not asked:
+            return []
+        variants = [(optimiser.layout, points) for optimiser, points in asked]
+        counts = [len(points) for _, points in variants]
+        moved = np.zeros((len(self.predictor.samples), sum(counts)))
+        for section, own in zip(self.sections, self.stiffness, strict=True):
+            torques = added_torques(self.predictor, section, self.base, variants)
+            whole = np.concatenate([np.moveaxis(t, 1, -1) for t in torques], axis=-1)
+            held = section.motion.group.held
+            before, joint = self.answer[held, None], self.predictor.samples.joint[held]
+            stiffer = np.concatenate(stiffness(self.predictor, section, variants)) / own
+            stiffer = np.clip(np.where(own > 0, stiffer, 1.0), *STIFFER).T
+            moved[held] = (before + respond(section, whole)) / stiffer[joint] - before
+        moved = self.residual[:, None] + moved[self.mask]
+        return np.split(moved.T, np.cumsum(counts)[:-1])
+
+
+def fit_along(
+    starts: Sequence[Start],
+    objective: AlongMotion,
+    folds: np.ndarray,
+    iterations: int = ITERATIONS,
+) -> list[FittedSet]:
+    """Fit layouts from their starts along the measured motion.
+
+    What has no derivative is tried at other values, of which the best goes on.
+    """
+    noise = objective.noise_rad
+    fits = [
+        LeastSquares(
+            s.layout, s.u.copy(), sizes(s), noise=noise, given=dict(s.columns),
+            secant=bool(s.columns),
+        )
+        for s in starts
+    ]  # fmt: skip
+    if fits:
+        minimise(fits, objective, iterations)
+    if iterations:
+        fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
+    return fitted(fits, objective, folds, at_once=True)
+
+
+def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
+    """The best with other values of what has no derivative, ever nearer to it."""
+    for times in ROUGH_STEPS:
+        others = []
+        for i in _steps(fit):
+            for step in (-times, times):
+                u = fit.u.copy()
+                u[i] = np.clip(
+                    u[i] + step * _unit(fit.layout, i), fit.layout.lower[i], fit.layout.upper[i]
+                )
+                others.append(LeastSquares(fit.layout, u, fit.size, noise=fit.noise))
+        minimise(others, objective, ROUGH_ITERATIONS)
+        fit = min([fit, *others], key=lambda one: one.loss)
+    return fit
+
+
+def _steps(fit: LeastSquares) -> list[int]:
+    """Elements without a derivative that may have any value of a range."""
+    layout = fit.layout
+    wide = layout.rough & (layout.lower < layout.upper)
+    return [int(i) for i in np.flatnonzero(wide) if _unit(layout, i) > 0]
+
+
+def _unit(layout: Layout, i: int) -> float:
+    """By what an element without a derivative is moved, times `ROUGH_STEPS`."""
+    return 1.0 if layout.log[i] else layout.slots[i].size

@@ -1,0 +1,122 @@
+"""What fits leave of each part of the samples when the others alone fit them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from t2l.detective.candidates import FARTHEST
+from t2l.detective.fitted_set import FittedSet
+from t2l.detective.screen import ALIKE, bounded
+from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import HALF
+from t2l.identify.optimiser import Objective
+
+RIDGE = 1e-6  # numerics: of a column's sum of squares
+DAMPINGS = (RIDGE, 0.01, 1.0)  # numerics: likewise, of steps to what fits without a part
+LONGER = 1.0  # numerics: samples' worth of squared error, by which a step may be too long
+TINY = 1e-300  # numerics: of a column that does nothing
+
+
+def fitted(
+    fits: Sequence[LeastSquares], objective: Objective, folds: np.ndarray, at_once: bool = False
+) -> list[FittedSet]:
+    """Fits with what they leave on each fold when the others fit them; not those that ran away.
+
+    Args:
+        objective: that they were fitted by.
+        at_once: ask for all dampings of a step in one call.
+    """
+    fits = [fit for fit in fits if np.isfinite(fit.loss) and fit.jacobian is not None]
+    each = [_LeftOut(fit, folds) for fit in fits if fit.free.any()]
+    # along a motion many points take hardly longer than one
+    for dampings in [DAMPINGS] if at_once else [(damping,) for damping in DAMPINGS]:
+        some = [one for one in each if len(one.open)]
+        asked = [(one.fit, one.points(dampings)) for one in some]
+        for one, residuals in zip(some, objective.residuals(asked), strict=True):
+            one.receive(residuals)
+    left = {id(one.fit): (one.left_out, one.told) for one in each}
+    found = []
+    for fit in fits:
+        left_out, told = left.get(id(fit), (fit.residual, np.ones(len(folds), bool)))
+        if np.isfinite(left_out).all():
+            found.append(
+                FittedSet(
+                    fit.layout, fit.u, fit.residual, left_out, told, fit.jacobian, fit.free
+                )
+            )  # fmt: skip
+    return found
+
+
+class _LeftOut:
+    """What a fit leaves of each part when the others fit it: a step of Gauss and Newton away.
+
+    A step that makes the error of the others larger is too long, and a more damped one is tried
+    (Marquardt, 1963). If none is shorter, the fit to all is that to the others too.
+
+    Attributes:
+        left_out: (nsample,) rad, as far as it is known; as fitted where the others do not tell it.
+        told: (nsample,) bool, where the others tell what the model says: to a standard error below
+            that of a sample.
+        open: parts that no step is known for.
+    """
+
+    def __init__(self, fit: LeastSquares, folds: np.ndarray):
+        self.fit, self.folds, free = fit, folds, np.flatnonzero(fit.free)
+        self.free, self.open = free, np.unique(folds)
+        jacobian, prior = fit.jacobian[:, free], fit.prior[:, free]
+        self.size = np.sqrt((jacobian**2).sum(axis=0) + (prior**2).sum(axis=0)) + TINY
+        self.jacobian, self.prior = jacobian / self.size, prior / self.size
+        self.normal = self.jacobian.T @ self.jacobian + self.prior.T @ self.prior
+        self.slope = self.jacobian.T @ fit.residual + self.prior.T @ (fit.prior @ fit.u)
+        # what no part tells stays where it is
+        values, directions = np.linalg.eigh(self.normal)
+        held = directions[:, values < ALIKE]
+        self.held = held @ held.T
+        self.told = np.empty(len(folds), bool)
+        for fold in self.open:
+            mine = self.jacobian[folds == fold]
+            inverse = np.linalg.inv(self._others(mine, RIDGE))
+            spread = np.einsum("ij,jk,ik->i", mine, inverse, mine, optimize=True)
+            self.told[folds == fold] = spread < 1
+        if self.told.mean() < HALF:
+            self.told[:] = True
+        self.left_out = fit.residual.copy()
+
+    def _others(self, mine: np.ndarray, damping: float) -> np.ndarray:
+        return self.normal - mine.T @ mine + damping * np.eye(len(self.free)) + self.held
+
+    def points(self, dampings: Sequence[float]) -> np.ndarray:
+        """Parameters (nopen · ndamping, n) that fit all but each of the open parts in turn."""
+        fit, free = self.fit, self.free
+        u, lower, upper = (x[free] for x in (fit.u, fit.layout.lower, fit.layout.upper))
+        log = fit.layout.log[free]
+        lower = np.where(log, np.maximum(lower, u - FARTHEST), lower)
+        upper = np.where(log, np.minimum(upper, u + FARTHEST), upper)
+        within = ((lower - u) * self.size, (upper - u) * self.size)
+        # what the others alone say nothing of is not known there: it has no effect
+        neutral = fit.layout.neutral[free]
+        away = RIDGE * np.where(np.isfinite(neutral), u - neutral, 0.0) * self.size
+        self._asked = []
+        for fold in self.open:
+            at = self.folds == fold
+            mine = self.jacobian[at]
+            target = mine.T @ fit.residual[at] - self.slope - away
+            for damping in dampings:
+                rest, found = self._others(mine, damping), fit.u.copy()
+                found[free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / self.size
+                self._asked.append((fold, found))
+        return np.array([found for _, found in self._asked])
+
+    def receive(self, residuals: np.ndarray) -> None:
+        """Take the residuals (nopen · ndamping, nsample) at `points`; the first step serves."""
+        fit, done = self.fit, set()
+        before = fit.residual**2
+        for (fold, u), residual in zip(self._asked, residuals, strict=True):
+            others = self.folds != fold
+            known = np.sum((fit.prior @ fit.u) ** 2) - np.sum((fit.prior @ u) ** 2)
+            least = before[others].sum() + known + LONGER * fit.loss
+            if fold not in done and np.sum(residual[others] ** 2) <= least:
+                at = ~others & self.told
+                self.left_out[at] = residual[at]
+                done.add(fold)
+        self.open = np.array([fold for fold in self.open if fold not in done])
