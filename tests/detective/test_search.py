@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from t2l.cli.main import main
-from t2l.detective import search as searching
 from t2l.detective.data_split import split
 from t2l.detective.explanation import explained
 from t2l.detective.search import search
@@ -15,7 +14,7 @@ from t2l.diagnose.ranking import NOTHING_MISSING
 from t2l.effects.law import FRICTION
 from t2l.identify.model import Model, read_model
 from t2l.recordings.log import write_recording
-from tests.diagnose.made import pendulum, swings
+from tests.diagnose.made import measured, pendulum, recording, swing, swings
 
 HIDDEN = {"coulomb_friction": {"torque": {"hinge": 0.05}}, "command_delay": {"delay": 0.02}}
 
@@ -37,13 +36,19 @@ def test_two_effects_at_once_are_found_with_their_numbers(robot):
     assert found.effects["command_delay"]["delay"] == pytest.approx(0.02, abs=5e-4)
 
 
-def test_a_loop_that_the_linear_model_does_not_know_is_searched_by_simulation(robot, monkeypatch):
-    """As one whose motor is always at its limit: nothing is promised."""
-    monkeypatch.setattr(searching, "fit_along", lambda *asked: [])
-    hidden = {"coulomb_friction": HIDDEN["coulomb_friction"]}
-    found = search(Model(robot), split(robot, recorded(robot, hidden), threads=1))
-    assert "coulomb_friction" in found.model.effects
-    assert all(this.likely is None for this in found.rounds)
+def test_friction_is_found_where_the_motor_is_at_its_limit_most_of_the_time(tmp_path):
+    """There no small change of the torque moves anything."""
+    limit = 'actuatorfrclimited="true" actuatorfrcrange="-0.35 0.35"'
+    robot = pendulum(tmp_path, joint=f'armature="0.005" damping="0.02" {limit}')
+    gains = ((20.0, 0.8, 0.7), (80.0, 1.0, 0.9), (320.0, 2.0, 1.1), (160.0, 2.0, 0.8))
+    hidden = {"coulomb_friction": {"torque": {"hinge": 0.2}}}
+    logs = [
+        measured(recording(robot, swing(1.5, hz), f"kp{kp:g}", kp, kd, 2.0), hidden, 1e-4, seed)
+        for seed, (kp, kd, hz) in enumerate(gains)
+    ]
+    found = search(Model(robot), split(robot, logs[:3], logs[3:], threads=1)).model
+    assert set(found.effects) == set(hidden)
+    assert found.effects["coulomb_friction"]["torque"]["hinge"] == pytest.approx(0.2, rel=0.01)
 
 
 def test_where_nothing_is_missing_nothing_is_looked_for(robot):
@@ -79,9 +84,9 @@ def test_folds_are_pairs_of_gains_where_recordings_share_them(robot):
 @pytest.fixture
 def at_home(robot, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for recording in recorded(robot, HIDDEN):
-        name = f"{recording.name}_{recording.duration_s:g}"
-        write_recording(recording, tmp_path / "logs" / name)
+    for log in recorded(robot, HIDDEN):
+        name = f"{log.name}_{log.duration_s:g}"
+        write_recording(log, tmp_path / "logs" / name)
     return tmp_path
 
 

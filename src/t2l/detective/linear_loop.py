@@ -21,7 +21,8 @@ from t2l.detective.paths import path_of, weight_at
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
-from t2l.sim.driven_loop import DrivenLoop, Path, Poses, all_at_once
+from t2l.sim.driven_loop import DrivenLoop, Path, all_at_once
+from t2l.sim.poses import Poses
 
 STEP_RAD = 1e-6  # numerics: of finite differences
 STEP_RAD_S = 1e-6  # numerics: likewise

@@ -10,7 +10,8 @@ from t2l.effects.blame import blaming
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
-from t2l.sim.driven_loop import DrivenLoop, Path, Poses
+from t2l.sim.driven_loop import DrivenLoop, Path
+from t2l.sim.poses import Poses
 from t2l.sim.schedule import Schedule
 
 Variants = tuple[Layout, np.ndarray]
@@ -31,15 +32,14 @@ def path_of(
         motion: q, dq and ddq (ntick, nrec, njoint), the last on average until the next tick.
         at_rest: (njoint,) rad/s, see `Path`.
     """
-    zero = np.zeros_like(motion[0])
-    at_ticks = Poses(Path(*motion, zero, zero, at_rest), schedule.period_s)
+    at_ticks = Poses(*motion, schedule.period_s)
     load, weight = _loads(predictor, base[0], at_ticks)
     # a loop cancels it at its own ticks, of which a coarse one has many, a balance all the time
     later = np.full(len(schedule.kp), (1 - 1 / schedule.coarseness) / 2)
     later[schedule.balanced] = 0.5
     weight[:-1] += later[:, None] * np.diff(weight, axis=0)
     between = *(_halfway(values) for values in motion[:2]), motion[2]
-    poses = Poses(Path(*between, zero, zero, at_rest), schedule.period_s)
+    poses = Poses(*between, schedule.period_s)
     taken = _taken(predictor.model(), predictor.joints, between)
     taken -= schedule.balanced[:, None] * weight
     # what the model so far has more

@@ -6,11 +6,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from t2l.detective.along_motion import AlongMotion, fit_along
-from t2l.detective.candidates import Values, known_candidates, settings_of
+from t2l.detective.candidates import Values, known_candidates
 from t2l.detective.certainty import chosen_shares
 from t2l.detective.choosing import (
     ASTRAY,
-    FINISHED,
     astray,
     choose,
     exchanged,
@@ -33,7 +32,6 @@ from t2l.diagnose.starting_points import read_off
 from t2l.effects.effect import Effect
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
-from t2l.identify.levels import HALF
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
@@ -43,8 +41,6 @@ from t2l.propose.proposal import Ceiling
 
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 SCREENED = 8000  # numerics: samples that sets are scored by
-# derived: share of the error that goes with half of its square: what nothing promises must do more
-UNPROMISED = 1 - HALF**0.5
 ALONE = 12  # numerics: effects alone that are simulated to rank them
 FOLLOWED = 30  # numerics: sets that are simulated as they are, before some are fitted so
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
@@ -272,8 +268,6 @@ class _Search:
             better = self._simulated(this, leaders(self.current, new, judge), driven, judge)
         if self.found.stopped and better is None:
             return False
-        if better is None and promised is None and not quiet:
-            better = self._tried(this, guesses, judge)
         lost = promised is not None and astray(self.simulated, promised, judge)
         if better is None and not lost:
             this.ties = [f for f in this.fits if judge.ties(self.simulated, f)]
@@ -332,13 +326,6 @@ class _Search:
         fits = finish(nearest(fits, judge), samples, self.along)
         this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
         return choose(self.simulated, this.fits, judge)
-
-    def _tried(self, this: Round, guesses, judge: Judge) -> FittedSet | None:
-        """Likewise of single effects as first guessed, where the linear model promises nothing."""
-        samples, simulated = self.samples, self.simulated
-        more = fit_sets(_tried(samples, simulated, *guesses), samples, known=simulated.known)
-        this.fits = sorted(finish(nearest(more, judge), samples), key=lambda f: f.left_out_rmse)
-        return choose(simulated, this.fits, judge, UNPROMISED)
 
     def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> None:
         along, so_far = self.along, self.simulated.known
@@ -472,25 +459,3 @@ def more_than(before: Named, after: Named) -> dict[str, tuple[int, ...]]:
     had = dict(before)
     new = {name: set(on) - set(had.get(name, ())) for name, on in sorted(dict(after).items())}
     return {name: tuple(sorted(on)) for name, on in new.items() if on}
-
-
-def _tried(
-    samples: Samples,
-    current: FittedSet,
-    effects: Sequence[Effect],
-    guesses: Mapping[str, Sequence[Values]],
-) -> list[Start]:
-    """Single effects that leave least where they are simulated as they are first guessed.
-
-    For a loop of which the linear model knows nothing, as one whose motor is always at its limit.
-    """
-    predictor, mask = samples.draft, samples.mask
-    tried = settings_of(predictor, current.model, effects, guesses)
-    simulated = predictor.predict([Request(layout, settings) for layout, settings in tried])
-    measured, starts = predictor.samples.q[mask], []
-    for (layout, settings), q in zip(tried, simulated, strict=True):
-        errors = np.mean((np.nan_to_num(q[:, mask], nan=np.inf) - measured) ** 2, axis=1)
-        best = int(np.argmin(errors))
-        starts.append((float(errors[best]), Start(layout, settings[best])))
-    starts.sort(key=lambda one: one[0])
-    return [start for _, start in starts[:FINISHED]]

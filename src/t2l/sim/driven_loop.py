@@ -8,21 +8,19 @@ differ by. To first order that is what one of them lacks against the other.
 What remembers nothing needs no order of ticks, so that all of them are one call (`all_at_once`).
 """
 
-import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from t2l.sim.arrays import columns
 from t2l.sim.loop import Loop
-from t2l.sim.regressor import PARAMETERS, inertial_parameters, regressor
+from t2l.sim.poses import Poses
+from t2l.sim.regressor import inertial_parameters
 from t2l.sim.schedule import Drive, Schedule
 from t2l.sim.servo import commands, feed_forward
 
-POSES_PER_S = 100.0  # numerics: at which inverse dynamics are evaluated, linear between them
 # fields of a model that only its inverse dynamics know
 INERTIAL = ("body_mass", "body_ipos", "body_inertia")
 OF_BODIES = (*INERTIAL, "opt.gravity")
@@ -257,43 +255,34 @@ class DrivenLoop(Loop):
         """Whether a joint has dry friction."""
         return bool(self.friction) or bool(self._dry().any())
 
-    def by_bodies(self, poses: "Poses") -> np.ndarray | None:
-        """N·m that the masses of bodies and gravity take in each variant, but for what all share.
+    def by_bodies(self, poses: Poses) -> np.ndarray | None:
+        """N·m that the masses of bodies, gravity and what encoders are off take in each variant.
 
-        (npose, nvariant, nrec, njoint); None if all variants have the same.
+        (npose, nvariant, nrec, njoint), beyond the model; None if all variants have the same.
         """
-        batch = self.batch
-        fields = {name: batch.changed[name] for name in OF_BODIES if name in batch.changed}
-        if not fields and not self.encoder_offset.any():
+        changed = self.batch.changed
+        offset = self.encoder_offset.reshape(self.nvariant, self.nrec, -1)
+        rows = slice(0, None, self.nrec)
+        fields = [changed[name][rows] for name in OF_BODIES if name in changed] + [offset]
+        if all((values == values[:1]).all() for values in fields):
             return None
-        rows = range(0, self.nrec * self.nvariant, self.nrec)
-        offsets = [self.encoder_offset[row : row + self.nrec] for row in rows]
-        each = [{name: values[row] for name, values in fields.items()} for row in rows]
-        asked = [
-            b"".join(values.tobytes() for values in (offset, *own.values()))
-            for offset, own in zip(offsets, each, strict=True)
-        ]
-        if len(set(asked)) == 1:
-            return None
-        if not self.encoder_offset.any() and not (fields.keys() - INERTIAL):
-            return self._by_inertia(poses, fields)
-        distinct = dict(zip(asked, zip(each, offsets, strict=True), strict=True))
-        known = {
-            key: poses.inverse(batch.model, own, self.dofs, self.qpos, offset)
-            for key, (own, offset) in distinct.items()
-        }
-        return np.stack([known[key] for key in asked], axis=1)
+        of_masses = [name for name in INERTIAL if name in changed]
+        return poses.beyond(
+            self.batch.model, self.dofs, self.qpos,
+            self._other_masses(rows) if of_masses else None,
+            changed["opt.gravity"][rows] if "opt.gravity" in changed else None,
+            offset if offset.any() else None,
+        )  # fmt: skip
 
-    def _by_inertia(self, poses: "Poses", fields: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The same beyond what the model takes, if only the masses of bodies are others."""
-        model = self.batch.model
+    def _other_masses(self, rows: slice) -> np.ndarray:
+        """Inertial parameters (nvariant, nbody, 10) beyond the model's."""
+        model, changed = self.batch.model, self.batch.changed
         own = inertial_parameters(*(getattr(model, name) for name in (*INERTIAL, "body_iquat")))
-        change = []
-        for row in range(0, self.nrec * self.nvariant, self.nrec):
-            values = (fields[n][row] if n in fields else getattr(model, n) for n in INERTIAL)
-            change.append(inertial_parameters(*values, model.body_iquat) - own)
-        y = poses.regressor(model, self.dofs, self.qpos)
-        return np.einsum("prbnk,vbk->pvrn", y, np.array(change), optimize=True)
+        found = []
+        for i in range(self.nvariant):
+            values = (changed[n][rows][i] if n in changed else getattr(model, n) for n in INERTIAL)
+            found.append(inertial_parameters(*values, model.body_iquat) - own)
+        return np.array(found)
 
     def changes_only_bodies(self) -> bool:
         """Whether effects changed nothing of it but the masses of bodies and gravity."""
@@ -341,87 +330,3 @@ def _dry_friction(
     most = np.maximum(level, 0.0)
     held = np.minimum(np.maximum(excess, -most), most)
     return level * dq / np.sqrt(square) + held * (at_rest**2 / square)
-
-
-class Poses:
-    """Some of the places of a motion, and what rigid bodies ask for there.
-
-    Attributes:
-        q, dq, ddq: (npose, nrec, njoint).
-    """
-
-    def __init__(self, path: Path, period_s: float):
-        ntick = len(path.q)
-        every = max(1, round(1 / (POSES_PER_S * period_s)))
-        self.at = np.unique(np.append(np.arange(0, ntick, every), ntick - 1))
-        self.ntick = ntick
-        # a command makes the acceleration jump: what is between two places counts too
-        ddq = uniform_filter1d(path.ddq, every, axis=0, mode="nearest")
-        self.q, self.dq, self.ddq = (values[self.at] for values in (path.q, path.dq, ddq))
-        # by identity; the model is held, so that no other takes its place
-        self._regressors: dict[int, tuple[mujoco.MjModel, np.ndarray]] = {}
-
-    def at_ticks(self, values: np.ndarray) -> np.ndarray:
-        """Values (npose, …) at every tick, (ntick, …), linear between the poses, as precise."""
-        ticks = np.arange(self.ntick)
-        after = np.clip(np.searchsorted(self.at, ticks, side="left"), 1, len(self.at) - 1)
-        gap = self.at[after] - self.at[after - 1]
-        part = ((ticks - self.at[after - 1]) / gap).reshape(-1, *(1,) * (values.ndim - 1))
-        found = np.diff(values, axis=0)[after - 1]
-        found *= part.astype(values.dtype)
-        found += values[after - 1]
-        return found
-
-    def inverse(
-        self,
-        model: mujoco.MjModel,
-        fields: Mapping[str, np.ndarray],
-        dofs: np.ndarray,
-        qpos: np.ndarray,
-        offset: np.ndarray | float = 0.0,
-    ) -> np.ndarray:
-        """N·m that the motion takes of a model with other `fields`, (npose, nrec, njoint).
-
-        Args:
-            offset: rad, of the encoders, (nrec, njoint).
-        """
-        model = _bare(model)
-        for name, value in fields.items():
-            _field(model, name)[:] = value
-        data = mujoco.MjData(model)
-        if fields:
-            mujoco.mj_setConst(model, data)
-        out = np.empty(self.q.shape)
-        where = self.q - offset
-        for index in np.ndindex(self.q.shape[:2]):
-            data.qpos[qpos], data.qvel[dofs] = where[index], self.dq[index]
-            data.qacc[dofs] = self.ddq[index]
-            mujoco.mj_inverse(model, data)
-            out[index] = data.qfrc_inverse[dofs]
-        return out
-
-    def regressor(self, model: mujoco.MjModel, dofs: np.ndarray, qpos: np.ndarray) -> np.ndarray:
-        """Y of `t2l.sim.regressor` along the motion, (npose, nrec, nbody, njoint, 10)."""
-        if id(model) not in self._regressors:
-            bare = _bare(model)
-            data = mujoco.MjData(bare)
-            shape = (*self.q.shape[:2], model.nbody, len(dofs), PARAMETERS)
-            out = np.empty(shape)
-            for index in np.ndindex(self.q.shape[:2]):
-                data.qpos[qpos], data.qvel[dofs] = self.q[index], self.dq[index]
-                data.qacc[dofs] = self.ddq[index]
-                mujoco.mj_inverse(bare, data)
-                out[index] = regressor(bare, data, dofs)
-            self._regressors[id(model)] = model, out
-        return self._regressors[id(model)][1]
-
-
-def _bare(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy whose inverse dynamics are those of its bodies alone."""
-    model = copy.copy(model)
-    model.opt.disableflags |= (
-        mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING
-        | mujoco.mjtDisableBit.mjDSBL_DAMPER
-    )  # fmt: skip
-    model.body_gravcomp[:] = 0.0  # what cancels the weight is the controller's
-    return model

@@ -1,0 +1,241 @@
+"""Some of the places of a motion, and what other bodies, gravity or encoders take there.
+
+Inverse dynamics are linear in gravity and in the inertial parameters of bodies, and what a hinge
+carries goes with sine and cosine of its angle. So a few evaluations at every place serve for all
+variants of a plant:
+
+    τ(q − o, g, π) ≈ Σ_b g_b (v_b + Y_b δπ − Σ_j (∂_j v_b + ∂_j Y_b δπ) s_j) + ½ Σ_ij ∂_ij v c_ij
+
+over no gravity (g_0 = 1) and that along each axis, with s_j = sin o_j, c_ij = s_i s_j and
+c_jj = 2 (1 − cos o_j); of a slide s_j = o_j. What three of these changes together do is left out.
+"""
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from t2l.sim.regressor import PARAMETERS, regressor
+
+POSES_PER_S = 100.0  # numerics: at which inverse dynamics are evaluated, linear between them
+STEP_RAD = 1e-3  # numerics: of second differences
+
+
+class Poses:
+    """Places of a motion.
+
+    Attributes:
+        at: (npose,) their ticks, of `ntick`.
+        q, dq, ddq: (npose, nrec, njoint).
+    """
+
+    def __init__(self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, period_s: float):
+        """Of a motion (ntick, nrec, njoint) at ticks that are so far from each other."""
+        ntick = len(q)
+        every = max(1, round(1 / (POSES_PER_S * period_s)))
+        self.at = np.unique(np.append(np.arange(0, ntick, every), ntick - 1))
+        self.ntick = ntick
+        # a command makes the acceleration jump: what is between two places counts too
+        ddq = uniform_filter1d(ddq, every, axis=0, mode="nearest")
+        self.q, self.dq, self.ddq = (values[self.at] for values in (q, dq, ddq))
+        # by identity; the model is held, so that no other takes its place
+        self._known: dict[int, tuple[mujoco.MjModel, _Plant]] = {}
+
+    def at_ticks(self, values: np.ndarray) -> np.ndarray:
+        """Values (npose, …) at every tick, (ntick, …), linear between the poses, as precise."""
+        ticks = np.arange(self.ntick)
+        after = np.clip(np.searchsorted(self.at, ticks, side="left"), 1, len(self.at) - 1)
+        gap = self.at[after] - self.at[after - 1]
+        part = ((ticks - self.at[after - 1]) / gap).reshape(-1, *(1,) * (values.ndim - 1))
+        found = np.diff(values, axis=0)[after - 1]
+        found *= part.astype(values.dtype)
+        found += values[after - 1]
+        return found
+
+    def beyond(
+        self,
+        model: mujoco.MjModel,
+        dofs: np.ndarray,
+        qpos: np.ndarray,
+        masses: np.ndarray | None = None,
+        gravity: np.ndarray | None = None,
+        offset: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """N·m (npose, m, nrec, n) that m variants take beyond the model.
+
+        Args:
+            dofs, qpos: (n,) of the joints.
+            masses: (m, nbody, 10) inertial parameters beyond the model's.
+            gravity: (m, 3) m/s².
+            offset: (m, nrec, n) rad, what encoders tell more than the joints' positions.
+        """
+        plant, total = self._plant(model, dofs, qpos), 0.0
+        own = model.opt.gravity
+        if gravity is not None:
+            along = np.stack([plant.along(axis) for axis in range(3)])
+            total = total + np.einsum("gprn,vg->pvrn", along, gravity - own)
+        if masses is not None:
+            total = total + _of_masses(plant.regressor(), masses)
+            if gravity is not None and (gravity != own).any():
+                for axis in range(3):
+                    more = (gravity[:, axis] - own[axis])[:, None, None]
+                    total = total + _of_masses(plant.regressor(axis), more * masses)
+        if offset is not None:
+            total = total + self._where_it_is(plant, masses, gravity, offset)
+        return total
+
+    def _where_it_is(self, plant: "_Plant", masses, gravity, offset: np.ndarray) -> np.ndarray:
+        """What changes as joints are not where encoders tell."""
+        sine = np.where(plant.turns, np.sin(offset), offset)
+        square = np.where(plant.turns, 2 * (1 - np.cos(offset)), offset**2)
+        both = sine[..., :, None] * sine[..., None, :]
+        joints = np.arange(offset.shape[-1])
+        both[..., joints, joints] = square
+        slope, curvature = plant.by_angle()
+        total = 0.5 * np.einsum("prnij,vrij->pvrn", curvature, both, optimize=True)
+        total -= np.einsum("prnj,vrj->pvrn", slope, sine, optimize=True)
+        for j in joints[sine.any(axis=(0, 1))]:
+            by_joint = sine[None, :, :, j, None]
+            if gravity is not None:
+                more = np.stack([plant.along_by(axis, j) for axis in range(3)])
+                change = gravity - plant.model.opt.gravity
+                total -= by_joint * np.einsum("gprn,vg->pvrn", more, change)
+            if masses is not None:
+                total -= by_joint * _of_masses(plant.regressor_by(j), masses)
+        return total
+
+    def _plant(self, model: mujoco.MjModel, dofs: np.ndarray, qpos: np.ndarray) -> "_Plant":
+        if id(model) not in self._known:
+            self._known[id(model)] = model, _Plant(self, _bare(model), dofs, qpos)
+        return self._known[id(model)][1]
+
+
+@dataclass
+class _Plant:
+    """What a model takes at poses, each part evaluated once when it is asked for.
+
+    Attributes:
+        turns: (n,) bool, which joints are hinges.
+    """
+
+    poses: Poses
+    model: mujoco.MjModel
+    dofs: np.ndarray
+    qpos: np.ndarray
+    _known: dict[tuple, np.ndarray | tuple] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        of_joint = self.model.jnt_type[self.model.dof_jntid[self.dofs]]
+        self.turns = of_joint == mujoco.mjtJoint.mjJNT_HINGE
+        self.data = mujoco.MjData(self.model)
+
+    def along(self, axis: int) -> np.ndarray:
+        """(npose, nrec, n) of 1 m/s² along an axis."""
+        return self._once(("along", axis), lambda: self._of_gravity(axis, 0.0))
+
+    def along_by(self, axis: int, joint: int) -> np.ndarray:
+        """The same by the position of a joint, a rad."""
+
+        def slope():
+            return (self._of_gravity(axis, self._moved(joint)) - self.along(axis)) / STEP_RAD
+
+        return self._once(("along", axis, joint), slope)
+
+    def regressor(self, axis: int | None = None) -> np.ndarray:
+        """Y (npose, nrec, nbody, n, 10), or what 1 m/s² along an axis adds to it."""
+
+        def found():
+            if axis is None:
+                return self._regressors(0.0, self.model.opt.gravity)
+            stronger = self.model.opt.gravity + np.eye(3)[axis]
+            return self._regressors(0.0, stronger) - self.regressor()
+
+        return self._once(("regressor", axis), found)
+
+    def regressor_by(self, joint: int) -> np.ndarray:
+        """Y by the position of a joint, a rad."""
+
+        def slope():
+            moved = self._regressors(self._moved(joint), self.model.opt.gravity)
+            return (moved - self.regressor()) / STEP_RAD
+
+        return self._once(("regressor by", joint), slope)
+
+    def by_angle(self) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives (npose, nrec, n, n) and (npose, nrec, n, n, n) by positions."""
+
+        def found():
+            n = len(self.dofs)
+            start, slope = self._inverse(0.0), []
+            moved = [self._inverse(self._moved(j)) - start for j in range(n)]
+            curvature = np.empty((*start.shape, n, n))
+            for i in range(n):
+                for j in range(i, n):
+                    far = self._inverse(self._moved(i) + self._moved(j)) - start
+                    curvature[..., i, j] = (far - moved[i] - moved[j]) / STEP_RAD**2
+                    curvature[..., j, i] = curvature[..., i, j]
+                slope.append(moved[i] / STEP_RAD - 0.5 * STEP_RAD * curvature[..., i, i])
+            return np.stack(slope, axis=-1), curvature
+
+        return self._once(("by angle",), found)
+
+    def _once(self, key: tuple, evaluate: Callable):
+        if key not in self._known:
+            self._known[key] = evaluate()
+        return self._known[key]
+
+    def _moved(self, joint: int) -> np.ndarray:
+        return STEP_RAD * np.eye(len(self.dofs))[joint]
+
+    def _at(self, index: tuple[int, ...], more: np.ndarray | float) -> None:
+        data, poses = self.data, self.poses
+        data.qpos[self.qpos], data.qvel[self.dofs] = poses.q[index] + more, poses.dq[index]
+        data.qacc[self.dofs] = poses.ddq[index]
+        mujoco.mj_inverse(self.model, data)
+
+    def _inverse(self, more: np.ndarray | float) -> np.ndarray:
+        """N·m (npose, nrec, n) at positions that are so far on."""
+        out = np.empty(self.poses.q.shape)
+        for index in np.ndindex(out.shape[:2]):
+            self._at(index, more)
+            out[index] = self.data.qfrc_inverse[self.dofs]
+        return out
+
+    def _of_gravity(self, axis: int, more: np.ndarray | float) -> np.ndarray:
+        own = self.model.opt.gravity.copy()
+        before = self._inverse(more)
+        self.model.opt.gravity[axis] += 1.0
+        found = self._inverse(more) - before
+        self.model.opt.gravity[:] = own
+        return found
+
+    def _regressors(self, more: np.ndarray | float, gravity: np.ndarray) -> np.ndarray:
+        own = self.model.opt.gravity.copy()
+        self.model.opt.gravity[:] = gravity
+        size = (self.model.nbody, len(self.dofs), PARAMETERS)
+        out = np.empty((*self.poses.q.shape[:2], *size), np.float32)
+        for index in np.ndindex(out.shape[:2]):
+            self._at(index, more)
+            out[index] = regressor(self.model, self.data, self.dofs)
+        self.model.opt.gravity[:] = own
+        return out
+
+
+def _of_masses(regressor: np.ndarray, masses: np.ndarray) -> np.ndarray:
+    """N·m (npose, m, nrec, n) of inertial parameters (m, nbody, 10)."""
+    masses = masses.astype(regressor.dtype)
+    return np.einsum("prbnk,vbk->pvrn", regressor, masses, optimize=True)
+
+
+def _bare(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy whose inverse dynamics are those of its bodies alone."""
+    model = copy.copy(model)
+    model.opt.disableflags |= (
+        mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING
+        | mujoco.mjtDisableBit.mjDSBL_DAMPER
+    )  # fmt: skip
+    model.body_gravcomp[:] = 0.0  # what cancels the weight is the controller's
+    return model
