@@ -4,7 +4,7 @@
 puts an earlier table's errors and times beside the new ones. `python -m benchmarks proposals
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
 [--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
-`python -m benchmarks machines --data FOLDER` recordings of real machines.
+`python -m benchmarks machines --data FOLDER` recordings of real machines, as `following` does.
 """
 
 import sys
@@ -14,6 +14,7 @@ from benchmarks import (
     constants,
     diagnosis,
     earlier,
+    following,
     hidden,
     holdouts,
     machines,
@@ -53,6 +54,7 @@ WITH_ARGUMENTS = {
     "holdouts": holdouts,
     "earlier": earlier,
     "machines": machines,
+    "following": following,
     "constants": constants,
 }
 
