@@ -2,19 +2,19 @@
 
 `python -m benchmarks following --data FOLDER` writes docs/data/following.csv, one row a joint and
 pair of gains; it is what `t2l gains` finds. FOLDER is a machine's or holds several, as of
-`python -m benchmarks machines`; it may be repeated. benchmarks/following.yaml says what is
-documented of each. The rule of what is close is `t2l.response.following`.
+`python -m benchmarks machines`; it may be repeated. Rows of other machines stay. What is documented
+of each is in following.yaml beside this file. `t2l.response.following` says what is close.
 """
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import yaml
 
-from benchmarks import machines
+from benchmarks import machines, one_core
 from benchmarks.scene import ROOT
 from t2l.artefacts import write_text
 from t2l.response.following import joint_follows_closely
@@ -33,12 +33,17 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser.add_argument("--data", action="append", type=Path, required=True, help=folder)
     parser.add_argument("--out", type=Path, default=TABLE, help="the table's file")
     given = parser.parse_args(arguments)
-    table = pd.DataFrame([row for one in machines.chosen(given.data, ()) for row in rows(one)])
-    write_text(table.to_csv(index=False, float_format="%.4g"), given.out)
+    table = pd.read_csv(given.out) if given.out.exists() else pd.DataFrame({"dataset": []})
+    chosen = machines.chosen(given.data, ())
+    for machine, found in zip(chosen, one_core.each(rows, chosen, 1), strict=True):
+        others = table[table.dataset != machine.name]
+        table = pd.concat([others, pd.DataFrame(found)]).sort_values("dataset", kind="stable")
+        write_text(table.to_csv(index=False, float_format="%.4g"), given.out)
+        print(f"{machine.name} is written", flush=True)
     return table
 
 
-def rows(machine: machines.Machine) -> Iterator[dict]:
+def rows(machine: machines.Machine) -> list[dict]:
     """One of each joint and pair of gains.
 
     Raises:
@@ -56,9 +61,11 @@ def rows(machine: machines.Machine) -> Iterator[dict]:
         path for folder in folders for path in sorted(folder.glob("[!.]*.csv"))
         if not any(name in path.stem for name in without)
     ]  # fmt: skip
-    for motions in read_motions(paths, joints):
-        for response in responses(motions):
-            yield {"dataset": machine.name, **about, **_numbers(response, len(motions.rows))}
+    return [
+        {"dataset": machine.name, **about, **_numbers(response, len(motions.rows))}
+        for motions in read_motions(paths, joints)
+        for response in responses(motions)
+    ]
 
 
 def _numbers(response: JointResponse, recordings: int) -> dict:

@@ -26,12 +26,13 @@ def _follow(evidence: Evidence, published: Published, tests: int) -> Finding:
     told = follow[follow.notna()].astype(bool)
     counted = told[learning[told.index]]
     found = paired_greater(np.where(counted, 1.0, -1.0), tests=tests)
-    ours = f"{int(counted.sum())} of {len(counted)} data sets for learning follow closely"
-    if len(counted) < len(told):
-        others = told[~learning[told.index]]
-        ours += f"; of {len(others)} recorded to identify a robot {int(others.sum())}"
+    others = told[~learning[told.index]]
     if not len(counted):
-        return cannot_tell(Finding(found.verdict, len(told), ours=ours), "no data set for learning")
+        ours = f"of {len(others)} robots recorded to be identified {int(others.sum())} follow"
+        return cannot_tell(
+            Finding(found.verdict, len(others), ours=ours), "no data set for learning"
+        )
+    ours = f"{int(counted.sum())} of {len(counted)}"
     return Finding(found.verdict, len(counted), found.value, p=found.p, ours=ours)
 
 
