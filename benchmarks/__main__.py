@@ -5,6 +5,7 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
 [--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
 `python -m benchmarks machines --data FOLDER` recordings of real machines, as `following` does.
+`python -m benchmarks labels [TASK …]` takes some tasks.
 """
 
 import sys
@@ -17,6 +18,7 @@ from benchmarks import (
     following,
     hidden,
     holdouts,
+    labels,
     machines,
     overhead,
     proposals,
@@ -55,6 +57,7 @@ WITH_ARGUMENTS = {
     "earlier": earlier,
     "machines": machines,
     "following": following,
+    "labels": labels,
     "constants": constants,
 }
 
