@@ -1,7 +1,8 @@
 """What demonstrations leave unexplained, whatever the gains: residuals of each joint of each task.
 
-`python -m benchmarks labels [TASK …]` writes docs/data/label_residuals.csv, one row a task and
-joint; rows of other tasks stay. Demonstrations are drawn here: no policy was trained on them.
+`python -m benchmarks labels [TASK …]` writes docs/data/label_residuals.csv, one row a task,
+joint and kind of labels; rows of other tasks stay. Demonstrations are drawn here: no policy was
+trained on them.
 """
 
 import argparse
@@ -27,6 +28,7 @@ TASKS = (
     "dishwasher",
 )  # fmt: skip
 DEMONSTRATIONS = 100  # as policies of every grid had
+LABELS = {"positions": False, "displacements": True}
 SEED = 1000  # of no study
 HOLD_S, CHUNK = 0.02, 10  # of policies at 50 Hz
 STATES = 4000  # that are asked for
@@ -52,7 +54,7 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
 
 
 def rows(name: str) -> list[dict]:
-    """One of each joint of a task."""
+    """One of each joint of a task and kind of labels."""
     task = make_task(task_file(name))
     rng = np.random.default_rng(SEED)
     shown = demonstrate(task, DEMONSTRATIONS, 3 * DEMONSTRATIONS, rng)
@@ -62,13 +64,17 @@ def rows(name: str) -> list[dict]:
         np.stack([d.qpos[:, task.arm_qpos], d.torque, d.dq], axis=-1)[:-1:every] for d in shown
     ]
     count = sum(len(one) for one in states)
-    c = residuals(states, recorded, CHUNK, max(1, count // STATES))
     inertia = np.mean([inertias(task, one) for one in shown], axis=0)
-    return [
-        {"task": name, "demonstrations": len(shown), "joint": joint, "inertia_kg_m2": inertia[j],
-         **{key: c[j, i, k] for key, (i, k) in zip(RESIDUALS, PAIRS, strict=True)}}
-        for j, joint in enumerate(task.robot.joints)
-    ]  # fmt: skip
+    found = []
+    for kind, displacements in LABELS.items():
+        c = residuals(states, recorded, CHUNK, max(1, count // STATES), displacements)
+        found += [
+            {"task": name, "labels": kind, "demonstrations": len(shown), "joint": joint,
+             "inertia_kg_m2": inertia[j],
+             **{key: c[j, i, k] for key, (i, k) in zip(RESIDUALS, PAIRS, strict=True)}}
+            for j, joint in enumerate(task.robot.joints)
+        ]  # fmt: skip
+    return found
 
 
 def inertias(task: Task, shown: Demonstration) -> np.ndarray:

@@ -32,7 +32,11 @@ AT_ONCE = 256  # numerics: states whose distances are held at a time
 
 
 def residuals(
-    states: Sequence[np.ndarray], recorded: Sequence[np.ndarray], ahead: int, every: int = 1
+    states: Sequence[np.ndarray],
+    recorded: Sequence[np.ndarray],
+    ahead: int,
+    every: int = 1,
+    displacements: bool = False,
 ) -> np.ndarray:
     """C (njoint, 3, 3), in products of rad, N·m and rad/s; mean over `ahead` instants.
 
@@ -41,6 +45,8 @@ def residuals(
         recorded: (n, njoint, 3) of each: q, τ and q̇ there.
         ahead: how many instants, from that of the state on, a policy tells commands of.
         every: of how many states one is asked for; neighbours are sought among all.
+        displacements: commands are told from where the joint is, which a policy sees, and not as
+            positions; so alike states may differ in position.
 
     Raises:
         ValueError: fewer than two demonstrations: none has neighbours in others.
@@ -49,7 +55,7 @@ def residuals(
         raise ValueError(f"found {len(states)} demonstrations; allowed: two or more")
     whose = np.repeat(np.arange(len(states)), [len(s) for s in states])
     features, futures = _standard(np.concatenate(states)), np.concatenate(
-        [_future(one, ahead) for one in recorded]
+        [_future(one, ahead, displacements) for one in recorded]
     )  # fmt: skip
     asked = np.arange(0, len(features), every)
     total = 0.0
@@ -66,10 +72,13 @@ def _standard(states: np.ndarray) -> np.ndarray:
     return (states - states.mean(axis=0))[:, moves] / spread[moves]
 
 
-def _future(recorded: np.ndarray, ahead: int) -> np.ndarray:
+def _future(recorded: np.ndarray, ahead: int, displacements: bool) -> np.ndarray:
     """(n, ahead, njoint, 3); past the end stands the last."""
     at = np.arange(len(recorded))[:, None] + np.arange(ahead)
-    return recorded[np.minimum(at, len(recorded) - 1)]
+    future = recorded[np.minimum(at, len(recorded) - 1)]
+    if displacements:
+        future[..., 0] -= recorded[:, None, :, 0]
+    return future
 
 
 def _nearest(features: np.ndarray, whose: np.ndarray, some: np.ndarray) -> np.ndarray:

@@ -107,11 +107,10 @@ def tables(folder: Path, rule: Rule) -> Tables:
     table = effective_error_table({name: by_cell(rows) for name, rows in grids.items()}, HOLD_S)
     yield "effective_error", table, printable_effective_error(table)
     foreseen = read("label_residuals")
-    table = beforehand_table(
-        {name: by_cell(grids[FORESEEN.get(name, name)]) for name in foreseen.task.unique()},
-        foreseen, TIMESTEP_S, HOLD_S,
-    )  # fmt: skip
-    yield "beforehand", table, printable_beforehand(table)
+    for kind, joints in foreseen.groupby("labels", sort=False):
+        cells = {task: by_cell(grids[FORESEEN.get(task, task)]) for task in joints.task.unique()}
+        table = beforehand_table(cells, joints, TIMESTEP_S, HOLD_S)
+        yield f"beforehand_{kind}", table, printable_beforehand(table)
     policies = read("transfer_decision").query("without.isna()")
     table = decide(deployed(policies), policies, rule)
     yield "transfer_decision", table, printable_decision(table)

@@ -16,7 +16,7 @@ from t2l.attenuation.beforehand import forecast, matrices
 from t2l.attenuation.success import predictors
 from t2l.names import heading
 from t2l.stats.bootstrap import bootstrap_interval, mean
-from t2l.stats.rank import rank_correlations
+from t2l.stats.rank import rank_correlations, spearman
 from t2l.stats.text import interval, p_value
 from t2l.stats.verdict import paired_greater
 
@@ -44,8 +44,9 @@ def beforehand_table(
         kept: one row a task and joint: inertia_kg_m2 and `t2l.attenuation.beforehand.RESIDUALS`.
 
     Returns:
-        task, predictor, expected sign, ρ with its 95 % interval over `n` cells; over tasks the mean
-        of expected · ρ, its interval, `n` tasks, and by how much the predicted error's is greater:
+        task, predictor, expected sign, ρ with its 95 % interval over `n` cells, and `rho_loss`,
+        that with the validation loss, which label difficulty is to foretell. Over tasks: the mean
+        of expected · ρ, its interval, `n` tasks, and by how much the predicted error's is greater,
         `more`, `more_low`, `more_high`, `p`, of rivals alone.
     """
     rows = []
@@ -66,7 +67,8 @@ def beforehand_table(
         )
         rows += [
             {"task": task, "predictor": name, "expected": SIGNS[name], "rho": one.rho,
-             "low": one.low, "high": one.high, "n": one.cells}
+             "low": one.low, "high": one.high, "n": one.cells,
+             "rho_loss": float(spearman(every[name].to_numpy(), every.loss.to_numpy()))}
             for name, one in found.items()
         ]  # fmt: skip
     table = pd.DataFrame(rows)
@@ -100,7 +102,7 @@ def printable_beforehand(table: pd.DataFrame) -> pd.DataFrame:
         by_name = rows.set_index("predictor").loc[list(SIGNS)]
         over = task == ALL
         shown[ALL if over else heading(task)] = [
-            interval(*row) if over else f"{row[0]:+.2f}".replace("-", "−")
+            interval(*row) if over else f"{row[0]:+.2f}"
             for row in zip(by_name.rho, by_name.low, by_name.high, strict=True)
         ]
         if over:
