@@ -4,7 +4,8 @@
 puts an earlier table's errors and times beside the new ones. `python -m benchmarks proposals
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
 [--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
-`python -m benchmarks machines --data FOLDER` recordings of real machines.
+`python -m benchmarks machines --data FOLDER` recordings of real machines, as `following` does.
+`python -m benchmarks labels [TASK …]` takes some tasks.
 """
 
 import sys
@@ -14,8 +15,10 @@ from benchmarks import (
     constants,
     diagnosis,
     earlier,
+    following,
     hidden,
     holdouts,
+    labels,
     machines,
     overhead,
     proposals,
@@ -53,6 +56,8 @@ WITH_ARGUMENTS = {
     "holdouts": holdouts,
     "earlier": earlier,
     "machines": machines,
+    "following": following,
+    "labels": labels,
     "constants": constants,
 }
 

@@ -21,6 +21,8 @@ CLAIMS = {claim.key: claim for claims in CHAINS.values() for claim in claims}
 SHIPPED = {path.stem: yaml.safe_load(path.read_text()) for path in ROOT.glob("config/studies/*")}
 # their judges take each part from the study that is about it
 JOINT = {"pooled_slopes", "ablation_classes"}
+# judged by recordings of other people's robots, which no study of ours makes
+RECORDED = {"stiff_datasets"}
 NOMINAL = "block_stack__nominal__cells"
 
 
@@ -37,7 +39,7 @@ def of(**studies):
 
 def test_a_claim_that_is_judged_names_a_study_that_ships():
     for key, claim in CLAIMS.items():
-        named = claim.judge is not nothing and key not in JOINT
+        named = claim.judge is not nothing and key not in JOINT | RECORDED
         assert bool(claim.about) == named, key
         assert not named or claim.about in SHIPPED, key
     assert all(name == entry["study"] for name, entry in SHIPPED.items())

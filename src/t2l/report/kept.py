@@ -21,7 +21,9 @@ from t2l.report.scoreboard import render
 from t2l.scoreboard.kept import deployed, evidence
 from t2l.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
 from t2l.scoreboard.weight import by_finding, independent
+from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
+from t2l.stats.beforehand import beforehand_table, printable_beforehand
 from t2l.stats.decision import decide, printable_decision
 from t2l.stats.decision_rule import Rule
 from t2l.stats.decoupling import decoupling_table
@@ -65,6 +67,7 @@ COMPARED = {
     "900 demonstrations": ("demonstrations", "demonstrations_900"),
 }
 GRIDS = (*CLONED[:7],)
+FORESEEN = {"block_stack": "cloning_grid"}  # tasks whose grid has another name
 HOLD_S = 0.02
 # how pages tell the counts; the last word may be a link
 COUNTS = re.compile(
@@ -103,6 +106,11 @@ def tables(folder: Path, rule: Rule) -> Tables:
     grids = {name: read(name).query("variant == 'nominal'") for name in GRIDS}
     table = effective_error_table({name: by_cell(rows) for name, rows in grids.items()}, HOLD_S)
     yield "effective_error", table, printable_effective_error(table)
+    foreseen = read("label_residuals")
+    for kind, joints in foreseen.groupby("labels", sort=False):
+        cells = {task: by_cell(grids[FORESEEN.get(task, task)]) for task in joints.task.unique()}
+        table = beforehand_table(cells, joints, TIMESTEP_S, HOLD_S)
+        yield f"beforehand_{kind}", table, printable_beforehand(table)
     policies = read("transfer_decision").query("without.isna()")
     table = decide(deployed(policies), policies, rule)
     yield "transfer_decision", table, printable_decision(table)

@@ -142,5 +142,4 @@ CLAIMS = [
         _scaling,
         about=SIZED,
     ),
-    Claim("stiff_datasets", "Large public data sets were recorded with stiff gains."),
 ]

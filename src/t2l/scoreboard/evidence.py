@@ -20,6 +20,7 @@ PATTERNS = {
     "policies": "sim_to_real/{condition}/cells.parquet",
     "identification": "sim_to_real/identification.parquet",
     "variance": "attenuation/held_noise.parquet",
+    "following": "following/joints.parquet",
     "stiffness": "decoupling/trainings.parquet",
     "decision": "tables/transfer_decision_{condition}.csv",
     "noise": "{task}/noise/{cell}/noisy_replays.parquet",

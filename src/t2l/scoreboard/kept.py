@@ -86,6 +86,10 @@ def _variance(table: pd.DataFrame) -> Shaped:
     yield "cloning_grid/attenuation/held_noise.parquet", table
 
 
+def _following(table: pd.DataFrame) -> Shaped:
+    yield "recorded/following/joints.parquet", table
+
+
 def _decoupling(table: pd.DataFrame) -> Shaped:
     yield "decoupling/decoupling/trainings.parquet", table
 
@@ -166,6 +170,7 @@ FILES: dict[str, Callable[[pd.DataFrame], Shaped]] = {
     "fidelity": _fidelity,
     "noisy_replays": _noise,
     "held_noise": _variance,
+    "following": _following,
     "decoupling": _decoupling,
     "landscape": _landscape,
     "landscape_again": _again,

@@ -6,6 +6,7 @@ from t2l.scoreboard import (
     ablations,
     attenuation,
     cloning,
+    datasets,
     decoupling,
     identification,
     learning,
@@ -19,6 +20,7 @@ from t2l.scoreboard.words import shown
 from t2l.stats.text import p_value
 
 CHAINS: dict[str, list[Claim]] = {
+    "Gains of public data sets": datasets.CLAIMS,
     "Stiffness of task and controller": decoupling.CLAIMS,
     "Behaviour cloning": cloning.CLAIMS,
     "Variants of behaviour cloning": ablations.CLAIMS,
