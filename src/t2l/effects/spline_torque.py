@@ -23,7 +23,6 @@ STRETCH = Parameter("stretch", "1", -0.1, 0.1, "of the period, as a share", size
 # bound: of a ratio, of one sign: beyond, a tendon acts on one joint
 LEAST_RATIO, MOST_RATIO = 1e-3, 1e3
 RATIO_SIZE = 0.3  # numerics: as of the coupling of two joints
-TABULATED = 4096  # numerics: rows with a table each; of more, which are seen once, sums are taken
 POINTS = 12  # numerics: of a table, in each interval
 
 
@@ -162,7 +161,8 @@ class SplineTorque(Effect):
             per_weight = np.ptp(self.basis[:, 0]) / np.ptp(self.grid)
             add_armature(loop, rows, joints, per_weight * weights, LIGHTEST)
         else:
-            if len(weights) <= TABULATED:
+            # a table for each row pays where it is asked at many ticks
+            if len(loop.schedule.commands) > 1:
                 tables = weights @ self.basis.T
                 looked_up(loop, rows, self.law, self.grid, tables, stretch, ratio)
                 return

@@ -67,6 +67,7 @@ class LeastSquares(Optimiser):
     done: bool = False
     _trial: np.ndarray | None = field(default=None, repr=False)
     _dampings: tuple = ()
+    _products: tuple | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         fixed = self.layout.rough | (self.layout.lower >= self.layout.upper)
@@ -207,6 +208,13 @@ class LeastSquares(Optimiser):
                 jacobian[:, i] = self.given[slot.key]
         self.jacobian = jacobian
 
+    def _normal(self) -> np.ndarray:
+        """(n, n) of the normal equations, once for each Jacobian."""
+        if self._products is None or self._products[0] is not self.jacobian:
+            products = self.jacobian.T @ self.jacobian + self.prior.T @ self.prior
+            self._products = self.jacobian, products
+        return self._products[1]
+
     def _step(self, damping: float) -> np.ndarray:
         lower, upper = self.layout.lower, self.layout.upper
         gradient = self.jacobian.T @ self.residual + self.prior.T @ (self.prior @ self.u)
@@ -214,8 +222,7 @@ class LeastSquares(Optimiser):
         moving = np.flatnonzero(self.free & ~outward)
         if not len(moving):
             return self.u.copy()
-        normal = self.jacobian[:, moving].T @ self.jacobian[:, moving]
-        normal += self.prior[:, moving].T @ self.prior[:, moving]
+        normal = self._normal()[np.ix_(moving, moving)]
         log, own = self.layout.log[moving], np.maximum(np.abs(self.u), self.size)[moving]
         unit = np.where(log, 1.0, own)
         moved = np.diag(normal) * unit**2
