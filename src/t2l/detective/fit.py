@@ -19,7 +19,6 @@ from t2l.identify.prediction import Predictor, Request
 
 ITERATIONS = 5  # numerics: of a fit
 FINISHING = 3  # numerics: on every tick, from what coarser ones led to
-NEAR_ITS_END = 1e-3  # numerics: damping of a fit that begins there
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
 LONG_TICK_S = 1e-2  # numerics: likewise for a slow loop
