@@ -67,7 +67,7 @@ def test_other_masses_and_gravity_are_exact(model, poses, changes):
     gravity = np.array([2.0, -1.0, -9.0]) if "gravity" in changes else None
     factor = 1.3 if "mass" in changes else 1.0
     found = poses.beyond(
-        model, JOINTS, JOINTS,
+        model, JOINTS,
         masses(model, factor) if "mass" in changes else None,
         None if gravity is None else gravity[None],
     )[:, 0]  # fmt: skip
@@ -81,7 +81,7 @@ def test_an_encoder_that_is_off_is_nearly_exact(model, poses, joint, rad):
     """Of one joint only velocities, which go with twice its angle, and no weight are not."""
     offset = rad * np.eye(4)[joint]
     found = poses.beyond(
-        model, JOINTS, JOINTS, offset=np.broadcast_to(offset, (1, 2, 4)).copy()
+        model, JOINTS, offset=np.broadcast_to(offset, (1, 2, 4)).copy()
     )[:, 0]  # fmt: skip
     expected = exact(model, poses, offset)
     assert np.abs(found - expected).max() <= max(rad**2, 1e-4) * np.abs(expected).max() + 1e-7
@@ -95,7 +95,7 @@ def test_what_an_offset_does_beside_another_change_is_of_second_order(model, pos
     for rad in (0.02, 0.04):
         offset = rad * np.array([1.0, -1.0, 1.0, 0.5])
         found = poses.beyond(
-            model, JOINTS, JOINTS,
+            model, JOINTS,
             masses(model, factor) if "mass" in changes else None,
             None if gravity is None else gravity[None],
             np.broadcast_to(offset, (1, 2, 4)).copy(),

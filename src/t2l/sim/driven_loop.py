@@ -268,7 +268,7 @@ class DrivenLoop(Loop):
             return None
         of_masses = [name for name in INERTIAL if name in changed]
         return poses.beyond(
-            self.batch.model, self.dofs, self.qpos,
+            self.batch.model, self.dofs,
             self._other_masses(rows) if of_masses else None,
             changed["opt.gravity"][rows] if "opt.gravity" in changed else None,
             offset if offset.any() else None,

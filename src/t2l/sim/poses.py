@@ -10,15 +10,14 @@ over no gravity (g_0 = 1) and that along each axis, with s_j = sin o_j, c_ij = s
 c_jj = 2 (1 − cos o_j); of a slide s_j = o_j. What three of these changes together do is left out.
 """
 
-import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from t2l.sim.regressor import PARAMETERS, regressor
+from t2l.sim.regressor import inverse_dynamics, regressor
 
 POSES_PER_S = 100.0  # numerics: at which inverse dynamics are evaluated, linear between them
 STEP_RAD = 1e-3  # numerics: of second differences
@@ -59,7 +58,6 @@ class Poses:
         self,
         model: mujoco.MjModel,
         dofs: np.ndarray,
-        qpos: np.ndarray,
         masses: np.ndarray | None = None,
         gravity: np.ndarray | None = None,
         offset: np.ndarray | None = None,
@@ -67,12 +65,12 @@ class Poses:
         """N·m (npose, m, nrec, n) that m variants take beyond the model.
 
         Args:
-            dofs, qpos: (n,) of the joints.
+            dofs: (n,) of the joints.
             masses: (m, nbody, 10) inertial parameters beyond the model's.
             gravity: (m, 3) m/s².
             offset: (m, nrec, n) rad, what encoders tell more than the joints' positions.
         """
-        plant, total = self._plant(model, dofs, qpos), 0.0
+        plant, total = self._plant(model, dofs), 0.0
         own = model.opt.gravity
         if gravity is not None:
             along = np.stack([plant.along(axis) for axis in range(3)])
@@ -107,9 +105,9 @@ class Poses:
                 total -= by_joint * _of_masses(plant.regressor_by(j), masses)
         return total
 
-    def _plant(self, model: mujoco.MjModel, dofs: np.ndarray, qpos: np.ndarray) -> "_Plant":
+    def _plant(self, model: mujoco.MjModel, dofs: np.ndarray) -> "_Plant":
         if id(model) not in self._known:
-            self._known[id(model)] = model, _Plant(self, _bare(model), dofs, qpos)
+            self._known[id(model)] = model, _Plant(self, model, dofs)
         return self._known[id(model)][1]
 
 
@@ -124,23 +122,21 @@ class _Plant:
     poses: Poses
     model: mujoco.MjModel
     dofs: np.ndarray
-    qpos: np.ndarray
     _known: dict[tuple, np.ndarray | tuple] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         of_joint = self.model.jnt_type[self.model.dof_jntid[self.dofs]]
         self.turns = of_joint == mujoco.mjtJoint.mjJNT_HINGE
-        self.data = mujoco.MjData(self.model)
 
     def along(self, axis: int) -> np.ndarray:
         """(npose, nrec, n) of 1 m/s² along an axis."""
-        return self._once(("along", axis), lambda: self._of_gravity(axis, 0.0))
+        return self._once(("along", axis), lambda: self._weight(axis))
 
     def along_by(self, axis: int, joint: int) -> np.ndarray:
         """The same by the position of a joint, a rad."""
 
         def slope():
-            return (self._of_gravity(axis, self._moved(joint)) - self.along(axis)) / STEP_RAD
+            return (self._weight(axis, self._moved(joint)) - self.along(axis)) / STEP_RAD
 
         return self._once(("along", axis, joint), slope)
 
@@ -149,9 +145,8 @@ class _Plant:
 
         def found():
             if axis is None:
-                return self._regressors(0.0, self.model.opt.gravity)
-            stronger = self.model.opt.gravity + np.eye(3)[axis]
-            return self._regressors(0.0, stronger) - self.regressor()
+                return self._regressors(self._motion())
+            return self._regressors(self._at_rest(), np.eye(3)[axis])
 
         return self._once(("regressor", axis), found)
 
@@ -159,7 +154,7 @@ class _Plant:
         """Y by the position of a joint, a rad."""
 
         def slope():
-            moved = self._regressors(self._moved(joint), self.model.opt.gravity)
+            moved = self._regressors(self._motion(self._moved(joint)))
             return (moved - self.regressor()) / STEP_RAD
 
         return self._once(("regressor by", joint), slope)
@@ -169,12 +164,12 @@ class _Plant:
 
         def found():
             n = len(self.dofs)
-            start, slope = self._inverse(0.0), []
-            moved = [self._inverse(self._moved(j)) - start for j in range(n)]
+            start, slope = self._inverse(self._motion()), []
+            moved = [self._inverse(self._motion(self._moved(j))) - start for j in range(n)]
             curvature = np.empty((*start.shape, n, n))
             for i in range(n):
                 for j in range(i, n):
-                    far = self._inverse(self._moved(i) + self._moved(j)) - start
+                    far = self._inverse(self._motion(self._moved(i) + self._moved(j))) - start
                     curvature[..., i, j] = (far - moved[i] - moved[j]) / STEP_RAD**2
                     curvature[..., j, i] = curvature[..., i, j]
                 slope.append(moved[i] / STEP_RAD - 0.5 * STEP_RAD * curvature[..., i, i])
@@ -190,52 +185,38 @@ class _Plant:
     def _moved(self, joint: int) -> np.ndarray:
         return STEP_RAD * np.eye(len(self.dofs))[joint]
 
-    def _at(self, index: tuple[int, ...], more: np.ndarray | float) -> None:
-        data, poses = self.data, self.poses
-        data.qpos[self.qpos], data.qvel[self.dofs] = poses.q[index] + more, poses.dq[index]
-        data.qacc[self.dofs] = poses.ddq[index]
-        mujoco.mj_inverse(self.model, data)
+    def _motion(self, more: np.ndarray | float = 0.0) -> list[np.ndarray]:
+        """Positions that are so far on, velocities and accelerations (n, npose · nrec)."""
+        poses, n = self.poses, len(self.dofs)
+        return [v.reshape(-1, n).T for v in (poses.q + more, poses.dq, poses.ddq)]
 
-    def _inverse(self, more: np.ndarray | float) -> np.ndarray:
-        """N·m (npose, nrec, n) at positions that are so far on."""
-        out = np.empty(self.poses.q.shape)
-        for index in np.ndindex(out.shape[:2]):
-            self._at(index, more)
-            out[index] = self.data.qfrc_inverse[self.dofs]
-        return out
+    def _at_rest(self, more: np.ndarray | float = 0.0) -> list[np.ndarray]:
+        q, *_ = self._motion(more)
+        return [q, np.zeros_like(q), np.zeros_like(q)]
 
-    def _of_gravity(self, axis: int, more: np.ndarray | float) -> np.ndarray:
-        own = self.model.opt.gravity.copy()
-        before = self._inverse(more)
-        self.model.opt.gravity[axis] += 1.0
-        found = self._inverse(more) - before
-        self.model.opt.gravity[:] = own
-        return found
+    def _weight(self, axis: int, more: np.ndarray | float = 0.0) -> np.ndarray:
+        """N·m (npose, nrec, n) of 1 m/s² along an axis at positions that are so far on."""
+        return self._inverse(self._at_rest(more), np.eye(3)[axis])
 
-    def _regressors(self, more: np.ndarray | float, gravity: np.ndarray) -> np.ndarray:
-        own = self.model.opt.gravity.copy()
-        self.model.opt.gravity[:] = gravity
-        size = (self.model.nbody, len(self.dofs), PARAMETERS)
-        out = np.empty((*self.poses.q.shape[:2], *size), np.float32)
-        for index in np.ndindex(out.shape[:2]):
-            self._at(index, more)
-            out[index] = regressor(self.model, self.data, self.dofs)
-        self.model.opt.gravity[:] = own
-        return out
+    def _inverse(
+        self, motion: Sequence[np.ndarray], gravity: np.ndarray | None = None
+    ) -> np.ndarray:
+        """N·m (npose, nrec, n); under the model's own gravity if no other is given."""
+        gravity = self.model.opt.gravity if gravity is None else gravity
+        found = inverse_dynamics(self.model, self.dofs, motion, gravity)
+        return found.T.reshape(self.poses.q.shape)
+
+    def _regressors(
+        self, motion: Sequence[np.ndarray], gravity: np.ndarray | None = None
+    ) -> np.ndarray:
+        """(npose, nrec, nbody, n, 10)."""
+        gravity = self.model.opt.gravity if gravity is None else gravity
+        found = regressor(self.model, self.dofs, motion, gravity)
+        found = np.ascontiguousarray(np.moveaxis(found, -1, 0), np.float32)
+        return found.reshape(*self.poses.q.shape[:2], *found.shape[1:])
 
 
 def _of_masses(regressor: np.ndarray, masses: np.ndarray) -> np.ndarray:
     """N·m (npose, m, nrec, n) of inertial parameters (m, nbody, 10)."""
     masses = masses.astype(regressor.dtype)
     return np.einsum("prbnk,vbk->pvrn", regressor, masses, optimize=True)
-
-
-def _bare(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy whose inverse dynamics are those of its bodies alone."""
-    model = copy.copy(model)
-    model.opt.disableflags |= (
-        mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING
-        | mujoco.mjtDisableBit.mjDSBL_DAMPER
-    )  # fmt: skip
-    model.body_gravcomp[:] = 0.0  # what cancels the weight is the controller's
-    return model
