@@ -7,7 +7,7 @@ beside what it leaves.
 Source: Miller, Subset selection in regression, 2002, section 3.2, with a beam.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,10 +38,12 @@ def grown(
     along: AlongMotion,
     folds: np.ndarray,
     judge: Judge,
+    over: Callable[[], bool] = lambda: False,
 ) -> tuple[list[FittedSet], list[Start]]:
     """Sets with more and more effects, until more gains nothing or only noise is left.
 
     Args:
+        over: whether the time is.
         before: the model along the motion.
         sets: fitted along the motion, to grow from.
         screen: beside the model; `rows` (k,) are the places of its samples among the fitted ones.
@@ -55,7 +57,7 @@ def grown(
     exact = set(known)
     for size in range(1, MOST):
         left = min((one.left_out_rmse for one in known.values()), default=np.inf)
-        if judge.quiet(left) or left < floor:
+        if judge.quiet(left) or left < floor or over():
             break
         alike = [one for one in known.values() if len(one.layout.terms) == size]
         alike = sorted(alike, key=lambda one: one.left_out_rmse)[:GROWING]

@@ -6,25 +6,35 @@ import numpy as np
 
 from t2l.detective.along_motion import AlongMotion, fit_along
 from t2l.detective.fit import Samples, finish, fit_sets
-from t2l.detective.fitted_set import FittedSet, Known, Start, names_of
+from t2l.detective.fitted_set import FittedSet, Known, Start, names_of, sizes
 from t2l.detective.rule import Judge
 from t2l.effects.term import Layout, Term
+from t2l.identify.least_squares import LeastSquares
+from t2l.identify.levels import PROMISING
+from t2l.identify.optimiser import minimise
 
 PRUNING = 3  # numerics: iterations of a fit with a term less
+SURELY = 2.0  # numerics: times the error at which a term is missed, as derivatives foretell it
 
 
 def pruned(
-    better: FittedSet, samples: Samples, judge: Judge, along: AlongMotion, so_far: Known
+    better: FittedSet,
+    samples: Samples,
+    judge: Judge,
+    along: AlongMotion,
+    so_far: Known,
+    over: Callable[[], bool],
 ) -> FittedSet:
     """What is left of a set, by simulation.
 
     Args:
         so_far: the model before it, and what that leaves on every tick.
+        over: whether the time is.
     """
 
     def fit(whole: FittedSet, trials: list[Start]) -> list[FittedSet]:
         """By simulation, but for what is missed along the motion already."""
-        if along.can_lead(whole.layout):
+        if trials and along.can_lead(whole.layout):
             start = Start(whole.layout, whole.u)
             led = fit_along([start, *trials], along, samples.folds)
             of = {frozenset(f.names): f for f in led}
@@ -33,34 +43,63 @@ def pruned(
             trials = [t for t in trials if frozenset(names_of(t.layout)) not in missed]
         return fit_sets(trials, samples, along, so_far, PRUNING)
 
-    return prune(better, judge, fit, lambda sets: finish(sets, samples, along))
+    return prune(better, judge, along, fit, lambda sets: finish(sets, samples, along), over)
 
 
 def pruned_along(
-    promised: FittedSet, along: AlongMotion, judge: Judge, folds: np.ndarray
+    promised: FittedSet,
+    along: AlongMotion,
+    judge: Judge,
+    folds: np.ndarray,
+    over: Callable[[], bool],
 ) -> FittedSet:
     """Likewise of a set that is only promised, along the motion."""
-    return prune(promised, judge, lambda _, trials: fit_along(trials, along, folds))
+
+    def fit(_: FittedSet, trials: list[Start]) -> list[FittedSet]:
+        return fit_along(trials, along, folds)
+
+    return prune(promised, judge, along, fit, over=over)
 
 
 def prune(
     better: FittedSet,
     judge: Judge,
+    along: AlongMotion,
     fit: Callable[[FittedSet, list[Start]], list[FittedSet]],
     finish: Callable[[list[FittedSet]], list[FittedSet]] = lambda sets: sets,
+    over: Callable[[], bool] = lambda: False,
 ) -> FittedSet:
     """Drop terms, joint by joint, that the rule does not miss.
 
     Args:
         fit: fits what is left of a set when a term goes; `finish` does the same to the end.
+        over: whether the time is: then what is not dropped stays.
     """
-    while True:
-        kept = [f for f in fit(better, _without_one(better)) if not judge.misses(better, f)]
+    while not over():
+        trials = _worth_a_fit(better, _without_one(better), along)
+        kept = [f for f in fit(better, trials) if not judge.misses(better, f)]
         kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
         kept = [f for f in kept if not judge.misses(better, f)]
         if not kept:
-            return better
+            break
         better = min(kept, key=lambda f: f.left_out_rmse)
+    return better
+
+
+def _worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> list[Start]:
+    """Without those of a set that leave far too much, as its derivatives foretell it."""
+    if not along.can_lead(whole.layout):
+        return trials
+    begun = [Start(whole.layout, whole.u, whole.columns), *trials]
+    fits = [
+        LeastSquares(s.layout, s.u, sizes(s), given=dict(s.columns), noise=along.noise_rad)
+        for s in begun
+    ]
+    minimise(fits, along, 0)
+    # along the motion the set itself may leave more or less than by simulation
+    limit = SURELY * PROMISING * max(fits[0].loss**0.5, whole.left_out_rmse)
+    left = [(fit.loss * (1 - max(fit.promise(), 0.0))) ** 0.5 for fit in fits[1:]]
+    return [t for t, error in zip(trials, left, strict=True) if error <= limit]
 
 
 def _without_one(whole: FittedSet) -> list[Start]:

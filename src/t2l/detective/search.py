@@ -261,7 +261,9 @@ class _Search:
         # what little is left beside noise is for the next round, effect by effect
         little = better is not None and better.rmse <= LITTLE * noise_rad
         if not (quiet or little or self.found.stopped or self._stop(this, GROW)):
-            sets, driven = grown(self.current, this.led, screen, self.rows, along, folds, judge)
+            sets, driven = grown(
+                self.current, this.led, screen, self.rows, along, folds, judge, self.over
+            )
             old, this.led = {id(one) for one in this.led}, sets
             this.likely = promised = choose(self.current, sets, judge)
             new = [one for one in self._followed(sets) if id(one) not in old]
@@ -277,7 +279,7 @@ class _Search:
         if better is not None:
             self._adopt(this, better, judge)
             return not quiet
-        self.current = this.promised = pruned_along(promised, along, judge, folds)
+        self.current = this.promised = pruned_along(promised, along, judge, folds, self.over)
         return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
 
     def _screened(self, this: Round, screen: Screen) -> list[Start]:
@@ -329,7 +331,7 @@ class _Search:
 
     def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> None:
         along, so_far = self.along, self.simulated.known
-        this.adopted = pruned(better, self.samples, judge, along, so_far)
+        this.adopted = pruned(better, self.samples, judge, along, so_far, self.over)
         self._take(this.adopted)
         fits = [this.before, *this.fits, this.adopted]
         this.shares = chosen_shares(fits, self.data.folds, this.added)

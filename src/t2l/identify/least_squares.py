@@ -128,7 +128,7 @@ class LeastSquares(Optimiser):
             self._take_jacobian(self._trial[centre], residuals[centre], residuals[ntrial:], joints)
         # a heavily damped step that gains little is no minimum
         settled = self.gain < self.tolerance and self.damping < SMALL_DAMPING
-        self.done = settled or abs(self._promise()) < self.tolerance
+        self.done = settled or abs(self.promise()) < self.tolerance
 
     def again(
         self, layout: Layout | None = None, keep: Sequence[int] | None = None
@@ -143,7 +143,7 @@ class LeastSquares(Optimiser):
         """Columns of the Jacobian by slot key."""
         return {slot.key: self.jacobian[:, i] for i, slot in enumerate(self.layout.slots)}
 
-    def _promise(self) -> float:
+    def promise(self) -> float:
         """Relative decrease of the loss that the linear model still expects of a full step.
 
         Negative where bounds cut the step short.
