@@ -19,6 +19,7 @@ from t2l.identify.prediction import Predictor, Request
 
 ITERATIONS = 5  # numerics: of a fit
 FINISHING = 3  # numerics: on every tick, from what coarser ones led to
+SETTLING = 12  # numerics: likewise, where all derivatives are by simulation
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
 LONG_TICK_S = 1e-2  # numerics: likewise for a slow loop
@@ -168,11 +169,17 @@ def fit_sets(
 def finish(
     sets: Sequence[FittedSet], samples: Samples, along: AlongMotion | None = None
 ) -> list[FittedSet]:
-    """The same on every tick."""
-    if samples.draft is samples.exact or not sets:
-        return list(sets)
-    starts = [Start(one.layout, one.u, one.columns) for one in sets]
-    return _fitted(starts, samples, Positions(samples.exact, samples.mask), along, FINISHING)
+    """The same on every tick; what can only be simulated, to its end."""
+    can = [along is not None and along.can_lead(one.layout) for one in sets]
+    led = [one for one, may in zip(sets, can, strict=True) if may]
+    driven = [one for one, may in zip(sets, can, strict=True) if not may]
+    objective = Positions(samples.exact, samples.mask)
+    if samples.draft is not samples.exact:
+        starts = [Start(one.layout, one.u, one.columns) for one in led]
+        led = _fitted(starts, samples, objective, along, FINISHING)
+    # their derivatives change on the way
+    starts = [Start(one.layout, one.u) for one in driven]
+    return [*led, *_fitted(starts, samples, objective, None, SETTLING)]
 
 
 def _fitted(

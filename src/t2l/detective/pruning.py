@@ -76,7 +76,7 @@ def prune(
         over: whether the time is: then what is not dropped stays.
     """
     while not over():
-        trials = _worth_a_fit(better, _without_one(better), along)
+        trials = _worth_a_fit(better, without_one(better), along)
         kept = [f for f in fit(better, trials) if not judge.misses(better, f)]
         kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
         kept = [f for f in kept if not judge.misses(better, f)]
@@ -97,12 +97,13 @@ def _worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> l
     ]
     minimise(fits, along, 0)
     # along the motion the set itself may leave more or less than by simulation
-    limit = SURELY * PROMISING * max(fits[0].loss**0.5, whole.left_out_rmse)
+    limit = SURELY * PROMISING * max(fits[0].loss ** 0.5, whole.left_out_rmse)
     left = [(fit.loss * (1 - max(fit.promise(), 0.0))) ** 0.5 for fit in fits[1:]]
     return [t for t, error in zip(trials, left, strict=True) if error <= limit]
 
 
-def _without_one(whole: FittedSet) -> list[Start]:
+def without_one(whole: FittedSet) -> list[Start]:
+    """A set without each of its terms, joint by joint where it has a number for each."""
     old = {s.key: v for s, v in zip(whole.layout.slots, whole.u, strict=True)}
     known, trials = whole.columns, []
     for term in whole.layout.terms:

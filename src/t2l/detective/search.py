@@ -28,6 +28,7 @@ from t2l.detective.motion import measured_motion
 from t2l.detective.pruning import pruned, pruned_along
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Scored, Screen
+from t2l.detective.second_guesses import second_guesses
 from t2l.diagnose.starting_points import read_off
 from t2l.effects.effect import Effect
 from t2l.identify.block_bootstrap import blocks
@@ -329,8 +330,25 @@ class _Search:
         this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
         return choose(self.simulated, this.fits, judge)
 
+    def _read_anew(self, fit: FittedSet, judge: Judge) -> FittedSet:
+        """It, or the same set from second guesses where these lead to surely less."""
+        along, folds = self.along, self.data.folds
+        while not (judge.quiet(fit.rmse) or self.over()):
+            led = fit_along([Start(fit.layout, fit.u)], along, folds, 0)
+            likely = choose(led[0], second_guesses(fit, along, folds), judge) if led else None
+            if likely is None:
+                break
+            start = Start(likely.layout, likely.u, likely.columns)
+            fits = fit_sets([start], self.samples, along, self.simulated.known)
+            better = choose(fit, finish(fits, self.samples, along), judge)
+            if better is None:
+                break
+            fit = better
+        return fit
+
     def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> None:
         along, so_far = self.along, self.simulated.known
+        better = self._read_anew(better, judge)
         this.adopted = pruned(better, self.samples, judge, along, so_far, self.over)
         self._take(this.adopted)
         fits = [this.before, *this.fits, this.adopted]

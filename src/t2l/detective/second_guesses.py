@@ -1,0 +1,79 @@
+"""Other values of a set's own terms, read off the torque that is missing without them.
+
+The first guess of a ripple was read off while other effects were missing too, so it may have led to
+the wrong minimum. Beside the rest of the set the same reading is clearer.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from t2l.detective.along_motion import AlongMotion, fit_along
+from t2l.detective.fitted_set import FittedSet, Start, sizes
+from t2l.detective.pruning import without_one
+from t2l.diagnose.starting_points import read_off
+from t2l.effects.effect import Effect
+from t2l.effects.term import Layout, Term
+from t2l.identify.least_squares import LeastSquares
+from t2l.identify.optimiser import minimise
+
+ALONE = 2  # numerics: iterations of the rest, from whose residual a guess is read
+
+
+def second_guesses(whole: FittedSet, along: AlongMotion, folds: np.ndarray) -> list[FittedSet]:
+    """The same set fitted along the motion, each from another value of a term on a joint."""
+    if not along.can_lead(whole.layout):
+        return []
+    begun: list[Start] = []
+    for less in without_one(whole):
+        term, joint = _gone(whole.layout, less.layout)
+        if type(term.effect).read_off is not Effect.read_off:
+            begun += _read(whole, term, joint, _residual(less, along), along)
+    return fit_along(begun, along, folds)
+
+
+def _gone(whole: Layout, less: Layout) -> tuple[Term, int]:
+    """The term of which the second lacks a joint, and that."""
+    kept = {term.effect.name: set(term.joints) for term in less.terms}
+    for term in whole.terms:
+        lost = set(term.joints) - kept.get(term.effect.name, set())
+        if lost:
+            return term, min(lost)
+    raise ValueError("nothing is gone")
+
+
+def _residual(start: Start, along: AlongMotion) -> np.ndarray:
+    """(nfitted,) rad that a set leaves when it is fitted."""
+    fit = LeastSquares(
+        start.layout, start.u.copy(), sizes(start), given=dict(start.columns), secant=True,
+        noise=along.noise_rad,
+    )  # fmt: skip
+    minimise([fit], along, ALONE)
+    return fit.residual
+
+
+def _read(
+    whole: FittedSet, term: Term, joint: int, residual: np.ndarray, along: AlongMotion
+) -> Sequence[Start]:
+    """Starts with what is read off a residual in place of the values on a joint."""
+    left = np.zeros(len(along.predictor.samples))
+    left[along.mask] = -residual
+    guesses = read_off(along.predictor, along.mask, [term.effect], left)[term.effect.name]
+    own = [i for i, slot in enumerate(whole.layout.slots) if slot.term is term]
+    mine = [i for i in own if whole.layout.slots[i].joint in (joint, None)]
+    columns = {
+        key: column for key, column in whole.columns.items()
+        if key not in {whole.layout.slots[i].key for i in mine}
+    }  # fmt: skip
+    starts = []
+    for guess in guesses:
+        u = whole.u.copy()
+        for i in mine:
+            slot = whole.layout.slots[i]
+            value = np.ravel(guess[slot.parameter.name])
+            value = value[joint] if len(value) > 1 else value[0]
+            u[i] = np.log(value) if slot.parameter.log else value
+        starts.append(
+            Start(whole.layout, np.clip(u, whole.layout.lower, whole.layout.upper), columns)
+        )
+    return starts
