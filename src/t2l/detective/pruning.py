@@ -76,7 +76,7 @@ def prune(
         over: whether the time is: then what is not dropped stays.
     """
     while not over():
-        trials = _worth_a_fit(better, without_one(better), along)
+        trials = worth_a_fit(better, without_one(better), along)
         kept = [f for f in fit(better, trials) if not judge.misses(better, f)]
         kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
         kept = [f for f in kept if not judge.misses(better, f)]
@@ -86,7 +86,7 @@ def prune(
     return better
 
 
-def _worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> list[Start]:
+def worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> list[Start]:
     """Without those of a set that leave far too much, as its derivatives foretell it."""
     if not along.can_lead(whole.layout):
         return trials
