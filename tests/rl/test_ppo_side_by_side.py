@@ -13,8 +13,9 @@ from t2l.rl.adaptive_rate import AdaptiveRate, adapted
 from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
 from t2l.rl.choice import Choice
 from t2l.rl.evaluate import evaluate, evaluate_side_by_side
+from t2l.rl.hyperparameters import GAMMA, REACH
 from t2l.rl.normaliser import Normaliser
-from t2l.rl.ppo import FIRST_RATE, GAMMA, MINIBATCHES, ROLLOUT_STEPS, make_model
+from t2l.rl.ppo import make_model
 from t2l.rl.ppo_side_by_side import Rollout, SideBySide, advantages
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from tests.defaults import learning
@@ -59,9 +60,9 @@ def learned(request, monkeypatch):
 
     monkeypatch.setattr(np.random, "permutation", remembered)
     model = make_model(make(n=EACH, horizon_s=0.3), seed=3, shared=request.param)
-    AdaptiveRate(model, FIRST_RATE, MINIBATCHES)
+    AdaptiveRate(model, REACH.learning_rate, REACH.target_kl, REACH.minibatches)
     seen = Remember()
-    model.learn(ROLLOUT_STEPS * EACH, seen, log_interval=None)
+    model.learn(REACH.rollout_steps * EACH, seen, log_interval=None)
     return model, seen, orders, request.param
 
 

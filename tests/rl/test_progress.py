@@ -1,6 +1,7 @@
 from dataclasses import replace
 
-from t2l.rl.constraints import NAMES, Evaluation
+from t2l.environment.limits import NAMES
+from t2l.rl.constraints import Evaluation
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
 

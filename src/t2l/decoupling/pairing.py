@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from t2l.gains import Cell
-from t2l.identify.actuator_parameters import Parameters
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.problem import Problem
+from t2l.sim.training_simulator import Parameters
 from t2l.tasks import Rewarded, make_task
 
 POLICY_RATE_HZ = 50.0

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from t2l.environment.environment import Environment
+from t2l.environment.limits import NAMES
 from t2l.rl.algorithm import Trained
-from t2l.rl.constraints import NAMES
 from t2l.rl.side_by_side import Training, learn_side_by_side
-from t2l.rl.world import World
 from t2l.sim.arrays import to_numpy
 from tests.defaults import learning, shipped
 from tests.rl.test_environments import PARAMETERS, joint_delta
@@ -30,7 +30,7 @@ def make(device, **changes):
         "horizon_s": 0.4, "policy_rate_hz": 50.0, "rate_hz": 100, "staggered": False,
         "device": device,
     } | changes  # fmt: skip
-    return World(**arguments)
+    return Environment(**arguments)
 
 
 def run(world, actions):
