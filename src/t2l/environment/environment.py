@@ -19,6 +19,7 @@ from t2l.actions import ActionSpace
 from t2l.actions.gripper import BinaryGrippers
 from t2l.environment.interface import observe, steps_held
 from t2l.environment.limits import JITTER_RAD_S, JITTER_WINDOW_S, LIMITS, Limits, violations
+from t2l.errors import ConfigurationError
 from t2l.sim.arrays import Array, like, namespace, to_numpy
 from t2l.sim.batch import MUJOCO, diverged
 from t2l.sim.controllers.joint_pd import pd_torque
@@ -72,11 +73,12 @@ class Environment:
 
     Attributes:
         action_names: of the elements of an action.
+        steps: of a training, those of all its robots.
         disturbance: what else acts on the robots, the task's; another one may take its place.
 
     Raises:
-        ConfigurationError: the policy's rate does not divide the simulator's; the device cannot
-            simulate the task.
+        ConfigurationError: the policy's rate does not divide the simulator's, or this is too low
+            for the task; the device cannot simulate it.
     """
 
     def __init__(
@@ -99,6 +101,11 @@ class Environment:
     ):
         self.task, self.each = task, n
         self.generators, self.rows = list(generators), n * len(generators)
+        if rate_hz < task.least_rate_hz:
+            raise ConfigurationError(
+                f"rate of the physics: found {rate_hz:g} Hz; allowed: from {task.least_rate_hz:g} "
+                f"Hz, at which the contacts of {task.name} hold"
+            )
         self.nstep = steps_held(rate_hz, policy_rate_hz, "the simulator's")
         self.horizon = round(horizon_s * policy_rate_hz)
         self.simulator = Simulator(
@@ -126,7 +133,7 @@ class Environment:
         self._settling = max(0, self.horizon - round(JITTER_WINDOW_S * policy_rate_hz))
         self._moments = self.array(np.zeros((2, *self._command.shape)))
         self._paid = self.array(np.zeros((len(task.rewards), len(self.generators))))
-        self._paid_steps = 0
+        self.steps = self._paid_steps = 0
         self.observation_size = self._observe(self._begin(np.arange(self.rows))).shape[1]
 
     def begin(self) -> Array:
@@ -164,6 +171,7 @@ class Environment:
         failed, lost = self._failed(at)
         reward = self._pay(at, lost)
         self._before = at.now
+        self.steps += self.each
         self._elapsed += 1
         self._age += 1
         ids = np.flatnonzero((self._elapsed >= self.horizon) | failed)
@@ -301,7 +309,7 @@ class Environment:
         state = {"q": self.simulator.q, "dq": self.simulator.dq} | measured
         return Moment(
             self.task, self.simulator.batch, goal=self._goal, now=now, before=self._before,
-            action=self._action, change=change, period_s=self.period_s, **state,
+            action=self._action, change=change, period_s=self.period_s, steps=self.steps, **state,
         )  # fmt: skip
 
     def _observe(self, now: Any) -> Array:

@@ -192,6 +192,7 @@ class Rewarded(Task):
         terminations: what ends an episode before its time, as a failure.
         tuned: names of the weights that tuning may change.
         steady: whether a success must be without jitter, see `t2l.environment.limits`.
+        least_rate_hz: of the physics, at which its contacts hold.
         on_gpu: whether its methods take torch's arrays too, and need positions alone.
         hyperparameters: of the algorithm, a column of the study's table, see
             `t2l.rl.hyperparameters`.
@@ -203,6 +204,7 @@ class Rewarded(Task):
     terminations: tuple[TerminationTerm, ...] = ()
     tuned: tuple[str, ...] = ()
     steady = True
+    least_rate_hz = 0.0
     on_gpu = False
     hyperparameters = "reach"
 
@@ -243,7 +245,10 @@ class Rewarded(Task):
 
     def paid(self, at: Moment) -> list[np.ndarray]:
         """What a step is worth term by term, (n,) each; the reward is their sum."""
-        return [self.weights[term.name] * term.value(at) for term in self.rewards]
+        return [
+            self.weights[term.name] * term.factor(at.steps) * term.value(at)
+            for term in self.rewards
+        ]
 
     @property
     def deployable(self) -> bool:

@@ -37,6 +37,7 @@ class Moment:
         now, before: what `Rewarded.measure` made of the simulations, and a period ago.
         action, change: (n, naction) the last action, and how it differs from the one before.
         period_s: of the policy.
+        steps: of the training until then, of all its robots.
     """
 
     task: "Rewarded"
@@ -49,6 +50,7 @@ class Moment:
     action: Array = None
     change: Array = None
     period_s: float = 0.0
+    steps: int = 0
 
 
 @dataclass(frozen=True)
@@ -66,12 +68,20 @@ class RewardTerm:
     Attributes:
         weight: unless tuning chooses another.
         source: where form and weight are from.
+        curriculum: after how many steps of a training, counted over all its robots, the weight is
+            multiplied, and by what.
     """
 
     name: str
     weight: float
     value: Callable[[Moment], Array]
     source: str
+    curriculum: tuple[int, float] = (0, 1.0)
+
+    def factor(self, steps: int) -> float:
+        """What the weight is multiplied by after `steps` of a training."""
+        after, factor = self.curriculum
+        return factor if steps >= after else 1.0
 
 
 @dataclass(frozen=True)
