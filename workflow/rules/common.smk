@@ -172,6 +172,12 @@ def decoupling_figure(name: str) -> list:
     return [pdf, captioned(png, f"../report/{name}.rst", "Decoupling")]
 
 
+def learning_figure(name: str) -> list:
+    """The files of one figure of learning in simulation alone."""
+    pdf, png = (result("figures", f"{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/{name}.rst", "Learning in simulation")]
+
+
 def captioned_table(name: str, file: str = "", category: str = "Sim-to-real") -> list:
     """The files of one table, by default of the sim-to-real chain; the report shows the CSV."""
     csv, markdown, latex = multiext(result("tables", file or name), ".csv", ".md", ".tex")
@@ -215,6 +221,13 @@ def wanted_decoupling(wildcards) -> list[str]:
     if not DECOUPLING:
         sys.exit("config: decoupling: found nothing; allowed: this section, such as {seeds: 3}")
     return DECOUPLING_RESULTS
+
+
+def wanted_learning(wildcards) -> list[str]:
+    """What the target `learning` makes, or the key that it needs."""
+    if not LEARNING:
+        sys.exit("config: learning: found nothing; allowed: this section, with tasks to learn")
+    return LEARNING_RESULTS
 
 
 def wanted_landscape(wildcards) -> list[str]:

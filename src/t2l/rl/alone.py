@@ -1,0 +1,118 @@
+"""Tasks that are learned in simulation alone, under the gains of a cell as they are.
+
+Whether there is a policy for a task at some gains is a question about simulation (the study's
+section V-B): nothing is identified, and nothing is deployed.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from t2l.environment.ideal import ideal_plant
+from t2l.gains import Cell
+from t2l.rl.algorithm import Report, Trained
+from t2l.rl.choice import Choice
+from t2l.rl.condition import Condition
+from t2l.rl.constraints import Evaluation
+from t2l.rl.learn import EPISODES, judge, learn
+from t2l.rl.problem import Problem
+from t2l.rl.settings import Settings
+from t2l.tasks import make_task
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COLUMNS = (
+    "task", "kp", "kd", "seed", "episodes", "successes", "jitter", "steps", "seconds",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Alone:
+    """An entry of `learning.tasks` in a checked configuration, in one of its cells.
+
+    Attributes:
+        task: name of a file in config/tasks/.
+        parameters: content of that file.
+        scale: α of each of the robot's groups of joints, rad.
+        rates: of policy and physics, Hz.
+    """
+
+    task: str
+    parameters: Mapping[str, Any]
+    cell: Cell
+    scale: tuple[float, ...]
+    actions: Mapping[str, Any]
+    rates: tuple[float, float]
+    horizon_s: float
+
+    @classmethod
+    def from_entry(cls, entry: Mapping[str, Any], parameters: Mapping[str, Any], cell: Cell):
+        """Of an entry, with the parameters of its task, in one of its cells."""
+        scale = next(s for s in entry["action_scales"] if Cell(s["kp"], s["kd"]) == cell)["rad"]
+        rates = entry["policy_rate_hz"], entry["rate_hz"]
+        return cls(
+            entry["task"], parameters, cell, tuple(scale), entry["actions"], rates,
+            entry["horizon_s"],
+        )  # fmt: skip
+
+    @property
+    def problem(self) -> Problem:
+        """What is to be learned.
+
+        Raises:
+            ConfigurationError: the task's robot is not known or not installed.
+        """
+        policy_rate_hz, rate_hz = self.rates
+        condition = Condition(
+            name=self.task, task=self.task, policy_rate_hz=policy_rate_hz, randomisation=0.0,
+            actions=self.actions, parameters=self.parameters,
+        )  # fmt: skip
+        plant = ideal_plant(make_task(self.parameters), self.cell)
+        return Problem(condition, self.cell, plant, rate_hz, self.horizon_s)
+
+    def learn(
+        self,
+        settings: Settings,
+        seed: int,
+        report: Report = lambda update, policy, evaluation: None,
+        threads: int = 1,
+    ) -> tuple[Trained, Evaluation, dict[str, float]]:
+        """A policy, and how it does in episodes that neither trained nor chose it.
+
+        Args:
+            seed: number of the policy, which its own seed is derived from.
+
+        Returns:
+            The policy as it was kept, its evaluation, and its row of a table, columns `COLUMNS`.
+
+        Raises:
+            ConfigurationError: an action scale or a rate is not allowed.
+            TrainingError: training left no policy that can act.
+        """
+        own = settings.of_policy(self.task, self.cell, seed)
+        problem, choice = self.problem, Choice(self.scale)
+        trained = learn(problem, choice, own, report, threads)
+        found = judge(problem, choice, own, trained.policy, threads)
+        last = trained.history.iloc[-1]
+        row = {
+            "task": self.task, "kp": self.cell.kp, "kd": self.cell.kd, "seed": seed,
+            "episodes": EPISODES, "successes": round(found.success * EPISODES),
+            "jitter": found.rates["jitter"], "steps": int(last.steps),
+            "seconds": float(last.seconds),
+        }  # fmt: skip
+        return trained, found, row
+
+
+def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Settings:
+    """How an entry's policies are trained, where it says more than `reinforcement_learning`."""
+    own = ("environments", "updates", "evaluate_every", "observation_noise_rad")
+    shared = {key: value for key, value in section.items() if key != "horizon_s"}
+    settings = Settings(**shared)
+    more = {key: entry[key] for key in (*own, "observation_noise_rad_s")}
+    return replace(settings, enough=None, **more)
+
+
+def term_columns(history: "pd.DataFrame") -> list[str]:
+    """Of a training's history, what is paid by each term of the reward."""
+    return [name for name in history.columns if name.startswith("reward_")]
