@@ -29,7 +29,8 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     assert (row["task"], row["kp"], row["episodes"], row["exists"]) == (
         "lift_cube", 16, 100, False,
     )  # fmt: skip
-    assert imread(results / "figures/learning.png")[..., :3].std() > 0.02
+    for figure in ("learning", "lift_cube_learned"):
+        assert imread(results / f"figures/{figure}.png")[..., :3].std() > 0.02
     policy = results / "learning/lift_cube/kp16_kd24/seed1"
     assert checkpoint.load(policy / "policy.safetensors").action_size == 8
     history = pd.read_parquet(policy / "training.parquet")

@@ -15,21 +15,12 @@ wildcard_constraints:
     learned="|".join(LEARNED) or "none",
 
 
-def of_learned(artefact: str) -> str:
-    """The path of an artefact that every such policy has."""
-    return result("learning", "{learned}", "{cell}", "seed{seed}", artefact)
-
-
-def of_every_learned(path: str) -> list[str]:
-    """The paths of an artefact for all such policies."""
-    return [path.format(**policy) for policy in LEARNED_POLICIES]
-
-
 rule learn:
     output:
         policy=of_learned("policy.safetensors"),
         training=of_learned("training.parquet"),
         outcome=of_learned("outcome.parquet"),
+        episodes=of_learned("episodes.parquet"),
     params:
         version=VERSION,
         entry=lambda wildcards: LEARNED[wildcards.learned],
@@ -55,7 +46,7 @@ rule learning_results:
     output:
         policies=result("learning", "policies.parquet"),
         table=captioned_table("learning", category="Learning in simulation"),
-        figure=learning_figure("learning"),
+        figure=learning_figure("learning", "learning"),
     params:
         version=VERSION,
         tasks=[policy["learned"] for policy in LEARNED_POLICIES],
@@ -71,11 +62,33 @@ rule learning_results:
         "../scripts/learning_results.py"
 
 
+rule learned_frames:
+    input:
+        lambda wildcards: of_every_learned(of_learned("episodes.parquet"), wildcards.learned)[0],
+    output:
+        learning_figure("{learned}_learned", "learned_frames"),
+    params:
+        version=VERSION,
+        task=lambda wildcards: dict(STUDY.tasks[wildcards.learned]),
+    log:
+        result("logs", "learned_frames", "{learned}.log"),
+    benchmark:
+        result("benchmarks", "learned_frames", "{learned}.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/learned_frames.py"
+
+
 LEARNING_FIGURES, LEARNING_TABLES, LEARNING_RESULTS = [], [], []
 if LEARNING:
     LEARNING_FIGURES += rules.learning_results.output.figure
+    LEARNING_FIGURES += expand(rules.learned_frames.output, learned=LEARNED)
     LEARNING_TABLES += rules.learning_results.output.table
     LEARNING_RESULTS += [
         *rules.learning_results.output,
         *of_every_learned(of_learned("policy.safetensors")),
+        *LEARNING_FIGURES,
     ]

@@ -8,12 +8,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from t2l.environment.ideal import ideal_plant
 from t2l.gains import Cell
+from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
-from t2l.rl.constraints import Evaluation
 from t2l.rl.learn import EPISODES, judge, learn
 from t2l.rl.problem import Problem
 from t2l.rl.settings import Settings
@@ -25,6 +27,10 @@ if TYPE_CHECKING:
 COLUMNS = (
     "task", "kp", "kd", "seed", "episodes", "successes", "jitter", "steps", "seconds",
 )  # fmt: skip
+
+
+SHOWN_EPISODES = 20  # that a success and a failure are looked for in
+SHOWN_COLUMNS = ("success", "time_s", "qpos")
 
 
 @dataclass(frozen=True)
@@ -77,14 +83,15 @@ class Alone:
         seed: int,
         report: Report = lambda update, policy, evaluation: None,
         threads: int = 1,
-    ) -> tuple[Trained, Evaluation, dict[str, float]]:
+    ) -> tuple[Trained, dict[str, float], "pd.DataFrame"]:
         """A policy, and how it does in episodes that neither trained nor chose it.
 
         Args:
             seed: number of the policy, which its own seed is derived from.
 
         Returns:
-            The policy as it was kept, its evaluation, and its row of a table, columns `COLUMNS`.
+            The policy as it was kept, its row of a table, columns `COLUMNS`, and episodes to show,
+            columns `SHOWN_COLUMNS`.
 
         Raises:
             ConfigurationError: an action scale or a rate is not allowed.
@@ -101,7 +108,37 @@ class Alone:
             "jitter": found.rates["jitter"], "steps": int(last.steps),
             "seconds": float(last.seconds),
         }  # fmt: skip
-        return trained, found, row
+        return trained, row, shown(problem, choice, own, trained.policy)
+
+
+def shown(problem: Problem, choice: Choice, settings: Settings, policy: Policy) -> "pd.DataFrame":
+    """A success and a failure of a policy, as far as it has them, in episodes of their own.
+
+    Returns:
+        One row a step, columns `SHOWN_COLUMNS`.
+    """
+    import pandas as pd
+
+    environments = problem.environments(choice, settings, SHOWN_EPISODES, settings.seed + 4)
+    observation, qpos, ended = environments.reset(), [], {}
+    for _ in range(environments.horizon):
+        qpos.append(environments.simulator.batch.qpos.copy())
+        observation, _, done, infos = environments.step(policy.action(observation))
+        for i in np.flatnonzero(done):
+            ended.setdefault(int(i), (infos[i]["success"], len(qpos)))
+    picked = {success: (i, length) for i, (success, length) in reversed(ended.items())}
+    tables = [
+        pd.DataFrame(
+            {
+                "success": success,
+                "time_s": np.arange(length) * environments.period_s,
+                "qpos": [row[i] for row in qpos[:length]],
+            },
+            columns=list(SHOWN_COLUMNS),
+        )
+        for success, (i, length) in sorted(picked.items(), reverse=True)
+    ]
+    return pd.concat(tables, ignore_index=True)
 
 
 def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Settings:
@@ -111,8 +148,3 @@ def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Setting
     settings = Settings(**shared)
     more = {key: entry[key] for key in (*own, "observation_noise_rad_s")}
     return replace(settings, enough=None, **more)
-
-
-def term_columns(history: "pd.DataFrame") -> list[str]:
-    """Of a training's history, what is paid by each term of the reward."""
-    return [name for name in history.columns if name.startswith("reward_")]
