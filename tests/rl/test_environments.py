@@ -7,10 +7,12 @@ from t2l.environment.limits import NAMES, jitter
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.rl.environments import Environments
+from t2l.rl.evaluate import evaluate
 from t2l.rl.feedback import feedback_gain
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
 from t2l.sim.training_simulator import Simulator
+from t2l.tasks.terms import TerminationTerm
 from tests.defaults import shipped
 from tests.hardware.made import Proportional
 
@@ -187,3 +189,33 @@ def test_randomised_parameters_stay_within_their_fraction():
 def test_what_cannot_work_is_refused(change, message):
     with pytest.raises(ConfigurationError, match=message):
         make(**change)
+
+
+def test_an_episode_that_fails_is_not_cut_short_by_its_length():
+    """PPO counts on what would have come after an episode only where nothing but time ended it."""
+    task = shipped("joint_reach")
+    task.terminations = (TerminationTerm("first", lambda at: at.q[:, 0] > 0.5),)
+    environments = make(task, n=2, horizon_s=0.2)
+    start = np.tile(CENTRE, (2, 1))
+    start[1, 0] = 0.6
+    environments.place(start, start)
+    *_, done, infos = environments.step(np.zeros((2, 7)))
+    assert done.tolist() == [False, True]
+    assert infos[1]["TimeLimit.truncated"] is False
+    assert infos[1]["success"] is False
+    for _ in range(9):
+        *_, done, infos = environments.step(np.zeros((2, 7)))
+    assert done.tolist() == [True, False]
+    assert infos[0]["TimeLimit.truncated"]
+
+
+def test_of_a_robot_that_fails_and_begins_anew_the_first_episode_is_judged():
+    class Still:
+        def action(self, observation):
+            return np.zeros((len(observation), 7))
+
+    task = shipped("joint_reach")
+    task.terminations = (TerminationTerm("always", lambda at: at.q[:, 0] < 10.0),)
+    found = evaluate(Still(), make(task, n=4, horizon_s=0.2))
+    assert found.success == 0.0
+    assert found.rates["jitter"] == 0.0

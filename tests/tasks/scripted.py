@@ -18,11 +18,12 @@ def scene(task, n, **of_environment):
     ).environment
 
 
-def towards(environment, points, opened, approach=(0.0, 0.0, -1.0)):
+def towards(environment, points, opened, approach=(0.0, 0.0, -1.0), across=None):
     """The action that leads each tool to its point (n, 3) m, its z along `approach`.
 
     Args:
         opened: whether grippers are.
+        across: where the tool's y points; anywhere without.
     """
     task, q = environment.task, environment.simulator.q
     model, data, site = task.model, mujoco.MjData(task.model), int(task.tool_sites[0])
@@ -34,7 +35,10 @@ def towards(environment, points, opened, approach=(0.0, 0.0, -1.0)):
         mujoco.mj_jacSite(model, data, jacobian[:3], jacobian[3:], site)
         away = point - data.site_xpos[site]
         away = away / max(1.0, np.linalg.norm(away) / 0.12)
-        turn = np.cross(data.site_xmat[site].reshape(3, 3)[:, 2], approach)
+        axes = data.site_xmat[site].reshape(3, 3)
+        turn = np.cross(axes[:, 2], approach)
+        if across is not None:
+            turn += np.cross(axes[:, 1], across)
         own = jacobian[:, task.arm_dofs]
         dq = own.T @ np.linalg.solve(own @ own.T + 1e-4 * np.eye(6), 6 * np.r_[away, turn])
         # three periods ahead of what a stiff arm lags behind
@@ -53,8 +57,8 @@ def play(environment, script):
     paid = []
     for step in range(environment.horizon):
         measured = environment.task.measure(environment.simulator.batch, environment._goal)
-        points, opened, *approach = script(step / RATE_HZ, measured, environment._goal)
-        _, reward, ended = environment.advance(towards(environment, points, opened, *approach))
+        points, opened, *turned = script(step / RATE_HZ, measured, environment._goal)
+        _, reward, ended = environment.advance(towards(environment, points, opened, *turned))
         paid.append(reward)
         if ended.ids.size:
             return ended, np.array(paid)

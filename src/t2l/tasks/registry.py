@@ -19,6 +19,7 @@ TASKS: Registry[Task] = Registry(
         "joint_reach": "t2l.tasks.reach:JointReach",
         "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
         "lift_cube": "t2l.tasks.lift_cube:LiftCube",
+        "open_drawer": "t2l.tasks.open_drawer:OpenDrawer",
         "pose_hold": "t2l.tasks.pose_hold:PoseHold",
     },
 )
