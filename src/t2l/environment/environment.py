@@ -118,7 +118,7 @@ class Environment:
         self.bound = 1.0 if clipped else UNBOUNDED
         self.period_s = 1 / policy_rate_hz
         self.actions = actions.like(self.simulator.q)
-        self.grippers = BinaryGrippers(task.robot.grippers)
+        self.grippers = BinaryGrippers(task.commanded_grippers)
         self.action_names = (*actions.names, *self.grippers.names)
         self._kp, self._kd = (self.array(gain) for gain in (kp, kd))
         self._limits = Limits.of(task.robot, self.simulator.timestep_s).like(self.simulator.q)
@@ -257,8 +257,8 @@ class Environment:
             batch.warning[ids] = 0
         start = self._drawn(task.sample_starts, ids) if qpos is None else qpos
         batch.qpos[ids] = self.array(start)
-        if self.grippers.names:
-            batch.ctrl[ids] = self._opened
+        if task.robot.grippers:
+            batch.ctrl[ids] = self._hand
         self._goal[ids] = self.array(self._drawn(task.sample_goals, ids) if goal is None else goal)
         self._put_at(ids, np.zeros(len(ids), int))
         self._action[ids] = 0.0
@@ -279,10 +279,11 @@ class Environment:
         return np.column_stack([joints, np.ones((self.rows, len(self.grippers.names)))])
 
     @property
-    def _opened(self) -> np.ndarray:
-        """(nu,) controls at an episode's begin: grippers open."""
-        ctrl = np.zeros(self.simulator.batch.ctrl.shape[1])
-        self.task.command_grippers(ctrl, self.task.opened)
+    def _hand(self) -> np.ndarray:
+        """(nu,) controls at an episode's begin: grippers open, or closed for good."""
+        ctrl, task = np.zeros(self.simulator.batch.ctrl.shape[1]), self.task
+        closed = [gripper.closed for gripper in task.robot.grippers]
+        task.command_grippers(ctrl, closed if task.closed_hand else task.opened)
         return ctrl
 
     def _put_at(self, ids: np.ndarray, step: np.ndarray) -> None:

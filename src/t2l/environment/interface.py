@@ -29,7 +29,7 @@ def observation_names(task: Rewarded, actions: ActionSpace | None = None) -> lis
     """Names of an observation's columns, those of the actions' memory among them."""
     joints = task.robot.joints
     remembers = actions is not None and actions.reference == "commanded"
-    last = [*joints, *BinaryGrippers(task.robot.grippers).names]
+    last = [*joints, *BinaryGrippers(task.commanded_grippers).names]
     ahead = [f"ahead.{joint}" for joint in joints] if remembers else []
     return [*task.observation_names, *(f"action.{name}" for name in last), *ahead]
 

@@ -17,6 +17,7 @@ from t2l.tasks.poses import upright
 from t2l.tasks.table_top import (
     Range,
     add_cube,
+    beyond_table,
     check_graspable,
     check_hands,
     check_range,
@@ -42,8 +43,6 @@ CUBE = "cube"
 TEMPLATE = "IsaacLab, manager-based lift environment"
 # of the template: heights and distances, m
 LIFTED, REACH, FAR, NEAR = 0.04, 0.1, 0.3, 0.05
-# of the template's table, from its centre in front of the robot, m
-TABLE_CENTRE, TABLE_HALF = np.array([0.5, 0.0]), 0.5
 # the template's curriculum: after 10 000 steps of its 4096 robots what costs weighs 1000 times more
 CURRICULUM = (10_000 * 4096, 1000.0)
 
@@ -97,11 +96,6 @@ def lifted(at: Moment) -> np.ndarray:
     return (at.now.cube[:, 2] > LIFTED).astype(float)
 
 
-def off_table(at: Moment) -> np.ndarray:
-    """Whether the cube is beyond the table's edge; the template waits until it has fallen."""
-    return (np.abs(at.now.cube[:, :2] - TABLE_CENTRE) > TABLE_HALF).any(axis=1)
-
-
 class LiftCube(Rewarded):
     """Success: the cube's centre within `tolerance_m` of its goal at the end of an episode.
 
@@ -130,7 +124,8 @@ class LiftCube(Rewarded):
         RewardTerm("change", 1e-4, minus(action_change), TEMPLATE, CURRICULUM),
         RewardTerm("velocity", 1e-4, minus(speed), TEMPLATE, CURRICULUM),
     )
-    terminations = (TerminationTerm("off_table", off_table),)
+    # the template waits until it has fallen
+    terminations = (TerminationTerm("off_table", lambda at: beyond_table(at.now.cube)),)
 
     def __init__(
         self,

@@ -44,6 +44,8 @@ STIFFNESS, DAMPING = 10.0, 1.0
 # stands off, and how far the drawer opens, m
 FRONT = (0.01, 0.2, 0.08)
 BAR, BAR_LENGTH, STAND_OFF, TRAVEL = 0.008, 0.07, 0.05, 0.4
+# from beside the robot, so that hand and handle are seen: position in m, the camera's right and up
+OVERVIEW = ((0.0, -1.4, 1.0), (1.4, -0.5, 0, 0.25, 0.7, 2.21))
 WOOD, STEEL = (0.72, 0.58, 0.42, 1), (0.35, 0.36, 0.38, 1)
 
 
@@ -199,7 +201,7 @@ class OpenDrawer(Rewarded):
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         """See `Task.spec`."""
-        spec = table_scene(self.robot, self.gravity_compensation, visual)
+        spec = table_scene(self.robot, self.gravity_compensation, visual, OVERVIEW)
         x, _, z = self.handle + np.array([STAND_OFF, 0, 0])
         depth, (thick, wide, high) = 0.2, FRONT
         cabinet = spec.worldbody.add_body(name="cabinet", pos=(x + 2 * thick, 0, z))

@@ -178,6 +178,15 @@ def pose_of(model: mujoco.MjModel, name: str) -> slice:
     return slice(address, address + 7)
 
 
+# how far the table goes in front of the robot where it ends: its centre and half its edges, m
+TABLE_CENTRE, TABLE_HALF = np.array([0.5, 0.0]), 0.5
+
+
+def beyond_table(position: np.ndarray) -> np.ndarray:
+    """Which of positions (n, 3 or more) m are beyond the table's edge, (n,) bool."""
+    return (np.abs(position[:, :2] - TABLE_CENTRE) > TABLE_HALF).any(axis=1)
+
+
 def add_cube(
     spec: mujoco.MjSpec, name: str, size_m: float, mass_kg: float, colour: Sequence[float]
 ) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from t2l.errors import ConfigurationError
 from t2l.robots import Robot
+from t2l.robots.robot import Gripper
 from t2l.sim.arrays import namespace
 from t2l.tasks.terms import Moment, ObservationTerm, RewardTerm, TerminationTerm
 from t2l.typed import Typed
@@ -192,6 +193,7 @@ class Rewarded(Task):
         terminations: what ends an episode before its time, as a failure.
         tuned: names of the weights that tuning may change.
         steady: whether a success must be without jitter, see `t2l.environment.limits`.
+        closed_hand: whether grippers are closed all the time, and no action commands them.
         least_rate_hz: of the physics, at which its contacts hold.
         on_gpu: whether its methods take torch's arrays too, and need positions alone.
         hyperparameters: of the algorithm, a column of the study's table, see
@@ -204,6 +206,7 @@ class Rewarded(Task):
     terminations: tuple[TerminationTerm, ...] = ()
     tuned: tuple[str, ...] = ()
     steady = True
+    closed_hand = False
     least_rate_hz = 0.0
     on_gpu = False
     hyperparameters = "reach"
@@ -237,6 +240,11 @@ class Rewarded(Task):
     def weights(self) -> Mapping[str, float]:
         """Of the reward's terms, by name, and what other numbers a task lets one change."""
         return {term.name: term.weight for term in self.rewards}
+
+    @property
+    def commanded_grippers(self) -> tuple[Gripper, ...]:
+        """Those that actions have elements for."""
+        return () if self.closed_hand else self.robot.grippers
 
     def observe(self, at: Moment) -> np.ndarray:
         """(n, nobs) what a policy sees of a moment."""
