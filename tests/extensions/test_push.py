@@ -4,7 +4,7 @@ import numpy as np
 
 from t2l.environment.vector import make_vector
 from t2l.gains import Cell
-from t2l.rl.alone import Alone, settings_of
+from t2l.rl.alone import problem_of, settings_of, train_alone
 from t2l.tasks import make_task
 from tests.defaults import DEFAULTS
 from tests.tasks.scripted import RATE_HZ, STIFF, scene, towards
@@ -40,9 +40,9 @@ def test_a_scripted_hand_is_judged_right():
 
 
 def test_it_is_learned_as_the_librarys_are():
-    alone = Alone.from_entry(ENTRY, FILE, STIFF)
-    section = DEFAULTS["reinforcement_learning"]
-    trained, row, episodes = alone.learn(settings_of(section, ENTRY), seed=1)
+    section = {k: v for k, v in DEFAULTS["reinforcement_learning"].items() if k != "horizon_s"}
+    settings = settings_of(section, ENTRY)
+    trained, row, episodes = train_alone(*problem_of(ENTRY, FILE, STIFF), settings, seed=1)
     assert {"reward_reaching", "reward_goal", "reward_change"} <= set(trained.history.columns)
     assert row["episodes"] == 100
     assert set(episodes.success) <= {True, False}

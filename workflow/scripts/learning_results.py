@@ -7,12 +7,13 @@ from t2l.figures.learned_tasks import COLUMNS as CURVE_COLUMNS
 from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.style import write
 from t2l.jobs import job
+from t2l.rl.alone import COLUMNS
 from t2l.stats import learning
 from t2l.stats.text import latex
 
 with job(snakemake):
     given, params, output = snakemake.input, snakemake.params, snakemake.output
-    outcomes = [read_table(path, learning.COLUMNS) for path in given.outcomes]
+    outcomes = [read_table(path, COLUMNS) for path in given.outcomes]
     policies = pd.concat(outcomes, ignore_index=True)
     write_table(policies, output.policies)
     table = learning.learning_table(policies)

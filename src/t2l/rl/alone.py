@@ -5,7 +5,7 @@ section V-B): nothing is identified, and nothing is deployed.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,87 +28,77 @@ COLUMNS = (
     "task", "kp", "kd", "seed", "episodes", "successes", "jitter", "steps", "seconds",
 )  # fmt: skip
 
-
 SHOWN_EPISODES = 20  # that a success and a failure are looked for in
 SHOWN_COLUMNS = ("success", "time_s", "qpos")
 
 
-@dataclass(frozen=True)
-class Alone:
-    """An entry of `learning.tasks` in a checked configuration, in one of its cells.
+def problem_of(
+    entry: Mapping[str, Any], parameters: Mapping[str, Any], cell: Cell
+) -> tuple[Problem, Choice]:
+    """What is to be learned, and the action scales to learn it with.
 
-    Attributes:
-        task: name of a file in config/tasks/.
-        parameters: content of that file.
-        scale: α of each of the robot's groups of joints, rad.
-        rates: of policy and physics, Hz.
+    Args:
+        entry: of `learning.tasks` in a checked configuration.
+        parameters: content of its task's file.
+        cell: one of those that the entry has action scales for.
+
+    Raises:
+        ConfigurationError: the task's robot is not known or not installed.
     """
+    condition = Condition(
+        name=entry["task"], task=entry["task"], policy_rate_hz=entry["policy_rate_hz"],
+        randomisation=0.0, actions=entry["actions"], parameters=parameters,
+        action_scales=entry["action_scales"],
+    )  # fmt: skip
+    plant = ideal_plant(make_task(parameters), cell)
+    problem = Problem(condition, cell, plant, entry["rate_hz"], entry["horizon_s"])
+    return problem, condition.given(cell)
 
-    task: str
-    parameters: Mapping[str, Any]
-    cell: Cell
-    scale: tuple[float, ...]
-    actions: Mapping[str, Any]
-    rates: tuple[float, float]
-    horizon_s: float
 
-    @classmethod
-    def from_entry(cls, entry: Mapping[str, Any], parameters: Mapping[str, Any], cell: Cell):
-        """Of an entry, with the parameters of its task, in one of its cells."""
-        scale = next(s for s in entry["action_scales"] if Cell(s["kp"], s["kd"]) == cell)["rad"]
-        rates = entry["policy_rate_hz"], entry["rate_hz"]
-        return cls(
-            entry["task"], parameters, cell, tuple(scale), entry["actions"], rates,
-            entry["horizon_s"],
-        )  # fmt: skip
+def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Settings:
+    """How an entry's policies are trained.
 
-    @property
-    def problem(self) -> Problem:
-        """What is to be learned.
+    Args:
+        section: `reinforcement_learning` but `horizon_s`, for what the entry does not say.
+    """
+    names = ("environments", "updates", "evaluate_every")
+    noise = ("observation_noise_rad", "observation_noise_rad_s")
+    own = {name: entry[name] for name in (*names, *noise)}
+    return replace(Settings(**section), enough=None, **own)
 
-        Raises:
-            ConfigurationError: the task's robot is not known or not installed.
-        """
-        policy_rate_hz, rate_hz = self.rates
-        condition = Condition(
-            name=self.task, task=self.task, policy_rate_hz=policy_rate_hz, randomisation=0.0,
-            actions=self.actions, parameters=self.parameters,
-        )  # fmt: skip
-        plant = ideal_plant(make_task(self.parameters), self.cell)
-        return Problem(condition, self.cell, plant, rate_hz, self.horizon_s)
 
-    def learn(
-        self,
-        settings: Settings,
-        seed: int,
-        report: Report = lambda update, policy, evaluation: None,
-        threads: int = 1,
-    ) -> tuple[Trained, dict[str, float], "pd.DataFrame"]:
-        """A policy, and how it does in episodes that neither trained nor chose it.
+def train_alone(
+    problem: Problem,
+    choice: Choice,
+    settings: Settings,
+    seed: int,
+    report: Report = lambda update, policy, evaluation: None,
+    threads: int = 1,
+) -> tuple[Trained, dict[str, Any], "pd.DataFrame"]:
+    """A policy, and how it does in episodes that neither trained nor chose it.
 
-        Args:
-            seed: number of the policy, which its own seed is derived from.
+    Args:
+        seed: number of the policy, which its own seed is derived from.
 
-        Returns:
-            The policy as it was kept, its row of a table, columns `COLUMNS`, and episodes to show,
-            columns `SHOWN_COLUMNS`.
+    Returns:
+        The policy as it was kept, its row of a table, columns `COLUMNS`, and episodes to show,
+        columns `SHOWN_COLUMNS`.
 
-        Raises:
-            ConfigurationError: an action scale or a rate is not allowed.
-            TrainingError: training left no policy that can act.
-        """
-        own = settings.of_policy(self.task, self.cell, seed)
-        problem, choice = self.problem, Choice(self.scale)
-        trained = learn(problem, choice, own, report, threads)
-        found = judge(problem, choice, own, trained.policy, threads)
-        last = trained.history.iloc[-1]
-        row = {
-            "task": self.task, "kp": self.cell.kp, "kd": self.cell.kd, "seed": seed,
-            "episodes": EPISODES, "successes": round(found.success * EPISODES),
-            "jitter": found.rates["jitter"], "steps": int(last.steps),
-            "seconds": float(last.seconds),
-        }  # fmt: skip
-        return trained, row, shown(problem, choice, own, trained.policy)
+    Raises:
+        ConfigurationError: an action scale or a rate is not allowed.
+        TrainingError: training left no policy that can act.
+    """
+    name, cell = problem.condition.name, problem.cell
+    own = settings.of_policy(name, cell, seed)
+    trained = learn(problem, choice, own, report, threads)
+    found = judge(problem, choice, own, trained.policy, threads)
+    last = trained.history.iloc[-1]
+    row = {
+        "task": name, "kp": cell.kp, "kd": cell.kd, "seed": seed,
+        "episodes": EPISODES, "successes": round(found.success * EPISODES),
+        "jitter": found.rates["jitter"], "steps": int(last.steps), "seconds": float(last.seconds),
+    }  # fmt: skip
+    return trained, row, shown(problem, choice, own, trained.policy)
 
 
 def shown(problem: Problem, choice: Choice, settings: Settings, policy: Policy) -> "pd.DataFrame":
@@ -139,12 +129,3 @@ def shown(problem: Problem, choice: Choice, settings: Settings, policy: Policy) 
         for success, (i, length) in sorted(picked.items(), reverse=True)
     ]
     return pd.concat(tables, ignore_index=True)
-
-
-def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Settings:
-    """How an entry's policies are trained, where it says more than `reinforcement_learning`."""
-    own = ("environments", "updates", "evaluate_every", "observation_noise_rad")
-    shared = {key: value for key, value in section.items() if key != "horizon_s"}
-    settings = Settings(**shared)
-    more = {key: entry[key] for key in (*own, "observation_noise_rad_s")}
-    return replace(settings, enough=None, **more)

@@ -8,13 +8,11 @@ import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
 from t2l.names import heading
+from t2l.rl.alone import COLUMNS
 from t2l.stats.text import rate
 
 # the study's: a policy exists where one succeeds this often
 EXISTS = 0.99
-COLUMNS = (
-    "task", "kp", "kd", "seed", "episodes", "successes", "jitter", "steps", "seconds",
-)  # fmt: skip
 HEADERS: dict[str, str] = {"Kp": "$K_p$", "Kd": "$K_d$"}
 
 
@@ -24,6 +22,7 @@ def learning_table(policies: pd.DataFrame) -> pd.DataFrame:
     Args:
         policies: columns `COLUMNS`.
     """
+    policies = policies[list(COLUMNS)]
     table = policies.sort_values(["task", "kp", "kd", "seed"], ignore_index=True)
     low, high = proportion_confint(table.successes, table.episodes, method="wilson")
     share = table.successes / table.episodes

@@ -11,7 +11,7 @@ from t2l.typed import Integer, Name, Number, Typed
 
 
 class LearnedTask(Typed):
-    """An entry of `learning.tasks`; see `t2l.rl.alone.Alone`."""
+    """An entry of `learning.tasks`; see `t2l.rl.alone`."""
 
     task: Name = Field(description="name of a file in `config/tasks/`, of a task with a reward")
     action_scales: Annotated[list[GivenScale], Field(min_length=1, max_length=1000)] = Field(
