@@ -10,13 +10,14 @@ UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 unexport PYTHONDONTWRITEBYTECODE
 SNAKEMAKE = $(BIN)/snakemake --cores $(CORES) --configfile $(CONFIG)
 
-.PHONY: help figures tables diagnosis decoupling landscape published all report test test-slow lint bench docs lock clean
+.PHONY: help figures tables diagnosis decoupling landscape learning published all report test test-slow lint bench docs lock clean
 
 help:
 	@echo "make figures   all figures of $(CONFIG) (another: make figures CONFIG=config/studies/paper.yaml)"
 	@echo "make tables    all tables"
 	@echo "make diagnosis compares a model with recordings, finds what it lacks"
 	@echo "make decoupling CONFIG=config/studies/decoupling.yaml  stiffness against gains"
+	@echo "make learning CONFIG=config/studies/lift_cube.yaml     tasks with contacts, learned in simulation alone"
 	@echo "make landscape CONFIG=config/studies/landscape.yaml    how easily RL finds action scales"
 	@echo "make all       figures, tables and diagnosis"
 	@echo "make report    one HTML page with all of this: results/report.html"
@@ -28,7 +29,7 @@ help:
 	@echo "make lock      compile environment.lock anew from pyproject.toml"
 	@echo "make clean     remove the environment; results stay"
 
-figures tables diagnosis decoupling landscape published all: $(ENV)/ready
+figures tables diagnosis decoupling landscape learning published all: $(ENV)/ready
 	$(SNAKEMAKE) -- $@
 
 report: all

@@ -25,6 +25,7 @@ include: "workflow/rules/sim_to_real.smk"
 include: "workflow/rules/landscape.smk"
 include: "workflow/rules/overview.smk"
 include: "workflow/rules/decoupling.smk"
+include: "workflow/rules/learning.smk"
 include: "workflow/rules/scoreboard.smk"
 include: "workflow/rules/published.smk"
 
@@ -36,6 +37,7 @@ localrules:
     diagnosis,
     figures,
     landscape,
+    learning,
     tables,
     transfer,
 
@@ -60,6 +62,7 @@ rule all:
         LANDSCAPE_FIGURES,
         LANDSCAPE_TABLES,
         DECOUPLING_RESULTS,
+        LEARNING_RESULTS,
 
 
 rule figures:
@@ -72,6 +75,7 @@ rule figures:
         OVERVIEW_FIGURES,
         LANDSCAPE_FIGURES,
         DECOUPLING_FIGURES,
+        LEARNING_FIGURES,
         EVERY_CELL,
         EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
@@ -92,6 +96,7 @@ rule tables:
         SCOREBOARD,
         LANDSCAPE_TABLES,
         DECOUPLING_TABLES,
+        LEARNING_TABLES,
         EVERY_CELL,
         EVERY_NOISY_CELL,
         EVERY_TRANSFER_CELL,
@@ -105,6 +110,11 @@ rule datasets:
 rule decoupling:
     input:
         wanted_decoupling,
+
+
+rule learning:
+    input:
+        wanted_learning,
 
 
 rule landscape:

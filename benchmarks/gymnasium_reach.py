@@ -4,10 +4,11 @@ import gymnasium as gym
 import mujoco
 import numpy as np
 
-from t2l.identify.training_simulator import AT_REST_RAD_S
-from t2l.rl.constraints import NAMES, Limits, violations
-from t2l.rl.interface import action_space, observe, scale_per_joint
+from t2l.environment.interface import action_space, observe, scale_per_joint
+from t2l.environment.limits import NAMES, Limits, violations
 from t2l.sim.controllers.joint_pd import pd_torque
+from t2l.sim.training_simulator import AT_REST_RAD_S
+from t2l.tasks.terms import Moment
 
 
 class GymnasiumReach(gym.Env):
@@ -17,7 +18,7 @@ class GymnasiumReach(gym.Env):
         self.task, self.cell = problem.task, problem.cell
         self.robot = self.task.robot
         scale = scale_per_joint(choice.action_scale, self.robot)
-        self.actions = action_space(problem.condition, self.robot, scale)
+        self.actions = action_space(problem.condition.actions, self.robot, scale)
         spec = self.task.spec(visual=False)
         spec.option.timestep = 1 / problem.rate_hz
         self.model = spec.compile()
@@ -65,9 +66,15 @@ class GymnasiumReach(gym.Env):
             self.data.ctrl[:] = q_des[0]
             mujoco.mj_step(self.model, self.data)
         errors = self.goal - self.data.qpos
-        reward = self.task.reward(self.before, errors, self.period_s, self.data.qvel[None], change)
+        reward = sum(self.task.paid(self._moment(errors, change)))
         self.before, self.elapsed = errors, self.elapsed + 1
         return self._observe(errors), float(reward[0]), False, self.elapsed >= self.horizon, {}
 
+    def _moment(self, errors, change=None):
+        return Moment(
+            self.task, None, self.data.qpos[None], self.data.qvel[None], self.goal, errors,
+            self.before, self.action, change, self.period_s,
+        )  # fmt: skip
+
     def _observe(self, errors):
-        return observe(self.data.qpos[None], self.data.qvel[None], errors, self.action)[0]
+        return observe(self._moment(errors), np.zeros((1, 0)))[0]

@@ -25,8 +25,9 @@ from t2l.identify import actuators as identification
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.constraints import Evaluation
+from t2l.rl.hyperparameters import REACH
 from t2l.rl.learn import PROGRESS_EPISODES
-from t2l.rl.ppo import ROLLOUT_STEPS, make_model
+from t2l.rl.ppo import make_model
 from t2l.rl.problem import Problem
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.settings import Search, Settings
@@ -113,7 +114,7 @@ def environment_steps(parameters: dict) -> Iterator[Row]:
 
     def bare(count: int = 50) -> None:
         for i in range(count):
-            simulator.batch.ctrl[:] = simulator.qpos + environments.actions.scale * actions[i]
+            simulator.batch.ctrl[:] = simulator.q + environments.actions.scale * actions[i]
             simulator.batch.step(nstep=environments.nstep)
 
     through()
@@ -142,7 +143,7 @@ def training_steps(parameters: dict) -> Iterator[Row]:
         rates = {}
         for name, made in (("batch", environments), ("processes", rival)):
             ppo = make_model(made, 42)
-            steps = ROLLOUT_STEPS * made.num_envs
+            steps = REACH.rollout_steps * made.num_envs
             ppo.learn(2 * steps, log_interval=None)
             rates[name] = np.median(
                 [
@@ -188,7 +189,7 @@ def one_batch_of_trainings(parameters: dict) -> Iterator[Row]:
     torch.set_num_threads(1)
     one = Training(problem, choice, settings)
     many = [replace(one, settings=replace(settings, seed=seed)) for seed in range(TOGETHER)]
-    steps = settings.updates * ROLLOUT_STEPS * ENVIRONMENTS
+    steps = settings.updates * REACH.rollout_steps * ENVIRONMENTS
     alone = steps / _processor_seconds(lambda: learn_alone(one))
     together = (
         TOGETHER * steps / _processor_seconds(lambda: learn_side_by_side(many, device=MUJOCO))
@@ -227,7 +228,7 @@ def _one_core_rate(given: tuple[Problem, Choice]) -> float:
     torch.set_num_threads(1)
     environments = problem.environments(choice, SETTINGS, ENVIRONMENTS, 42, True, 1)
     ppo = make_model(environments, 42)
-    steps = ROLLOUT_STEPS * ENVIRONMENTS
+    steps = REACH.rollout_steps * ENVIRONMENTS
     ppo.learn(2 * steps, log_interval=None)
     _ready.wait()
     return _rate(lambda: ppo.learn(20 * steps, log_interval=None), 20 * steps)

@@ -16,6 +16,7 @@ LAYERS = [
         *("attenuation", "bc", "decoupling", "design", "detective", "diagnose", "drift", "export"),
         *("propose", "response", "rl", "transfer"),
     },
+    {"environment"},
     {"identify"},
     {"demos", "policies", "effects"},
     {"tasks"},

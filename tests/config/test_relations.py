@@ -112,6 +112,42 @@ def test_decoupling_is_checked(config, refused, section, keys, message):
     assert message in refused(config)
 
 
+LIFT = {"task": "lift_cube", "action_scales": [{"kp": 16, "kd": 24, "rad": [2.0, 1.0]}]}
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"task": "block_stack"}, "[0].task: found 'block_stack'; allowed: a task with a reward"),
+        ({"rate_hz": 100}, "[0].rate_hz: found 100; allowed: from 200, at which the contacts"),
+        ({"policy_rate_hz": 30}, "[0].policy_rate_hz: found 30; allowed: a divisor of learning"),
+        ({"evaluate_every": 2000}, "[0].evaluate_every: found 2000; allowed: at most learning"),
+        (
+            {"action_scales": [{"kp": 16, "kd": 24, "rad": [2.0]}]},
+            "[0].action_scales[0].rad: found a list of 1; allowed: one for each of proximal, dist",
+        ),
+    ],
+)
+def test_what_is_learned_in_simulation_alone_is_checked(config, refused, keys, message):
+    config["learning"] = {"tasks": [{**LIFT, **keys}]}
+    assert f"config: learning.tasks{message}" in refused(config)
+
+
+def test_a_task_is_learned_once(config, refused):
+    config["learning"] = {"tasks": [LIFT, LIFT]}
+    assert "learning.tasks[1].task: found 'lift_cube' a second time" in refused(config)
+
+
+def test_what_a_robots_joints_alone_cannot_do_is_not_deployed(config, refused):
+    config["sim_to_real"]["conditions"] = [{"name": "lift", "task": "lift_cube"}]
+    found = refused(config)
+    assert "sim_to_real.conditions[0].task: found 'lift_cube', a task of fr3_hand" in found
+    config["robot"] = {"name": "fr3_hand"}
+    assert "which a robot's joints alone cannot do; allowed: a task without objects" in refused(
+        config
+    )
+
+
 def test_a_landscape_needs_trials(config, refused):
     config["landscape"] = {"seeds": 5}
     config["sim_to_real"]["conditions"] = []

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from t2l.environment.interface import observation_names, scale_per_joint
 from t2l.policies import POLICIES, checkpoint
-from t2l.rl.interface import observation_names, scale_per_joint
 from t2l.rl.learn import gain_of, judge
 from t2l.rl.outcome import best
 from t2l.rl.registry import ALGORITHMS

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from t2l.identify.actuators import IdentificationError, identify
-from t2l.identify.training_simulator import Simulator
 from t2l.recordings.recording import Recording
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
+from t2l.sim.training_simulator import Simulator
 from tests.defaults import identification
 
 
 def made(stiffness=60.0, damping=6.0, **changes) -> Recording:
     """A second of the simulator itself."""
     robot = make_robot("fr3")
-    simulator = Simulator(robot, position_controlled(robot), 1, 100)
+    simulator = Simulator(position_controlled(robot), robot.joints, robot.torque_limit, 1, 100)
     simulator.set_parameters(
         {
             "stiffness": stiffness, "damping": damping, "armature": 0.15,

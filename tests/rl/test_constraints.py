@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.rl.constraints import LIMITS, NAMES, TOLERATED, Evaluation, Limits, violations
+from t2l.environment.limits import LIMITS, NAMES, Limits, violations
+from t2l.rl.constraints import TOLERATED, Evaluation
 from t2l.robots import make_robot
 
 ROBOT = make_robot("fr3")

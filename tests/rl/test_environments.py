@@ -2,15 +2,17 @@ import numpy as np
 import pytest
 
 from t2l.actions import ACTIONS
+from t2l.environment.interface import scale_per_joint
+from t2l.environment.limits import NAMES, jitter
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
-from t2l.identify.training_simulator import Simulator
-from t2l.rl.constraints import NAMES, jitter
 from t2l.rl.environments import Environments
+from t2l.rl.evaluate import evaluate
 from t2l.rl.feedback import feedback_gain
-from t2l.rl.interface import scale_per_joint
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
+from t2l.sim.training_simulator import Simulator
+from t2l.tasks.terms import TerminationTerm
 from tests.defaults import shipped
 from tests.hardware.made import Proportional
 
@@ -45,16 +47,16 @@ def test_an_action_moves_the_simulator_as_its_command_does():
     environments = make(n=1)
     start = np.array([CENTRE])
     environments.place(start, start + 0.2)
-    simulator = Simulator(ROBOT, position_controlled(ROBOT), 1, 100)
+    simulator = Simulator(position_controlled(ROBOT), ROBOT.joints, ROBOT.torque_limit, 1, 100)
     simulator.set_parameters(PARAMETERS)
-    simulator.qpos[:] = start
+    simulator.q[:] = start
     action = np.linspace(-1, 1, 7)[None]
     scale = np.array([0.3] * 4 + [0.2] * 3)
     for _ in range(5):
         observation, *_ = environments.step(action)
-        simulator.step(simulator.qpos + scale * action, nstep=2)
-    np.testing.assert_allclose(observation[0, :7], simulator.qpos[0], rtol=1e-6)
-    np.testing.assert_allclose(observation[0, 14:21], start[0] + 0.2 - simulator.qpos[0], rtol=1e-5)
+        simulator.step(simulator.q + scale * action, nstep=2)
+    np.testing.assert_allclose(observation[0, :7], simulator.q[0], rtol=1e-6)
+    np.testing.assert_allclose(observation[0, 14:21], start[0] + 0.2 - simulator.q[0], rtol=1e-5)
 
 
 @pytest.mark.parametrize("task", ["joint_reach", "end_effector_reach"])
@@ -113,7 +115,7 @@ def test_jitter_is_that_of_the_last_seconds():
     seen = []
     for k in range(149):
         environments.step(np.array([[0.3 * np.sin(k / 3), *np.zeros(6)]]))
-        seen.append(environments.simulator.qvel.copy())
+        seen.append(environments.simulator.dq.copy())
     # the last of 150 steps is still to come: the moments are those of all ticks since 1 s
     mean, square = environments._moments / (2 * 99)
     ours = np.sqrt(square - mean**2).max()
@@ -131,7 +133,7 @@ def test_noise_is_on_what_is_observed_and_on_what_remains():
     # the goal is known; where the joints are is not
     np.testing.assert_allclose(remaining, -q, atol=1e-6)
     assert not action.any()
-    np.testing.assert_array_equal(noisy.simulator.qpos, exact.simulator.qpos)
+    np.testing.assert_array_equal(noisy.simulator.q, exact.simulator.q)
 
 
 def test_actions_are_clipped_or_not():
@@ -139,7 +141,7 @@ def test_actions_are_clipped_or_not():
         environments = make(n=1, clipped=clipped)
         environments.place(start := np.array([CENTRE]), start)
         environments.step(np.full((1, 7), 1.5))
-        return (environments.simulator.qpos - start)[0]
+        return (environments.simulator.q - start)[0]
 
     # the wrist is at its torque limit either way
     assert np.all(moved(False)[:4] > 1.3 * moved(True)[:4])
@@ -187,3 +189,33 @@ def test_randomised_parameters_stay_within_their_fraction():
 def test_what_cannot_work_is_refused(change, message):
     with pytest.raises(ConfigurationError, match=message):
         make(**change)
+
+
+def test_an_episode_that_fails_is_not_cut_short_by_its_length():
+    """PPO counts on what would have come after an episode only where nothing but time ended it."""
+    task = shipped("joint_reach")
+    task.terminations = (TerminationTerm("first", lambda at: at.q[:, 0] > 0.5),)
+    environments = make(task, n=2, horizon_s=0.2)
+    start = np.tile(CENTRE, (2, 1))
+    start[1, 0] = 0.6
+    environments.place(start, start)
+    *_, done, infos = environments.step(np.zeros((2, 7)))
+    assert done.tolist() == [False, True]
+    assert infos[1]["TimeLimit.truncated"] is False
+    assert infos[1]["success"] is False
+    for _ in range(9):
+        *_, done, infos = environments.step(np.zeros((2, 7)))
+    assert done.tolist() == [True, False]
+    assert infos[0]["TimeLimit.truncated"]
+
+
+def test_of_a_robot_that_fails_and_begins_anew_the_first_episode_is_judged():
+    class Still:
+        def action(self, observation):
+            return np.zeros((len(observation), 7))
+
+    task = shipped("joint_reach")
+    task.terminations = (TerminationTerm("always", lambda at: at.q[:, 0] < 10.0),)
+    found = evaluate(Still(), make(task, n=4, horizon_s=0.2))
+    assert found.success == 0.0
+    assert found.rates["jitter"] == 0.0

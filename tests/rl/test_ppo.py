@@ -72,7 +72,7 @@ def test_the_value_loss_weighs_as_in_the_study():
 
 def test_the_learning_rate_changes_once_an_epoch_within_skrls_bounds():
     model = make_model(make(n=4), seed=1)
-    rate = AdaptiveRate(model, 1e-3, minibatches=4)
+    rate = AdaptiveRate(model, 1e-3, target_kl=0.01, minibatches=4)
     model.rollout_buffer.minibatch = SimpleNamespace(old_log_prob=torch.zeros(8))
     seen = []
     for log_ratio in [1.0] * 4 + [0.01] * 4 + [0.0]:

@@ -13,11 +13,12 @@ from t2l.rl.adaptive_rate import AdaptiveRate, adapted
 from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
 from t2l.rl.choice import Choice
 from t2l.rl.evaluate import evaluate, evaluate_side_by_side
+from t2l.rl.hyperparameters import COLUMNS, GAMMA, REACH
 from t2l.rl.normaliser import Normaliser
-from t2l.rl.ppo import FIRST_RATE, GAMMA, MINIBATCHES, ROLLOUT_STEPS, make_model
+from t2l.rl.ppo import export, make_model
 from t2l.rl.ppo_side_by_side import Rollout, SideBySide, advantages
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
-from tests.defaults import learning
+from tests.defaults import learning, shipped
 from tests.policies.made import Reused
 from tests.rl.test_environments import make
 from tests.rl.test_tune import PROBLEM
@@ -59,9 +60,9 @@ def learned(request, monkeypatch):
 
     monkeypatch.setattr(np.random, "permutation", remembered)
     model = make_model(make(n=EACH, horizon_s=0.3), seed=3, shared=request.param)
-    AdaptiveRate(model, FIRST_RATE, MINIBATCHES)
+    AdaptiveRate(model, REACH.learning_rate, REACH.target_kl, REACH.minibatches)
     seen = Remember()
-    model.learn(ROLLOUT_STEPS * EACH, seen, log_interval=None)
+    model.learn(REACH.rollout_steps * EACH, seen, log_interval=None)
     return model, seen, orders, request.param
 
 
@@ -211,5 +212,24 @@ def test_one_that_fails_or_is_ended_leaves_the_others(monkeypatch):
 
 def test_rates_adapt_one_by_one():
     rate = torch.tensor([1e-3, 1e-3, 1e-3, 1e-2])
-    rate = adapted(rate, torch.tensor([1.0, 0.01, 1e-4, 1e-4]))
+    rate = adapted(rate, torch.tensor([1.0, 0.01, 1e-4, 1e-4]), target_kl=0.01)
     torch.testing.assert_close(rate, torch.tensor([1e-3 / 1.5, 1e-3, 1.5e-3, 1e-2]))
+
+
+def test_a_task_of_another_column_learns_as_by_stable_baselines3_and_is_not_normalised():
+    task = shipped("joint_reach")
+    task.hyperparameters = "drawer"
+    column = COLUMNS["drawer"]
+    side = SideBySide(make(task, n=4, horizon_s=0.3), [3], True)
+    model = make_model(make(task, n=4, horizon_s=0.3), 3, True, column)
+    for theirs, ours in parameters(model, side):
+        torch.testing.assert_close(ours, theirs)
+    assert sum(layer.weight.shape[0] for layer in model.policy.features_extractor.layers[::2]) == (
+        256 + 128 + 64
+    )
+    assert (model.n_steps, model.batch_size, model.vf_coef) == (96, 4, 2.0)
+    side.update()
+    (ours,), theirs = side.export(), export(model)
+    for policy in (ours, theirs):
+        assert not policy.mean.any()
+        np.testing.assert_allclose(policy.deviation, 1.0, atol=1e-8)

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
-from t2l.rl.constraints import NAMES, Evaluation
+from t2l.environment.limits import NAMES
+from t2l.rl.constraints import Evaluation
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
 
@@ -27,6 +28,18 @@ def test_the_policy_of_the_highest_reward_is_kept_though_one_that_does_nothing_b
 def test_what_is_good_enough_to_end_a_training_is_what_it_ends_with():
     enough = replace(SETTINGS, enough=0.8)
     assert trained(enough, (-0.5, 0.2, 0.0), (-0.6, 0.9, 0.0), (-0.1, 0.0, 0.0)).policy == 1
+
+
+def test_what_each_term_paid_is_told_and_kept(caplog):
+    progress = Progress(SETTINGS, lambda *_: None)
+    found = Evaluation(0.5, dict.fromkeys(NAMES, 0.0))
+    terms = {"reaching": 0.75, "change": -0.25}
+    with caplog.at_level("INFO"):
+        progress.take(0, found, update=3, steps=9, reward=0.5, terms=terms)
+    told = "update 3: success 0.50; reward 0.5 = reaching 0.75 + change -0.25"
+    assert told in caplog.messages
+    row = progress.trained().history.iloc[0]
+    assert (row.reward_reaching, row.reward_change) == (0.75, -0.25)
 
 
 def test_a_reward_that_is_no_number_is_the_least():

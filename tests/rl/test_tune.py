@@ -14,11 +14,11 @@ import pytest
 import yaml
 from optuna.trial import TrialState
 
+from t2l.environment.interface import scale_per_joint
 from t2l.errors import ArtefactError, ConfigurationError
 from t2l.gains import Cell
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
-from t2l.rl.interface import scale_per_joint
 from t2l.rl.outcome import TuningError, best
 from t2l.rl.problem import Problem
 from t2l.rl.trials import StorageError, count, open_study, requeue_abandoned, sign, table
@@ -100,7 +100,7 @@ def test_the_first_guess_moves_every_joint_within_the_torque_limits(cell):
     environments.place(start := np.tile(CENTRE, (7, 1)), start)
     for _ in range(50):
         environments.step(np.eye(7))
-    moved = np.diag(environments.simulator.qpos - start)
+    moved = np.diag(environments.simulator.q - start)
     assert (moved > 0.1).all()
 
 

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 import torch
 
+from t2l.errors import ConfigurationError
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
 from t2l.sim.arrays import to_numpy
 from t2l.sim.batch import apply_position_gains, make_batch
+from tests.defaults import shipped
 
 ROBOT = make_robot("fr3")
 N = 6
@@ -76,3 +78,8 @@ def test_some_are_reset_and_the_others_go_on(batches):
     assert torch.equal(batch.qpos[rest], before[rest])
     assert not batch.qvel[[1, 4]].any()
     np.testing.assert_allclose(batch.qpos[1], batch.model.qpos0, atol=1e-6)
+
+
+def test_a_model_whose_things_may_touch_is_refused():
+    with pytest.raises(ConfigurationError, match="simulations on cpu: found a model with contacts"):
+        make_batch(shipped("lift_cube").model, 2, device="cpu")

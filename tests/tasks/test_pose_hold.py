@@ -5,18 +5,24 @@ import pytest
 from t2l.errors import ConfigurationError
 from t2l.sim.batch import make_batch
 from t2l.tasks.disturbance import POINT, Forces, RandomPushes
+from t2l.tasks.terms import Moment
 from tests.defaults import shipped
 
 TASK = shipped("pose_hold")
 
 
+def paid(task, remaining, change):
+    at = Moment(task, None, None, None, None, remaining, change=change)
+    return sum(task.paid(at))
+
+
 def test_the_two_rewards_are_the_studys():
     remaining = np.array([[0.1, 0, 0, 0, 0, 0, 0], [0.3, 0.4, 0, 0, 0, 0, 0]])
     change = np.array([[0.5, -0.5, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 0, 0]])
-    stiff = TASK.reward(remaining, remaining, 0.02, np.ones((2, 7)), change)
+    stiff = paid(TASK, remaining, change)
     np.testing.assert_allclose(stiff, [1 - np.tanh(1.0), 1 - np.tanh(25.0)])
     soft = TASK.reweighted({"lambda_rad2": 0.5, "change": 0.1})
-    found = soft.reward(remaining, remaining, 0.02, np.ones((2, 7)), change)
+    found = paid(soft, remaining, change)
     np.testing.assert_allclose(found, [1 - np.tanh(0.02) - 0.05, 1 - np.tanh(0.5) - 0.1])
 
 

@@ -7,13 +7,27 @@ from scipy.spatial.transform import Rotation
 
 from t2l.errors import ConfigurationError
 from t2l.sim import make_batch
+from t2l.tasks.terms import Moment
 from tests.defaults import shipped
 
 NAMES = ["joint_reach", "end_effector_reach"]
 
 
 def size(task):
-    return len(task.remaining_names)
+    return len(task.error_names)
+
+
+def moment(task, now, before=None, dq=None, change=None, period_s=0.02):
+    """What terms see where the task has measured `now` (n, k), and `before`."""
+    still = np.zeros((len(now), 7))
+    return Moment(
+        task, None, still, still if dq is None else dq, None, now,
+        now if before is None else before, still, still if change is None else change, period_s,
+    )  # fmt: skip
+
+
+def reward(task, *moments, **of_moment):
+    return sum(task.paid(moment(task, *moments, **of_moment)))
 
 
 def placed(task, q):
@@ -40,10 +54,10 @@ def test_a_goal_is_met_at_the_pose_it_was_drawn_from(name, robot):
     task = shipped(name, robot=robot)
     goal = task.sample_goals(np.random.default_rng(3), 1)
     q = task.sample_joint_goals(np.random.default_rng(3), 1)
-    remaining = task.remaining(placed(task, q), goal)
+    remaining = task.measure(placed(task, q), goal)
     assert remaining.shape == (1, size(task))
     np.testing.assert_allclose(remaining, 0, atol=1e-9)
-    assert task.success(remaining)
+    assert task.success(moment(task, remaining))
 
 
 def test_what_remains_of_a_pose_is_the_way_and_the_turn_from_here_to_there():
@@ -55,7 +69,7 @@ def test_what_remains_of_a_pose_is_the_way_and_the_turn_from_here_to_there():
     way, turn = np.array([0.1, -0.05, 0.02]), np.array([0.3, -0.2, 0.5])
     rotation = Rotation.from_rotvec(turn).as_matrix() @ data.site_xmat[site].reshape(3, 3)
     goal = np.concatenate([data.site_xpos[site] + way, rotation.ravel()])[None]
-    remaining = task.remaining(placed(task, task.robot.home[None]), goal)
+    remaining = task.measure(placed(task, task.robot.home[None]), goal)
     np.testing.assert_allclose(remaining[0], [*way, *turn])
 
 
@@ -63,33 +77,25 @@ def test_what_remains_of_a_pose_is_the_way_and_the_turn_from_here_to_there():
 def test_nearer_slower_and_steadier_pays_more(name):
     task = shipped(name)
     far, near = np.full((1, size(task)), 0.2), np.full((1, size(task)), 0.01)
-    still, moving = np.zeros((1, 7)), np.full((1, 7), 0.5)
-
-    def reward(before, remaining, dq=still, change=still):
-        return task.reward(before, remaining, 0.02, dq, change)
-
-    best = reward(near, near)
-    assert best > reward(far, far)
-    assert best > reward(near, near, dq=moving)
-    assert best > reward(near, near, change=moving)
-    assert reward(far, near) > best > reward(near, far)
+    moving = np.full((1, 7), 0.5)
+    best = reward(task, near)
+    assert best > reward(task, far)
+    assert best > reward(task, near, dq=moving)
+    assert best > reward(task, near, change=moving)
+    assert reward(task, near, far) > best > reward(task, far, near)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_going_away_and_coming_back_earns_no_progress(name):
     task = shipped(name)
-    still, period = np.zeros((1, 7)), 0.02
     path = 0.2 + 0.1 * np.sin(np.linspace(0, 2 * np.pi, 400))
     remaining = [np.full((1, size(task)), value) for value in path]
     without = task.reweighted({"progress": 0.0})
     earned = sum(
-        float(
-            task.reward(before, after, period, still, still)[0]
-            - without.reward(before, after, period, still, still)[0]
-        )
+        float(reward(task, after, before)[0] - reward(without, after, before)[0])
         for before, after in pairwise(remaining)
     )
-    there = task.reward(remaining[0], remaining[100], period, still, still)[0]
+    there = reward(task, remaining[100], remaining[0])[0]
     assert abs(earned) < 0.02 * abs(float(there))
 
 
@@ -102,11 +108,13 @@ def test_isaaclabs_reward_is_its_terms_with_its_weights(name):
     paid = -0.2 * 0.05 + 0.1 * (1 - np.tanh(0.5)) - 1e-3 * 7 * 0.25 - 5e-3 * 7 * 0.04
     # what was before does not count
     for before in (remaining, 2 * remaining):
-        assert task.reward(before, remaining, 0.02, dq, change) == pytest.approx(paid)
+        found = reward(task, remaining, before, dq=dq, change=change)
+        assert found == pytest.approx(paid)
     if name == "end_effector_reach":
         turned = remaining.copy()
         turned[0, 3] = 0.3
-        assert task.reward(turned, turned, 0.02, dq, change) == pytest.approx(paid - 0.1 * 0.3)
+        found = reward(task, turned, dq=dq, change=change)
+        assert found == pytest.approx(paid - 0.1 * 0.3)
 
 
 def test_a_weight_that_the_reward_does_not_have_is_refused():

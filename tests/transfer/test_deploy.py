@@ -3,12 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from t2l.environment.interface import observation_names, scale_per_joint
+from t2l.environment.limits import JITTER_RAD_S, LIMITS
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import BackendError
 from t2l.hardware.virtual import VirtualRobot
-from t2l.rl.constraints import JITTER_RAD_S, LIMITS
-from t2l.rl.interface import observation_names, scale_per_joint
 from t2l.transfer.deploy import Rollouts, deploy
 from t2l.transfer.errors import (
     nn_error,

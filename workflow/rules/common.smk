@@ -172,6 +172,23 @@ def decoupling_figure(name: str) -> list:
     return [pdf, captioned(png, f"../report/{name}.rst", "Decoupling")]
 
 
+def learning_figure(name: str, caption: str) -> list:
+    """The files of one figure of learning in simulation alone."""
+    pdf, png = (result("figures", f"{name}.{suffix}") for suffix in FORMATS)
+    return [pdf, captioned(png, f"../report/{caption}.rst", "Learning in simulation")]
+
+
+def of_learned(artefact: str) -> str:
+    """The path of an artefact that every such policy has."""
+    return result("learning", "{learned}", "{cell}", "seed{seed}", artefact)
+
+
+def of_every_learned(path: str, task: str = "") -> list[str]:
+    """The paths of an artefact for all such policies, or those of a task."""
+    policies = [own for own in LEARNED_POLICIES if task in ("", own["learned"])]
+    return [path.format(**policy) for policy in policies]
+
+
 def captioned_table(name: str, file: str = "", category: str = "Sim-to-real") -> list:
     """The files of one table, by default of the sim-to-real chain; the report shows the CSV."""
     csv, markdown, latex = multiext(result("tables", file or name), ".csv", ".md", ".tex")
@@ -215,6 +232,13 @@ def wanted_decoupling(wildcards) -> list[str]:
     if not DECOUPLING:
         sys.exit("config: decoupling: found nothing; allowed: this section, such as {seeds: 3}")
     return DECOUPLING_RESULTS
+
+
+def wanted_learning(wildcards) -> list[str]:
+    """What the target `learning` makes, or the key that it needs."""
+    if not LEARNING:
+        sys.exit("config: learning: found nothing; allowed: this section, with tasks to learn")
+    return LEARNING_RESULTS
 
 
 def wanted_landscape(wildcards) -> list[str]:

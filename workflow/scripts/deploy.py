@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from t2l.artefacts import write_table
+from t2l.environment.interface import action_space, observation_names
 from t2l.gains import Cell
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.policies import checkpoint
 from t2l.rl.condition import Condition
-from t2l.rl.interface import action_space, observation_names
 from t2l.transfer.errors import observation_table, rollout_table, trace_table
 from t2l.transfer.matched import Deployment, matched_rollouts
 
@@ -28,7 +28,7 @@ with job(snakemake):
         Path(snakemake.output.rollouts).parent / "deployed",
     )
     write_table(trace_table(real, sim, task.robot.joints), snakemake.output.traces)
-    actions = action_space(condition, task.robot, policy.action_scale)
+    actions = action_space(condition.actions, task.robot, policy.action_scale)
     seen = observation_table(real, sim, observation_names(task, actions))
     write_table(seen, snakemake.output.observations)
     seed = int(snakemake.wildcards.seed)

@@ -40,6 +40,7 @@ def problems(configuration: Configuration, tasks: Mapping[str, Task]) -> list[Pr
         *_scoreboard(configuration),
         *_decoupling(configuration, tasks),
         *_landscape(configuration),
+        *_learning(configuration, tasks),
     ]
 
 
@@ -159,6 +160,12 @@ def _conditions(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
                 f"{describe(condition.task)}, a task of {task.robot.name}",
                 f"a task of robot.name = {robot}",
             )
+        elif task is not None and not task.deployable:
+            yield Problem(
+                f"{key}.task",
+                f"{describe(condition.task)}, which a robot's joints alone cannot do",
+                "a task without objects and grippers; `learning` has the others",
+            )
         yield from of_actions(f"{key}.actions", condition.actions, "joint_pd")
         yield from transfer_design.given_scales(key, condition, task, cells)
         rate = condition.policy_rate_hz
@@ -191,6 +198,39 @@ def _decoupling(configuration: Configuration, tasks: Mapping[str, Task]) -> Iter
             str(section.evaluate_every),
             f"at most decoupling.updates = {section.updates}",
         )
+
+
+def _learning(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterator[Problem]:
+    section = configuration.learning
+    if section is None:
+        return
+    names = [entry.task for entry in section.tasks]
+    for i, entry in enumerate(section.tasks):
+        key, task = f"learning.tasks[{i}]", tasks.get(entry.task)
+        if entry.task in names[:i]:
+            yield Problem(f"{key}.task", f"{entry.task!r} a second time", "each task once")
+        if task is not None and not isinstance(task, Rewarded):
+            yield Problem(f"{key}.task", describe(entry.task), "a task with a reward")
+            task = None
+        yield from of_actions(f"{key}.actions", entry.actions, "joint_pd")
+        yield from transfer_design.scales(key, entry.action_scales, task)
+        if entry.rate_hz % entry.policy_rate_hz:
+            yield Problem(
+                f"{key}.policy_rate_hz",
+                describe(entry.policy_rate_hz),
+                f"a divisor of {key}.rate_hz = {entry.rate_hz:g}",
+            )
+        if task is not None and entry.rate_hz < task.least_rate_hz:
+            yield Problem(
+                f"{key}.rate_hz",
+                describe(entry.rate_hz),
+                f"from {task.least_rate_hz:g}, at which the contacts of {task.name} hold",
+            )
+        if entry.evaluate_every > entry.updates:
+            found = str(entry.evaluate_every)
+            yield Problem(
+                f"{key}.evaluate_every", found, f"at most {key}.updates = {entry.updates}"
+            )
 
 
 def _landscape(configuration: Configuration) -> Iterator[Problem]:

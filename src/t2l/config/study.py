@@ -116,6 +116,9 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     if configuration.decoupling:
         named["decoupling.task"] = configuration.decoupling.task
     named |= {f"sim_to_real.conditions[{i}].task": c.task for i, c in enumerate(conditions)}
+    if configuration.learning:
+        learned = enumerate(configuration.learning.tasks)
+        named |= {f"learning.tasks[{i}].task": entry.task for i, entry in learned}
     tasks, lines = _read_tasks(named, folder / "tasks")
     made = {name: make_task(task) for name, task in tasks.items()}
     cells = transfer_cells(configuration)

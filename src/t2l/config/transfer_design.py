@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from t2l.config.models import Configuration
-from t2l.config.models.experiment import Condition
+from t2l.config.models.experiment import Condition, GivenScale
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import find_backend
@@ -17,13 +17,20 @@ def given_scales(
     key: str, condition: Condition, task: Task | None, cells: Sequence[Cell]
 ) -> Iterator[Problem]:
     """What is wrong with the action scales that a condition is given."""
-    seen = set()
     for i, entry in enumerate(condition.action_scales):
         cell = Cell(entry.kp, entry.kd)
         if cell not in cells:
             yield Problem(
                 f"{key}.action_scales[{i}]", str(cell), "a cell of recording_grid that is run"
             )
+    yield from scales(key, condition.action_scales, task)
+
+
+def scales(key: str, entries: Sequence[GivenScale], task: Task | None) -> Iterator[Problem]:
+    """What is wrong with action scales of cells, whatever the cells are of."""
+    seen = set()
+    for i, entry in enumerate(entries):
+        cell = Cell(entry.kp, entry.kd)
         if cell in seen:
             yield Problem(f"{key}.action_scales[{i}]", f"{cell} a second time", "each cell once")
         seen.add(cell)

@@ -4,10 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
+from t2l.environment.ideal import ideal_plant
 from t2l.gains import Cell
-from t2l.identify.actuator_parameters import Parameters
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
 from t2l.rl.problem import Problem
@@ -66,19 +64,3 @@ class Pairing:
         )  # fmt: skip
         plant = ideal_plant(make_task(parameters), self.cell)
         return Problem(condition, self.cell, plant, PHYSICS_RATE_HZ, horizon_s)
-
-
-def ideal_plant(task: Rewarded, cell: Cell) -> Parameters:
-    """Joints of the robot's own inertias, without friction, under the gains as they are.
-
-    Friction would hold the arm against a part of every force, and be taken for stiffness.
-    """
-    joints = np.zeros(len(task.robot.joints))
-    return {
-        "stiffness": joints + cell.kp,
-        "damping": joints + cell.kd,
-        "armature": task.model.dof_armature[task.arm_dofs],
-        "static_friction": joints,
-        "dynamic_friction_ratio": joints,
-        "viscous_friction": joints,
-    }

@@ -86,7 +86,7 @@ def measure(environments: "Environments", act: Act, probe: Probe) -> Yielding:
     for step in range(steps):
         observation, *_ = environments.step(act(observation))
         if step >= steps - averaged:
-            tool.append(kinematics.pose(environments.simulator.qpos)[:, :3])
+            tool.append(kinematics.pose(environments.simulator.q)[:, :3])
     away = np.stack(tool)
     away = away[:, :-1] - away[:, -1:]
     moved = np.linalg.norm(away.mean(axis=0), axis=1)

@@ -16,6 +16,7 @@ from t2l.attenuation.success import by_cell as means_by_cell
 from t2l.attenuation.success import predictors
 from t2l.figures import ablation, attenuation, fidelity, identification, transfer
 from t2l.figures.heatmap import success_and_loss
+from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.learning import landscape
 from t2l.figures.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 from t2l.figures.sample_efficiency import sample_efficiency
@@ -154,6 +155,10 @@ def _identified(folder: Path) -> Figure:
     return identification.over_true(_read(folder, "identified_published"))
 
 
+def _learned(folder: Path) -> Figure:
+    return learned_tasks({"lift_cube": _read(folder, "learning_lift_cube")})
+
+
 FIGURES: dict[str, Callable[[Path], Figure]] = {
     "block_stack_success": partial(_success, name="cloning_grid", task="block_stack"),
     "block_stack_success_without_noise": partial(
@@ -173,5 +178,6 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "jitter": _jitter,
     "action_scales": _scales,
     "sample_efficiency": _efficiency,
+    "learning_lift_cube": _learned,
     "identified_over_true": _identified,
 }

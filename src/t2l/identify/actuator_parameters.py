@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from t2l.effects.effect import Parameter
+from t2l.sim.training_simulator import Parameters
 
 BOX = 10.0  # numerics: of each coordinate, so that one step of CMA-ES suits all
 
@@ -21,8 +22,6 @@ PARAMETERS = (
     Parameter("dynamic_friction_ratio", "1", 0.0, 1.0, "friction in motion over that at rest"),
     Parameter("viscous_friction", "N·m·s/rad", 0.0, 1.0, "torque by velocity, in the joint"),
 )
-
-Parameters = dict[str, np.ndarray]  # by name, (n, njoint) each
 
 
 def decode(x: np.ndarray) -> Parameters:

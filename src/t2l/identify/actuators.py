@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from t2l.errors import T2LError
-from t2l.identify.actuator_parameters import BOX, PARAMETERS, Parameters, decode, encode, on_bound
+from t2l.identify.actuator_parameters import BOX, PARAMETERS, decode, encode, on_bound
 from t2l.identify.cma_es import CMAES
 from t2l.identify.initial_state import start_state
 from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.spectral import mean_squared_error, spectral_error
-from t2l.identify.training_simulator import Simulator
 from t2l.recordings.recording import Recording
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
+from t2l.sim.training_simulator import Parameters, Simulator
 
 
 class IdentificationError(T2LError):
@@ -86,7 +86,9 @@ def identify(
     target = _target(recording, settings.rate_hz)
     robot = make_robot(recording.robot)
     plant = position_controlled(robot)
-    simulator = Simulator(robot, plant, settings.population, settings.rate_hz, threads)
+    simulator = Simulator(
+        plant, robot.joints, robot.torque_limit, settings.population, settings.rate_hz, threads
+    )
     objective = SpectralError(target, simulator)
     start = _first_guess(recording)
     search = CMAES(
@@ -117,7 +119,7 @@ def compared(
         IdentificationError: as `identify`.
     """
     target, robot = _target(recording, rate_hz), make_robot(recording.robot)
-    simulator = Simulator(robot, position_controlled(robot), 1, rate_hz)
+    simulator = Simulator(position_controlled(robot), robot.joints, robot.torque_limit, 1, rate_hz)
     q, dq = target.simulate(simulator, parameters)
     at = target.measured
     mse = float(mean_squared_error(q[:, at], target.q[at])[0])

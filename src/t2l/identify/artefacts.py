@@ -8,9 +8,10 @@ import numpy as np
 
 from t2l.artefacts import read_yaml, reading, write_table, write_text
 from t2l.gains import Cell
-from t2l.identify.actuator_parameters import PARAMETERS, Parameters
+from t2l.identify.actuator_parameters import PARAMETERS
 from t2l.identify.actuators import Identified
 from t2l.recordings.recording import Recording
+from t2l.sim.training_simulator import Parameters
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -18,13 +18,13 @@ import numpy as np
 
 from t2l.effects.actuator import GUESS, Actuator
 from t2l.effects.term import Layout, Term
-from t2l.identify.actuator_parameters import Parameters
 from t2l.identify.actuators import IdentificationError, Identified, compared
 from t2l.identify.fitting import run
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.prediction import Predictor
 from t2l.identify.uncertainty import uncertainty
 from t2l.recordings.recording import Recording
+from t2l.sim.training_simulator import Parameters
 
 ON_BOUND = 1e-3  # numerics: of a parameter's size
 # numerics: relative gain of a round, below which the cheap steps end, and then the others: less

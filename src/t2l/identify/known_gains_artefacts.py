@@ -6,8 +6,8 @@ import numpy as np
 
 from t2l.artefacts import read_yaml, reading, write_text
 from t2l.effects.actuator import Actuator
-from t2l.identify.actuator_parameters import Parameters
 from t2l.identify.known_gains import NAMES, Actuators
+from t2l.sim.training_simulator import Parameters
 
 WHAT = "actuators that were identified from all cells"
 

@@ -9,7 +9,6 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.policies import ActorCriticPolicy
 
-TARGET_KL = 0.01
 BOUNDS = (1e-6, 1e-2)
 FACTOR = 1.5
 
@@ -19,9 +18,9 @@ def divergence(log_ratio: torch.Tensor) -> torch.Tensor:
     return (torch.expm1(log_ratio) - log_ratio).mean()
 
 
-def adapted(rate: torch.Tensor, kl: torch.Tensor) -> torch.Tensor:
+def adapted(rate: torch.Tensor, kl: torch.Tensor, target_kl: float) -> torch.Tensor:
     """Learning rates after an epoch with these divergences, element by element."""
-    slower, faster = kl > 2 * TARGET_KL, (kl > 0) & (kl < TARGET_KL / 2)
+    slower, faster = kl > 2 * target_kl, (kl > 0) & (kl < target_kl / 2)
     rate = torch.where(slower, rate / FACTOR, rate)
     return torch.where(faster, rate * FACTOR, rate).clamp(*BOUNDS)
 
@@ -51,20 +50,20 @@ class AdaptiveRate:
     """The learning rate of a PPO with a `WatchedPolicy` and a `RememberingBuffer`.
 
     After each epoch it falls where the KL divergence from the policy that acted, the mean over the
-    epoch's minibatches, is above twice `TARGET_KL`, and rises where it is below half of it.
+    epoch's minibatches, is above twice the target, and rises where it is below half of it.
 
     Attributes:
         rate: the current one.
         kl: `divergence` in the last whole epoch.
     """
 
-    def __init__(self, ppo: PPO, rate: float, minibatches: int):
+    def __init__(self, ppo: PPO, rate: float, target_kl: float, minibatches: int):
         """Begin.
 
         Args:
             minibatches: of an epoch.
         """
-        self.rate, self.kl = rate, 0.0
+        self.rate, self.kl, self._target_kl = rate, 0.0, target_kl
         self._ppo, self._minibatches, self._found = ppo, minibatches, []
         ppo.lr_schedule = lambda _: self.rate
         ppo.policy.watch = self._watch
@@ -79,6 +78,7 @@ class AdaptiveRate:
     def adapt(self, kl: float) -> None:
         """Take in the divergence of an epoch."""
         self.kl = kl
-        self.rate = float(adapted(*torch.tensor([self.rate, kl], dtype=torch.float64)))
+        both = torch.tensor([self.rate, kl], dtype=torch.float64)
+        self.rate = float(adapted(*both, self._target_kl))
         for group in self._ppo.policy.optimizer.param_groups:
             group["lr"] = self.rate

@@ -13,8 +13,8 @@ from t2l.rl.settings import Settings
 if TYPE_CHECKING:
     import pandas as pd
 
+    from t2l.environment.environment import Environment
     from t2l.rl.environments import Environments
-    from t2l.rl.world import World
 
 # the number of an update, the policy after it, and how that does
 Report = Callable[[int, Policy, Evaluation], None]
@@ -88,8 +88,8 @@ class Algorithm(ABC):
 
     def train_side_by_side(
         self,
-        world: "World",
-        judges: "World",
+        world: "Environment",
+        judges: "Environment",
         seeds: Sequence[int],
         settings: Settings,
         reports: Sequence[Report],

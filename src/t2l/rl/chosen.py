@@ -6,9 +6,10 @@ from typing import Any
 import yaml
 
 from t2l.artefacts import read_yaml, reading, write_text
+from t2l.environment.limits import NAMES
 from t2l.gains import Cell
 from t2l.rl.choice import Choice
-from t2l.rl.constraints import NAMES, Evaluation
+from t2l.rl.constraints import Evaluation
 from t2l.typed import describe, is_number
 
 

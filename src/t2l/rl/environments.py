@@ -8,18 +8,18 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv
 
 from t2l.actions import ActionSpace
+from t2l.environment.environment import Environment
+from t2l.environment.limits import NAMES
 from t2l.gains import Cell
-from t2l.identify.actuator_parameters import Parameters
-from t2l.rl.constraints import NAMES
-from t2l.rl.world import World
+from t2l.sim.training_simulator import Parameters
 from t2l.tasks import Rewarded
 
 
-class Environments(World, VecEnv):
-    """`n` robots at a task, each with a goal of its own; see `World`.
+class Environments(Environment, VecEnv):
+    """`n` robots at a task, each with a goal of its own; see `Environment`.
 
-    An episode ends by truncation. The info of one that ends holds `success`, at the goal without
-    jitter, and by the name of each constraint whether the episode violated it.
+    An episode ends by truncation, or by a termination of its task. The info of one that ends holds
+    `success`, and by the name of each constraint whether the episode violated it.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class Environments(World, VecEnv):
         randomisation: float = 0.0,
         **of_world: Any,
     ):
-        """See `World`.
+        """See `Environment`.
 
         Args:
             cell: the gains that the robot's controller is given.
@@ -42,7 +42,7 @@ class Environments(World, VecEnv):
         """
         self.cell, self.generator = cell, np.random.default_rng(seed)
         drawn = randomised(parameters, n, randomisation, self.generator)
-        World.__init__(
+        Environment.__init__(
             self, task, cell.kp, cell.kd, drawn, actions, [self.generator], n, **of_world
         )
         self.render_mode = None
@@ -51,11 +51,11 @@ class Environments(World, VecEnv):
             self,
             n,
             spaces.Box(-np.inf, np.inf, (self.observation_size,), np.float32),
-            spaces.Box(-self.bound, self.bound, (len(actions.names),), np.float32),
+            spaces.Box(-self.bound, self.bound, (len(self.action_names),), np.float32),
         )
 
     def reset(self) -> np.ndarray:
-        """See `World.begin`."""
+        """See `Environment.begin`."""
         return self.begin()
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -68,10 +68,10 @@ class Environments(World, VecEnv):
         done, infos = np.zeros(self.num_envs, bool), self._infos
         if ended.ids.size:
             done[ended.ids], infos = True, list(self._infos)
-            for i, last, success, violated in zip(*ended, strict=True):
+            for i, last, success, violated, failed in zip(*ended, strict=True):
                 infos[i] = {
                     "terminal_observation": last,
-                    "TimeLimit.truncated": True,
+                    "TimeLimit.truncated": not failed,
                     "success": bool(success),
                     **dict(zip(NAMES, violated.tolist(), strict=True)),
                 }

@@ -5,34 +5,45 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from t2l.environment.limits import NAMES
 from t2l.policies import Policy
 from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
-from t2l.rl.constraints import NAMES, Evaluation
+from t2l.rl.constraints import Evaluation
 from t2l.sim.arrays import namespace
 
 if TYPE_CHECKING:
+    from t2l.environment.environment import Environment
     from t2l.rl.environments import Environments
-    from t2l.rl.world import World
 
 
 def evaluate(policy: Policy, environments: "Environments") -> Evaluation:
     """One episode in every environment, which must not be staggered."""
-    observation = environments.reset()
+    observation, first = environments.reset(), {}
     for _ in range(environments.horizon):
-        observation, _, _, infos = environments.step(policy.action(observation))
+        observation, _, done, infos = environments.step(policy.action(observation))
+        for i in np.flatnonzero(done):
+            first.setdefault(int(i), infos[i])
+    infos = first.values()
     return Evaluation(
         success=float(np.mean([info["success"] for info in infos])),
         rates={name: float(np.mean([info[name] for info in infos])) for name in NAMES},
     )
 
 
-def evaluate_side_by_side(policies: Sequence[GaussianMLP], world: "World") -> list[Evaluation]:
+def evaluate_side_by_side(
+    policies: Sequence[GaussianMLP], world: "Environment"
+) -> list[Evaluation]:
     """Each policy in the robots of its generator, which must not be staggered, an episode each."""
     observation, act = world.begin(), _Together(policies, world)
+    success, seen = np.zeros(world.rows, bool), np.zeros(world.rows, bool)
+    violated = np.zeros((world.rows, len(NAMES)), bool)
     for _ in range(world.horizon):
         observation, _, ended = world.advance(act(observation))
-    success = ended.success.reshape(len(policies), -1).mean(axis=1)
-    rates = ended.violated.reshape(len(policies), -1, len(NAMES)).mean(axis=1)
+        first = ~seen[ended.ids]
+        ids = ended.ids[first]
+        success[ids], violated[ids], seen[ids] = ended.success[first], ended.violated[first], True
+    success = success.reshape(len(policies), -1).mean(axis=1)
+    rates = violated.reshape(len(policies), -1, len(NAMES)).mean(axis=1)
     return [
         Evaluation(float(share), dict(zip(NAMES, own.tolist(), strict=True)))
         for share, own in zip(success, rates, strict=True)
@@ -42,7 +53,7 @@ def evaluate_side_by_side(policies: Sequence[GaussianMLP], world: "World") -> li
 class _Together:
     """Policies of one shape, each acting for the robots of its generator."""
 
-    def __init__(self, policies: Sequence[GaussianMLP], world: "World"):
+    def __init__(self, policies: Sequence[GaussianMLP], world: "Environment"):
         self._n, self._clipped = len(policies), policies[0].clipped
         self._mean, self._deviation = (
             world.array(np.stack([getattr(p, name) for p in policies])[:, None])

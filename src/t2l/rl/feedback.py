@@ -19,7 +19,7 @@ def feedback_gain(policy: Policy, environments: Environments) -> float:
     observation = environments.reset()
     for _ in range(environments.horizon - 1):
         observation, *_ = environments.step(policy.action(observation))
-    q = environments.simulator.qpos.copy()
+    q = environments.simulator.q.copy()
     still = np.zeros_like(q)
     columns = []
     for joint in range(q.shape[1]):
@@ -28,6 +28,8 @@ def feedback_gain(policy: Policy, environments: Environments) -> float:
         ahead, behind = (
             policy.action(environments.observed_at(q + sign * step, still)) for sign in (1, -1)
         )
-        columns.append(policy.action_scale * (ahead - behind) / (2 * STEP_RAD))
+        # of the joints' commands: a gripper's has no derivative
+        change = (policy.action_scale * (ahead - behind))[:, : q.shape[1]]
+        columns.append(change / (2 * STEP_RAD))
     jacobian = np.stack(columns, axis=2)  # (n, naction, njoint)
     return float(np.median(np.linalg.norm(jacobian, ord=2, axis=(1, 2))))

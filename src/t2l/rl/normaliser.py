@@ -4,21 +4,30 @@ import torch
 from torch import Tensor
 
 from t2l.policies.gaussian_mlp import CLIPPED_AT
-from t2l.rl.ppo import GAMMA
+from t2l.rl.hyperparameters import GAMMA
 
 # stable-baselines3's
 EPSILON = 1e-8
 
 
 class Normaliser:
-    """Observations and rewards of each training, normalised as stable-baselines3's VecNormalize."""
+    """Observations and rewards of each training, normalised as stable-baselines3's VecNormalize.
 
-    def __init__(self, n: int, observation_size: int, device: torch.device):
+    Args:
+        normalised: whether they are; else they stay as they are.
+    """
+
+    def __init__(
+        self, n: int, observation_size: int, device: torch.device, normalised: bool = True
+    ):
+        self._normalised = normalised
         self.observation = Moments(n, observation_size, device)
         self._returned, self._discounted = Moments(n, 1, device), None
 
     def seen(self, observation: Tensor, learn: bool = True) -> Tensor:
         """Observations (n, m, nobs) normalised, taken in before if they are to be learned from."""
+        if not self._normalised:
+            return observation.float()
         if learn:
             self.observation.update(observation)
         mean, variance = self.observation.mean[:, None], self.observation.variance[:, None]
@@ -27,6 +36,8 @@ class Normaliser:
 
     def paid(self, reward: Tensor, done: Tensor) -> Tensor:
         """Rewards (n, m) by the spread of discounted returns."""
+        if not self._normalised:
+            return reward.float()
         if self._discounted is None:
             self._discounted = torch.zeros_like(reward)
         self._discounted = self._discounted * GAMMA + reward

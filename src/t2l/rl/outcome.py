@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import optuna
 from optuna.trial import FrozenTrial, TrialState
 
+from t2l.environment.limits import NAMES
 from t2l.errors import T2LError
 from t2l.rl.choice import Choice, scale_names
-from t2l.rl.constraints import NAMES, Evaluation
+from t2l.rl.constraints import Evaluation
 from t2l.rl.trials import FINISHED, count
 from t2l.robots import Robot
 

@@ -1,6 +1,6 @@
 """PPO (Schulman et al. 2017) of stable-baselines3 with the study's hyper-parameters."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -12,7 +12,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
-from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from torch.distributions import Normal
 
 from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
@@ -20,21 +20,22 @@ from t2l.rl.adaptive_rate import AdaptiveRate, RememberingBuffer, WatchedPolicy
 from t2l.rl.algorithm import Algorithm, Report, Trained, TrainingError
 from t2l.rl.environments import Environments
 from t2l.rl.evaluate import evaluate
+from t2l.rl.hyperparameters import (
+    CLIP,
+    EPOCHS,
+    GAMMA,
+    GRADIENT_NORM,
+    LAMBDA,
+    REACH,
+    Hyperparameters,
+    of_task,
+)
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
 
-ROLLOUT_STEPS = 24
-MINIBATCHES = 4
-EPOCHS = 5
-GAMMA, LAMBDA = 0.99, 0.95
-CLIP, ENTROPY, VALUE, GRADIENT_NORM = 0.2, 0.01, 1.0, 1.0
-MIN_LOG_STD = -3.0
-FIRST_RATE = 1e-3
-HIDDEN = [64, 64]
-
 
 class ProximalPolicyOptimisation(Algorithm):
-    """Two layers of 64 ELU units, which policy and value share or have each for itself."""
+    """Hidden layers of ELU units, which policy and value share or have each for itself."""
 
     name = "ppo"
     side_by_side = True
@@ -54,15 +55,16 @@ class ProximalPolicyOptimisation(Algorithm):
         threads: int = 1,
     ) -> Trained:
         """See `Algorithm.train`."""
-        model = make_model(environments, settings.seed, settings.shared_network)
+        column = of_task(environments.task)
+        model = make_model(environments, settings.seed, settings.shared_network, column)
         listener = _Listener(
-            AdaptiveRate(model, FIRST_RATE, MINIBATCHES),
+            AdaptiveRate(model, column.learning_rate, column.target_kl, column.minibatches),
             judges,
             Progress(settings, report),
             settings.evaluate_every,
             threads,
         )
-        steps = settings.updates * ROLLOUT_STEPS * environments.num_envs
+        steps = settings.updates * column.rollout_steps * environments.num_envs
         before = torch.get_num_threads()
         try:
             model.learn(steps, listener, log_interval=None)
@@ -72,27 +74,30 @@ class ProximalPolicyOptimisation(Algorithm):
         return listener.progress.trained()
 
 
-def make_model(environments: Environments, seed: int, shared: bool = True) -> PPO:
-    """A model that has not learned yet, with normalised observations and rewards.
+def make_model(
+    environments: VecEnv, seed: int, shared: bool = True, column: Hyperparameters = REACH
+) -> PPO:
+    """A model that has not learned yet.
 
     Args:
         shared: whether policy and value share their hidden layers.
     """
+    normal = {"norm_obs": column.normalised, "norm_reward": column.normalised}
     model = PPO(
         _BoundedPolicy,
-        VecNormalize(environments, clip_obs=CLIPPED_AT, gamma=GAMMA),
-        learning_rate=FIRST_RATE,
-        n_steps=ROLLOUT_STEPS,
-        batch_size=ROLLOUT_STEPS * environments.num_envs // MINIBATCHES,
+        VecNormalize(environments, clip_obs=CLIPPED_AT, gamma=GAMMA, **normal),
+        learning_rate=column.learning_rate,
+        n_steps=column.rollout_steps,
+        batch_size=column.rollout_steps * environments.num_envs // column.minibatches,
         n_epochs=EPOCHS,
         gamma=GAMMA,
         gae_lambda=LAMBDA,
         clip_range=CLIP,
         clip_range_vf=CLIP,
-        ent_coef=ENTROPY,
-        vf_coef=VALUE,
+        ent_coef=column.entropy,
+        vf_coef=column.value,
         max_grad_norm=GRADIENT_NORM,
-        policy_kwargs=_policy_arguments(shared),
+        policy_kwargs=_policy_arguments(shared, column),
         rollout_buffer_class=RememberingBuffer,
         seed=seed,
         device="cpu",
@@ -102,15 +107,25 @@ def make_model(environments: Environments, seed: int, shared: bool = True) -> PP
     return model
 
 
-def _policy_arguments(shared: bool) -> dict[str, Any]:
-    layers = {"features_extractor_class": _Hidden, "net_arch": []} if shared else {
-        "net_arch": HIDDEN
+def _policy_arguments(shared: bool, column: Hyperparameters) -> dict[str, Any]:
+    sizes = list(column.layers)
+    layers = {
+        "features_extractor_class": _Hidden, "features_extractor_kwargs": {"layers": sizes},
+        "net_arch": [],
+    } if shared else {"net_arch": sizes}  # fmt: skip
+    return {
+        **layers, "activation_fn": torch.nn.ELU, "optimizer_kwargs": {"fused": True},
+        "min_log_std": column.min_log_std,
     }  # fmt: skip
-    return {**layers, "activation_fn": torch.nn.ELU, "optimizer_kwargs": {"fused": True}}
 
 
 def make_policy(
-    observation_size: int, action_size: int, bound: float, seed: int, shared: bool
+    observation_size: int,
+    action_size: int,
+    bound: float,
+    seed: int,
+    shared: bool,
+    column: Hyperparameters = REACH,
 ) -> ActorCriticPolicy:
     """The policy that `make_model` begins with, without a model.
 
@@ -121,8 +136,8 @@ def make_policy(
     return _BoundedPolicy(
         spaces.Box(-np.inf, np.inf, (observation_size,), np.float32),
         spaces.Box(-bound, bound, (action_size,), np.float32),
-        lambda _: FIRST_RATE,
-        **_policy_arguments(shared),
+        lambda _: column.learning_rate,
+        **_policy_arguments(shared, column),
     )
 
 
@@ -139,7 +154,7 @@ class ActorCritic(torch.nn.Module):
         features = policy.features_extractor(observation)
         actor, critic = policy.mlp_extractor(features)
         mean = policy.action_net(actor)
-        log_std = policy.log_std.clamp(min=MIN_LOG_STD).expand_as(mean)
+        log_std = policy.log_std.clamp(min=policy.min_log_std).expand_as(mean)
         return mean, log_std, policy.value_net(critic)[..., 0]
 
 
@@ -164,13 +179,18 @@ def layers_of(
 def export(model: PPO) -> GaussianMLP:
     """The policy of a model of `make_model` as it is, which acts by its mean."""
     statistics = model.get_vec_normalize_env()
+    size = model.observation_space.shape
+    mean, deviation = np.zeros(size), np.ones(size)
+    if statistics.norm_obs:
+        mean = statistics.obs_rms.mean.copy()
+        deviation = np.sqrt(statistics.obs_rms.var + statistics.epsilon)
     weights, biases = layers_of(model.policy, dict(model.policy.named_parameters()))
     return GaussianMLP(
-        mean=statistics.obs_rms.mean.copy(),
-        deviation=np.sqrt(statistics.obs_rms.var + statistics.epsilon),
+        mean=mean,
+        deviation=deviation,
         weights=weights,
         biases=biases,
-        action_scale=np.broadcast_to(statistics.venv.actions.scale, model.action_space.shape),
+        action_scale=statistics.venv.action_scale[0],
         clipped=bool(model.action_space.high.max() <= 1),
     )
 
@@ -178,9 +198,9 @@ def export(model: PPO) -> GaussianMLP:
 class _Hidden(BaseFeaturesExtractor):
     """Hidden layers that policy and value share, one linear layer each on top."""
 
-    def __init__(self, observation_space: spaces.Box):
-        super().__init__(observation_space, HIDDEN[-1])
-        sizes = [observation_space.shape[0], *HIDDEN]
+    def __init__(self, observation_space: spaces.Box, layers: Sequence[int]):
+        super().__init__(observation_space, layers[-1])
+        sizes = [observation_space.shape[0], *layers]
         self.layers = torch.nn.Sequential()
         for before, after in pairwise(sizes):
             self.layers.append(torch.nn.Linear(before, after)).append(torch.nn.ELU())
@@ -190,11 +210,15 @@ class _Hidden(BaseFeaturesExtractor):
 
 
 class _BoundedPolicy(WatchedPolicy):
-    """Gaussian, with a spread that never falls below `MIN_LOG_STD`."""
+    """Gaussian, with a spread whose logarithm never falls below `min_log_std`."""
+
+    def __init__(self, *arguments, min_log_std: float, **more):
+        self.min_log_std = min_log_std
+        super().__init__(*arguments, **more)
 
     def _get_action_dist_from_latent(self, latent_pi: torch.Tensor):
         mean = self.action_net(latent_pi)
-        deviation = torch.ones_like(mean) * self.log_std.clamp(min=MIN_LOG_STD).exp()
+        deviation = torch.ones_like(mean) * self.log_std.clamp(min=self.min_log_std).exp()
         # whether numbers are finite is checked once an update, not at every distribution
         self.action_dist.distribution = Normal(mean, deviation, validate_args=False)
         return self.action_dist
@@ -242,13 +266,14 @@ class _Listener(BaseCallback):
 
     def judge(self) -> None:
         """Evaluate the policy as it is."""
-        policy = export(self.model)
+        policy, environment = export(self.model), self.training_env.unwrapped
         self.progress.take(
             policy,
             evaluate(policy, self.judges),
             update=self.updates,
             steps=self.num_timesteps,
             reward=float(np.mean(self._rewards)),
+            terms={name: float(paid[0]) for name, paid in environment.paid().items()},
             learning_rate=self.rate.rate,
         )
         self._rewards.clear()

@@ -14,31 +14,18 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from t2l.environment.environment import Environment
 from t2l.policies.captured import Captured
 from t2l.policies.gaussian_mlp import GaussianMLP
 from t2l.rl.adaptive_rate import adapted, divergence
 from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
 from t2l.rl.evaluate import evaluate_side_by_side
+from t2l.rl.hyperparameters import CLIP, EPOCHS, GAMMA, GRADIENT_NORM, LAMBDA, of_task
 from t2l.rl.normaliser import EPSILON, Normaliser
-from t2l.rl.ppo import (
-    CLIP,
-    ENTROPY,
-    EPOCHS,
-    FIRST_RATE,
-    GAMMA,
-    GRADIENT_NORM,
-    LAMBDA,
-    MINIBATCHES,
-    ROLLOUT_STEPS,
-    VALUE,
-    ActorCritic,
-    layers_of,
-    make_policy,
-)
+from t2l.rl.ppo import ActorCritic, layers_of, make_policy
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
 from t2l.rl.stacked import Adam, Stack
-from t2l.rl.world import World
 
 log = logging.getLogger(__name__)
 
@@ -73,17 +60,20 @@ class SideBySide:
         rate: (n,) learning rates.
     """
 
-    def __init__(self, world: World, seeds: Sequence[int], shared: bool):
+    def __init__(self, world: Environment, seeds: Sequence[int], shared: bool):
         """Begin; `shared` as of `t2l.rl.ppo.make_policy`."""
         self.world, self.n = world, len(seeds)
-        states = world.simulator.qpos
+        states = world.simulator.q
         self._numpy = isinstance(states, np.ndarray)
         self.device = device = torch.device("cpu") if self._numpy else states.device
-        size, actions = world.observation_size, len(world.actions.names)
-        self._policies = [make_policy(size, actions, world.bound, seed, shared) for seed in seeds]
+        size, actions = world.observation_size, len(world.action_names)
+        self.column = of_task(world.task)
+        self._policies = [
+            make_policy(size, actions, world.bound, seed, shared, self.column) for seed in seeds
+        ]
         self.stack = Stack([ActorCritic(policy) for policy in self._policies], device)
-        self.normaliser = Normaliser(self.n, size, device)
-        self.rate = torch.full((self.n,), FIRST_RATE, device=device)
+        self.normaliser = Normaliser(self.n, size, device, self.column.normalised)
+        self.rate = torch.full((self.n,), self.column.learning_rate, device=device)
         self._adam = Adam(self.stack.rows)
         self._gradient = Captured(self._gradients)
         self._generator = torch.Generator(device).manual_seed(seeds[0])
@@ -101,7 +91,7 @@ class SideBySide:
     def _act(self) -> tuple[Rollout, Tensor]:
         steps, paid, ends = [], [], []
         reward = torch.zeros(self.n, device=self.device)
-        for _ in range(ROLLOUT_STEPS):
+        for _ in range(self.column.rollout_steps):
             mean, log_std, value = self.stack(self._seen)
             noise = torch.randn(mean.shape, generator=self._generator, device=self.device)
             action = mean + log_std.exp() * noise
@@ -109,7 +99,7 @@ class SideBySide:
             steps.append((self._seen, action, log_prob, value))
             observation, got, ended = self.world.advance(self._merged(action))
             got = self._split(got)
-            reward += got.mean(dim=1) / ROLLOUT_STEPS
+            reward += got.mean(dim=1) / self.column.rollout_steps
             done = self._mask(ended.ids) if len(ended.ids) else self._none
             self._seen = self.normaliser.seen(self._split(observation))
             got = self.normaliser.paid(got, done)
@@ -118,7 +108,8 @@ class SideBySide:
                 last = torch.zeros_like(self._seen)
                 last[done] = self._tensor(ended.observation)
                 after = self.stack(self.normaliser.seen(last, learn=False))[2]
-                got = got + GAMMA * torch.where(done, after, 0.0)
+                by_length = self._mask(ended.ids[~ended.failed])
+                got = got + GAMMA * torch.where(by_length, after, 0.0)
             paid.append(got)
             ends.append(done)
         after = self.stack(self._seen)[2]
@@ -135,11 +126,11 @@ class SideBySide:
         """
         for order in orders:
             kl = []
-            for ids in order.chunk(MINIBATCHES):
+            for ids in order.chunk(self.column.minibatches):
                 gradient, apart = self._gradient(*rollout.minibatch(ids))
                 self._adam.step(gradient, self.rate)
                 kl.append(apart.clone())
-            self.rate = adapted(self.rate, torch.stack(kl).mean(dim=0))
+            self.rate = adapted(self.rate, torch.stack(kl).mean(dim=0), self.column.target_kl)
 
     def _gradients(self, *minibatch: Tensor) -> tuple[Tensor, Tensor]:
         """Of each policy's loss, its norm bounded; and how far the policy is from what acted."""
@@ -158,7 +149,9 @@ class SideBySide:
         gain = torch.minimum(advantage * ratio, advantage * ratio.clamp(1 - CLIP, 1 + CLIP))
         within = value + (found - value).clamp(-CLIP, CLIP)
         entropy = (log_std + 0.5 * np.log(2 * np.pi * np.e)).sum(dim=-1)
-        loss = -gain.mean() - ENTROPY * entropy.mean() + VALUE * ((returns - within) ** 2).mean()
+        value_loss = ((returns - within) ** 2).mean()
+        loss = -gain.mean() - self.column.entropy * entropy.mean()
+        loss = loss + self.column.value * value_loss
         return loss, divergence(log_ratio)
 
     def finite(self) -> np.ndarray:
@@ -169,7 +162,7 @@ class SideBySide:
         """The policies as they are, which act by their means."""
         mean = self.normaliser.observation.mean.cpu().numpy()
         deviation = (self.normaliser.observation.variance + EPSILON).sqrt().cpu().numpy()
-        scale = self._scales()
+        scale = self.world.action_scale[:: self.world.each]
         made = []
         for i, row in enumerate(self.stack.rows.detach().cpu()):
             weights, biases = layers_of(self._policies[0], _of_policy(self.stack.named(row)))
@@ -179,12 +172,6 @@ class SideBySide:
                 )
             )
         return made
-
-    def _scales(self) -> np.ndarray:
-        """(n, naction) α of each policy."""
-        shape = (self.world.rows, len(self.world.actions.names))
-        scale = torch.as_tensor(self.world.actions.scale, dtype=torch.float64).cpu().numpy()
-        return np.broadcast_to(scale, shape)[:: self.world.each].copy()
 
     def _orders(self, m: int) -> list[Tensor]:
         drawn = {"generator": self._generator, "device": self.device}
@@ -236,8 +223,8 @@ def advantages(reward: Tensor, value: Tensor, after: Tensor, done: Tensor) -> Te
 
 
 def train_side_by_side(
-    world: World,
-    judges: World,
+    world: Environment,
+    judges: Environment,
     seeds: Sequence[int],
     settings: Settings,
     reports: Sequence[Report],
@@ -260,7 +247,7 @@ def train_side_by_side(
             *(update, settings.updates, np.mean([own.success for own in found]), len(found)),
             (time.monotonic() - began) / update * (settings.updates - update),
         )
-        reward = torch.stack(rewards).mean(dim=0).tolist()
+        reward, paid = torch.stack(rewards).mean(dim=0).tolist(), world.paid()
         rewards.clear()
         for i, own in enumerate(progress):
             if i in ended or own.enough:
@@ -268,7 +255,8 @@ def train_side_by_side(
             try:
                 own.take(
                     policies[i], found[i], update=update,
-                    steps=update * ROLLOUT_STEPS * world.each, reward=reward[i],
+                    steps=update * learning.column.rollout_steps * world.each, reward=reward[i],
+                    terms={name: float(value[i]) for name, value in paid.items()},
                     learning_rate=float(learning.rate[i]),
                 )  # fmt: skip
             except TrainingEnded as reason:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from t2l.environment.interface import action_space, scale_per_joint
 from t2l.gains import Cell
-from t2l.identify.actuator_parameters import Parameters
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
-from t2l.rl.interface import action_space, scale_per_joint
 from t2l.rl.settings import Search, Settings
+from t2l.sim.training_simulator import Parameters
 from t2l.tasks import Rewarded
 
 if TYPE_CHECKING:
@@ -53,7 +53,9 @@ class Problem:
         from t2l.rl.environments import Environments
 
         robot = self.task.robot
-        actions = action_space(self.condition, robot, scale_per_joint(choice.action_scale, robot))
+        actions = action_space(
+            self.condition.actions, robot, scale_per_joint(choice.action_scale, robot)
+        )
         return Environments(
             self.task.reweighted(choice.reward_weights), self.cell, self.parameters, actions,
             n, seed,
@@ -66,7 +68,7 @@ class Problem:
         return self.condition.randomisation if training else 0.0
 
     def of_world(self, settings: Settings, training: bool) -> dict[str, Any]:
-        """Arguments of `World` that do not depend on the cell."""
+        """Arguments of `Environment` that do not depend on the cell."""
         noise = (settings.observation_noise_rad, settings.observation_noise_rad_s)
         return {
             "horizon_s": self.horizon_s,

@@ -5,13 +5,17 @@ one that is enough. By the objective it would often be an early one, which keeps
 it hardly moves.
 """
 
+import logging
 import math
 import time
+from collections.abc import Mapping
 
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
 from t2l.rl.constraints import Evaluation
 from t2l.rl.settings import Settings
+
+log = logging.getLogger(__name__)
 
 
 class Progress:
@@ -37,6 +41,7 @@ class Progress:
         update: int,
         steps: int,
         reward: float,
+        terms: Mapping[str, float] | None = None,
         **more: float,
     ) -> None:
         """Report a policy, and keep it if it is the best so far.
@@ -46,8 +51,17 @@ class Progress:
             update: after which it is so.
             steps: of all environments until then.
             reward: a step, since the evaluation before.
+            terms: of which it is the sum, by name; told as the training goes.
             more: columns of the history.
         """
+        terms = terms or {}
+        log.info(
+            "update %d: success %.2f; reward %.4g%s",
+            *(update, found.success, reward),
+            " = " + " + ".join(f"{name} {value:.3g}" for name, value in terms.items())
+            if terms
+            else "",
+        )
         self._history.append(
             {
                 "update": update,
@@ -58,6 +72,7 @@ class Progress:
                 **found.rates,
                 "objective": found.objective,
                 **more,
+                **{f"reward_{name}": value for name, value in terms.items()},
             }
         )
         enough = self._settings.enough

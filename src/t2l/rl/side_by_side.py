@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from t2l.environment.interface import action_space, scale_per_joint
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
 from t2l.rl.choice import Choice
 from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate_side_by_side
-from t2l.rl.interface import action_space, scale_per_joint
 from t2l.rl.learn import EPISODES, PROGRESS_EPISODES, gain_of, judge, learn
 from t2l.rl.problem import Problem
 from t2l.rl.registry import ALGORITHMS
@@ -105,8 +105,8 @@ def _world(
     trainings: Sequence[Training], n: int, offset: int, training: bool, threads: int, device: str
 ):
     """As `Problem.environments` of each training, with the seed of its settings plus `offset`."""
+    from t2l.environment.environment import Environment
     from t2l.rl.environments import randomised
-    from t2l.rl.world import World
 
     first = trainings[0]
     problem, robot = first.problem, first.problem.task.robot
@@ -117,10 +117,10 @@ def _world(
     ]
     scales = [scale_per_joint(t.choice.action_scale, robot) for t in trainings]
     gains = np.repeat([(t.problem.cell.kp, t.problem.cell.kd) for t in trainings], n, axis=0)
-    return World(
+    return Environment(
         problem.task.reweighted(first.choice.reward_weights), gains[:, :1], gains[:, 1:],
         {name: np.concatenate([own[name] for own in parameters]) for name in parameters[0]},
-        action_space(problem.condition, robot, np.repeat(scales, n, axis=0)), generators, n,
+        action_space(problem.condition.actions, robot, np.repeat(scales, n, axis=0)), generators, n,
         threads=threads, device=device, **problem.of_world(first.settings, training),
     )  # fmt: skip
 

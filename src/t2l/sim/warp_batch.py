@@ -19,9 +19,21 @@ import numpy as np
 import torch
 import warp
 
+from t2l.errors import ConfigurationError
+
 # Newton's method comes down to what single precision resolves within these; the study's arms
 # without contacts need two or three
 ITERATIONS, TOLERANCE = 10, 1e-6
+
+
+def may_touch(model: mujoco.MjModel) -> bool:
+    """Whether any two geoms of a model, of different bodies, collide."""
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
+        return False
+    kind, affinity = model.geom_contype, model.geom_conaffinity
+    meets = (kind[:, None] & affinity[None]) | (affinity[:, None] & kind[None])
+    return bool(np.any(meets.astype(bool) & (model.geom_bodyid[:, None] != model.geom_bodyid)))
+
 
 # what `set_const` derives from the parameters of each world
 _DERIVED = ("dof_invweight0", "body_invweight0")
@@ -36,7 +48,16 @@ class WarpBatch:
     """
 
     def __init__(self, model: mujoco.MjModel, nsim: int, device: str):
-        """Put simulations on a device, such as `cuda` or `cuda:1`."""
+        """Put simulations on a device, such as `cuda` or `cuda:1`.
+
+        Raises:
+            ConfigurationError: things of the model may touch.
+        """
+        if may_touch(model):
+            raise ConfigurationError(
+                f"simulations on {device}: found a model with contacts; allowed: one without, or "
+                "the processor"
+            )
         warp.config.quiet = True
         warp.init()
         self.model, self.nsim, self._graph = model, nsim, None

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from t2l.gains import Cell
-from t2l.identify.actuator_parameters import Parameters
+from t2l.sim.training_simulator import Parameters
 
 COLUMNS = ("kp", "kd", "joint", "parameter", "identified", "true", "ratio")
 

@@ -9,7 +9,7 @@ from mujoco.batch import Batch
 from t2l.tasks.block_stack_parameters import BlockStackParameters
 from t2l.tasks.poses import position_and_axes, upright
 from t2l.tasks.stack_monitor import StackMonitor
-from t2l.tasks.table_top import TableTop, check_graspable, check_range
+from t2l.tasks.table_top import TableTop, add_cube, check_graspable, check_range
 
 if TYPE_CHECKING:
     from t2l.tasks.waypoints import Waypoint
@@ -86,19 +86,8 @@ class BlockStack(TableTop):
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         spec = super().spec(visual)
-        half = self.block_size_m / 2
         for name, colour in zip(BLOCKS, _COLOURS, strict=True):
-            block = spec.worldbody.add_body(name=name, pos=(0.5, 0, half))
-            block.add_freejoint(name=name)
-            block.add_geom(
-                name=name,
-                type=mujoco.mjtGeom.mjGEOM_BOX,
-                size=(half, half, half),
-                mass=self.block_mass_kg,
-                rgba=colour,
-                contype=3,
-                conaffinity=3,
-            )
+            add_cube(spec, name, self.block_size_m, self.block_mass_kg, colour)
         return spec
 
     def sample_starts(self, rng: np.random.Generator, n: int) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Holding a pose while random forces push the tool: stiffly or softly, as the reward asks."""
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -12,6 +13,7 @@ from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
 from t2l.tasks.disturbance import RandomPushes, add_point
 from t2l.tasks.task import Rewarded
+from t2l.tasks.terms import Moment, ObservationTerm, RewardTerm, action_change, minus, state_of
 from t2l.typed import Number, Typed
 
 
@@ -34,6 +36,11 @@ class PoseHoldParameters(Typed):
     push_every_s: Number = Field(2.0, gt=0, le=60, description="there is one push in so long, s")
 
 
+def near_the_pose(at: Moment) -> np.ndarray:
+    """1 − tanh(‖q − g‖² / λ)."""
+    return 1 - np.tanh((at.now**2).sum(axis=1) / at.task.weights["lambda_rad2"])
+
+
 class PoseHold(Rewarded):
     """The robot's home is the pose g; a policy earns
 
@@ -51,7 +58,10 @@ class PoseHold(Rewarded):
     name = "pose_hold"
     instruction = "Hold the pose."
     parameters = PoseHoldParameters
-    weights: Mapping[str, float] = {"lambda_rad2": 0.01, "change": 0.0}
+    rewards = (
+        RewardTerm("hold", 1.0, near_the_pose, "the study, section III"),
+        RewardTerm("change", 0.0, minus(action_change), "the study, section III"),
+    )
 
     def __init__(
         self,
@@ -73,8 +83,9 @@ class PoseHold(Rewarded):
         joints = self.robot.joints
         self.goal_size = len(joints)
         self.robot_observation_size = 2 * len(joints)
-        self.observation_names = tuple(
-            f"{signal}.{joint}" for signal in ("q", "dq", "error") for joint in joints
+        self.observations = (
+            *state_of(joints),
+            ObservationTerm(tuple(f"error.{joint}" for joint in joints), lambda at: at.now),
         )
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
@@ -95,15 +106,15 @@ class PoseHold(Rewarded):
         """See `Rewarded.disturbance`: pushes of the first group's tool."""
         return RandomPushes(batch, generator, self.largest_force_n, self.push_s, self.push_every_s)
 
-    def remaining(self, batch: Batch, goal):
-        """See `Rewarded.remaining`: (nsim, njoint) rad."""
+    def measure(self, batch: Batch, goal):
+        """See `Rewarded.measure`: what is left of the way to the pose, (n, njoint) rad."""
         return goal - batch.qpos[:, self.arm_qpos]
 
-    def success(self, remaining):
+    def success(self, at):
         """See `Rewarded.success`."""
-        return np.linalg.norm(remaining, axis=1) < self.tolerance_rad
+        return np.linalg.norm(at.now, axis=1) < self.tolerance_rad
 
-    def reward(self, before, remaining, period_s, dq, change):
-        """See `Rewarded.reward`."""
-        distance, w = (remaining**2).sum(axis=1), self.weights
-        return 1 - np.tanh(distance / w["lambda_rad2"]) - w["change"] * (change**2).sum(axis=1)
+    @cached_property
+    def weights(self) -> Mapping[str, float]:
+        """See `Rewarded.weights`; λ is among them."""
+        return {**super().weights, "lambda_rad2": 0.01}

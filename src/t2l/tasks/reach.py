@@ -12,16 +12,10 @@ from pydantic import Field
 from t2l.robots import make_robot
 from t2l.robots.kinematics import ToolKinematics, site_pose
 from t2l.robots.plant import position_controlled
-from t2l.sim.arrays import columns, namespace
-from t2l.tasks.reach_rewards import (
-    ISAACLAB,
-    JOINT_WEIGHTS,
-    PROGRESS,
-    TOOL_WEIGHTS,
-    fine,
-    penalties,
-)
+from t2l.sim.arrays import columns
+from t2l.tasks.reach_rewards import JOINT_REWARDS, PROGRESS, TOOL_REWARDS, norm, sizes
 from t2l.tasks.task import Rewarded
+from t2l.tasks.terms import ObservationTerm, RewardTerm, state_of
 from t2l.typed import Number, Typed
 
 MARGIN_RAD = 0.1  # of goals from the ends of the ranges
@@ -56,23 +50,22 @@ class Reach(Rewarded):
         reward: what it pays, see `t2l.tasks.reach_rewards`.
     """
 
-    weights_of: Mapping[str, Mapping[str, float]]
+    rewards_of: Mapping[str, tuple[RewardTerm, ...]]
 
     def __init__(
         self, robot: str, start_spread_rad: float, goal_spread_rad: float, reward: str = PROGRESS
     ):
         self.robot = make_robot(robot)
-        self.kind_of_reward, self.weights = reward, self.weights_of[reward]
+        self.rewards = self.rewards_of[reward]
         self.start_spread_rad, self.goal_spread_rad = start_spread_rad, goal_spread_rad
         joints = self.robot.joints
         self.robot_observation_size = 2 * len(joints)
-        self.observation_names = tuple(
-            f"{signal}.{joint}" for signal in ("q", "dq") for joint in joints
-        ) + tuple(f"error.{name}" for name in self.remaining_names)
+        errors = tuple(f"error.{name}" for name in self.error_names)
+        self.observations = (*state_of(joints), ObservationTerm(errors, lambda at: at.now))
 
     @property
-    def remaining_names(self) -> tuple[str, ...]:
-        """Of the numbers in `remaining`."""
+    def error_names(self) -> tuple[str, ...]:
+        """Of what is left to do, which `measure` gives."""
         raise NotImplementedError
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
@@ -106,7 +99,7 @@ class JointReach(Reach):
     name = "joint_reach"
     instruction = "Move every joint to its goal and hold it there."
     parameters = JointReachParameters
-    weights_of = JOINT_WEIGHTS
+    rewards_of = JOINT_REWARDS
     on_gpu = True
 
     def __init__(self, tolerance_rad: float, **of_reach):
@@ -115,43 +108,25 @@ class JointReach(Reach):
         self.goal_size = len(self.robot.joints)
 
     @property
-    def remaining_names(self):
-        """See `Reach.remaining_names`."""
+    def error_names(self):
+        """See `Reach.error_names`."""
         return self.robot.joints
 
     def sample_goals(self, rng, n):
         """See `Rewarded.sample_goals`."""
         return self.sample_joint_goals(rng, n)
 
-    def remaining(self, batch: Batch, goal):
-        """See `Rewarded.remaining`: (nsim, njoint) rad."""
+    def measure(self, batch: Batch, goal):
+        """See `Rewarded.measure`: what is left of the way, (n, njoint) rad."""
         return goal - batch.qpos[:, self._arm]
 
     @cached_property
     def _arm(self) -> np.ndarray | slice:
         return columns(self.arm_qpos)
 
-    def success(self, remaining):
+    def success(self, at):
         """See `Rewarded.success`."""
-        return _norm(remaining) < self.tolerance_rad
-
-    def reward(self, before, remaining, period_s, dq, change):
-        """See `Rewarded.reward`.
-
-        `progress` is the rate at which a potential of what remains falls, which credits an action
-        at once and moves no optimum (Ng, Harada and Russell, 1999).
-        """
-        near, w, xp = self.tolerance_rad / 2, self.weights, namespace(remaining)
-        if self.kind_of_reward == ISAACLAB:
-            away = _norm(remaining)
-            return -w["distance"] * away + fine(w, away) - penalties(w, dq, change)
-        rate = (xp.tanh(remaining / near) * (before - remaining)).sum(axis=1) / period_s
-        return (
-            -w["distance"] * xp.abs(remaining).sum(axis=1)
-            + w["near"] * xp.exp(-((remaining / near) ** 2)).mean(axis=1)
-            + w["progress"] * rate
-            - penalties(w, dq, change)
-        )
+        return norm(at.now) < self.tolerance_rad
 
 
 class EndEffectorReachParameters(ReachParameters):
@@ -172,10 +147,10 @@ class EndEffectorReach(Reach):
     instruction = "Move the tool to its goal and hold it there."
     parameters = EndEffectorReachParameters
     goal_size = 12
-    remaining_names = ("x", "y", "z", "rx", "ry", "rz")
-    weights_of = TOOL_WEIGHTS
+    error_names = ("x", "y", "z", "rx", "ry", "rz")
+    rewards_of = TOOL_REWARDS
     # the study tunes the weights of this task's reward, and of no other reaching task
-    tuned = tuple(dict.fromkeys(name for weights in weights_of.values() for name in weights))
+    tuned = tuple(dict.fromkeys(term.name for terms in rewards_of.values() for term in terms))
 
     def __init__(self, position_tolerance_m: float, orientation_tolerance_rad: float, **of_reach):
         super().__init__(**of_reach)
@@ -187,8 +162,8 @@ class EndEffectorReach(Reach):
         """See `Rewarded.sample_goals`: poses of sampled joint positions, so all can be reached."""
         return ToolKinematics(self.robot, n).pose(self.sample_joint_goals(rng, n))
 
-    def remaining(self, batch: Batch, goal):
-        """See `Rewarded.remaining`: (nsim, 6), m and the rotation vector in rad."""
+    def measure(self, batch: Batch, goal):
+        """See `Rewarded.measure`: what is left, (n, 6), in m and as a rotation vector in rad."""
         position, rotation = batch.bind("site_xpos"), batch.bind("site_xmat")
         batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
         pose = site_pose(position, rotation, int(self.tool_sites[0]))
@@ -197,38 +172,10 @@ class EndEffectorReach(Reach):
             [goal[:, :3] - pose[:, :3], _rotation_vector(there @ here.transpose(0, 2, 1))], axis=1
         )
 
-    def success(self, remaining):
+    def success(self, at):
         """See `Rewarded.success`."""
-        away, turned = self._sizes(remaining)
+        away, turned = sizes(at.now)
         return (away < self.position_tolerance_m) & (turned < self.orientation_tolerance_rad)
-
-    def reward(self, before, remaining, period_s, dq, change):
-        """See `Rewarded.reward`; progress is weighed as distance is."""
-        w = self.weights
-        away, turned = self._sizes(remaining)
-        if self.kind_of_reward == ISAACLAB:
-            paid = fine(w, away) - w["position"] * away - w["orientation"] * turned
-            return paid - penalties(w, dq, change)
-        was_away, was_turned = self._sizes(before)
-        near = np.exp(-((away / self.position_tolerance_m) ** 2)) + np.exp(
-            -((turned / self.orientation_tolerance_rad) ** 2)
-        )
-        rate = w["position"] * (was_away - away) + w["orientation"] * (was_turned - turned)
-        return (
-            -w["position"] * away
-            - w["orientation"] * turned
-            + w["near"] * near / 2
-            + w["progress"] * rate / period_s
-            - penalties(w, dq, change)
-        )
-
-    @staticmethod
-    def _sizes(remaining):
-        return _norm(remaining[:, :3]), _norm(remaining[:, 3:])
-
-
-def _norm(values):
-    return namespace(values).linalg.vector_norm(values, axis=1)
 
 
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:

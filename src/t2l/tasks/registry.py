@@ -18,6 +18,9 @@ TASKS: Registry[Task] = Registry(
         "mug_hanging": "t2l.tasks.mug_hanging:MugHanging",
         "joint_reach": "t2l.tasks.reach:JointReach",
         "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
+        "lift_cube": "t2l.tasks.lift_cube:LiftCube",
+        "open_drawer": "t2l.tasks.open_drawer:OpenDrawer",
+        "reorient_cube": "t2l.tasks.reorient_cube:ReorientCube",
         "pose_hold": "t2l.tasks.pose_hold:PoseHold",
     },
 )

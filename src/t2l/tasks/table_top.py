@@ -12,7 +12,7 @@ from pydantic import Field
 from t2l.robots import Robot, make_robot
 from t2l.robots.specs import hold_at_rest
 from t2l.sim.batch import TIMESTEP_S
-from t2l.tasks.task import Demonstrated
+from t2l.tasks.task import Demonstrated, Task
 from t2l.typed import Number, Switch, Typed
 
 # what collides with what, by MuJoCo's bits: the table and what stands on it, not with each other;
@@ -22,6 +22,14 @@ MOVES = {"contype": 3, "conaffinity": 3}
 
 # of a coordinate on the table, [low, high], m
 Range = Annotated[list[Annotated[Number, Field(ge=-1, le=1)]], Field(min_length=2, max_length=2)]
+
+
+# where people see what happens from, m, and the camera's right and up
+OVERVIEW = ((1.2, -0.75, 0.75), (0.71, 0.70, 0, -0.31, 0.31, 0.90))
+# the same of what policies may see, which is nearer: of objects of 4 cm they are to see some pixels
+GLOBAL = ((0.95, -0.32, 0.65), (0.56, 0.83, 0, -0.53, 0.36, 0.76))
+
+Camera = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 class TableTopParameters(Typed):
@@ -51,14 +59,13 @@ class TableTop(Demonstrated):
 
     Attributes:
         arms: how many the task is for.
-        camera: where people see what happens from, m, and the camera's right and up.
-        global_camera: the same of what policies may see, which is nearer: of objects of 4 cm they
-            are to see a few pixels.
+        camera: where people see what happens from.
+        global_camera: where policies may.
     """
 
     arms: ClassVar[int] = 1
-    camera = ((1.2, -0.75, 0.75), (0.71, 0.70, 0, -0.31, 0.31, 0.90))
-    global_camera = ((0.95, -0.32, 0.65), (0.56, 0.83, 0, -0.53, 0.36, 0.76))
+    camera: ClassVar[Camera] = OVERVIEW
+    global_camera: ClassVar[Camera] = GLOBAL
 
     def __init__(
         self, robot: str, gravity_compensation: bool, start_spread_rad: float, horizon_s: float
@@ -67,12 +74,7 @@ class TableTop(Demonstrated):
         self.gravity_compensation = gravity_compensation
         self.start_spread_rad = start_spread_rad
         self.horizon_s = horizon_s
-        hands = len(self.robot.grippers)
-        if len(self.robot.groups) != self.arms or hands != self.arms:
-            raise ValueError(
-                f"robot: found {robot}, a robot of {hands} arm{'s' * (hands != 1)} with a gripper; "
-                f"allowed: of {self.arms}"
-            )
+        check_hands(self.robot, self.arms)
         own = _robot_names(self.robot)
         self.observation_names = (*own, *self.scene_names)
         self.robot_observation_size = len(own)
@@ -84,36 +86,17 @@ class TableTop(Demonstrated):
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         """The robot at its table; tasks add the rest."""
-        spec = self.robot.spec(self.gravity_compensation, visual)
-        spec.option.timestep = TIMESTEP_S
-        spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
-        spec.worldbody.add_geom(
-            name="table",
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            size=(1, 1, 0.05),
-            rgba=(0.93, 0.92, 0.90, 1),
-            **STANDS,
+        return table_scene(
+            self.robot, self.gravity_compensation, visual, self.camera, self.global_camera
         )
-        if visual:
-            _stage_lights(spec)
-            cameras = {"overview": self.camera, "global": self.global_camera}
-            for name, (position, axes) in cameras.items():
-                spec.worldbody.add_camera(name=name, pos=position, xyaxes=axes, fovy=42)
-        return spec
 
     def sample_starts(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """The robot about its home, its grippers open; tasks put their objects."""
-        qpos = np.tile(self.model.qpos0, (n, 1))
-        home = self.robot.home
-        qpos[:, self.arm_qpos] = home + rng.normal(0, self.start_spread_rad, (n, home.size))
-        opened = [gripper.opened_qpos for gripper in self.robot.grippers]
-        qpos[:, self.gripper_qpos] = np.concatenate(opened)
-        return qpos
+        return robot_starts(self, rng, n, self.start_spread_rad)
 
     def pose_of(self, name: str) -> slice:
         """Of a body that moves freely, where qpos has position and quaternion."""
-        address = self.model.joint(name).qposadr[0]
-        return slice(address, address + 7)
+        return pose_of(self.model, name)
 
     def grip(self, batch: Batch, arm: int = 0) -> np.ndarray:
         """(nsim, 3) position of an arm's tool, m."""
@@ -127,6 +110,91 @@ class TableTop(Demonstrated):
         tools = np.concatenate([position, rows], axis=2).reshape(len(qpos), -1)
         joints = qpos[:, self.arm_qpos], qvel[:, self.arm_dofs], qpos[:, self.opening_qpos]
         return np.concatenate([*joints, tools], axis=1)
+
+
+def table_scene(
+    robot: Robot,
+    gravity_compensation: bool,
+    visual: bool,
+    overview: Camera = OVERVIEW,
+    near: Camera = GLOBAL,
+) -> mujoco.MjSpec:
+    """A robot at a table at the height of its base, with cameras and light if it is to be seen."""
+    spec = robot.spec(gravity_compensation, visual)
+    spec.option.timestep = TIMESTEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    spec.worldbody.add_geom(
+        name="table",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=(1, 1, 0.05),
+        rgba=(0.93, 0.92, 0.90, 1),
+        **STANDS,
+    )
+    if visual:
+        _stage_lights(spec)
+        for name, (position, axes) in {"overview": overview, "global": near}.items():
+            spec.worldbody.add_camera(name=name, pos=position, xyaxes=axes, fovy=42)
+    return spec
+
+
+def start_at(robot: Robot, start_rad: Sequence[float]) -> np.ndarray:
+    """(njoint,) rad where an arm starts: its home, unless another place is given.
+
+    Raises:
+        ValueError: not a number within its range for each joint.
+    """
+    start = np.array(start_rad, float) if len(start_rad) else robot.home
+    low, high = robot.position_limit.T
+    if start.shape != low.shape or np.any((start < low) | (start > high)):
+        ranges = ", ".join(f"{a:.3g} to {b:.3g}" for a, b in robot.position_limit)
+        raise ValueError(f"start_rad: found {list(start_rad)}; allowed: a number a joint: {ranges}")
+    return start
+
+
+def robot_starts(
+    task: Task,
+    rng: np.random.Generator,
+    n: int,
+    spread_rad: float,
+    start: np.ndarray | None = None,
+) -> np.ndarray:
+    """(n, nq) starts with the robot about its home, its grippers open, and objects at their places.
+
+    Args:
+        spread_rad: standard deviation of the joints.
+        start: (njoint,) rad, in place of home.
+    """
+    qpos = np.tile(task.model.qpos0, (n, 1))
+    home = task.robot.home if start is None else start
+    qpos[:, task.arm_qpos] = home + rng.normal(0, spread_rad, (n, home.size))
+    opened = [gripper.opened_qpos for gripper in task.robot.grippers]
+    qpos[:, task.gripper_qpos] = np.concatenate(opened)
+    return qpos
+
+
+def pose_of(model: mujoco.MjModel, name: str) -> slice:
+    """Of a body that moves freely, where qpos has position and quaternion."""
+    address = model.joint(name).qposadr[0]
+    return slice(address, address + 7)
+
+
+# how far the table goes in front of the robot where it ends: its centre and half its edges, m
+TABLE_CENTRE, TABLE_HALF = np.array([0.5, 0.0]), 0.5
+
+
+def beyond_table(position: np.ndarray) -> np.ndarray:
+    """Which of positions (n, 3 or more) m are beyond the table's edge, (n,) bool."""
+    return (np.abs(position[:, :2] - TABLE_CENTRE) > TABLE_HALF).any(axis=1)
+
+
+def add_cube(
+    spec: mujoco.MjSpec, name: str, size_m: float, mass_kg: float, colour: Sequence[float]
+) -> None:
+    """A cube that lies on the table and moves freely."""
+    half = size_m / 2
+    body = spec.worldbody.add_body(name=name, pos=(0.5, 0, half))
+    body.add_freejoint(name=name)
+    add_box(body, name, (half, half, half), (0, 0, 0), colour, mass_kg)
 
 
 def furniture_joints(name: str) -> tuple[str, str, str]:
@@ -169,6 +237,16 @@ def add_box(
     box = mujoco.mjtGeom.mjGEOM_BOX
     more = {**MOVES, **more}
     body.add_geom(name=name, type=box, size=size, pos=pos, rgba=colour, mass=mass, **more)
+
+
+def check_hands(robot: Robot, arms: int) -> None:
+    """Raise ValueError where a robot has not so many arms, each with a gripper."""
+    hands = len(robot.grippers)
+    if len(robot.groups) != arms or hands != arms:
+        raise ValueError(
+            f"robot: found {robot.name}, a robot of {hands} arm{'s' * (hands != 1)} with a "
+            f"gripper; allowed: of {arms}"
+        )
 
 
 def check_graspable(key: str, size_m: float, robot: Robot) -> None:

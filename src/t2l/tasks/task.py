@@ -1,14 +1,14 @@
 """A task: a scene, its starts, what a policy sees of it, and when it is solved.
 
 A task that is to be demonstrated says how (`Demonstrated`); one that is to be learned by
-reinforcement says what it pays (`Rewarded`). A task may do both.
+reinforcement says what it pays (`Rewarded`).
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import copy
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import mujoco
 import numpy as np
@@ -17,6 +17,9 @@ from numpy.typing import ArrayLike
 
 from t2l.errors import ConfigurationError
 from t2l.robots import Robot
+from t2l.robots.robot import Gripper
+from t2l.sim.arrays import namespace
+from t2l.tasks.terms import Moment, ObservationTerm, RewardTerm, TerminationTerm
 from t2l.typed import Typed
 
 if TYPE_CHECKING:
@@ -178,55 +181,87 @@ class Demonstrated(Task):
 
 
 class Rewarded(Task):
-    """A task that pays for coming closer to a goal, and is judged at the end of an episode.
+    """A task that is learned by trying: it pays at every step, and is judged at an episode's end.
 
-    A policy sees q, q̇, what is left to do, and its last action.
+    What a policy sees, what is paid and what ends an episode are terms, see `t2l.tasks.terms`. The
+    policy sees its last action too, whatever the terms.
 
     Attributes:
         goal_size: numbers in a goal.
-        weights: of the reward's terms, by name.
+        observations: what a policy sees, first q and q̇.
+        rewards: what is paid.
+        terminations: what ends an episode before its time, as a failure.
         tuned: names of the weights that tuning may change.
+        steady: whether a success must be without jitter, see `t2l.environment.limits`.
+        closed_hand: whether grippers are closed all the time, and no action commands them.
+        least_rate_hz: of the physics, at which its contacts hold.
         on_gpu: whether its methods take torch's arrays too, and need positions alone.
+        hyperparameters: of the algorithm, a column of the study's table, see
+            `t2l.rl.hyperparameters`.
     """
 
     goal_size: int
-    weights: Mapping[str, float]
+    observations: tuple[ObservationTerm, ...]
+    rewards: tuple[RewardTerm, ...]
+    terminations: tuple[TerminationTerm, ...] = ()
     tuned: tuple[str, ...] = ()
+    steady = True
+    closed_hand = False
+    least_rate_hz = 0.0
     on_gpu = False
+    hyperparameters = "reach"
 
     @abstractmethod
     def sample_goals(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """(n, goal_size), all reachable."""
 
     @abstractmethod
-    def remaining(self, batch: Batch, goal: np.ndarray) -> np.ndarray:
-        """(nsim, k) what is left to do to `goal` (nsim, goal_size), signed."""
+    def measure(self, batch: Batch, goal: np.ndarray) -> Any:
+        """What terms need of the simulations besides their state, made once a step.
 
-    @abstractmethod
-    def success(self, remaining: np.ndarray) -> np.ndarray:
-        """(n,) bool."""
-
-    @abstractmethod
-    def reward(
-        self,
-        before: np.ndarray,
-        remaining: np.ndarray,
-        period_s: float,
-        dq: np.ndarray,
-        change: np.ndarray,
-    ) -> np.ndarray:
-        """What a step is worth, (n,).
-
-        Args:
-            before, remaining: (n, k) before and after the step.
-            period_s: of the step.
-            dq: (n, njoint) rad/s, after it.
-            change: (n, naction), by how much the action differs from the one before.
+        Arrays with a row a simulation, of the task's own choice; no views of the batch, which goes
+        on. What needs derived fields calls `batch.forward` first.
         """
+
+    @abstractmethod
+    def success(self, at: Moment) -> np.ndarray:
+        """(n,) bool."""
 
     def disturbance(self, batch: Batch, generator: np.random.Generator) -> "Disturbance | None":
         """What acts on the robots of a batch while they learn; nothing, unless a task says so."""
         return None
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """See `Task`."""
+        return tuple(name for term in self.observations for name in term.names)
+
+    @cached_property
+    def weights(self) -> Mapping[str, float]:
+        """Of the reward's terms, by name, and what other numbers a task lets one change."""
+        return {term.name: term.weight for term in self.rewards}
+
+    @property
+    def commanded_grippers(self) -> tuple[Gripper, ...]:
+        """Those that actions have elements for."""
+        return () if self.closed_hand else self.robot.grippers
+
+    def observe(self, at: Moment) -> np.ndarray:
+        """(n, nobs) what a policy sees of a moment."""
+        xp = namespace(at.q)
+        return xp.concat([term.value(at) for term in self.observations], axis=1)
+
+    def paid(self, at: Moment) -> list[np.ndarray]:
+        """What a step is worth term by term, (n,) each; the reward is their sum."""
+        return [
+            self.weights[term.name] * term.factor(at.steps) * term.value(at)
+            for term in self.rewards
+        ]
+
+    @property
+    def deployable(self) -> bool:
+        """Whether a robot can do it by its joints alone: nothing to grasp, nothing else to see."""
+        return not (self.gripper_qpos.size or self.object_qpos.size)
 
     def reweighted(self, weights: Mapping[str, float]) -> Self:
         """The task with some weights of its reward replaced.

@@ -8,6 +8,8 @@ import numpy as np
 
 from t2l.actions import ActionSpace
 from t2l.artefacts import read_npz, set_aside, whole
+from t2l.environment.interface import observe, steps_held
+from t2l.environment.limits import LIMITS, Limits, violations
 from t2l.errors import ArtefactError
 from t2l.gains import Cell
 from t2l.hardware.backend import PositionControlled
@@ -15,11 +17,10 @@ from t2l.hardware.features import State
 from t2l.hardware.guard import Guard, Workspace
 from t2l.hardware.limits import first_of, state_objections
 from t2l.policies import Policy
-from t2l.rl.constraints import LIMITS, Limits, violations
-from t2l.rl.interface import observe, steps_held
 from t2l.sim.batch import make_batch
 from t2l.sim.controllers.joint_pd import pd_torque
 from t2l.tasks import Rewarded
+from t2l.tasks.terms import Moment
 
 log = logging.getLogger(__name__)
 
@@ -35,7 +36,7 @@ class Rollouts:
         q, dq: (nsample, n, njoint); of a robot that was stopped, the last is what stopped it.
         q_des: (nsample, n, njoint), what was sent.
         observation, action: (ndecision, n, nobs) and (ndecision, n, naction), at each decision.
-        violated: (nsample, n, nconstraint) bool, in order of `t2l.rl.constraints.LIMITS`.
+        violated: (nsample, n, nconstraint) bool, in order of `t2l.environment.limits.LIMITS`.
         success: (n,) bool, at the end of those that were not stopped.
         stopped: why each robot was stopped, or nothing.
     """
@@ -130,7 +131,7 @@ class _Run:
             deciding = sample % hold == 0
             if deciding:
                 memory = self.actions.memory(state.q, wanted)
-                observation = observe(state.q, state.dq, self.remaining(state), previous, memory)
+                observation = observe(self.moment(state, previous), memory)
                 action = self.policy.action(observation)
                 wanted = self.actions.command(action, state.q, wanted)
                 previous = action
@@ -155,7 +156,7 @@ class _Run:
                 self.found = first_of(self.found, beyond)
         if not self.running.all():
             self.robot.hold()
-        success = self.task.success(self.remaining(state)) & self.running
+        success = self.task.success(self.moment(state, previous)) & self.running
         njoint, naction = starts.shape[1], len(self.actions.names)
         sizes = {
             "q": njoint, "dq": njoint, "q_des": njoint, "violated": len(LIMITS), "action": naction,
@@ -174,9 +175,10 @@ class _Run:
     def running(self) -> np.ndarray:
         return np.array([not reason for reason in self.stopped])
 
-    def remaining(self, state: State) -> np.ndarray:
+    def moment(self, state: State, action: np.ndarray) -> Moment:
         self.mirror.qpos[:, self.task.arm_qpos] = state.q
-        return self.task.remaining(self.mirror, self.goals)
+        now = self.task.measure(self.mirror, self.goals)
+        return Moment(self.task, self.mirror, state.q, state.dq, self.goals, now, action=action)
 
     def stop_where_needed(self, q_des: np.ndarray, state: State) -> None:
         objections = self.guard.objections(q_des, state.q, state.dq)

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from t2l.environment.limits import JITTER_RAD_S, LIMITS, jitter
 from t2l.gains import Cell
 from t2l.policies import Policy
-from t2l.rl.constraints import JITTER_RAD_S, LIMITS, jitter
 from t2l.transfer.deploy import LOG_RATE_HZ, Rollouts
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def nn_error(policy: Policy, real: Rollouts, sim: Rollouts) -> np.ndarray:
 
 
 def shaking(rollouts: Rollouts) -> np.ndarray:
-    """`t2l.rl.constraints.jitter` of rollouts, (n,) rad/s; NaN where a robot was stopped."""
+    """`t2l.environment.limits.jitter` of rollouts, (n,) rad/s; NaN where a robot was stopped."""
     return jitter(rollouts.dq, LOG_RATE_HZ)
 
 

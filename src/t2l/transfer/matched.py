@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from t2l.environment.interface import action_space
 from t2l.gains import Cell
 from t2l.hardware.guard import Workspace
 from t2l.hardware.registry import open_backend
-from t2l.identify.actuator_parameters import Parameters
 from t2l.policies import Policy
 from t2l.rl.condition import Condition
-from t2l.rl.interface import action_space
 from t2l.seeds import generator
+from t2l.sim.training_simulator import Parameters
 from t2l.transfer.deploy import Rollouts, deploy
 from t2l.transfer.identified import IdentifiedRobot
 
@@ -67,7 +67,7 @@ def matched_rollouts(
         BackendError: the robot cannot be reached, or does not go on.
     """
     task = condition.make_task()
-    actions = action_space(condition, task.robot, policy.action_scale)
+    actions = action_space(condition.actions, task.robot, policy.action_scale)
     draw = generator(seed, "deployment", task.name)
     starts = task.sample_starts(draw, deployment.rollouts)
     goals = task.sample_goals(draw, deployment.rollouts)

@@ -23,6 +23,7 @@ from t2l.config.models.landscape import Landscape
 from t2l.config.models.learning import ReinforcementLearning, Tuning
 from t2l.config.models.observation import Observation
 from t2l.config.models.scoreboard import Scoreboard
+from t2l.config.models.task_learning import Learning
 from t2l.config.models.transfer import (
     Deployment,
     Identification,
@@ -142,6 +143,11 @@ class Configuration(Typed):
         None,
         description="policies that hold a pose more stiffly, or more softly, than their gains; "
         "without this section there are none",
+    )
+    learning: Annotated[Learning | None, Given] = Field(
+        None,
+        description="tasks that are learned in simulation alone, under the gains as they are, such "
+        "as those with contacts; without this section there are none",
     )
     scoreboard: Annotated[Scoreboard | None, Given] = Field(
         None,

@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
 
-from t2l.identify.training_simulator import Simulator
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
+from t2l.sim.training_simulator import Simulator
 
 ROBOT = make_robot("fr3")
 HOME = ROBOT.home
 
 
 def made(n=1):
-    return Simulator(ROBOT, position_controlled(ROBOT), n, 100)
+    return Simulator(position_controlled(ROBOT), ROBOT.joints, ROBOT.torque_limit, n, 100)
 
 
 def parameters(**changes):
@@ -60,11 +60,11 @@ def test_a_light_damped_joint_that_saturates_is_slowed_by_its_damping():
     # the last joint as once identified: a torque held for 10 ms would make it 5 rad/s fast
     simulator = made()
     simulator.set_parameters(parameters(stiffness=895.0, damping=37.0, armature=0.015))
-    simulator.qpos[:] = HOME
+    simulator.q[:] = HOME
     for sign in (1, -1) * 5:
-        q_des = simulator.qpos.copy()
+        q_des = simulator.q.copy()
         q_des[0, -1] += 0.02 * sign  # asks for 18 N·m of 12
         for _ in range(2):
             simulator.step(q_des, 1)
             # about 12 N·m against 37 N·m·s/rad
-            assert abs(simulator.qvel[0, -1]) < 0.5
+            assert abs(simulator.dq[0, -1]) < 0.5

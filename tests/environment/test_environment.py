@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from t2l.environment.environment import Environment
+from t2l.environment.limits import NAMES
 from t2l.rl.algorithm import Trained
-from t2l.rl.constraints import NAMES
 from t2l.rl.side_by_side import Training, learn_side_by_side
-from t2l.rl.world import World
 from t2l.sim.arrays import to_numpy
 from tests.defaults import learning, shipped
 from tests.rl.test_environments import PARAMETERS, joint_delta
@@ -30,7 +30,7 @@ def make(device, **changes):
         "horizon_s": 0.4, "policy_rate_hz": 50.0, "rate_hz": 100, "staggered": False,
         "device": device,
     } | changes  # fmt: skip
-    return World(**arguments)
+    return Environment(**arguments)
 
 
 def run(world, actions):
@@ -96,3 +96,41 @@ def test_policies_train_on_torch_too():
     (trained,) = learn_side_by_side([Training(problem, GOOD, settings)], device="cpu")
     assert isinstance(trained, Trained)
     assert np.isfinite(trained.policy.weights[0]).all()
+
+
+def test_what_each_term_pays_is_told_of_each_training_and_sums_to_the_reward():
+    world = make("mujoco")
+    world.begin()
+    rng, rewards = np.random.default_rng(0), []
+    for _ in range(7):
+        rewards.append(world.advance(rng.uniform(-1, 1, (2 * EACH, 7)))[1])
+    paid = world.paid()
+    assert list(paid) == [term.name for term in world.task.rewards]
+    expected = np.mean(rewards, axis=0).reshape(2, EACH).mean(axis=1)
+    np.testing.assert_allclose(sum(paid.values()), expected, rtol=1e-9)
+    # told once
+    assert not any(value.any() for value in world.paid().values())
+
+
+def test_a_simulation_that_diverges_ends_its_episode_as_a_failure_and_the_others_go_on():
+    world = make("mujoco", horizon_s=4.0)
+    world.begin()
+    world.simulator.batch.qvel[1] = np.nan
+    observation, reward, ended = world.advance(np.zeros((2 * EACH, 7)))
+    assert ended.ids.tolist() == [1]
+    assert ended.failed.all()
+    assert ended.violated.all()
+    assert not ended.success.any()
+    assert np.isfinite(observation).all()
+    assert np.isfinite(reward).all()
+    _, _, ended = world.advance(np.zeros((2 * EACH, 7)))
+    assert not ended.ids.size
+
+
+def test_a_training_all_of_whose_robots_diverge_is_paid_what_is_no_number():
+    world = make("mujoco", horizon_s=4.0)
+    world.begin()
+    world.simulator.batch.qvel[:EACH] = np.nan
+    reward = world.advance(np.zeros((2 * EACH, 7)))[1]
+    assert np.isnan(reward[:EACH]).all()
+    assert np.isfinite(reward[EACH:]).all()

@@ -1,7 +1,7 @@
 import pytest
 
+from t2l.environment.interface import observation_names, scale_per_joint, steps_held
 from t2l.errors import ConfigurationError
-from t2l.rl.interface import observation_names, scale_per_joint, steps_held
 from t2l.robots import make_robot
 from tests.defaults import shipped
 

@@ -1,0 +1,58 @@
+"""The section of tasks that are learned in simulation alone."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from t2l.config.models.actions import RelativeActions
+from t2l.config.models.experiment import GivenScale
+from t2l.config.quantities import Positive
+from t2l.typed import Integer, Name, Number, Typed
+
+
+class LearnedTask(Typed):
+    """An entry of `learning.tasks`; see `t2l.rl.alone`."""
+
+    task: Name = Field(description="name of a file in `config/tasks/`, of a task with a reward")
+    action_scales: Annotated[list[GivenScale], Field(min_length=1, max_length=1000)] = Field(
+        description="the cells, and the action scales that policies have in each"
+    )
+    actions: RelativeActions = Field(
+        default_factory=RelativeActions,
+        description="what the output of the policy, between -1 and 1, means to the joints; a "
+        "gripper has one more element, below 0 to close it",
+    )
+    policy_rate_hz: Positive = Field(50.0, le=1000, description="rate of the policy, Hz")
+    rate_hz: Positive = Field(
+        200.0, le=10_000, description="rate of the physics, Hz, a multiple of the policy's"
+    )
+    horizon_s: Number = Field(5.0, ge=0.1, le=60, description="length of an episode, s")
+    # simulations side by side, 100 kB each
+    environments: Integer = Field(
+        512, ge=4, le=16_384, description="robots that are simulated side by side"
+    )
+    updates: Integer = Field(
+        1000, ge=1, le=100_000, description="updates of the policy, see `t2l.rl.hyperparameters`"
+    )
+    evaluate_every: Integer = Field(
+        20,
+        ge=1,
+        le=100_000,
+        description="updates between evaluations; the policy with the highest reward is kept",
+    )
+    observation_noise_rad: Number = Field(
+        0.0, ge=0, le=0.1, description="uniform noise on observed positions while training, rad"
+    )
+    observation_noise_rad_s: Number = Field(
+        0.0, ge=0, le=1, description="the same on velocities, rad/s"
+    )
+
+
+class Learning(Typed):
+    """Of tasks that are learned under the gains as they are, and not deployed."""
+
+    tasks: Annotated[list[LearnedTask], Field(min_length=1, max_length=100)] = Field(
+        description="what is learned; each task once"
+    )
+    # a job each
+    seeds: Integer = Field(1, ge=1, le=100, description="policies of each cell")

@@ -1,0 +1,1 @@
+"""One closed loop on one batch: a task, a robot, an action space, a controller, physics."""

@@ -1,0 +1,131 @@
+"""Tasks that are learned in simulation alone, under the gains of a cell as they are.
+
+Whether there is a policy for a task at some gains is a question about simulation (the study's
+section V-B): nothing is identified, and nothing is deployed.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from t2l.environment.ideal import ideal_plant
+from t2l.gains import Cell
+from t2l.policies import Policy
+from t2l.rl.algorithm import Report, Trained
+from t2l.rl.choice import Choice
+from t2l.rl.condition import Condition
+from t2l.rl.learn import EPISODES, judge, learn
+from t2l.rl.problem import Problem
+from t2l.rl.settings import Settings
+from t2l.tasks import make_task
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COLUMNS = (
+    "task", "kp", "kd", "seed", "episodes", "successes", "jitter", "steps", "seconds",
+)  # fmt: skip
+
+SHOWN_EPISODES = 20  # that a success and a failure are looked for in
+SHOWN_COLUMNS = ("success", "time_s", "qpos")
+
+
+def problem_of(
+    entry: Mapping[str, Any], parameters: Mapping[str, Any], cell: Cell
+) -> tuple[Problem, Choice]:
+    """What is to be learned, and the action scales to learn it with.
+
+    Args:
+        entry: of `learning.tasks` in a checked configuration.
+        parameters: content of its task's file.
+        cell: one of those that the entry has action scales for.
+
+    Raises:
+        ConfigurationError: the task's robot is not known or not installed.
+    """
+    condition = Condition(
+        name=entry["task"], task=entry["task"], policy_rate_hz=entry["policy_rate_hz"],
+        randomisation=0.0, actions=entry["actions"], parameters=parameters,
+        action_scales=entry["action_scales"],
+    )  # fmt: skip
+    plant = ideal_plant(make_task(parameters), cell)
+    problem = Problem(condition, cell, plant, entry["rate_hz"], entry["horizon_s"])
+    return problem, condition.given(cell)
+
+
+def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Settings:
+    """How an entry's policies are trained.
+
+    Args:
+        section: `reinforcement_learning` but `horizon_s`, for what the entry does not say.
+    """
+    names = ("environments", "updates", "evaluate_every")
+    noise = ("observation_noise_rad", "observation_noise_rad_s")
+    own = {name: entry[name] for name in (*names, *noise)}
+    return replace(Settings(**section), enough=None, **own)
+
+
+def train_alone(
+    problem: Problem,
+    choice: Choice,
+    settings: Settings,
+    seed: int,
+    report: Report = lambda update, policy, evaluation: None,
+    threads: int = 1,
+) -> tuple[Trained, dict[str, Any], "pd.DataFrame"]:
+    """A policy, and how it does in episodes that neither trained nor chose it.
+
+    Args:
+        seed: number of the policy, which its own seed is derived from.
+
+    Returns:
+        The policy as it was kept, its row of a table, columns `COLUMNS`, and episodes to show,
+        columns `SHOWN_COLUMNS`.
+
+    Raises:
+        ConfigurationError: an action scale or a rate is not allowed.
+        TrainingError: training left no policy that can act.
+    """
+    name, cell = problem.condition.name, problem.cell
+    own = settings.of_policy(name, cell, seed)
+    trained = learn(problem, choice, own, report, threads)
+    found = judge(problem, choice, own, trained.policy, threads)
+    last = trained.history.iloc[-1]
+    row = {
+        "task": name, "kp": cell.kp, "kd": cell.kd, "seed": seed,
+        "episodes": EPISODES, "successes": round(found.success * EPISODES),
+        "jitter": found.rates["jitter"], "steps": int(last.steps), "seconds": float(last.seconds),
+    }  # fmt: skip
+    return trained, row, shown(problem, choice, own, trained.policy)
+
+
+def shown(problem: Problem, choice: Choice, settings: Settings, policy: Policy) -> "pd.DataFrame":
+    """A success and a failure of a policy, as far as it has them, in episodes of their own.
+
+    Returns:
+        One row a step, columns `SHOWN_COLUMNS`.
+    """
+    import pandas as pd
+
+    environments = problem.environments(choice, settings, SHOWN_EPISODES, settings.seed + 4)
+    observation, qpos, ended = environments.reset(), [], {}
+    for _ in range(environments.horizon):
+        qpos.append(environments.simulator.batch.qpos.copy())
+        observation, _, done, infos = environments.step(policy.action(observation))
+        for i in np.flatnonzero(done):
+            ended.setdefault(int(i), (infos[i]["success"], len(qpos)))
+    picked = {success: (i, length) for i, (success, length) in reversed(ended.items())}
+    tables = [
+        pd.DataFrame(
+            {
+                "success": success,
+                "time_s": np.arange(length) * environments.period_s,
+                "qpos": [row[i] for row in qpos[:length]],
+            },
+            columns=list(SHOWN_COLUMNS),
+        )
+        for success, (i, length) in sorted(picked.items(), reverse=True)
+    ]
+    return pd.concat(tables, ignore_index=True)

@@ -1,0 +1,50 @@
+"""How often policies succeed that were learned in simulation alone.
+
+A policy is one replication of its cell. Its share of episodes has Wilson's interval, which is about
+this policy and not about the cell; the study's threshold of existence is 99 % (section V-B).
+"""
+
+import pandas as pd
+from statsmodels.stats.proportion import proportion_confint
+
+from t2l.names import heading
+from t2l.rl.alone import COLUMNS
+from t2l.stats.text import rate
+
+# the study's: a policy exists where one succeeds this often
+EXISTS = 0.99
+HEADERS: dict[str, str] = {"Kp": "$K_p$", "Kd": "$K_d$"}
+
+
+def learning_table(policies: pd.DataFrame) -> pd.DataFrame:
+    """One row a policy, columns `COLUMNS`, success, success_low, success_high and exists.
+
+    Args:
+        policies: columns `COLUMNS`.
+    """
+    policies = policies[list(COLUMNS)]
+    table = policies.sort_values(["task", "kp", "kd", "seed"], ignore_index=True)
+    low, high = proportion_confint(table.successes, table.episodes, method="wilson")
+    share = table.successes / table.episodes
+    return table.assign(
+        success=share, success_low=low, success_high=high, exists=share >= EXISTS
+    )  # fmt: skip
+
+
+def printable(table: pd.DataFrame) -> pd.DataFrame:
+    """The table as text."""
+    spans = zip(table.success, table.success_low, table.success_high, strict=True)
+    return pd.DataFrame(
+        {
+            "Task": [heading(name) for name in table.task],
+            "Kp": [f"{kp:g}" for kp in table.kp],
+            "Kd": [f"{kd:g}" for kd in table.kd],
+            "Policy": table.seed.astype(str),
+            "Fresh episodes": table.episodes.astype(str),
+            "Success": [f"{rate(s)} ({100 * a:.0f} to {100 * b:.0f})" for s, a, b in spans],
+            "At least 99 %": ["yes" if exists else "no" for exists in table.exists],
+            "Jitter": [rate(share) for share in table.jitter],
+            "Steps [million]": [f"{steps / 1e6:.2f}" for steps in table.steps],
+            "Minutes": [f"{seconds / 60:.0f}" for seconds in table.seconds],
+        }
+    )

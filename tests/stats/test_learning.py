@@ -1,0 +1,22 @@
+import numpy as np
+import pandas as pd
+
+from t2l.stats.learning import learning_table, printable
+
+
+def test_a_policy_is_a_row_with_the_interval_of_its_own_share():
+    policies = pd.DataFrame(
+        {
+            "task": "lift_cube", "kp": [512.0, 16.0], "kd": 24.0, "seed": 1, "episodes": 100,
+            "successes": [99, 50], "jitter": 0.0, "steps": 1_000_000, "seconds": 600.0,
+        }
+    )  # fmt: skip
+    table = learning_table(policies)
+    assert table.kp.tolist() == [16.0, 512.0]
+    # Wilson's of 50 of 100
+    np.testing.assert_allclose(table.success_low[0], 0.4038, atol=1e-4)
+    np.testing.assert_allclose(table.success_high[0], 0.5962, atol=1e-4)
+    assert table.exists.tolist() == [False, True]
+    printed = printable(table)
+    assert printed.Success.tolist() == ["50.0 % (40 to 60)", "99.0 % (95 to 100)"]
+    assert printed["At least 99 %"].tolist() == ["no", "yes"]

@@ -1,0 +1,94 @@
+"""Tasks that are learned in simulation alone, under the gains of each cell as they are."""
+
+# empty where the configuration asks for none
+LEARNING = STUDY.sections.get("learning", {})
+LEARNED = {entry["task"]: entry for entry in LEARNING.get("tasks", [])}
+LEARNED_POLICIES = [
+    {"learned": task, "cell": Cell(scale["kp"], scale["kd"]).name, "seed": seed}
+    for task, entry in LEARNED.items()
+    for scale in entry["action_scales"]
+    for seed in range(1, 1 + LEARNING["seeds"])
+]
+
+
+wildcard_constraints:
+    learned="|".join(LEARNED) or "none",
+
+
+rule learn:
+    output:
+        policy=of_learned("policy.safetensors"),
+        training=of_learned("training.parquet"),
+        outcome=of_learned("outcome.parquet"),
+        episodes=of_learned("episodes.parquet"),
+    params:
+        version=VERSION,
+        entry=lambda wildcards: LEARNED[wildcards.learned],
+        task=lambda wildcards: dict(STUDY.tasks[wildcards.learned]),
+        settings=TRAINING_SETTINGS,
+    threads: 1
+    log:
+        result("logs", "learn", "{learned}_{cell}_{seed}.log"),
+    benchmark:
+        result("benchmarks", "learn", "{learned}_{cell}_{seed}.tsv")
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/learn.py"
+
+
+rule learning_results:
+    input:
+        outcomes=of_every_learned(of_learned("outcome.parquet")),
+        trainings=of_every_learned(of_learned("training.parquet")),
+    output:
+        policies=result("learning", "policies.parquet"),
+        table=captioned_table("learning", category="Learning in simulation"),
+        figure=learning_figure("learning", "learning"),
+    params:
+        version=VERSION,
+        tasks=[policy["learned"] for policy in LEARNED_POLICIES],
+    log:
+        result("logs", "learning_results.log"),
+    benchmark:
+        result("benchmarks", "learning_results.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/learning_results.py"
+
+
+rule learned_frames:
+    input:
+        lambda wildcards: of_every_learned(of_learned("episodes.parquet"), wildcards.learned)[0],
+    output:
+        learning_figure("{learned}_learned", "learned_frames"),
+    params:
+        version=VERSION,
+        task=lambda wildcards: dict(STUDY.tasks[wildcards.learned]),
+    log:
+        result("logs", "learned_frames", "{learned}.log"),
+    benchmark:
+        result("benchmarks", "learned_frames", "{learned}.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/learned_frames.py"
+
+
+LEARNING_FIGURES, LEARNING_TABLES, LEARNING_RESULTS = [], [], []
+if LEARNING:
+    LEARNING_FIGURES += rules.learning_results.output.figure
+    LEARNING_FIGURES += expand(rules.learned_frames.output, learned=LEARNED)
+    LEARNING_TABLES += rules.learning_results.output.table
+    LEARNING_RESULTS += [
+        *rules.learning_results.output,
+        *of_every_learned(of_learned("policy.safetensors")),
+        *LEARNING_FIGURES,
+    ]

@@ -1,0 +1,20 @@
+"""Learn a task in one cell from one seed, in simulation alone."""
+
+import pandas as pd
+
+from t2l.artefacts import write_table
+from t2l.gains import Cell
+from t2l.jobs import job
+from t2l.policies import checkpoint
+from t2l.rl.alone import problem_of, settings_of, train_alone
+
+with job(snakemake):
+    params, wildcards, output = snakemake.params, snakemake.wildcards, snakemake.output
+    cell, seed = Cell.from_name(wildcards.cell), int(wildcards.seed)
+    problem, choice = problem_of(params.entry, params.task, cell)
+    settings = settings_of(params.settings, params.entry)
+    trained, row, episodes = train_alone(problem, choice, settings, seed, threads=snakemake.threads)
+    checkpoint.save(trained.policy, output.policy)
+    write_table(trained.history.assign(kp=cell.kp, kd=cell.kd, seed=seed), output.training)
+    write_table(pd.DataFrame([row]), output.outcome)
+    write_table(episodes, output.episodes)
