@@ -1,0 +1,192 @@
+"""Do regions of gains differ where demonstrations and starts are drawn anew?
+
+All policies of a collection share its demonstrations and starts, and so their luck. Hence the
+collection is the unit: a contrast of regions, or a slope, is one number of each collection, and an
+interval comes from how these numbers scatter. Cells are the same in all of them, so such an
+interval speaks of the cells at hand. Of other cells between them speaks a mixed model whose random
+effects are collection and cell, crossed.
+"""
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+import pandas as pd
+from scipy.stats import t
+from statsmodels.regression.mixed_linear_model import MixedLM
+from statsmodels.tools.sm_exceptions import ConvergenceWarning
+
+from t2l.gains import Cell, Grid
+from t2l.names import heading, with_minus
+from t2l.stats.regions import REGIONS
+from t2l.stats.slopes import share_slopes
+from t2l.stats.text import rate
+
+COLUMNS = ("collection", "kp", "kd", "success", "rollouts")
+FEWEST = 5  # collections: with fewer, Student's t asks for more than three errors
+VERY_STIFF_KP = 1024  # N·m/rad, the columns that the lead over SO rested on in one collection
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean over units with its 95 % interval, NaN where there are too few."""
+
+    value: float = nan
+    lower: float = nan
+    upper: float = nan
+    n: int = 0
+
+    @property
+    def verdict(self) -> str:
+        """What the registered rule says of a claim that the number is above zero."""
+        if np.isnan(self.lower):
+            return "cannot be told"
+        return "yes" if self.lower > 0 else "no, the contrary" if self.upper < 0 else "cannot be told"
+
+
+def over_collections(values: np.ndarray) -> Estimate:
+    """The mean of one number of each collection, (n,), with Student's interval."""
+    n = len(values)
+    if n < FEWEST or not np.isfinite(values).all():
+        return Estimate(float(np.mean(values)) if n else nan, n=n)
+    half = float(t.ppf(0.975, n - 1)) * values.std(ddof=1) / np.sqrt(n)
+    return Estimate(float(values.mean()), float(values.mean() - half), float(values.mean() + half), n)
+
+
+def by_collection(cells: pd.DataFrame, grid: Grid) -> pd.DataFrame:
+    """A row a collection and cell out of one a policy: means over training seeds.
+
+    Collections that lack cells are left out.
+
+    Args:
+        cells: columns `COLUMNS`.
+
+    Returns:
+        Columns collection, kp, kd, region, success, rollouts, successes.
+    """
+    known = cells.assign(successes=cells.success * cells.rollouts)
+    own = known.groupby(["collection", "kp", "kd"], as_index=False).agg(
+        success=("success", "mean"), rollouts=("rollouts", "sum"), successes=("successes", "sum")
+    )
+    # one that lacks cells would weigh regions otherwise than the rest
+    found = own.groupby("collection").kp.transform("size")
+    own = own[found == found.max()]
+    region = [grid.region(Cell(kp, kd)) for kp, kd in zip(own.kp, own.kd, strict=True)]
+    return own.assign(region=region)
+
+
+def contrast(own: pd.DataFrame, outside: Callable[[pd.Series], pd.Series]) -> np.ndarray:
+    """(n,) of each collection the mean success of CO less that of the cells outside.
+
+    Args:
+        own: as `by_collection` makes it.
+        outside: which regions are compared with.
+    """
+    inside = own[own.region == "CO"].groupby("collection").success.mean()
+    other = own[outside(own.region)].groupby("collection").success.mean()
+    return (inside - other).dropna().to_numpy()
+
+
+def slopes(own: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) each: change of the log odds of success per doubling of Kp and of Kd, a collection."""
+    fits = [
+        share_slopes(one.kp, one.kd, one.successes, one.rollouts)
+        for _, one in own.groupby("collection")
+    ]
+    return np.array([fit.kp for fit in fits]), np.array([fit.kd for fit in fits])
+
+
+def crossed(own: pd.DataFrame) -> Estimate:
+    """CO less SO by a mixed model, with collection and cell as crossed random effects.
+
+    Success is a mean of its region, plus what the collection adds, what it adds to one region, what
+    the cell adds, and the rest; variances by restricted maximum likelihood (statsmodels' MixedLM).
+    The interval is Student's, with as many degrees of freedom as cells less the two means.
+    """
+    both = own[own.region.isin(["CO", "SO"])]
+    cells = both[["region", "kp", "kd"]].drop_duplicates().region.value_counts()
+    n = both.collection.nunique()
+    if n < FEWEST or len(cells) < 2 or cells.min() < 2:
+        return Estimate(n=n)
+    named = both.assign(
+        inside=(both.region == "CO").astype(float),
+        cell=both.kp.astype(str) + "_" + both.kd.astype(str),
+        all=0,
+    )
+    effects = {
+        "collection": "0 + C(collection)",
+        "collection_region": "0 + C(collection):C(region)",
+        "cell": "0 + C(cell)",
+    }
+    with warnings.catch_warnings():
+        # a variance of zero is at the bound of what variances may be
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        model = MixedLM.from_formula("success ~ inside", named, groups="all", vc_formula=effects)
+        fit = model.fit(reml=True, method=["lbfgs", "powell"])
+    value, error = float(fit.fe_params["inside"]), float(fit.bse_fe["inside"])
+    half = float(t.ppf(0.975, int(cells.sum()) - 2)) * error
+    return Estimate(value, value - half, value + half, n)
+
+
+def collections_table(cells: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataFrame:
+    """CO against the others, and both slopes, with collections as the unit of replication.
+
+    Args:
+        cells: by name of a variant, one row a policy, columns `COLUMNS`.
+
+    Returns:
+        A row each: name, collections; success_co, success_so, success_cu, success_su; and of
+        co_so, co_so_below_1024 (without stiffer cells), co_rest, co_so_crossed, beta_kp, beta_kd:
+        the number, and `_lower`, `_upper` of its 95 % interval; `verdict` on co_so.
+    """
+    rows = []
+    for name, policies in cells.items():
+        own = by_collection(policies, grid)
+        means = own.groupby("region").success.mean()
+        below = own[own.kp < VERY_STIFF_KP]
+        kp, kd = slopes(own)
+        numbers = {
+            "co_so": over_collections(contrast(own, lambda region: region == "SO")),
+            "co_so_below_1024": over_collections(contrast(below, lambda region: region == "SO")),
+            "co_rest": over_collections(contrast(own, lambda region: region != "CO")),
+            "co_so_crossed": crossed(own),
+            "beta_kp": over_collections(kp),
+            "beta_kd": over_collections(kd),
+        }
+        row = {"name": name, "collections": own.collection.nunique()}
+        row |= {f"success_{word.lower()}": means.get(word, nan) for word in REGIONS}
+        for key, number in numbers.items():
+            row |= {key: number.value, f"{key}_lower": number.lower, f"{key}_upper": number.upper}
+        rows.append({**row, "verdict": numbers["co_so"].verdict})
+    return pd.DataFrame(rows)
+
+
+def printable_collections(table: pd.DataFrame) -> pd.DataFrame:
+    """`collections_table` as text."""
+
+    def points(key: str) -> list[str]:
+        columns = table[[key, f"{key}_lower", f"{key}_upper"]]
+        return [_points(*row) for row in columns.itertuples(index=False)]
+
+    return pd.DataFrame(
+        {
+            "Collections drawn anew": [heading(name) for name in table.name],
+            "n": table.collections.astype(str),
+            "CO": [rate(value) for value in table.success_co],
+            "SO": [rate(value) for value in table.success_so],
+            "CO − SO": points("co_so"),
+            "… below Kp 1024": points("co_so_below_1024"),
+            "… of other cells too": points("co_so_crossed"),
+            "CO − rest": points("co_rest"),
+            "CO beats SO": table.verdict,
+        }
+    )
+
+
+def _points(value: float, lower: float, upper: float) -> str:
+    if np.isnan(value):
+        return ""
+    ends = "" if np.isnan(lower) else f" ({100 * lower:+.0f} to {100 * upper:+.0f})"
+    return with_minus(f"{100 * value:+.1f}{ends}")
