@@ -8,7 +8,7 @@ effects are collection and cell, crossed.
 """
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 
@@ -43,7 +43,9 @@ class Estimate:
         """What the registered rule says of a claim that the number is above zero."""
         if np.isnan(self.lower):
             return "cannot be told"
-        return "yes" if self.lower > 0 else "no, the contrary" if self.upper < 0 else "cannot be told"
+        return (
+            "yes" if self.lower > 0 else "no, the contrary" if self.upper < 0 else "cannot be told"
+        )
 
 
 def over_collections(values: np.ndarray) -> Estimate:
@@ -52,7 +54,9 @@ def over_collections(values: np.ndarray) -> Estimate:
     if n < FEWEST or not np.isfinite(values).all():
         return Estimate(float(np.mean(values)) if n else nan, n=n)
     half = float(t.ppf(0.975, n - 1)) * values.std(ddof=1) / np.sqrt(n)
-    return Estimate(float(values.mean()), float(values.mean() - half), float(values.mean() + half), n)
+    return Estimate(
+        float(values.mean()), float(values.mean() - half), float(values.mean() + half), n
+    )
 
 
 def by_collection(cells: pd.DataFrame, grid: Grid) -> pd.DataFrame:
@@ -77,15 +81,15 @@ def by_collection(cells: pd.DataFrame, grid: Grid) -> pd.DataFrame:
     return own.assign(region=region)
 
 
-def contrast(own: pd.DataFrame, outside: Callable[[pd.Series], pd.Series]) -> np.ndarray:
+def contrast(own: pd.DataFrame, outside: Sequence[str]) -> np.ndarray:
     """(n,) of each collection the mean success of CO less that of the cells outside.
 
     Args:
         own: as `by_collection` makes it.
-        outside: which regions are compared with.
+        outside: regions.
     """
     inside = own[own.region == "CO"].groupby("collection").success.mean()
-    other = own[outside(own.region)].groupby("collection").success.mean()
+    other = own[own.region.isin(outside)].groupby("collection").success.mean()
     return (inside - other).dropna().to_numpy()
 
 
@@ -124,7 +128,11 @@ def crossed(own: pd.DataFrame) -> Estimate:
         # a variance of zero is at the bound of what variances may be
         warnings.simplefilter("ignore", ConvergenceWarning)
         model = MixedLM.from_formula("success ~ inside", named, groups="all", vc_formula=effects)
-        fit = model.fit(reml=True, method=["lbfgs", "powell"])
+        # gradients mislead: L-BFGS stops far from the maximum, and says that it converged
+        fit = max(
+            (model.fit(reml=True, method=method) for method in ("nm", "powell")),
+            key=lambda one: one.llf,
+        )
     value, error = float(fit.fe_params["inside"]), float(fit.bse_fe["inside"])
     half = float(t.ppf(0.975, int(cells.sum()) - 2)) * error
     return Estimate(value, value - half, value + half, n)
@@ -148,9 +156,9 @@ def collections_table(cells: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataF
         below = own[own.kp < VERY_STIFF_KP]
         kp, kd = slopes(own)
         numbers = {
-            "co_so": over_collections(contrast(own, lambda region: region == "SO")),
-            "co_so_below_1024": over_collections(contrast(below, lambda region: region == "SO")),
-            "co_rest": over_collections(contrast(own, lambda region: region != "CO")),
+            "co_so": over_collections(contrast(own, ["SO"])),
+            "co_so_below_1024": over_collections(contrast(below, ["SO"])),
+            "co_rest": over_collections(contrast(own, REGIONS[1:])),
             "co_so_crossed": crossed(own),
             "beta_kp": over_collections(kp),
             "beta_kd": over_collections(kd),
