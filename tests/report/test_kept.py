@@ -111,8 +111,8 @@ def test_the_table_of_the_decision_is_that_of_the_data():
     assert f"| +{100 * jitter.found:.0f} point | {jitter.p:.3f} | no |" in text
 
 
-def test_the_page_on_cloning_has_what_is_known_before_training():
-    page = (ROOT / "docs/results_cloning.md").read_text()
+def test_the_page_on_errors_has_what_is_known_before_training():
+    page = (ROOT / "docs/results_errors.md").read_text()
     printed = {name: text for name, _, text in tables(DATA, RULE) if name.startswith("beforehand")}
     assert len(printed) == 2
     for text in printed.values():

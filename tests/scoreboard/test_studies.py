@@ -46,7 +46,9 @@ def test_a_claim_that_is_judged_names_a_study_that_ships():
 
 
 def test_the_documentation_names_it_too():
-    section = (ROOT / "docs/scoreboard.md").read_text().split("\n## Which results are read\n")[1]
+    section = (
+        (ROOT / "docs/scoreboard_rules.md").read_text().split("\n## Which results are read\n")[1]
+    )
     cells = [row.split("|")[2] for row in section.splitlines() if row.startswith("|")]
     for claim in CLAIMS.values():
         assert not claim.about or any(f"`{claim.about}`" in cell for cell in cells), claim.key

@@ -34,7 +34,9 @@ from t2l.stats.transfer import jitter_table, printable_jitter
 from t2l.stats.verdict import Verdict
 
 Tables = Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]  # a name, the numbers, and as text
-PAGES = ("README.md", "docs/scoreboard.md")
+PAGES = (
+    "README.md", "docs/scoreboard.md", "docs/scoreboard_rules.md", "docs/results_cloning.md",
+)  # fmt: skip
 ROBOT = "fr3"
 SHOWN = ["Statement", "Section", "The study", "Ours", "n", "p", "Verdict"]
 # of tables that have a row a policy
@@ -215,7 +217,7 @@ def with_counts(text: str, table: pd.DataFrame) -> str:
 
 
 def with_tables(text: str, table: pd.DataFrame, folder: Path) -> str:
-    """The scoreboard's page, its tables and list replaced.
+    """A page whose tables and list are those of the scoreboard, where it has them.
 
     Args:
         folder: docs/data.
@@ -233,7 +235,7 @@ def with_tables(text: str, table: pd.DataFrame, folder: Path) -> str:
             flags=re.M | re.S,
         )
     return re.sub(
-        r"(?<=\n### Open\n\n)(.*?\n\n)- .*?\n(?=\n## )",
+        r"(?<=\n### Open\n\n)(.*?\n\n)- .*?\n(?=\n## |\Z)",
         lambda match: match[1] + open_statements(table) + "\n",
         text,
         flags=re.S,
@@ -246,9 +248,9 @@ def pages(root: Path, table: pd.DataFrame) -> Iterator[tuple[str, str]]:
     Args:
         root: of the repository.
     """
-    readme, page = ((root / name).read_text(encoding="utf-8") for name in PAGES)
-    yield PAGES[0], with_counts(readme, table)
-    yield PAGES[1], with_counts(with_tables(page, table, root / "docs/data"), table)
+    for name in PAGES:
+        text = (root / name).read_text(encoding="utf-8")
+        yield name, with_counts(with_tables(text, table, root / "docs/data"), table)
 
 
 def write_all(folder: Path, rule: Rule, root: Path, out: Path) -> None:
