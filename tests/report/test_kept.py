@@ -117,3 +117,26 @@ def test_the_page_on_errors_has_what_is_known_before_training():
     assert len(printed) == 2
     for text in printed.values():
         assert text.to_markdown(index=False, disable_numparse=True) in page
+
+
+def test_the_page_on_errors_says_how_much_difficulty_and_loss_differ():
+    page = " ".join((ROOT / "docs/results_errors.md").read_text().split())
+    of_kind = [
+        table.query("predictor == 'label_difficulty' and task != 'mean over tasks'")
+        for name, table, _ in tables(DATA, RULE)
+        if name.startswith("beforehand")
+    ]
+    positions, displacements = of_kind
+    loss, first, second = (
+        f"{values.min():.0f} to {values.max():.0f}"
+        for values in (positions.factor_loss, positions.factor, displacements.factor)
+    )
+    assert f"differs by a factor of {loss} from cell to cell" in page
+    assert f"difficulty of positions by {first}, and that of displacements by {second}" in page
+    for table in of_kind:
+        told = ", ".join(f"{rho:+.2f}" for rho in table.rho_loss)
+        assert told in page or " and ".join(told.rsplit(", ", 1)) in page
+    size, other = (
+        f"{t.over_loss.min():.1f} to {t.over_loss.max():.1f}" for t in (displacements, positions)
+    )
+    assert f"({size} times it in the median cell, not {other} times)" in page
