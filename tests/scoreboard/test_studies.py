@@ -74,6 +74,32 @@ def test_the_study_that_a_claim_is_about_counts_wherever_it_stands(order):
     assert (found.verdict, found.results) == (Verdict.REPRODUCED, "cloning_grid")
 
 
+def drawn_anew(count, share):
+    names = ["block_stack", *(f"block_stack__collection{i}" for i in range(1, count))]
+    return {
+        f"{name}__nominal__cells": planted.cloning(CO=share + 0.01 * i)
+        for i, name in enumerate(names)
+    }
+
+
+@pytest.mark.parametrize("key", ["co_block_stack", "compliant_once_overdamped", "damping_helps"])
+def test_collections_drawn_anew_are_the_unit_where_there_are_five(key):
+    one, five, four = better(0.8), drawn_anew(5, 0.7), drawn_anew(4, 0.7)
+    found = CLAIMS[key].finding(of(cloning_grid=one, collections=five))
+    assert (found.verdict, found.n, found.results) == (Verdict.REPRODUCED, 5, "collections")
+    assert np.isnan(found.p)
+    found = CLAIMS[key].finding(of(cloning_grid=one, collections=four))
+    assert found.results == "cloning_grid"
+
+
+def test_collections_that_disagree_tell_nothing_however_many_cells_they_have():
+    shares = (0.1, 0.9, 0.2, 0.8, 0.5)
+    tables = drawn_anew(5, 0.0)
+    tables = {name: planted.cloning(CO=share) for name, share in zip(tables, shares, strict=True)}
+    found = CLAIMS["compliant_once_overdamped"].finding(of(collections=tables))
+    assert found.verdict is Verdict.CANNOT_TELL
+
+
 def test_a_study_of_one_s_own_needs_no_name():
     claim = CLAIMS["co_block_stack"]
     found = claim.finding(of(mine=better(0.8)))

@@ -39,7 +39,7 @@ def test_luck_that_a_collection_shares_does_not_hide_a_difference():
     row = table(policies())
     assert row.co_so == pytest.approx(0.1, abs=0.02)
     assert 0 < row.co_so_lower < 0.1 < row.co_so_upper
-    assert row.verdict == "yes"
+    assert row.verdict == "reproduced"
 
 
 def test_an_interval_covers_as_often_as_it_says():
@@ -77,7 +77,7 @@ def test_the_mixed_model_has_the_error_of_a_balanced_design():
 
 
 def test_the_contrary_is_said_too():
-    assert table(policies(-0.1)).verdict == "no, the contrary"
+    assert table(policies(-0.1)).verdict == "not reproduced"
 
 
 def test_four_collections_tell_nothing():
@@ -115,6 +115,13 @@ def test_training_seeds_of_a_policy_are_averaged():
     assert both == pytest.approx(first)
 
 
+def test_a_fall_is_claimed_by_its_sign_and_more_tests_ask_for_more():
+    falls = np.array([-0.2, -0.1, -0.3, -0.15, -0.02])
+    assert over_collections(falls, -1).verdict == "reproduced"
+    assert over_collections(falls).verdict == "not reproduced"
+    assert over_collections(falls, -1, tests=20).verdict == "cannot be told"
+
+
 def test_nothing_is_said_of_no_collections():
     assert over_collections(np.array([])).verdict == "cannot be told"
 
@@ -122,5 +129,5 @@ def test_nothing_is_said_of_no_collections():
 def test_a_row_is_told():
     printed = printable_collections(collections_table({"epochs_50": policies()}, GRID)).iloc[0]
     assert printed["Collections drawn anew"] == "Epochs 50"
-    assert printed["CO beats SO"] == "yes"
+    assert printed["CO beats SO"] == "reproduced"
     assert " to +" in printed["CO − SO"]

@@ -1,15 +1,19 @@
 """Claims about behaviour cloning: retargeting, regions of gains, losses."""
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
 import pandas as pd
 
+from t2l.gains import Grid
 from t2l.published.numbers import Published, splits
 from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, cannot_tell, percents
+from t2l.stats.collections import FEWEST, by_collection, contrast, over_collections, slopes
 from t2l.stats.regions import REGIONS, by_cell
 from t2l.stats.slopes import share_slopes
 from t2l.stats.verdict import (
@@ -38,6 +42,11 @@ STUDY_TASKS = {
     "mug_hanging": "mug_hanging",
 }
 CELLS = "cell (mean over training seeds)"
+ANEW = "collections"  # the study of ours with several
+# how a rule goes on
+OR_COLLECTIONS = (
+    "; with five collections or more these are the unit, and their 95 % interval decides"
+)
 CO_REST = "success of cells in CO against all others, one-sided Mann-Whitney"
 CO_REST_NULL = "success in CO is not greater than outside"
 SIMULATION_RATE_HZ = 500
@@ -57,10 +66,39 @@ def cells_of(
     return cells.assign(region=splits()["cloning"].regions(cells.kp, cells.kd))
 
 
+def anew(evidence: Evidence, variant: str = NOMINAL, task: str = TASK) -> pd.DataFrame | None:
+    """Cells of each collection, as `by_collection` has them; None where these are too few."""
+    columns, named = ("kp", "kd", "success", "rollouts"), {"task": task, "variant": variant}
+    tables = [evidence.table("cloning", columns, **named).assign(collection=0)]
+    for number in evidence.names("anew", "number"):
+        with suppress(AbsentError):
+            own = evidence.table("anew", columns, number=number, **named)
+            tables.append(own.assign(collection=int(number)))
+    cells, split = pd.concat(tables), splits()["cloning"]
+    kp, kd = (tuple(sorted(cells[gain].unique())) for gain in ("kp", "kd"))
+    grid = Grid(kp, kd, split.compliant_up_to_kp, split.overdamped_from_kd)
+    own = by_collection(cells, grid)
+    return own if own.collection.nunique() >= FEWEST else None
+
+
+def _over_collections(own: pd.DataFrame, outside: Sequence[str], tests: int) -> Finding:
+    """CO against other regions, with the collection as the unit."""
+    if own.groupby(["kp", "kd"]).success.mean().max() < WORKS:
+        return cannot_tell(
+            Finding(Verdict.CANNOT_TELL, own.collection.nunique()), "no policy works"
+        )
+    found = over_collections(contrast(own, outside), tests=tests)
+    groups = (own[own.region.isin(regions)] for regions in (["CO"], outside))
+    means = [group.groupby("collection").success.mean() for group in groups]
+    return percents(found, *means)
+
+
 def co_beats_rest(variant: str = NOMINAL, task: str = TASK) -> Judge:
     """Whether compliant, overdamped cells succeed more than all others."""
 
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        if (own := anew(evidence, variant, task)) is not None:
+            return _over_collections(own, REGIONS[1:], tests)
         cells = cells_of(evidence, variant, task)
         co = cells[cells.region == "CO"].success.to_numpy()
         rest = cells[cells.region != "CO"].success.to_numpy()
@@ -74,6 +112,8 @@ def co_beats_rest(variant: str = NOMINAL, task: str = TASK) -> Judge:
 
 def _against(region: str) -> Judge:
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        if (own := anew(evidence)) is not None:
+            return _over_collections(own, [region], tests)
         cells = cells_of(evidence)
         co = cells[cells.region == "CO"].success.to_numpy()
         other = cells[cells.region == region].success.to_numpy()
@@ -84,6 +124,8 @@ def _against(region: str) -> Judge:
 
 def _slope(gain: str, sign: int) -> Judge:
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        if (own := anew(evidence)) is not None:
+            return over_collections(slopes(own)[gain == "kd"], sign, tests)
         cells = cells_of(evidence)
         fit = share_slopes(cells.kp, cells.kd, cells.successes, cells.rollouts)
         value, error = getattr(fit, gain), getattr(fit, f"{gain}_error")
@@ -176,7 +218,8 @@ def _end_to_end(evidence: Evidence, published: Published, tests: int) -> Finding
 def _task(key: str, what: str, task: str) -> Claim:
     statement = f"{what}: compliant, overdamped gains succeed more often than all others."
     judged = {"judge": co_beats_rest(task=task), "tests": len(STUDY_TASKS)}
-    return Claim(key, statement, CELLS, CO_REST, CO_REST_NULL, **judged, about=STUDY_TASKS[task])
+    own = {"about": STUDY_TASKS[task], "anew": ANEW if task == TASK else ""}
+    return Claim(key, statement, CELLS, CO_REST + OR_COLLECTIONS, CO_REST_NULL, **judged, **own)
 
 
 CLAIMS = [
@@ -215,19 +258,23 @@ CLAIMS = [
         "stiffness_hurts",
         "Block stacking: stiffness lowers the odds of success.",
         CELLS,
-        "slope of the log odds per doubling of Kp, over-dispersed by cell, one-sided t",
+        "slope of the log odds per doubling of Kp, over-dispersed by cell, one-sided t"
+        + OR_COLLECTIONS,
         "the slope is not negative",
         _slope("kp", -1),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "damping_helps",
         "Block stacking: damping raises the odds of success.",
         CELLS,
-        "slope of the log odds per doubling of Kd, over-dispersed by cell, one-sided t",
+        "slope of the log odds per doubling of Kd, over-dispersed by cell, one-sided t"
+        + OR_COLLECTIONS,
         "the slope is not positive",
         _slope("kd", +1),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "pooled_slopes",
@@ -241,19 +288,21 @@ CLAIMS = [
         "compliant_once_overdamped",
         "Among overdamped gains, compliant ones succeed more often.",
         CELLS,
-        "success of cells in CO against SO, one-sided Mann-Whitney",
+        "success of cells in CO against SO, one-sided Mann-Whitney" + OR_COLLECTIONS,
         "success in CO is not greater than in SO",
         _against("SO"),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "overdamped_once_compliant",
         "Among compliant gains, overdamped ones succeed more often.",
         CELLS,
-        "success of cells in CO against CU, one-sided Mann-Whitney",
+        "success of cells in CO against CU, one-sided Mann-Whitney" + OR_COLLECTIONS,
         "success in CO is not greater than in CU",
         _against("CU"),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "compliant_loss_higher",

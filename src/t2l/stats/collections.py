@@ -9,7 +9,6 @@ effects are collection and cell, crossed.
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import nan
 
 import numpy as np
@@ -23,40 +22,42 @@ from t2l.names import heading, with_minus
 from t2l.stats.regions import REGIONS
 from t2l.stats.slopes import share_slopes
 from t2l.stats.text import rate
+from t2l.stats.verdict import ALPHA, Finding, Verdict
 
 COLUMNS = ("collection", "kp", "kd", "success", "rollouts")
 FEWEST = 5  # collections: with fewer, Student's t asks for more than three errors
 VERY_STIFF_KP = 1024  # N·m/rad, the columns that the lead over SO rested on in one collection
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """A mean over units with its 95 % interval, NaN where there are too few."""
+def over_collections(values: np.ndarray, sign: int = 1, tests: int = 1) -> Finding:
+    """The mean of one number of each collection has the claimed sign.
 
-    value: float = nan
-    lower: float = nan
-    upper: float = nan
-    n: int = 0
+    Reproduced where Student's interval lies on that side of zero, not reproduced where it lies on
+    the other; else, or with too few collections, it cannot be told.
 
-    @property
-    def verdict(self) -> str:
-        """What the registered rule says of a claim that the number is above zero."""
-        if np.isnan(self.lower):
-            return "cannot be told"
-        return (
-            "yes" if self.lower > 0 else "no, the contrary" if self.upper < 0 else "cannot be told"
-        )
-
-
-def over_collections(values: np.ndarray) -> Estimate:
-    """The mean of one number of each collection, (n,), with Student's interval."""
+    Args:
+        values: (n,).
+        tests: that the interval is corrected for: it covers 1 − 0.05 / tests.
+    """
     n = len(values)
     if n < FEWEST or not np.isfinite(values).all():
-        return Estimate(float(np.mean(values)) if n else nan, n=n)
-    half = float(t.ppf(0.975, n - 1)) * values.std(ddof=1) / np.sqrt(n)
-    return Estimate(
-        float(values.mean()), float(values.mean() - half), float(values.mean() + half), n
-    )
+        return Finding(Verdict.CANNOT_TELL, n, float(np.mean(values)) if n else nan)
+    error = float(values.std(ddof=1) / np.sqrt(n))
+    return _by_interval(float(values.mean()), error, n - 1, n, sign, tests)
+
+
+def _by_interval(
+    value: float, error: float, freedom: int, n: int, sign: int = 1, tests: int = 1
+) -> Finding:
+    half = float(t.ppf(1 - ALPHA / 2 / tests, freedom)) * error
+    lower, upper = value - half, value + half
+    if min(sign * lower, sign * upper) > 0:
+        verdict = Verdict.REPRODUCED
+    elif max(sign * lower, sign * upper) < 0:
+        verdict = Verdict.NOT_REPRODUCED
+    else:
+        verdict = Verdict.CANNOT_TELL
+    return Finding(verdict, n, value, lower, upper)
 
 
 def by_collection(cells: pd.DataFrame, grid: Grid) -> pd.DataFrame:
@@ -102,7 +103,7 @@ def slopes(own: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     return np.array([fit.kp for fit in fits]), np.array([fit.kd for fit in fits])
 
 
-def crossed(own: pd.DataFrame) -> Estimate:
+def crossed(own: pd.DataFrame) -> Finding:
     """CO less SO by a mixed model, with collection and cell as crossed random effects.
 
     Success is a mean of its region, plus what the collection adds, what it adds to one region, what
@@ -113,7 +114,7 @@ def crossed(own: pd.DataFrame) -> Estimate:
     cells = both[["region", "kp", "kd"]].drop_duplicates().region.value_counts()
     n = both.collection.nunique()
     if n < FEWEST or len(cells) < 2 or cells.min() < 2:
-        return Estimate(n=n)
+        return Finding(Verdict.CANNOT_TELL, n)
     named = both.assign(
         inside=(both.region == "CO").astype(float),
         cell=both.kp.astype(str) + "_" + both.kd.astype(str),
@@ -134,8 +135,7 @@ def crossed(own: pd.DataFrame) -> Estimate:
             key=lambda one: one.llf,
         )
     value, error = float(fit.fe_params["inside"]), float(fit.bse_fe["inside"])
-    half = float(t.ppf(0.975, int(cells.sum()) - 2)) * error
-    return Estimate(value, value - half, value + half, n)
+    return _by_interval(value, error, int(cells.sum()) - 2, n)
 
 
 def collections_table(cells: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataFrame:
@@ -160,14 +160,14 @@ def collections_table(cells: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataF
             "co_so_below_1024": over_collections(contrast(below, ["SO"])),
             "co_rest": over_collections(contrast(own, REGIONS[1:])),
             "co_so_crossed": crossed(own),
-            "beta_kp": over_collections(kp),
+            "beta_kp": over_collections(kp, -1),
             "beta_kd": over_collections(kd),
         }
         row = {"name": name, "collections": own.collection.nunique()}
         row |= {f"success_{word.lower()}": means.get(word, nan) for word in REGIONS}
         for key, number in numbers.items():
             row |= {key: number.value, f"{key}_lower": number.lower, f"{key}_upper": number.upper}
-        rows.append({**row, "verdict": numbers["co_so"].verdict})
+        rows.append({**row, "verdict": str(numbers["co_so"].verdict)})
     return pd.DataFrame(rows)
 
 
