@@ -24,6 +24,7 @@ from t2l.scoreboard.weight import by_finding, independent
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
 from t2l.stats.beforehand import beforehand_table, printable_beforehand
+from t2l.stats.collections import collections_table, printable_collections
 from t2l.stats.decision import decide, printable_decision
 from t2l.stats.decision_rule import Rule
 from t2l.stats.decoupling import decoupling_table
@@ -68,6 +69,11 @@ COMPARED = {
     "50 demonstrations": ("demonstrations", "demonstrations_50"),
     "900 demonstrations": ("demonstrations", "demonstrations_900"),
 }
+# variants of the collections, as pages tell them
+ANEW = {
+    "nominal": "150 epochs", "epochs_50": "50 epochs", "epochs_400": "400 epochs",
+    "observation_noise_0": "no noise on observations", "demonstrations_900": "900 demonstrations",
+}  # fmt: skip
 GRIDS = (*CLONED[:7],)
 FORESEEN = {"block_stack": "cloning_grid"}  # tasks whose grid has another name
 HOLD_S = 0.02
@@ -124,9 +130,21 @@ def tables(folder: Path, rule: Rule) -> Tables:
     yield "jitter", table, printable_jitter(table)
     table = compliance(folder)
     yield "compliance", table, printable_compliance(table)
+    table = collections(folder)
+    yield "collections", table, printable_collections(table)
     trainings = read("decoupling")
     table = decoupling_table(trainings, list(dict.fromkeys(trainings.pairing)))
     yield "decoupling", table, printable_decoupling(table)
+
+
+def collections(folder: Path) -> pd.DataFrame:
+    """`t2l.stats.collections.collections_table` of what is kept in docs/data."""
+    policies = pd.read_csv(folder / "collections.csv")
+    variants = policies.groupby("variant")
+    cells = {
+        words: variants.get_group(name) for name, words in ANEW.items() if name in variants.groups
+    }
+    return collections_table(cells, grid_of(policies, "cloning"))
 
 
 def compliance(folder: Path) -> pd.DataFrame:
@@ -224,7 +242,7 @@ def with_tables(text: str, table: pd.DataFrame, folder: Path) -> str:
     """
     for printed in (
         judged(table), printable_findings(table), printable_weights(table),
-        printable_compliance(compliance(folder)),
+        printable_compliance(compliance(folder)), printable_collections(collections(folder)),
     ):  # fmt: skip
         head = re.escape(printed.columns[0])
         shown = printed.to_markdown(index=False, disable_numparse=True)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from t2l.bc.collections import collection
 from t2l.scoreboard.evidence import Evidence, Source, source_of
 from t2l.stats.decision import decide
 from t2l.stats.decision_rule import Rule
@@ -42,6 +43,15 @@ def evidence(folder: Path, rule: Rule) -> Evidence:
 def _cloning(table: pd.DataFrame, study: str, task: str) -> Shaped:
     for variant, rows in table.groupby("variant"):
         yield f"{study}/{task}/{variant}/cells.parquet", rows
+
+
+def _collections(table: pd.DataFrame) -> Shaped:
+    for (variant, number), rows in table.groupby(["variant", "collection"]):
+        own = collection("block_stack", int(number))
+        # a study of its own, as its demonstrations are others
+        apart = variant == "demonstrations_900"
+        study = "collections_900/{}/nominal" if apart else f"collections/{{}}/{variant}"
+        yield f"{study.format(own)}/cells.parquet", rows
 
 
 def _ablations(table: pd.DataFrame) -> Shaped:
@@ -154,6 +164,7 @@ def _of(study: str, task: str) -> Callable[[pd.DataFrame], Shaped]:
 # by name of the file
 FILES: dict[str, Callable[[pd.DataFrame], Shaped]] = {
     "cloning_grid": _of("cloning_grid", "block_stack"),
+    "collections": _collections,
     "bimanual_handover": _of("bimanual_handover", "bimanual_handover"),
     "dishrack_loading": _of("dishrack", "dishrack_loading"),
     "dishrack_unloading": _of("dishrack", "dishrack_unloading"),

@@ -178,6 +178,10 @@ def printable_collections(table: pd.DataFrame) -> pd.DataFrame:
         columns = table[[key, f"{key}_lower", f"{key}_upper"]]
         return [_points(*row) for row in columns.itertuples(index=False)]
 
+    def slope(key: str) -> list[str]:
+        columns = table[[key, f"{key}_lower", f"{key}_upper"]]
+        return [_slope(*row) for row in columns.itertuples(index=False)]
+
     return pd.DataFrame(
         {
             "Collections drawn anew": [heading(name) for name in table.name],
@@ -188,9 +192,18 @@ def printable_collections(table: pd.DataFrame) -> pd.DataFrame:
             "… below Kp 1024": points("co_so_below_1024"),
             "… of other cells too": points("co_so_crossed"),
             "CO − rest": points("co_rest"),
+            "β Kp": slope("beta_kp"),
+            "β Kd": slope("beta_kd"),
             "CO beats SO": table.verdict,
         }
     )
+
+
+def _slope(value: float, lower: float, upper: float) -> str:
+    if np.isnan(value):
+        return ""
+    ends = "" if np.isnan(lower) else f" ({lower:+.2f} to {upper:+.2f})"
+    return with_minus(f"{value:+.2f}{ends}")
 
 
 def _points(value: float, lower: float, upper: float) -> str:
