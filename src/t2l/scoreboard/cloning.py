@@ -66,15 +66,21 @@ def cells_of(
     return cells.assign(region=splits()["cloning"].regions(cells.kp, cells.kd))
 
 
-def anew(evidence: Evidence, variant: str = NOMINAL, task: str = TASK) -> pd.DataFrame | None:
-    """Cells of each collection, as `by_collection` has them; None where these are too few."""
+def _of_every_collection(evidence: Evidence, variant: str, task: str) -> pd.DataFrame:
+    """A row a policy, with its collection, counted from 0."""
     columns, named = ("kp", "kd", "success", "rollouts"), {"task": task, "variant": variant}
-    tables = [evidence.table("cloning", columns, **named).assign(collection=0)]
+    first = evidence.table("cloning", columns, **named)
+    tables = [first if "collection" in first else first.assign(collection=0)]
     for number in evidence.names("anew", "number"):
         with suppress(AbsentError):
             own = evidence.table("anew", columns, number=number, **named)
             tables.append(own.assign(collection=int(number)))
-    cells, split = pd.concat(tables), splits()["cloning"]
+    return pd.concat(tables)
+
+
+def anew(evidence: Evidence, variant: str = NOMINAL, task: str = TASK) -> pd.DataFrame | None:
+    """Cells of each collection, as `by_collection` has them; None where these are too few."""
+    cells, split = _of_every_collection(evidence, variant, task), splits()["cloning"]
     kp, kd = (tuple(sorted(cells[gain].unique())) for gain in ("kp", "kd"))
     grid = Grid(kp, kd, split.compliant_up_to_kp, split.overdamped_from_kd)
     own = by_collection(cells, grid)
@@ -197,10 +203,7 @@ def _retargeting_degrades(evidence: Evidence, published: Published, tests: int) 
 
 
 def _end_to_end(evidence: Evidence, published: Published, tests: int) -> Finding:
-    columns = ("kp", "kd", "success", "rollouts")
-    policies = evidence.table("cloning", columns, task=OPERATED_TASK, variant=OPERATED)
-    if "collection" not in policies:
-        policies = policies.assign(collection=0)
+    policies = _of_every_collection(evidence, OPERATED, OPERATED_TASK)
     ends = [
         policies[gain].isin([policies[gain].min(), policies[gain].max()]) for gain in ("kp", "kd")
     ]
