@@ -11,7 +11,8 @@ import pytest
 from t2l.figures.kept import DPI, FIGURES
 from t2l.figures.style import write
 from t2l.gains import Grid
-from t2l.report.kept import pages, registered, tables, with_counts
+from t2l.names import with_minus
+from t2l.report.kept import collections, pages, registered, tables, with_counts
 from t2l.scoreboard.kept import evidence
 from t2l.scoreboard.table import counts, scoreboard
 from t2l.stats.regions import region_table
@@ -140,3 +141,32 @@ def test_the_page_on_errors_says_how_much_difficulty_and_loss_differ():
         f"{t.over_loss.min():.1f} to {t.over_loss.max():.1f}" for t in (displacements, positions)
     )
     assert f"({size} times it in the median cell, not {other} times)" in page
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/results_cloning.md", "docs/objections.md"])
+def test_pages_say_by_how_much_co_leads_in_collections_drawn_anew(page):
+    table = collections(DATA).set_index("name")
+    text = " ".join((ROOT / page).read_text().split())
+    long, short = (100 * table.loc[name] for name in ("150 epochs", "50 epochs"))
+    assert f"{long.co_so:.1f} " in text
+    assert f"({long.co_so_lower:.1f} to {long.co_so_upper:.1f})" in text
+    assert f"by {-short.co_so:.1f}" in text
+    assert f"({-short.co_so_upper:.1f} to {-short.co_so_lower:.1f})" in text
+
+
+def test_what_the_page_says_of_collections_is_in_their_table():
+    table = collections(DATA).set_index("name")
+    text = " ".join((ROOT / "docs/results_cloning.md").read_text().split())
+    long = 100 * table.loc["150 epochs"]
+    best = 100 * table.loc["each cell's best length, by the other collections"]
+    lower, upper = (
+        with_minus(f"{long[f'co_so_crossed_{end}']:+.1f}") for end in ("lower", "upper")
+    )
+    assert f"the interval is {lower} to {upper} after 150" in text
+    assert f"ahead by {best.co_so:.1f} points" in text
+    ends = with_minus(f"{best.co_so_below_1024_lower:.1f} to {best.co_so_below_1024_upper:.1f}")
+    assert f"({best.co_so_below_1024:.1f}, {ends})" in text
+    assert set(table.collections) == {8}
+    # only after 400 epochs are other gains told of
+    told = table.co_so_crossed_lower > 0
+    assert list(table.index[told]) == ["400 epochs"]

@@ -4,6 +4,7 @@ import pytest
 
 from t2l.gains import Grid
 from t2l.stats.collections import (
+    best_elsewhere,
     by_collection,
     collections_table,
     contrast,
@@ -120,6 +121,14 @@ def test_a_fall_is_claimed_by_its_sign_and_more_tests_ask_for_more():
     assert over_collections(falls, -1).verdict == "reproduced"
     assert over_collections(falls).verdict == "not reproduced"
     assert over_collections(falls, -1, tests=20).verdict == "cannot be told"
+
+
+def test_what_chose_a_way_of_training_does_not_report_it():
+    noise = {str(i): policies(0, shift=0, own=0.1, seed=i) for i in range(6)}
+    # the best of pure chance is no better in collections that it was not chosen in
+    assert best_elsewhere(noise).success.mean() == pytest.approx(0.5, abs=0.03)
+    better = {**noise, "better": policies(0, shift=0, own=0.01).assign(success=0.9)}
+    assert (best_elsewhere(better).success == 0.9).all()
 
 
 def test_nothing_is_said_of_no_collections():

@@ -25,7 +25,7 @@ from t2l.figures.style import title
 from t2l.figures.variants import variants
 from t2l.gains import Cell, Grid
 from t2l.published.numbers import splits
-from t2l.scoreboard.kept import demonstrations, deployed, replays
+from t2l.scoreboard.kept import demonstrations, deployed, named_collections, replays
 from t2l.stats.ablation import WHOLE
 from t2l.stats.ablation import by_cell as ablation_by_cell
 from t2l.stats.attenuation import effective_error_table
@@ -75,7 +75,7 @@ def _variants(folder: Path) -> Figure:
 def _collections(folder: Path) -> Figure:
     table = _read(folder, "collections")
     grid = grid_of(table, "cloning")
-    of_variant = {str(name): rows for name, rows in table.groupby("variant", sort=False)}
+    of_variant = named_collections(table)
     cells = {name: by_collection(rows, grid) for name, rows in of_variant.items()}
     return collections(collections_table(of_variant, grid), cells)
 

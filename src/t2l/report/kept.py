@@ -18,13 +18,13 @@ from t2l.figures.kept import DPI, FIGURES, grid_of
 from t2l.figures.style import write
 from t2l.names import with_minus
 from t2l.report.scoreboard import render
-from t2l.scoreboard.kept import deployed, evidence
+from t2l.scoreboard.kept import deployed, evidence, named_collections
 from t2l.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
 from t2l.scoreboard.weight import by_finding, independent
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
 from t2l.stats.beforehand import beforehand_table, printable_beforehand
-from t2l.stats.collections import collections_table, printable_collections
+from t2l.stats.collections import best_elsewhere, collections_table, printable_collections
 from t2l.stats.decision import decide, printable_decision
 from t2l.stats.decision_rule import Rule
 from t2l.stats.decoupling import decoupling_table
@@ -69,11 +69,6 @@ COMPARED = {
     "50 demonstrations": ("demonstrations", "demonstrations_50"),
     "900 demonstrations": ("demonstrations", "demonstrations_900"),
 }
-# variants of the collections, as pages tell them
-ANEW = {
-    "nominal": "150 epochs", "epochs_50": "50 epochs", "epochs_400": "400 epochs",
-    "observation_noise_0": "no noise on observations", "demonstrations_900": "900 demonstrations",
-}  # fmt: skip
 GRIDS = (*CLONED[:7],)
 FORESEEN = {"block_stack": "cloning_grid"}  # tasks whose grid has another name
 HOLD_S = 0.02
@@ -140,11 +135,10 @@ def tables(folder: Path, rule: Rule) -> Tables:
 def collections(folder: Path) -> pd.DataFrame:
     """`t2l.stats.collections.collections_table` of what is kept in docs/data."""
     policies = pd.read_csv(folder / "collections.csv")
-    variants = policies.groupby("variant")
-    cells = {
-        words: variants.get_group(name) for name, words in ANEW.items() if name in variants.groups
-    }
-    return collections_table(cells, grid_of(policies, "cloning"))
+    cells = named_collections(policies)
+    lengths = {words: own for words, own in cells.items() if words.endswith("epochs")}
+    best = {"each cell's best length, by the other collections": best_elsewhere(lengths)}
+    return collections_table(cells | best, grid_of(policies, "cloning"))
 
 
 def compliance(folder: Path) -> pd.DataFrame:

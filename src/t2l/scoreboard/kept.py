@@ -20,6 +20,12 @@ Shaped = Iterator[tuple[str, pd.DataFrame]]  # where below results/ a table woul
 RATES = {10: "joint_reach_10_hz", 20: "joint_reach_20_hz", 50: "joint_reach",
          100: "joint_reach_100_hz"}  # fmt: skip
 
+# variants of the collections, as pages and figures tell them
+ANEW = {
+    "epochs_50": "50 epochs", "nominal": "150 epochs", "epochs_400": "400 epochs",
+    "observation_noise_0": "no noise on observations", "demonstrations_900": "900 demonstrations",
+}  # fmt: skip
+
 
 def evidence(folder: Path, rule: Rule) -> Evidence:
     """What is kept in a folder such as docs/data.
@@ -43,6 +49,12 @@ def evidence(folder: Path, rule: Rule) -> Evidence:
 def _cloning(table: pd.DataFrame, study: str, task: str) -> Shaped:
     for variant, rows in table.groupby("variant"):
         yield f"{study}/{task}/{variant}/cells.parquet", rows
+
+
+def named_collections(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Policies of collections that were drawn anew, by the words for their variant."""
+    found = dict(iter(table.groupby("variant")))
+    return {words: found[name] for name, words in ANEW.items() if name in found}
 
 
 def _collections(table: pd.DataFrame) -> Shaped:

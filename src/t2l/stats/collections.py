@@ -138,6 +138,24 @@ def crossed(own: pd.DataFrame) -> Finding:
     return _by_interval(value, error, int(cells.sum()) - 2, n)
 
 
+def best_elsewhere(cells: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Of several ways of training, for each cell and collection the one that is best in the others.
+
+    So what chose is not what reports.
+
+    Args:
+        cells: by name of a variant, one row a policy, columns `COLUMNS`.
+    """
+    every = pd.concat([own.assign(way=name) for name, own in cells.items()], ignore_index=True)
+    gains, parts = ["kp", "kd"], []
+    for number, own in every.groupby("collection"):
+        others = every[every.collection != number]
+        means = others.groupby([*gains, "way"], as_index=False).success.mean()
+        best = means.loc[means.groupby(gains).success.idxmax(), [*gains, "way"]]
+        parts.append(own.merge(best))
+    return pd.concat(parts, ignore_index=True)[[*COLUMNS]]
+
+
 def collections_table(cells: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataFrame:
     """CO against the others, and both slopes, with collections as the unit of replication.
 
@@ -158,7 +176,10 @@ def collections_table(cells: Mapping[str, pd.DataFrame], grid: Grid) -> pd.DataF
         numbers = {
             "co_so": over_collections(contrast(own, ["SO"])),
             "co_so_below_1024": over_collections(contrast(below, ["SO"])),
-            "co_rest": over_collections(contrast(own, REGIONS[1:])),
+            # of overdamped cells alone it would be the same again
+            "co_rest": over_collections(contrast(own, REGIONS[1:]))
+            if set(own.region) > {"CO", "SO"}
+            else Finding(Verdict.CANNOT_TELL),
             "co_so_crossed": crossed(own),
             "beta_kp": over_collections(kp, -1),
             "beta_kd": over_collections(kd),
@@ -209,5 +230,5 @@ def _slope(value: float, lower: float, upper: float) -> str:
 def _points(value: float, lower: float, upper: float) -> str:
     if np.isnan(value):
         return ""
-    ends = "" if np.isnan(lower) else f" ({100 * lower:+.0f} to {100 * upper:+.0f})"
+    ends = "" if np.isnan(lower) else f" ({100 * lower:+.1f} to {100 * upper:+.1f})"
     return with_minus(f"{100 * value:+.1f}{ends}")
