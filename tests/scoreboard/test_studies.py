@@ -209,3 +209,22 @@ def test_what_is_judged_of_reinforcement_learning_has_the_study_s_reward():
             if condition["name"] in named:
                 task = yaml.safe_load((ROOT / f"config/tasks/{condition['task']}.yaml").read_text())
                 assert task["reward"] == "isaaclab", (study, condition["name"])
+
+
+@pytest.mark.parametrize(
+    ("key", "falls"),
+    [("loss_misleads", False), ("effective_error", True), ("compliant_loss_higher", None)],
+)
+def test_what_tells_success_is_judged_in_each_collection(key, falls):
+    def loss(table):
+        return 1e-3 * (1 + (table.kp <= 128)) * np.exp(table.success)
+
+    names = ["block_stack", *(f"block_stack__collection{i}" for i in range(1, 5))]
+    tables = {
+        f"{name}__nominal__cells": planted.cloning(loss=loss, CO=0.6 + 0.02 * i, SU=0.1)
+        for i, name in enumerate(names)
+    }
+    found = CLAIMS[key].finding(of(collections=tables))
+    assert (found.verdict, found.n) == (Verdict.REPRODUCED, 5)
+    if falls is not None:
+        assert (found.value < 0) == falls

@@ -1,10 +1,11 @@
 """Claims about behaviour cloning: retargeting, regions of gains, losses."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 import pandas as pd
 
 from t2l.gains import Grid
@@ -13,7 +14,15 @@ from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, cannot_tell, percents
-from t2l.stats.collections import FEWEST, by_collection, contrast, over_collections, slopes
+from t2l.stats.collections import (
+    COLUMNS,
+    FEWEST,
+    by_collection,
+    contrast,
+    over_collections,
+    slopes,
+)
+from t2l.stats.rank import spearman
 from t2l.stats.regions import REGIONS, by_cell
 from t2l.stats.slopes import share_slopes
 from t2l.stats.verdict import (
@@ -47,6 +56,7 @@ ANEW = "collections"  # the study of ours with several
 OR_COLLECTIONS = (
     "; with five collections or more these are the unit, and their 95 % interval decides"
 )
+LOSS = "validation_mse_rad2"
 CO_REST = "success of cells in CO against all others, one-sided Mann-Whitney"
 CO_REST_NULL = "success in CO is not greater than outside"
 SIMULATION_RATE_HZ = 500
@@ -66,9 +76,9 @@ def cells_of(
     return cells.assign(region=splits()["cloning"].regions(cells.kp, cells.kd))
 
 
-def _of_every_collection(evidence: Evidence, variant: str, task: str) -> pd.DataFrame:
+def _of_every_collection(evidence: Evidence, variant: str, task: str, *more: str) -> pd.DataFrame:
     """A row a policy, with its collection, counted from 0."""
-    columns, named = ("kp", "kd", "success", "rollouts"), {"task": task, "variant": variant}
+    columns, named = (*COLUMNS[1:], *more), {"task": task, "variant": variant}
     first = evidence.table("cloning", columns, **named)
     tables = [first if "collection" in first else first.assign(collection=0)]
     for number in evidence.names("anew", "number"):
@@ -78,13 +88,23 @@ def _of_every_collection(evidence: Evidence, variant: str, task: str) -> pd.Data
     return pd.concat(tables)
 
 
-def anew(evidence: Evidence, variant: str = NOMINAL, task: str = TASK) -> pd.DataFrame | None:
+def anew(
+    evidence: Evidence, variant: str = NOMINAL, task: str = TASK, *more: str
+) -> pd.DataFrame | None:
     """Cells of each collection, as `by_collection` has them; None where these are too few."""
-    cells, split = _of_every_collection(evidence, variant, task), splits()["cloning"]
+    cells, split = _of_every_collection(evidence, variant, task, *more), splits()["cloning"]
     kp, kd = (tuple(sorted(cells[gain].unique())) for gain in ("kp", "kd"))
     grid = Grid(kp, kd, split.compliant_up_to_kp, split.overdamped_from_kd)
-    own = by_collection(cells, grid)
+    own = by_collection(cells, grid, *more)
     return own if own.collection.nunique() >= FEWEST else None
+
+
+def of_each(
+    own: pd.DataFrame, number: Callable[[pd.DataFrame], float], sign: int, tests: int
+) -> Finding:
+    """Whether a number of each collection's cells has the claimed sign."""
+    values = [float(number(cells)) for _, cells in own.groupby("collection")]
+    return over_collections(np.array(values), sign, tests)
 
 
 def _over_collections(own: pd.DataFrame, outside: Sequence[str], tests: int) -> Finding:
@@ -152,7 +172,12 @@ def _pooled_slopes(evidence: Evidence, published: Published, tests: int) -> Find
 
 
 def _loss_by_stiffness(evidence: Evidence, published: Published, tests: int) -> Finding:
-    cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
+    if (own := anew(evidence, NOMINAL, TASK, LOSS)) is not None:
+        groups = [own[own.region.isin(regions)] for regions in (["CO", "CU"], ["SO", "SU"])]
+        compliant, stiff = (group.groupby("collection")[LOSS].mean() for group in groups)
+        found = over_collections((compliant - stiff).to_numpy(), tests=tests)
+        return among(found, "{:.2g} and {:.2g} rad²", compliant, stiff)
+    cells = cells_of(evidence, NOMINAL, TASK, LOSS)
     compliant = cells.region.isin(["CO", "CU"])
     loss = cells.validation_mse_rad2.to_numpy()
     found = greater(loss[compliant], loss[~compliant], tests=tests)
@@ -160,7 +185,9 @@ def _loss_by_stiffness(evidence: Evidence, published: Published, tests: int) -> 
 
 
 def _loss_and_success(evidence: Evidence, published: Published, tests: int) -> Finding:
-    cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
+    if (own := anew(evidence, NOMINAL, TASK, LOSS)) is not None:
+        return of_each(own, lambda cells: spearman(cells[LOSS], cells.success), +1, tests)
+    cells = cells_of(evidence, NOMINAL, TASK, LOSS)
     x, y = cells.validation_mse_rad2, cells.success
     return correlated(x, y, +1, tests=tests, claimed=published.effect)
 
@@ -311,19 +338,22 @@ CLAIMS = [
         "compliant_loss_higher",
         "Commands for compliant gains are harder to fit.",
         CELLS,
-        "validation error of compliant cells against stiff ones, one-sided Mann-Whitney",
+        "validation error of compliant cells against stiff ones, one-sided Mann-Whitney"
+        + OR_COLLECTIONS,
         "the error of compliant cells is not greater",
         _loss_by_stiffness,
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "loss_misleads",
         "Gains with a higher loss succeed more often.",
         CELLS,
-        "rank correlation of success with the validation error, one-sided",
+        "rank correlation of success with the validation error, one-sided" + OR_COLLECTIONS,
         "the correlation is not positive",
         _loss_and_success,
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "end_to_end",

@@ -60,21 +60,22 @@ def _by_interval(
     return Finding(verdict, n, value, lower, upper)
 
 
-def by_collection(cells: pd.DataFrame, grid: Grid) -> pd.DataFrame:
+def by_collection(cells: pd.DataFrame, grid: Grid, *more: str) -> pd.DataFrame:
     """A row a collection and cell out of one a policy: means over training seeds.
 
     Collections that lack cells are left out.
 
     Args:
-        cells: columns `COLUMNS`.
+        cells: columns `COLUMNS` and `more`.
 
     Returns:
-        Columns collection, kp, kd, region, success, rollouts, successes.
+        Columns collection, kp, kd, region, success, rollouts, successes, and means of `more`.
     """
     known = cells.assign(successes=cells.success * cells.rollouts)
     own = known.groupby(["collection", "kp", "kd"], as_index=False).agg(
-        success=("success", "mean"), rollouts=("rollouts", "sum"), successes=("successes", "sum")
-    )
+        success=("success", "mean"), rollouts=("rollouts", "sum"), successes=("successes", "sum"),
+        **{column: (column, "mean") for column in more},
+    )  # fmt: skip
     # one that lacks cells would weigh regions otherwise than the rest
     found = own.groupby("collection").kp.transform("size")
     own = own[found == found.max()]
