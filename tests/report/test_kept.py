@@ -170,3 +170,13 @@ def test_what_the_page_says_of_collections_is_in_their_table():
     # only after 400 epochs are other gains told of
     told = table.co_so_crossed_lower > 0
     assert list(table.index[told]) == ["400 epochs"]
+
+
+def test_the_page_on_errors_tells_what_tells_success_as_the_scoreboard_does(board):
+    rows = board.set_index("id").loc[["effective_beats_loss", "effective_beats_ratio"]]
+    text = " ".join((ROOT / "docs/results_errors.md").read_text().split())
+    loss, ratio = rows.itertuples()
+    told = with_minus(f"({loss.value:.2f}, {loss.lower:.2f} to {loss.upper:.2f})")
+    assert f"validation error cannot be told {told}" in text
+    assert f"by {-ratio.value:.2f} ({-ratio.upper:.2f} to {-ratio.lower:.2f})" in text
+    assert (loss.verdict, ratio.verdict) == ("cannot be told", "not reproduced")
