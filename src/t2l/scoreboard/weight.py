@@ -67,7 +67,7 @@ FINDINGS = (
     Independent(
         "The effective error governs success",
         ("effective_error", "effective_beats_loss", "effective_beats_ratio"),
-        "the same grid",
+        "the same policies",
     ),
     Independent(
         "Compliant, overdamped gains forgive noise on actions",
