@@ -44,9 +44,11 @@ def test_luck_that_a_collection_shares_does_not_hide_a_difference():
 
 
 def test_an_interval_covers_as_often_as_it_says():
-    known = [table(policies(0.05, own=0.1, seed=seed)) for seed in range(60)]
-    covered = np.mean([row.co_so_lower < 0.05 < row.co_so_upper for row in known])
-    assert covered > 0.85
+    found = [
+        over_collections(contrast(by_collection(policies(0.05, own=0.1, seed=seed), GRID), ["SO"]))
+        for seed in range(60)
+    ]
+    assert np.mean([one.lower < 0.05 < one.upper for one in found]) > 0.85
 
 
 def test_luck_of_a_region_in_a_collection_is_no_more_certain_with_more_cells():
