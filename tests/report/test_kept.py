@@ -166,7 +166,11 @@ def test_what_the_page_says_of_collections_is_in_their_table():
     assert f"ahead by {best.co_so:.1f} points" in text
     ends = with_minus(f"{best.co_so_below_1024_lower:.1f} to {best.co_so_below_1024_upper:.1f}")
     assert f"({best.co_so_below_1024:.1f}, {ends})" in text
-    assert set(table.collections) == {8}
+    many = table.loc["900 demonstrations"]
+    assert f"ahead by {100 * many.co_so:.1f} points" in text
+    assert f"({100 * many.co_so_lower:.1f} to {100 * many.co_so_upper:.1f})" in text
+    assert f"SO is ahead by {-100 * many.co_so_below_1024:.1f} points" in text
+    assert dict(table.collections) == {**dict.fromkeys(table.index, 8), "900 demonstrations": 5}
     # only after 400 epochs are other gains told of
     told = table.co_so_crossed_lower > 0
     assert list(table.index[told]) == ["400 epochs"]
