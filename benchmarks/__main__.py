@@ -5,13 +5,14 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
 [--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
 `python -m benchmarks machines --data FOLDER` recordings of real machines, as `following` does.
-`python -m benchmarks labels [TASK …]` takes some tasks.
+`python -m benchmarks labels [TASK …]` takes some tasks, `collections [RESULTS]` results of a run.
 """
 
 import sys
 
 from benchmarks import (
     cell,
+    collections,
     constants,
     diagnosis,
     earlier,
@@ -58,6 +59,7 @@ WITH_ARGUMENTS = {
     "machines": machines,
     "following": following,
     "labels": labels,
+    "collections": collections,
     "constants": constants,
 }
 

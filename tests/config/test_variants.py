@@ -75,6 +75,12 @@ def test_what_is_wrong_with_the_nominal_is_said_once(config, refused):
     assert refused(config).count("executed_actions") == 1
 
 
-def test_a_name_that_is_a_folder_of_results_is_refused(config, refused):
-    config["variants"] = {"noise": {"training": {"epochs": 3}}}
-    assert "config: variants.noise: found a name that is taken" in refused(config)
+@pytest.mark.parametrize("name", ["noise", "collection1"])
+def test_a_name_that_is_a_folder_of_results_is_refused(name, config, refused):
+    config["variants"] = {name: {"training": {"epochs": 3}}}
+    assert f"config: variants.{name}: found a name that is taken" in refused(config)
+
+
+def test_more_collections_are_more_jobs(config, refused):
+    config |= {"collections": 100, "training_seeds": 100, "variants": {}}
+    assert "collections" in refused(config)

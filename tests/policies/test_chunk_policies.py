@@ -187,3 +187,9 @@ def test_settings_and_names_cost_no_torch(kind):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout.strip() == "False", done.stderr
+
+
+@pytest.mark.parametrize("epochs", [1, 9, 10, 11])
+def test_a_training_of_few_steps_ends(epochs):
+    _, losses = fitted(episodes(), epochs=epochs, batch_size=1000)
+    assert len(losses) == epochs

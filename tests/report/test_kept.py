@@ -11,7 +11,8 @@ import pytest
 from t2l.figures.kept import DPI, FIGURES
 from t2l.figures.style import write
 from t2l.gains import Grid
-from t2l.report.kept import pages, registered, tables, with_counts
+from t2l.names import with_minus
+from t2l.report.kept import collections, pages, registered, tables, with_counts
 from t2l.scoreboard.kept import evidence
 from t2l.scoreboard.table import counts, scoreboard
 from t2l.stats.regions import region_table
@@ -111,9 +112,75 @@ def test_the_table_of_the_decision_is_that_of_the_data():
     assert f"| +{100 * jitter.found:.0f} point | {jitter.p:.3f} | no |" in text
 
 
-def test_the_page_on_cloning_has_what_is_known_before_training():
-    page = (ROOT / "docs/results_cloning.md").read_text()
+def test_the_page_on_errors_has_what_is_known_before_training():
+    page = (ROOT / "docs/results_errors.md").read_text()
     printed = {name: text for name, _, text in tables(DATA, RULE) if name.startswith("beforehand")}
     assert len(printed) == 2
     for text in printed.values():
         assert text.to_markdown(index=False, disable_numparse=True) in page
+
+
+def test_the_page_on_errors_says_how_much_difficulty_and_loss_differ():
+    page = " ".join((ROOT / "docs/results_errors.md").read_text().split())
+    of_kind = [
+        table.query("predictor == 'label_difficulty' and task != 'mean over tasks'")
+        for name, table, _ in tables(DATA, RULE)
+        if name.startswith("beforehand")
+    ]
+    positions, displacements = of_kind
+    loss, first, second = (
+        f"{values.min():.0f} to {values.max():.0f}"
+        for values in (positions.factor_loss, positions.factor, displacements.factor)
+    )
+    assert f"differs by a factor of {loss} from cell to cell" in page
+    assert f"difficulty of positions by {first}, and that of displacements by {second}" in page
+    for table in of_kind:
+        told = ", ".join(f"{rho:+.2f}" for rho in table.rho_loss)
+        assert told in page or " and ".join(told.rsplit(", ", 1)) in page
+    size, other = (
+        f"{t.over_loss.min():.1f} to {t.over_loss.max():.1f}" for t in (displacements, positions)
+    )
+    assert f"({size} times it in the median cell, not {other} times)" in page
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/results_cloning.md", "docs/objections.md"])
+def test_pages_say_by_how_much_co_leads_in_collections_drawn_anew(page):
+    table = collections(DATA).set_index("name")
+    text = " ".join((ROOT / page).read_text().split())
+    long, short = (100 * table.loc[name] for name in ("150 epochs", "50 epochs"))
+    assert f"{long.co_so:.1f} " in text
+    assert f"({long.co_so_lower:.1f} to {long.co_so_upper:.1f})" in text
+    assert f"by {-short.co_so:.1f}" in text
+    assert f"({-short.co_so_upper:.1f} to {-short.co_so_lower:.1f})" in text
+
+
+def test_what_the_page_says_of_collections_is_in_their_table():
+    table = collections(DATA).set_index("name")
+    text = " ".join((ROOT / "docs/results_cloning.md").read_text().split())
+    long = 100 * table.loc["150 epochs"]
+    best = 100 * table.loc["each cell's best length, by the other collections"]
+    lower, upper = (
+        with_minus(f"{long[f'co_so_crossed_{end}']:+.1f}") for end in ("lower", "upper")
+    )
+    assert f"the interval is {lower} to {upper} after 150" in text
+    assert f"ahead by {best.co_so:.1f} points" in text
+    ends = with_minus(f"{best.co_so_below_1024_lower:.1f} to {best.co_so_below_1024_upper:.1f}")
+    assert f"({best.co_so_below_1024:.1f}, {ends})" in text
+    many = table.loc["900 demonstrations"]
+    assert f"ahead by {100 * many.co_so:.1f} points" in text
+    assert f"({100 * many.co_so_lower:.1f} to {100 * many.co_so_upper:.1f})" in text
+    assert f"SO is ahead by {-100 * many.co_so_below_1024:.1f} points" in text
+    assert dict(table.collections) == {**dict.fromkeys(table.index, 8), "900 demonstrations": 5}
+    # only after 400 epochs are other gains told of
+    told = table.co_so_crossed_lower > 0
+    assert list(table.index[told]) == ["400 epochs"]
+
+
+def test_the_page_on_errors_tells_what_tells_success_as_the_scoreboard_does(board):
+    rows = board.set_index("id").loc[["effective_beats_loss", "effective_beats_ratio"]]
+    text = " ".join((ROOT / "docs/results_errors.md").read_text().split())
+    loss, ratio = rows.itertuples()
+    told = with_minus(f"({loss.value:.2f}, {loss.lower:.2f} to {loss.upper:.2f})")
+    assert f"validation error cannot be told {told}" in text
+    assert f"by {-ratio.value:.2f} ({-ratio.upper:.2f} to {-ratio.lower:.2f})" in text
+    assert (loss.verdict, ratio.verdict) == ("cannot be told", "not reproduced")

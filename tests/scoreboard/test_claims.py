@@ -648,7 +648,8 @@ def test_stiffness_is_not_the_gain():
             for seed in range(seeds)
         ]
         table = pd.DataFrame(rows, columns=["kp", "seed", "stiffness_n_m"])
-        return {"decoupling__trainings": table.assign(drift=drift, success=success)}
+        table = table.assign(pairing=table.kp.astype(str), drift=drift, success=success)
+        return {"decoupling__trainings": table}
 
     assert verdict("stiff_behaviour", **stiffness(5)) is YES
     assert verdict("stiff_behaviour", **stiffness(0.5)) is NO

@@ -46,7 +46,9 @@ def test_a_claim_that_is_judged_names_a_study_that_ships():
 
 
 def test_the_documentation_names_it_too():
-    section = (ROOT / "docs/scoreboard.md").read_text().split("\n## Which results are read\n")[1]
+    section = (
+        (ROOT / "docs/scoreboard_rules.md").read_text().split("\n## Which results are read\n")[1]
+    )
     cells = [row.split("|")[2] for row in section.splitlines() if row.startswith("|")]
     for claim in CLAIMS.values():
         assert not claim.about or any(f"`{claim.about}`" in cell for cell in cells), claim.key
@@ -70,6 +72,32 @@ def test_the_study_that_a_claim_is_about_counts_wherever_it_stands(order):
     shares = {"cloning_grid": 0.8, "another": 0.3, "third": 0.3}
     found = CLAIMS["co_block_stack"].finding(of(**{name: better(shares[name]) for name in order}))
     assert (found.verdict, found.results) == (Verdict.REPRODUCED, "cloning_grid")
+
+
+def drawn_anew(count, share):
+    names = ["block_stack", *(f"block_stack__collection{i}" for i in range(1, count))]
+    return {
+        f"{name}__nominal__cells": planted.cloning(CO=share + 0.01 * i)
+        for i, name in enumerate(names)
+    }
+
+
+@pytest.mark.parametrize("key", ["co_block_stack", "compliant_once_overdamped", "damping_helps"])
+def test_collections_drawn_anew_are_the_unit_where_there_are_five(key):
+    one, five, four = better(0.8), drawn_anew(5, 0.7), drawn_anew(4, 0.7)
+    found = CLAIMS[key].finding(of(cloning_grid=one, collections=five))
+    assert (found.verdict, found.n, found.results) == (Verdict.REPRODUCED, 5, "collections")
+    assert np.isnan(found.p)
+    found = CLAIMS[key].finding(of(cloning_grid=one, collections=four))
+    assert found.results == "cloning_grid"
+
+
+def test_collections_that_disagree_tell_nothing_however_many_cells_they_have():
+    shares = (0.1, 0.9, 0.2, 0.8, 0.5)
+    tables = drawn_anew(5, 0.0)
+    tables = {name: planted.cloning(CO=share) for name, share in zip(tables, shares, strict=True)}
+    found = CLAIMS["compliant_once_overdamped"].finding(of(collections=tables))
+    assert found.verdict is Verdict.CANNOT_TELL
 
 
 def test_a_study_of_one_s_own_needs_no_name():
@@ -181,3 +209,22 @@ def test_what_is_judged_of_reinforcement_learning_has_the_study_s_reward():
             if condition["name"] in named:
                 task = yaml.safe_load((ROOT / f"config/tasks/{condition['task']}.yaml").read_text())
                 assert task["reward"] == "isaaclab", (study, condition["name"])
+
+
+@pytest.mark.parametrize(
+    ("key", "falls"),
+    [("loss_misleads", False), ("effective_error", True), ("compliant_loss_higher", None)],
+)
+def test_what_tells_success_is_judged_in_each_collection(key, falls):
+    def loss(table):
+        return 1e-3 * (1 + (table.kp <= 128)) * np.exp(table.success)
+
+    names = ["block_stack", *(f"block_stack__collection{i}" for i in range(1, 5))]
+    tables = {
+        f"{name}__nominal__cells": planted.cloning(loss=loss, CO=0.6 + 0.02 * i, SU=0.1)
+        for i, name in enumerate(names)
+    }
+    found = CLAIMS[key].finding(of(collections=tables))
+    assert (found.verdict, found.n) == (Verdict.REPRODUCED, 5)
+    if falls is not None:
+        assert (found.value < 0) == falls

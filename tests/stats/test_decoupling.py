@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 
 from t2l.decoupling.pairing import Pairing
-from t2l.decoupling.summary import summarise
+from t2l.decoupling.summary import chosen, summarise
 from t2l.stats.decoupling import decoupling_table, printable
 
 STIFF = Pairing("stiff", 16.0, 8.0, {}, 0.01, 0.0)
@@ -58,3 +58,37 @@ def test_a_tool_that_drifts_or_a_pose_that_is_not_held_has_no_stiffness_to_compa
     drifts = printable(decoupling_table(trainings(*told, drift=1.6), ["stiff", "soft"]))
     assert drifts["Drift when measured"].tolist() == ["0 %", "160 %"]
     assert drifts["Holds the pose"].tolist() == ["100 %", "100 %"]
+
+
+def swept(holds):
+    """Seven seeds of three weights of the soft arm, and one of the stiff one."""
+    rows = [
+        (f"soft_{weight}", 16, seed, 100.0 * weight + seed, 0.01, float(holds(weight, seed)))
+        for weight in (1, 2, 3)
+        for seed in range(1, 8)
+    ]
+    rows += [("stiff", 512, seed, 50.0, 0.01, 1.0) for seed in range(1, 8)]
+    columns = ["pairing", "kp", "seed", "stiffness_n_m", "drift", "success"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def test_the_first_seeds_choose_a_weight_and_the_others_tell():
+    # the third weight holds in the seeds that tell, and in none that chooses
+    found = chosen(swept(lambda weight, seed: weight == 2 or (weight == 3 and seed > 2)))
+    assert sorted(found.pairing.unique()) == ["soft_2", "stiff"]
+    assert sorted(found.seed.unique()) == [3, 4, 5, 6, 7]
+    assert found.groupby("pairing").size().tolist() == [5, 5]
+
+
+def test_nothing_is_chosen_where_there_is_one_weight():
+    one = swept(lambda weight, seed: True).query("pairing in ('soft_1', 'stiff')")
+    assert len(chosen(one)) == 14
+
+
+def test_a_pose_is_held_within_the_tolerance_of_its_reward():
+    file = {"kind": "pose_hold", "robot": "fr3", "tolerance_rad": 0.1, "largest_force_n": 30.0,
+            "shortest_push_s": 0.2, "longest_push_s": 1.0, "push_every_s": 2.0}  # fmt: skip
+    wide = Pairing("wide", 512.0, 24.0, {"kind": "joint_delta"}, 1.0, 0.1, 1.0)
+    own = Pairing("own", 512.0, 24.0, {"kind": "joint_delta"}, 1.0, 0.1)
+    tolerances = [one.problem("pose_hold", file, 2.0).task.tolerance_rad for one in (wide, own)]
+    assert tolerances == [1.0, 0.1]

@@ -106,7 +106,7 @@ def test_counterparts_are_tasks():
 
 @pytest.mark.skipif(not STUDY.is_file(), reason=f"the study's published grids are not at {STUDY}")
 def test_our_dishwasher_beside_the_studys_tasks_beside_each_other(tmp_path):
-    """What docs/results_cloning.md says of both."""
+    """What docs/results_errors.md says of both."""
     grids = published_grids(tmp_path)
     assert set(COUNTERPARTS.values()) == set(grids)
     ours = pd.read_csv(ROOT / "docs/data/dishwasher.csv")

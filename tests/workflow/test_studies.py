@@ -53,3 +53,15 @@ def test_tasks_that_the_study_has_are_compared_with_its_grids_where_these_are_gi
     assert empty_project.planned(csv, config=both)["summarise"] == 1
     for without in ({**both, "tasks": tasks[:1]}, {**config, "tasks": tasks}):
         assert name not in empty_project.planned("tables", config=without)
+
+
+def test_more_collections_leave_the_first_as_it_is(empty_project):
+    config = {**empty_project.config, "collections": 2}
+    once, twice = (
+        empty_project.planned("tables", config=c) for c in (empty_project.config, config)
+    )
+    for rule, more in (("demonstrate", 1), ("train", once["train"])):
+        assert twice[rule] - once.get(rule, 0) == more
+    assert (once.get("collections", 0), twice["collections"]) == (0, 1)
+    folder = "results/smoke/block_stack/collection1/nominal"
+    assert empty_project.planned(f"{folder}/cells.parquet", config=config)["demonstrate"] == 1

@@ -9,14 +9,14 @@ policies: the first of them has both.
 EVERY_CELL = [
     *expand(
         of_cell("{artefact}"),
-        task=TASKS,
+        task=COLLECTIONS,
         variant={like(name, *LABELS) for name in VARIANTS},
         cell=CELLS,
         artefact=["episodes.parquet", "replays.parquet"],
     ),
     *expand(
         of_clone("{artefact}"),
-        task=TASKS,
+        task=COLLECTIONS,
         variant={like(name, *TRAINED) for name in VARIANTS},
         cell=CELLS,
         seed=SEEDS,
@@ -24,7 +24,7 @@ EVERY_CELL = [
     ),
     *expand(
         of_clone("{artefact}"),
-        task=TASKS,
+        task=COLLECTIONS,
         variant=VARIANTS,
         cell=CELLS,
         seed=SEEDS,

@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report
 
+from t2l.bc.collections import collection, task_of
 from t2l.config import SIMULATION_RATE_HZ, read_study
 from t2l.errors import T2LError
 from t2l.gains import Cell
@@ -209,7 +210,7 @@ def study_table(name: str) -> list:
 
 def task_parameters(wildcards) -> dict:
     """The content of the task's file, so that a change of it reruns what depends on it."""
-    return dict(STUDY.tasks[wildcards.task])
+    return dict(STUDY.tasks[task_of(wildcards.task)])
 
 
 def entry_of(condition: str) -> dict:
@@ -261,6 +262,12 @@ def wanted_diagnosis(wildcards) -> list[str]:
 # a parameter of every job: what another version, or other extensions, computed is made anew
 VERSION = with_extensions(STUDY.sections.get("extensions", []))
 TASKS = STUDY.sections["tasks"]
+# of each task in turn, the first of them the task's own name
+COLLECTIONS = [
+    collection(task, number)
+    for task in TASKS
+    for number in range(STUDY.sections["collections"])
+]
 CONDITIONS = [asdict(condition) for condition in STUDY.conditions]
 VARIANTS = STUDY.variants
 # what decides what a policy is trained on, and how
@@ -289,7 +296,7 @@ def rehearse(jobs) -> None:
     seen: dict[str, list[dict]] = {}
     for job in jobs:
         if job.rule.name in ("demonstrate", "collect", "render"):
-            own = seen.setdefault(job.wildcards.task, [])
+            own = seen.setdefault(task_of(job.wildcards.task), [])
             if job.rule.name == "render":
                 own.append(VARIANTS[job.wildcards.variant]["observation"])
     wanted = {key: STUDY.sections["demonstrations"][key] for key in ("count", "max_attempts")}
@@ -307,7 +314,7 @@ onstart:
 
 
 wildcard_constraints:
-    task="|".join(TASKS),
+    task="|".join(COLLECTIONS),
     cell=NAME_PATTERN,
     variant="|".join(VARIANTS),
     seed=r"\d+",

@@ -6,7 +6,7 @@ OPERATED = [name for name, variant in VARIANTS.items() if variant["operator"]]
 # for training with lerobot; nothing here needs them
 DATASETS = expand(
     of_cell("demonstrations"),
-    task=TASKS,
+    task=COLLECTIONS,
     variant={like(name, *LABELS, "observation") for name in VARIANTS},
     cell=CELLS,
 )

@@ -1,7 +1,10 @@
 """Scoreboard, tables and figures of the documentation, made of kept results: nothing is trained."""
 
 KEPT = sorted(str(path) for path in Path("docs/data").glob("*.csv"))
-PAGES = ["README.md", "docs/scoreboard.md"]
+PAGES = [
+    "README.md",
+    *(f"docs/{name}.md" for name in ("scoreboard", "scoreboard_rules", "results_cloning")),
+]
 
 
 rule published:

@@ -9,7 +9,7 @@ OTHER_STUDIES = STUDY.sections.get("scoreboard", {}).get("studies", [])
 
 # what this study makes, then what others have; a table that is not made is `not run`
 EVIDENCE = [
-    *expand(result("{task}", "{variant}", "cells.parquet"), task=TASKS, variant=VARIANTS),
+    *expand(result("{task}", "{variant}", "cells.parquet"), task=COLLECTIONS, variant=VARIANTS),
     *EVERY_NOISY_REPLAY,
     HELD_NOISE,
     *expand(

@@ -24,8 +24,14 @@ SCALING = [
     *multiext(result("tables", "scaling"), ".csv", ".md", ".tex"),
     *expand(result("figures", "scaling.{suffix}"), suffix=FORMATS),
 ] if SIZED else []
+# of one collection there is nothing to compare
+ANEW = [
+    *multiext(result("tables", "collections"), ".csv", ".md", ".tex"),
+    *expand(result("figures", "collections.{suffix}"), suffix=FORMATS),
+] if len(COLLECTIONS) > len(TASKS) else []
 TABLES = [
     *multiext(result("tables", "behaviour_cloning"), ".csv", ".md", ".tex"),
+    *ANEW[:3],
     *REGIONS[:3],
     *SCALING[:3],
     *(multiext(result("tables", "published_grids"), ".csv", ".md", ".tex") if COMPARED else []),
@@ -119,6 +125,38 @@ rule regions:
         "../envs/t2l.yaml"
     script:
         "../scripts/regions.py"
+
+
+rule collections:
+    input:
+        expand(
+            result("{task}", "{variant}", "cells.parquet"),
+            task=COLLECTIONS,
+            variant=VARIANTS,
+        ),
+    output:
+        table=study_table("collections"),
+        figure=study_figure("collections"),
+    params:
+        version=VERSION,
+        # of each table in turn: what it is compared as, and the collection
+        of=[
+            (variant if len(TASKS) == 1 else f"{task} {variant}", number)
+            for task in TASKS
+            for number in range(STUDY.sections["collections"])
+            for variant in VARIANTS
+        ],
+        grid=STUDY.sections["grid"],
+    log:
+        result("logs", "collections.log"),
+    benchmark:
+        result("benchmarks", "collections.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/collections.py"
 
 
 rule scaling:

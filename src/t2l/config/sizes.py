@@ -31,9 +31,10 @@ def _products(
 ) -> Iterator[tuple[str, tuple[float, ...], int]]:
     """Keys, what they hold, and the most that their product may be."""
     # each is a job, with files of its own
-    keys = "grid.kp, grid.kd, tasks, variants, training_seeds"
+    keys = "grid.kp, grid.kd, tasks, variants, training_seeds, collections"
     cells = len(c.grid.kp), len(c.grid.kd)
-    yield keys, (*cells, len(c.tasks), 1 + len(c.variants), c.training_seeds), 20_000
+    policies = c.training_seeds, c.collections
+    yield keys, (*cells, len(c.tasks), 1 + len(c.variants), *policies), 20_000
     keys = "recording_grid cells, sim_to_real.conditions, tuning.workers"
     conditions = max(1, len(c.sim_to_real.conditions))
     yield keys, (len(transfer_cells(c)), conditions, c.tuning.workers), 20_000

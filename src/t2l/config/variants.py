@@ -6,6 +6,7 @@ A variant is checked as the whole configuration that it stands for.
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from t2l.bc.collections import FOLDER
 from t2l.config.models import Configuration
 from t2l.config.models.cloning import Variant
 from t2l.config.training import configuration_model
@@ -29,7 +30,7 @@ def configurations(
     made, problems = {NOMINAL: nominal}, []
     for name, variant in nominal.variants.items():
         changes = variant.model_dump(exclude_none=True)
-        if name in TAKEN:
+        if name in TAKEN or name.startswith(FOLDER):
             problems.append(Problem(f"variants.{name}", "a name that is taken", "another name"))
             continue
         problems += _of_recording(name, changes)

@@ -25,6 +25,7 @@ class Pairing:
         actions: what the policy's output means, see `t2l.actions`.
         lambda_rad2: λ.
         change: α.
+        tolerance_rad: within which the pose is held; None for the task's own.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Pairing:
     actions: Mapping[str, Any]
     lambda_rad2: float
     change: float
+    tolerance_rad: float | None = None
 
     @property
     def cell(self) -> Cell:
@@ -58,6 +60,8 @@ class Pairing:
         Args:
             actions: what they mean, in place of the pairing's.
         """
+        if self.tolerance_rad is not None:
+            parameters = {**parameters, "tolerance_rad": self.tolerance_rad}
         condition = Condition(
             name=self.name, task=name, policy_rate_hz=POLICY_RATE_HZ, randomisation=0.0,
             actions=actions or self.actions, parameters=parameters,

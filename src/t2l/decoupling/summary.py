@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 COLUMNS = (
     "pairing", "kp", "kd", "seed", "stiffness_n_m", "passive_n_m", "drift", "success",
 )  # fmt: skip
+CHOOSING = 2  # statistics: seeds, counted from 1, that choose a weight and tell nothing else
 AT_REST = 0.1  # statistics: of Δx in the last half second, so that K_eff is known to a tenth
 
 
@@ -24,6 +25,26 @@ def holding(trainings: "pd.DataFrame") -> "pd.Series":
         trainings: columns `drift` and `success`.
     """
     return (trainings.success > 0) & (trainings.drift <= AT_REST)
+
+
+def chosen(trainings: "pd.DataFrame") -> "pd.DataFrame":
+    """Of each gain the trainings of one weight, where several were tried.
+
+    The first seeds choose: the weight of which most hold the pose at rest, of equals the one that
+    holds it most often, then the one that drifts least. The other seeds are what is told.
+
+    Args:
+        trainings: columns `COLUMNS`.
+    """
+    if trainings.groupby("kp").pairing.nunique().max() == 1:
+        return trainings
+    first = trainings[trainings.seed <= CHOOSING]
+    of_pairing = first.assign(holds=holding(first)).groupby(["kp", "pairing"], as_index=False)
+    ranked = of_pairing.agg(holds=("holds", "mean"), success=("success", "mean"),
+                            drift=("drift", "median"))  # fmt: skip
+    ranked = ranked.sort_values(["holds", "success", "drift"], ascending=[False, False, True])
+    best = ranked.drop_duplicates("kp").pairing
+    return trainings[trainings.pairing.isin(best) & (trainings.seed > CHOOSING)]
 
 
 def summarise(tables: Mapping[tuple[Pairing, int], "pd.DataFrame"]) -> "pd.DataFrame":

@@ -15,6 +15,7 @@ from t2l.attenuation.noise import magnitudes
 from t2l.attenuation.success import by_cell as means_by_cell
 from t2l.attenuation.success import predictors
 from t2l.figures import ablation, attenuation, fidelity, identification, transfer
+from t2l.figures.collections import collections
 from t2l.figures.heatmap import success_and_loss
 from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.learning import landscape
@@ -25,10 +26,11 @@ from t2l.figures.style import title
 from t2l.figures.variants import variants
 from t2l.gains import Cell, Grid
 from t2l.published.numbers import splits
-from t2l.scoreboard.kept import demonstrations, deployed, replays
+from t2l.scoreboard.kept import demonstrations, deployed, named_collections, replays
 from t2l.stats.ablation import WHOLE
 from t2l.stats.ablation import by_cell as ablation_by_cell
 from t2l.stats.attenuation import effective_error_table
+from t2l.stats.collections import by_collection, collections_table
 from t2l.stats.regions import region_table
 from t2l.stats.scaling import scaling_table
 from t2l.stats.transfer import jitter_table
@@ -69,6 +71,14 @@ def _variants(folder: Path) -> Figure:
     table = _read(folder, "variants")
     of_variant = {str(name): rows for name, rows in table.groupby("variant", sort=False)}
     return variants(region_table(of_variant, grid_of(table, "cloning")))
+
+
+def _collections(folder: Path) -> Figure:
+    table = _read(folder, "collections")
+    grid = grid_of(table, "cloning")
+    of_variant = named_collections(table)
+    cells = {name: by_collection(rows, grid) for name, rows in of_variant.items()}
+    return collections(collections_table(of_variant, grid), cells)
 
 
 def _demonstrations(folder: Path) -> Figure:
@@ -167,6 +177,7 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "block_stack_ur5e_success": partial(_success, name="ur5e", task="block_stack_ur5e"),
     **{f"{task}_success": partial(_success, name=task, task=task) for task in TASKS},
     "variants": _variants,
+    "collections": _collections,
     "demonstrations": _demonstrations,
     "block_stack_fidelity": _fidelity,
     "attenuation": _variance,

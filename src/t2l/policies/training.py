@@ -25,6 +25,7 @@ log = logging.getLogger(__name__)
 
 # largest norm of a gradient, a usual bound for networks of this size
 GRADIENT_NORM = 1.0
+RISE = 0.1  # of the steps, in which the learning rate rises
 
 
 class Network(Protocol):
@@ -114,8 +115,11 @@ def train[N: torch.nn.Module](
     optimiser = torch.optim.AdamW(
         parameters, lr=settings.learning_rate, weight_decay=settings.weight_decay, fused=True
     )
+    steps = settings.epochs * batches
     schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimiser, settings.learning_rate, total_steps=settings.epochs * batches, pct_start=0.1
+        # a rise of exactly one step is one that torch divides by zero for
+        *(optimiser, settings.learning_rate, steps),
+        pct_start=RISE if RISE * steps != 1 else 2 * RISE,
     )
     losses = _side_by_side(_stateless(modules[0]), len(trained))
 

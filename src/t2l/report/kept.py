@@ -18,12 +18,13 @@ from t2l.figures.kept import DPI, FIGURES, grid_of
 from t2l.figures.style import write
 from t2l.names import with_minus
 from t2l.report.scoreboard import render
-from t2l.scoreboard.kept import deployed, evidence
+from t2l.scoreboard.kept import deployed, evidence, named_collections
 from t2l.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
 from t2l.scoreboard.weight import by_finding, independent
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
 from t2l.stats.beforehand import beforehand_table, printable_beforehand
+from t2l.stats.collections import best_elsewhere, collections_table, printable_collections
 from t2l.stats.decision import decide, printable_decision
 from t2l.stats.decision_rule import Rule
 from t2l.stats.decoupling import decoupling_table
@@ -34,7 +35,9 @@ from t2l.stats.transfer import jitter_table, printable_jitter
 from t2l.stats.verdict import Verdict
 
 Tables = Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]  # a name, the numbers, and as text
-PAGES = ("README.md", "docs/scoreboard.md")
+PAGES = (
+    "README.md", "docs/scoreboard.md", "docs/scoreboard_rules.md", "docs/results_cloning.md",
+)  # fmt: skip
 ROBOT = "fr3"
 SHOWN = ["Statement", "Section", "The study", "Ours", "n", "p", "Verdict"]
 # of tables that have a row a policy
@@ -122,9 +125,20 @@ def tables(folder: Path, rule: Rule) -> Tables:
     yield "jitter", table, printable_jitter(table)
     table = compliance(folder)
     yield "compliance", table, printable_compliance(table)
+    table = collections(folder)
+    yield "collections", table, printable_collections(table)
     trainings = read("decoupling")
     table = decoupling_table(trainings, list(dict.fromkeys(trainings.pairing)))
     yield "decoupling", table, printable_decoupling(table)
+
+
+def collections(folder: Path) -> pd.DataFrame:
+    """`t2l.stats.collections.collections_table` of what is kept in docs/data."""
+    policies = pd.read_csv(folder / "collections.csv")
+    cells = named_collections(policies)
+    lengths = {words: own for words, own in cells.items() if words.endswith("epochs")}
+    best = {"each cell's best length, by the other collections": best_elsewhere(lengths)}
+    return collections_table(cells | best, grid_of(policies, "cloning"))
 
 
 def compliance(folder: Path) -> pd.DataFrame:
@@ -215,14 +229,14 @@ def with_counts(text: str, table: pd.DataFrame) -> str:
 
 
 def with_tables(text: str, table: pd.DataFrame, folder: Path) -> str:
-    """The scoreboard's page, its tables and list replaced.
+    """A page whose tables and list are those of the scoreboard, where it has them.
 
     Args:
         folder: docs/data.
     """
     for printed in (
         judged(table), printable_findings(table), printable_weights(table),
-        printable_compliance(compliance(folder)),
+        printable_compliance(compliance(folder)), printable_collections(collections(folder)),
     ):  # fmt: skip
         head = re.escape(printed.columns[0])
         shown = printed.to_markdown(index=False, disable_numparse=True)
@@ -233,7 +247,7 @@ def with_tables(text: str, table: pd.DataFrame, folder: Path) -> str:
             flags=re.M | re.S,
         )
     return re.sub(
-        r"(?<=\n### Open\n\n)(.*?\n\n)- .*?\n(?=\n## )",
+        r"(?<=\n### Open\n\n)(.*?\n\n)- .*?\n(?=\n## |\Z)",
         lambda match: match[1] + open_statements(table) + "\n",
         text,
         flags=re.S,
@@ -246,9 +260,9 @@ def pages(root: Path, table: pd.DataFrame) -> Iterator[tuple[str, str]]:
     Args:
         root: of the repository.
     """
-    readme, page = ((root / name).read_text(encoding="utf-8") for name in PAGES)
-    yield PAGES[0], with_counts(readme, table)
-    yield PAGES[1], with_counts(with_tables(page, table, root / "docs/data"), table)
+    for name in PAGES:
+        text = (root / name).read_text(encoding="utf-8")
+        yield name, with_counts(with_tables(text, table, root / "docs/data"), table)
 
 
 def write_all(folder: Path, rule: Rule, root: Path, out: Path) -> None:

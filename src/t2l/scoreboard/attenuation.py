@@ -7,7 +7,18 @@ import pandas as pd
 
 from t2l.published.numbers import Published, splits
 from t2l.scoreboard.claim import Claim, Judge
-from t2l.scoreboard.cloning import CELLS, GRID, NOMINAL, TASK, cells_of
+from t2l.scoreboard.cloning import (
+    ANEW,
+    CELLS,
+    GRID,
+    LOSS,
+    NOMINAL,
+    OR_COLLECTIONS,
+    TASK,
+    anew,
+    cells_of,
+    of_each,
+)
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, percents
 from t2l.stats.bootstrap import mean
@@ -44,15 +55,22 @@ def _mass(evidence: Evidence, published: Published, tests: int) -> Finding:
     return among(found, "differs by at most {:.1%}", [found.value])
 
 
-def _with_errors(evidence: Evidence) -> pd.DataFrame:
+def _with_errors(cells: pd.DataFrame) -> pd.DataFrame:
     """Cells with their RMS validation error and the corollary's effective error."""
-    cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
-    error = np.sqrt(cells.validation_mse_rad2)
+    error = np.sqrt(cells[LOSS])
     return cells.assign(error=error, effective=np.sqrt(cells.kp / (2 * cells.kd)) * error)
 
 
+def _anew(evidence: Evidence) -> pd.DataFrame | None:
+    """The same of each collection, where there are enough of them."""
+    own = anew(evidence, NOMINAL, TASK, LOSS)
+    return None if own is None else _with_errors(own)
+
+
 def _effective(evidence: Evidence, published: Published, tests: int) -> Finding:
-    cells = _with_errors(evidence)
+    if (own := _anew(evidence)) is not None:
+        return of_each(own, lambda cells: spearman(cells.effective, cells.success), -1, tests)
+    cells = _with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
     x, y = cells.effective, cells.success
     return correlated(x, y, -1, tests=tests, claimed=published.effect)
 
@@ -67,10 +85,18 @@ def stronger(effective: np.ndarray, rival: np.ndarray, success: np.ndarray) -> n
 
 
 def _beats(rival: Callable[[pd.DataFrame], pd.Series]) -> Judge:
+    def columns(cells: pd.DataFrame) -> list[np.ndarray]:
+        known = (cells.effective, rival(cells), cells.success)
+        return [column.to_numpy(float) for column in known]
+
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
-        cells = _with_errors(evidence)
-        columns = (cells.effective, rival(cells), cells.success)
-        effective, other, success = (column.to_numpy(float) for column in columns)
+        if (own := _anew(evidence)) is not None:
+            found = of_each(own, lambda cells: stronger(*columns(cells)), +1, tests)
+            each = [columns(cells) for _, cells in own.groupby("collection")]
+            both = [[float(spearman(c[i], c[2])) for c in each] for i in (0, 1)]
+            return among(found, "ρ {:+.2f} and {:+.2f}", *both)
+        cells = _with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
+        effective, other, success = columns(cells)
         found = above_zero(stronger, effective, other, success, paired=True)
         both = [[float(spearman(x, success))] for x in (effective, other)]
         return among(found, "ρ {:+.2f} and {:+.2f}", *both)
@@ -79,7 +105,9 @@ def _beats(rival: Callable[[pd.DataFrame], pd.Series]) -> Judge:
 
 
 def _loss_and_attenuation(evidence: Evidence, published: Published, tests: int) -> Finding:
-    cells = _with_errors(evidence)
+    if (own := _anew(evidence)) is not None:
+        return of_each(own, lambda cells: spearman(cells.kp / cells.kd, cells.error), -1, tests)
+    cells = _with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
     return correlated(cells.kp / cells.kd, cells.error, -1, tests=tests)
 
 
@@ -128,37 +156,41 @@ CLAIMS = [
         "effective_error",
         "Success falls with the effective error √(Kp / 2 Kd) · RMS validation error.",
         CELLS,
-        "rank correlation, one-sided",
+        "rank correlation, one-sided" + OR_COLLECTIONS,
         "the correlation is not negative",
         _effective,
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "effective_beats_loss",
         "The effective error governs success, the loss alone does not.",
         CELLS,
         "−ρ of success with the effective error less |ρ| with the loss is above 0, by its "
-        "bootstrap interval",
+        "bootstrap interval" + OR_COLLECTIONS,
         judge=_beats(lambda cells: cells.error),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "effective_beats_ratio",
         "The effective error tells more of success than the ratio Kd / Kp alone.",
         CELLS,
         "−ρ of success with the effective error less |ρ| with Kd / Kp is above 0, by its "
-        "bootstrap interval",
+        "bootstrap interval" + OR_COLLECTIONS,
         judge=_beats(lambda cells: cells.kd / cells.kp),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "loss_falls_with_attenuation",
         "Gains that attenuate errors more are harder to fit.",
         CELLS,
-        "rank correlation of the RMS validation error with Kp / Kd, one-sided",
+        "rank correlation of the RMS validation error with Kp / Kd, one-sided" + OR_COLLECTIONS,
         "the correlation is not negative",
         _loss_and_attenuation,
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "noise_robustness",

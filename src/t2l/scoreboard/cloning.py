@@ -1,15 +1,28 @@
 """Claims about behaviour cloning: retargeting, regions of gains, losses."""
 
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 import pandas as pd
 
+from t2l.gains import Grid
 from t2l.published.numbers import Published, splits
 from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among, cannot_tell, percents
+from t2l.stats.collections import (
+    COLUMNS,
+    FEWEST,
+    by_collection,
+    contrast,
+    over_collections,
+    slopes,
+)
+from t2l.stats.rank import spearman
 from t2l.stats.regions import REGIONS, by_cell
 from t2l.stats.slopes import share_slopes
 from t2l.stats.verdict import (
@@ -38,6 +51,12 @@ STUDY_TASKS = {
     "mug_hanging": "mug_hanging",
 }
 CELLS = "cell (mean over training seeds)"
+ANEW = "collections"  # the study of ours with several
+# how a rule goes on
+OR_COLLECTIONS = (
+    "; with five collections or more these are the unit, and their 95 % interval decides"
+)
+LOSS = "validation_mse_rad2"
 CO_REST = "success of cells in CO against all others, one-sided Mann-Whitney"
 CO_REST_NULL = "success in CO is not greater than outside"
 SIMULATION_RATE_HZ = 500
@@ -57,10 +76,55 @@ def cells_of(
     return cells.assign(region=splits()["cloning"].regions(cells.kp, cells.kd))
 
 
+def _of_every_collection(evidence: Evidence, variant: str, task: str, *more: str) -> pd.DataFrame:
+    """A row a policy, with its collection, counted from 0."""
+    columns, named = (*COLUMNS[1:], *more), {"task": task, "variant": variant}
+    first = evidence.table("cloning", columns, **named)
+    tables = [first if "collection" in first else first.assign(collection=0)]
+    for number in evidence.names("anew", "number"):
+        with suppress(AbsentError):
+            own = evidence.table("anew", columns, number=number, **named)
+            tables.append(own.assign(collection=int(number)))
+    return pd.concat(tables)
+
+
+def anew(
+    evidence: Evidence, variant: str = NOMINAL, task: str = TASK, *more: str
+) -> pd.DataFrame | None:
+    """Cells of each collection, as `by_collection` has them; None where these are too few."""
+    cells, split = _of_every_collection(evidence, variant, task, *more), splits()["cloning"]
+    kp, kd = (tuple(sorted(cells[gain].unique())) for gain in ("kp", "kd"))
+    grid = Grid(kp, kd, split.compliant_up_to_kp, split.overdamped_from_kd)
+    own = by_collection(cells, grid, *more)
+    return own if own.collection.nunique() >= FEWEST else None
+
+
+def of_each(
+    own: pd.DataFrame, number: Callable[[pd.DataFrame], float], sign: int, tests: int
+) -> Finding:
+    """Whether a number of each collection's cells has the claimed sign."""
+    values = [float(number(cells)) for _, cells in own.groupby("collection")]
+    return over_collections(np.array(values), sign, tests)
+
+
+def _over_collections(own: pd.DataFrame, outside: Sequence[str], tests: int) -> Finding:
+    """CO against other regions, with the collection as the unit."""
+    if own.groupby(["kp", "kd"]).success.mean().max() < WORKS:
+        return cannot_tell(
+            Finding(Verdict.CANNOT_TELL, own.collection.nunique()), "no policy works"
+        )
+    found = over_collections(contrast(own, outside), tests=tests)
+    groups = (own[own.region.isin(regions)] for regions in (["CO"], outside))
+    means = [group.groupby("collection").success.mean() for group in groups]
+    return percents(found, *means)
+
+
 def co_beats_rest(variant: str = NOMINAL, task: str = TASK) -> Judge:
     """Whether compliant, overdamped cells succeed more than all others."""
 
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        if (own := anew(evidence, variant, task)) is not None:
+            return _over_collections(own, REGIONS[1:], tests)
         cells = cells_of(evidence, variant, task)
         co = cells[cells.region == "CO"].success.to_numpy()
         rest = cells[cells.region != "CO"].success.to_numpy()
@@ -74,6 +138,8 @@ def co_beats_rest(variant: str = NOMINAL, task: str = TASK) -> Judge:
 
 def _against(region: str) -> Judge:
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        if (own := anew(evidence)) is not None:
+            return _over_collections(own, [region], tests)
         cells = cells_of(evidence)
         co = cells[cells.region == "CO"].success.to_numpy()
         other = cells[cells.region == region].success.to_numpy()
@@ -84,6 +150,8 @@ def _against(region: str) -> Judge:
 
 def _slope(gain: str, sign: int) -> Judge:
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        if (own := anew(evidence)) is not None:
+            return over_collections(slopes(own)[gain == "kd"], sign, tests)
         cells = cells_of(evidence)
         fit = share_slopes(cells.kp, cells.kd, cells.successes, cells.rollouts)
         value, error = getattr(fit, gain), getattr(fit, f"{gain}_error")
@@ -104,7 +172,12 @@ def _pooled_slopes(evidence: Evidence, published: Published, tests: int) -> Find
 
 
 def _loss_by_stiffness(evidence: Evidence, published: Published, tests: int) -> Finding:
-    cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
+    if (own := anew(evidence, NOMINAL, TASK, LOSS)) is not None:
+        groups = [own[own.region.isin(regions)] for regions in (["CO", "CU"], ["SO", "SU"])]
+        compliant, stiff = (group.groupby("collection")[LOSS].mean() for group in groups)
+        found = over_collections((compliant - stiff).to_numpy(), tests=tests)
+        return among(found, "{:.2g} and {:.2g} rad²", compliant, stiff)
+    cells = cells_of(evidence, NOMINAL, TASK, LOSS)
     compliant = cells.region.isin(["CO", "CU"])
     loss = cells.validation_mse_rad2.to_numpy()
     found = greater(loss[compliant], loss[~compliant], tests=tests)
@@ -112,7 +185,9 @@ def _loss_by_stiffness(evidence: Evidence, published: Published, tests: int) -> 
 
 
 def _loss_and_success(evidence: Evidence, published: Published, tests: int) -> Finding:
-    cells = cells_of(evidence, NOMINAL, TASK, "validation_mse_rad2")
+    if (own := anew(evidence, NOMINAL, TASK, LOSS)) is not None:
+        return of_each(own, lambda cells: spearman(cells[LOSS], cells.success), +1, tests)
+    cells = cells_of(evidence, NOMINAL, TASK, LOSS)
     x, y = cells.validation_mse_rad2, cells.success
     return correlated(x, y, +1, tests=tests, claimed=published.effect)
 
@@ -155,10 +230,7 @@ def _retargeting_degrades(evidence: Evidence, published: Published, tests: int) 
 
 
 def _end_to_end(evidence: Evidence, published: Published, tests: int) -> Finding:
-    columns = ("kp", "kd", "success", "rollouts")
-    policies = evidence.table("cloning", columns, task=OPERATED_TASK, variant=OPERATED)
-    if "collection" not in policies:
-        policies = policies.assign(collection=0)
+    policies = _of_every_collection(evidence, OPERATED, OPERATED_TASK)
     ends = [
         policies[gain].isin([policies[gain].min(), policies[gain].max()]) for gain in ("kp", "kd")
     ]
@@ -176,7 +248,8 @@ def _end_to_end(evidence: Evidence, published: Published, tests: int) -> Finding
 def _task(key: str, what: str, task: str) -> Claim:
     statement = f"{what}: compliant, overdamped gains succeed more often than all others."
     judged = {"judge": co_beats_rest(task=task), "tests": len(STUDY_TASKS)}
-    return Claim(key, statement, CELLS, CO_REST, CO_REST_NULL, **judged, about=STUDY_TASKS[task])
+    own = {"about": STUDY_TASKS[task], "anew": ANEW if task == TASK else ""}
+    return Claim(key, statement, CELLS, CO_REST + OR_COLLECTIONS, CO_REST_NULL, **judged, **own)
 
 
 CLAIMS = [
@@ -215,19 +288,23 @@ CLAIMS = [
         "stiffness_hurts",
         "Block stacking: stiffness lowers the odds of success.",
         CELLS,
-        "slope of the log odds per doubling of Kp, over-dispersed by cell, one-sided t",
+        "slope of the log odds per doubling of Kp, over-dispersed by cell, one-sided t"
+        + OR_COLLECTIONS,
         "the slope is not negative",
         _slope("kp", -1),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "damping_helps",
         "Block stacking: damping raises the odds of success.",
         CELLS,
-        "slope of the log odds per doubling of Kd, over-dispersed by cell, one-sided t",
+        "slope of the log odds per doubling of Kd, over-dispersed by cell, one-sided t"
+        + OR_COLLECTIONS,
         "the slope is not positive",
         _slope("kd", +1),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "pooled_slopes",
@@ -241,37 +318,42 @@ CLAIMS = [
         "compliant_once_overdamped",
         "Among overdamped gains, compliant ones succeed more often.",
         CELLS,
-        "success of cells in CO against SO, one-sided Mann-Whitney",
+        "success of cells in CO against SO, one-sided Mann-Whitney" + OR_COLLECTIONS,
         "success in CO is not greater than in SO",
         _against("SO"),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "overdamped_once_compliant",
         "Among compliant gains, overdamped ones succeed more often.",
         CELLS,
-        "success of cells in CO against CU, one-sided Mann-Whitney",
+        "success of cells in CO against CU, one-sided Mann-Whitney" + OR_COLLECTIONS,
         "success in CO is not greater than in CU",
         _against("CU"),
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "compliant_loss_higher",
         "Commands for compliant gains are harder to fit.",
         CELLS,
-        "validation error of compliant cells against stiff ones, one-sided Mann-Whitney",
+        "validation error of compliant cells against stiff ones, one-sided Mann-Whitney"
+        + OR_COLLECTIONS,
         "the error of compliant cells is not greater",
         _loss_by_stiffness,
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "loss_misleads",
         "Gains with a higher loss succeed more often.",
         CELLS,
-        "rank correlation of success with the validation error, one-sided",
+        "rank correlation of success with the validation error, one-sided" + OR_COLLECTIONS,
         "the correlation is not positive",
         _loss_and_success,
         about=GRID,
+        anew=ANEW,
     ),
     Claim(
         "end_to_end",

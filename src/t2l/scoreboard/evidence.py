@@ -26,6 +26,8 @@ PATTERNS = {
     "noise": "{task}/noise/{cell}/noisy_replays.parquet",
     "fidelity": "{task}/fidelity/{cell}.parquet",
     "cloning": "{task}/{variant}/cells.parquet",
+    # of the first collection; of the others
+    "anew": "{task}/collection{number}/{variant}/cells.parquet",
 }
 _REGEX = {
     kind: re.compile(re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>[^/]+)", re.escape(pattern)))

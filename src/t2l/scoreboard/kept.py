@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from t2l.bc.collections import collection
 from t2l.scoreboard.evidence import Evidence, Source, source_of
 from t2l.stats.decision import decide
 from t2l.stats.decision_rule import Rule
@@ -18,6 +19,12 @@ from t2l.stats.decision_rule import Rule
 Shaped = Iterator[tuple[str, pd.DataFrame]]  # where below results/ a table would lie, and the table
 RATES = {10: "joint_reach_10_hz", 20: "joint_reach_20_hz", 50: "joint_reach",
          100: "joint_reach_100_hz"}  # fmt: skip
+
+# variants of the collections, as pages and figures tell them
+ANEW = {
+    "epochs_50": "50 epochs", "nominal": "150 epochs", "epochs_400": "400 epochs",
+    "observation_noise_0": "no noise on observations", "demonstrations_900": "900 demonstrations",
+}  # fmt: skip
 
 
 def evidence(folder: Path, rule: Rule) -> Evidence:
@@ -42,6 +49,21 @@ def evidence(folder: Path, rule: Rule) -> Evidence:
 def _cloning(table: pd.DataFrame, study: str, task: str) -> Shaped:
     for variant, rows in table.groupby("variant"):
         yield f"{study}/{task}/{variant}/cells.parquet", rows
+
+
+def named_collections(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Policies of collections that were drawn anew, by the words for their variant."""
+    found = dict(iter(table.groupby("variant")))
+    return {words: found[name] for name, words in ANEW.items() if name in found}
+
+
+def _collections(table: pd.DataFrame) -> Shaped:
+    for (variant, number), rows in table.groupby(["variant", "collection"]):
+        own = collection("block_stack", int(number))
+        # a study of its own, as its demonstrations are others
+        apart = variant == "demonstrations_900"
+        study = "collections_900/{}/nominal" if apart else f"collections/{{}}/{variant}"
+        yield f"{study.format(own)}/cells.parquet", rows
 
 
 def _ablations(table: pd.DataFrame) -> Shaped:
@@ -154,6 +176,7 @@ def _of(study: str, task: str) -> Callable[[pd.DataFrame], Shaped]:
 # by name of the file
 FILES: dict[str, Callable[[pd.DataFrame], Shaped]] = {
     "cloning_grid": _of("cloning_grid", "block_stack"),
+    "collections": _collections,
     "bimanual_handover": _of("bimanual_handover", "bimanual_handover"),
     "dishrack_loading": _of("dishrack", "dishrack_loading"),
     "dishrack_unloading": _of("dishrack", "dishrack_unloading"),

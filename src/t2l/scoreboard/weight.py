@@ -44,7 +44,7 @@ FINDINGS = (
     Independent(
         "Compliance helps behaviour cloning beside damping",
         ("stiffness_hurts", "compliant_once_overdamped", "pooled_slopes", "end_to_end"),
-        "the first two are of one grid, which is part of the third",
+        "the first two are of the same collections",
     ),
     Independent(
         "Demonstrations can be retargeted",
@@ -67,7 +67,7 @@ FINDINGS = (
     Independent(
         "The effective error governs success",
         ("effective_error", "effective_beats_loss", "effective_beats_ratio"),
-        "the same grid",
+        "the same policies",
     ),
     Independent(
         "Compliant, overdamped gains forgive noise on actions",
@@ -135,7 +135,7 @@ FORESEEABLE: Mapping[str, str] = {
     "network_error": "both errors are of the same pair of rollouts",
 }
 
-_EPOCHS = "150 epochs were taken after CO had been behind SO with 50"
+_EPOCHS = "150 epochs were taken after CO had been behind SO with 50, in other collections"
 _LIMITS = "that policies keep the limits was added after it was known that none does"
 _STOPS = "stops counted as jitter before"
 # what of a rule, or of what it judges, was written or changed after data had been seen

@@ -45,7 +45,9 @@ def beforehand_table(
 
     Returns:
         task, predictor, expected sign, ρ with its 95 % interval over `n` cells, and `rho_loss`,
-        that with the validation loss, which label difficulty is to foretell. Over tasks: the mean
+        that with the validation loss, which label difficulty is to foretell; `factor` and
+        `factor_loss`, the greatest over the least of both over cells; `over_loss`, the median of
+        the number over the loss. Over tasks: the mean
         of expected · ρ, its interval, `n` tasks, and by how much the predicted error's is greater,
         `more`, `more_low`, `more_high`, `p`, of rivals alone.
     """
@@ -68,7 +70,10 @@ def beforehand_table(
         rows += [
             {"task": task, "predictor": name, "expected": SIGNS[name], "rho": one.rho,
              "low": one.low, "high": one.high, "n": one.cells,
-             "rho_loss": float(spearman(every[name].to_numpy(), every.loss.to_numpy()))}
+             "rho_loss": float(spearman(every[name].to_numpy(), every.loss.to_numpy())),
+             "factor": every[name].max() / every[name].min(),
+             "factor_loss": every.loss.max() / every.loss.min(),
+             "over_loss": (every[name] / every.loss).median()}
             for name, one in found.items()
         ]  # fmt: skip
     table = pd.DataFrame(rows)

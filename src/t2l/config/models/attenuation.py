@@ -41,5 +41,5 @@ class Attenuation(Typed):
         None,
         description="a download of the file of results that the study's project page shows, for "
         "the same statistics of the study's own cells, and how ours are ordered beside them; see "
-        "docs/results_cloning.md",
+        "docs/results_errors.md",
     )

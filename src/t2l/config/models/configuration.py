@@ -88,6 +88,14 @@ class Configuration(Typed):
         le=100,
         description="how many policies each cell has, each trained from a seed of its own",
     )
+    collections: Integer = Field(
+        1,
+        ge=1,
+        le=100,
+        description="how many collections each task has: demonstrations and starts of rollouts, "
+        "drawn anew, each with policies of its own; figures show the first, the table "
+        "`collections` compares regions with the collection as the unit",
+    )
     training_jobs: Literal["policy", "variant"] = Field(
         "policy",
         description="what one job trains: a `policy`, or all policies of a task and a `variant`, "

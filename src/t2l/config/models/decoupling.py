@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from t2l.config.models.actions import RelativeActions
-from t2l.config.quantities import Gain, Positive
+from t2l.config.quantities import Gain, Given, Positive
 from t2l.typed import Integer, Name, Number, Typed
 
 
@@ -23,6 +23,12 @@ class Pairing(Typed):
         description="λ of the reward 1 − tanh(‖q − g‖² / λ) − α ‖Δa‖², rad²"
     )
     change: Number = Field(0.0, ge=0, description="α of that reward")
+    tolerance_rad: Annotated[Positive | None, Given] = Field(
+        None,
+        le=1,
+        description="how close the pose is held, in place of the task's `tolerance_rad`; "
+        "√λ is where the reward has lost three quarters",
+    )
 
 
 class Decoupling(Typed):

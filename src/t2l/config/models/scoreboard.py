@@ -12,6 +12,6 @@ class Scoreboard(Typed):
 
     studies: Annotated[list[Name], Field(min_length=1, max_length=100), Unique] = Field(
         description="names of other studies whose results in `results/` are read too, in any "
-        "order: each statement is judged by the study that is about it (docs/scoreboard.md); those "
-        "that were not run are left out"
+        "order: each statement is judged by the study that is about it "
+        "(docs/scoreboard_rules.md); those that were not run are left out"
     )
