@@ -44,6 +44,15 @@ def test_much_noise_allows_coarse_steps(recordings):
     assert substeps_for(Model(recordings[0].robot, FRICTION), noisy) == 1
 
 
+def test_rows_at_uneven_times_do_not_pass_for_noise(recordings):
+    """Differences of such a motion do not vanish; of what the model leaves they do."""
+    kept = np.random.default_rng(0).random(len(recordings[0].time)) < 0.5
+    uneven = [dataclasses.replace(r, q=np.where(kept[:, None], r.q, np.nan)) for r in recordings]
+    assert noise_floor(uneven) > 3 * noise_floor(recordings)
+    model = Model(recordings[0].robot, FRICTION)
+    assert substeps_for(model, uneven) >= substeps_for(model, recordings) > 1
+
+
 def test_of_a_long_recording_the_busiest_part_is_looked_at(tmp_path):
     made = recording(pendulum(tmp_path), lambda t: swing()(t) * (t > 4)[:, None], duration_s=6.0)
     assert busiest(made, 6.0) is made

@@ -36,15 +36,19 @@ def substeps_for(model: Model, recordings: Sequence[Recording]) -> int:
 
     Of long recordings only the part is looked at in which the commands move most.
     """
-    noise = noise_floor(list(recordings))
     count = min(SHORTLISTED, len(recordings))
     places = np.linspace(0, len(recordings) - 1, count).round().astype(int)
     chosen = [busiest(recordings[place]) for place in places]
     layout, u = model.vector(recordings[0].joints)
     request = Request(layout, u[None])
-    last = None
+    last = noise = None
     for substeps in (*SUBSTEPS, 2 * SUBSTEPS[-1]):
-        q = Predictor(model.robot, chosen, substeps).predict([request])[0][0]
+        predictor = Predictor(model.robot, chosen, substeps)
+        q = predictor.predict([request])[0][0]
+        if noise is None:
+            # of what the model leaves: late rows make the noise of a motion seem larger
+            left = predictor.samples.by_row(predictor.samples.q - q)
+            noise = noise_floor(chosen, left, divided=True)
         # half the step halves the error, so that the longer step's is twice the change
         if last is not None:
             change = (q - last)[np.isfinite(q - last)]
