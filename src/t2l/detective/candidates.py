@@ -4,7 +4,7 @@ A candidate's response is affine in its parameters: what it does at a setting, a
 there. Each of an effect's first guesses is a setting; on each joint the best few are kept.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
 from t2l.effects.blame import described, shipped
 from t2l.effects.effect import Effect
-from t2l.effects.term import Layout, Term
+from t2l.effects.term import Layout, Slot, Term
 from t2l.errors import EffectError
 from t2l.identify.prediction import Predictor, Request
 from t2l.propose.laws import erring
@@ -388,7 +388,7 @@ def _asked(
         ]  # fmt: skip
         rows = []
         for guess in guesses:
-            own_u = _encoded(effect, guess)
+            own_u = encoded(guess)
             rows.append([old[s.key] if s.key in old else own_u(s) for s in whole.slots])
         settings = np.array(rows, float)
         settings = np.clip(settings, whole.lower, whole.upper)
@@ -420,8 +420,10 @@ def _is_near(effect: Effect, one: Values, other: Values) -> bool:
     return True
 
 
-def _encoded(effect: Effect, guess: Values):
-    def of(slot) -> float:
+def encoded(guess: Values) -> Callable[[Slot], float]:
+    """u of a slot of an effect, as a guess of its parameters, (njoint,) or (1,), says it."""
+
+    def of(slot: Slot) -> float:
         value = np.ravel(guess[slot.parameter.name])
         number = value[slot.joint] if slot.joint is not None and len(value) > 1 else value[0]
         return np.log(number) if slot.parameter.log else number

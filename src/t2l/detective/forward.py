@@ -43,10 +43,10 @@ def grown(
     """Sets with more and more effects, until more gains nothing or only noise is left.
 
     Args:
-        over: whether the time is.
         before: the model along the motion.
         sets: fitted along the motion, to grow from.
         screen: beside the model; `rows` (k,) are the places of its samples among the fitted ones.
+        over: whether the time is.
 
     Returns:
         The sets with those that grew from them, and what can only be simulated, the best first.

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.detective.along_motion import AlongMotion, fit_along
+from t2l.detective.candidates import encoded
 from t2l.detective.fitted_set import FittedSet, Start, sizes
 from t2l.detective.pruning import without_one
 from t2l.diagnose.starting_points import read_off
@@ -59,21 +60,17 @@ def _read(
     left = np.zeros(len(along.predictor.samples))
     left[along.mask] = -residual
     guesses = read_off(along.predictor, along.mask, [term.effect], left)[term.effect.name]
-    own = [i for i, slot in enumerate(whole.layout.slots) if slot.term is term]
-    mine = [i for i in own if whole.layout.slots[i].joint in (joint, None)]
-    columns = {
-        key: column for key, column in whole.columns.items()
-        if key not in {whole.layout.slots[i].key for i in mine}
+    layout = whole.layout
+    mine = {
+        i: slot for i, slot in enumerate(layout.slots)
+        if slot.term is term and slot.joint in (joint, None)
     }  # fmt: skip
+    moved = {slot.key for slot in mine.values()}
+    columns = {key: column for key, column in whole.columns.items() if key not in moved}
     starts = []
     for guess in guesses:
-        u = whole.u.copy()
-        for i in mine:
-            slot = whole.layout.slots[i]
-            value = np.ravel(guess[slot.parameter.name])
-            value = value[joint] if len(value) > 1 else value[0]
-            u[i] = np.log(value) if slot.parameter.log else value
-        starts.append(
-            Start(whole.layout, np.clip(u, whole.layout.lower, whole.layout.upper), columns)
-        )
+        u, said = whole.u.copy(), encoded(guess)
+        for i, slot in mine.items():
+            u[i] = said(slot)
+        starts.append(Start(layout, np.clip(u, layout.lower, layout.upper), columns))
     return starts
