@@ -109,6 +109,36 @@ def test_a_slow_loop_holds_its_torque(tmp_path):
     np.testing.assert_allclose(q, expected, atol=2e-4)
 
 
+def test_what_acts_on_a_joint_goes_on_between_the_ticks_of_a_slow_loop(tmp_path):
+    """At 100 Hz, with a drag that follows the velocity and a motor that fades over time."""
+    period, command, (kp, kd) = 0.01, 0.9, GAINS[0]
+    drag, fades_s = 0.2, 0.1
+    made = loop(
+        plant.load(pendulum(tmp_path), ["hinge"]).compile(), GAINS[:1], 40, 1, period, hold(command)
+    )
+
+    def fade(tick, torque):
+        torque *= np.exp(-made.elapsed_s(tick) / fades_s)
+
+    def add(tick, q, dq, torque):
+        torque -= drag * np.abs(dq) * dq
+
+    made.motor_filters.append(fade)
+    made.joint_torques.append(add)
+    q = made.run()[0][0, 0, :, 0]
+    state, expected = np.array([0.3, 0.5]), []
+    for tick in range(41):
+        expected.append(state[0])
+        demand = kp * (command - state[0]) - kd * state[1]
+
+        def motion(t, x, demand=demand, start=tick * period):
+            torque = demand * np.exp(-(start + t) / fades_s) - drag * abs(x[1]) * x[1]
+            return x[1], (torque - WEIGHT * np.sin(x[0]) - DAMPING * x[1]) / INERTIA
+
+        state = solve_ivp(motion, (0, period), state, rtol=1e-9, atol=1e-12).y[:, -1]
+    np.testing.assert_allclose(q, expected, atol=5e-4)
+
+
 @pytest.mark.parametrize(("coarseness", "less"), [(2, 0.2), (4, 0.3)])
 def test_a_coarser_loop_looks_ahead_by_what_it_is_later(tmp_path, exact, coarseness, less):
     robot, ticks, period = pendulum(tmp_path), 300 // coarseness, coarseness * PERIOD_S

@@ -24,7 +24,7 @@ class ActuatorBandwidth(Effect):
         to.call(self.name, follow_with_a_lag, joints, values, MOTOR)
 
     def install(self, loop, rows, joints, values):
-        shares = shares_of_gap(values["cutoff"], loop.period_s)
+        shares = shares_of_gap(values["cutoff"], loop.plant_period_s)
         state, at = {}, (rows, loop.columns(joints))
 
         def change(tick, torque):

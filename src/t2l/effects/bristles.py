@@ -38,6 +38,7 @@ def install_bristles(
     """
     batch, ids, dofs = loop.batch, loop.ids[joints], loop.dofs[joints]
     qpos, at = loop.qpos[joints], (rows, loop.columns(joints))
+    position, velocity = batch.qpos, batch.qvel
     spring, damper = batch.expand("jnt_stiffness"), batch.expand("dof_damping")
     rest = batch.expand("qpos_spring")
     passive, bias = batch.bind("qfrc_passive"), batch.bind("qfrc_bias")
@@ -46,14 +47,15 @@ def install_bristles(
     own, state = {}, {}
 
     def add(tick, q, dq, torque):
-        here, speed = q[at], dq[at]
+        # at the tick: what bends them in the meantime is integrated here
+        here, speed = position[rows, qpos], velocity[rows, dofs]
         g = np.maximum(level(speed), LEAST)
         if tick == 0:
             # copies: what all other effects have written
             own.update(k=spring[rows, ids], d=damper[rows, dofs], rest=rest[rows, qpos])
             missing = torque[at] + passive[rows, dofs] - bias[rows, dofs]
             state.update(q=here, z=bent_at_start(missing, speed, g, sigma))
-        z, share = deflection(here, speed, state, g, sigma, loop.period_s)
+        z, share = deflection(here, speed, state, g, sigma, loop.plant_period_s)
         torque[at] -= sigma * z
         added = sigma * share
         total = np.maximum(own["k"] + added, LEAST)

@@ -38,9 +38,8 @@ class Cogging(Effect):
         at = rows, loop.columns(joints)
 
         def add(tick, q, dq, torque):
-            # the angle in the middle of the period for which the torque is held
-            angle = values["periods"] * (q[at] + 0.5 * loop.period_s * dq[at])
-            torque[at] += values["amplitude"] * np.sin(angle + values["phase"])
+            angle = values["periods"] * q[at] + values["phase"]
+            torque[at] += values["amplitude"] * np.sin(angle)
 
         loop.joint_torques.append(add)
 

@@ -110,9 +110,9 @@ class Exported:
 
         - at the loop's tick, in rad and rad/s: `target`, `q` and `dq` that the loop sees,
           `position` and `velocity` of the joint, as model.xml counts them; `kp`, `kd`;
-        - in the middle of the step: `angle` (rad without the encoder's offset), and the torques in
-          N·m `load` and `gravity` (to hold the links in motion, and at rest), `passive` (springs
-          and dampers);
+        - in the middle of the step: `angle` (rad without the encoder's offset) and `rate` (rad/s,
+          if the joint goes on as before), and the torques in N·m `load` and `gravity` (to hold the
+          links in motion, and at rest), `passive` (springs and dampers);
         - to change: `motor` (N·m that the motor gives, as far as the signal has come);
         - to add to: `torque` (N·m), `friction` (N·m of dry friction), `damping` (N·m·s/rad),
           `stiffness` (N·m/rad) and `pull` (N·m that it gives at zero).

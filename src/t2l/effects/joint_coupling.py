@@ -47,14 +47,14 @@ class JointCoupling(Effect):
     def install(self, loop, rows, joints, values):
         here = joints[joints > 0]
         own = {name: value[:, joints > 0] for name, value in values.items()}
-        ahead, stiffness, damping = 0.5 * loop.period_s, own["stiffness"], own["damping"]
-        ratio, rest = own["ratio"], own["rest"]
+        stiffness, damping, ratio, rest = (
+            own[name] for name in ("stiffness", "damping", "ratio", "rest")
+        )
 
         def add(tick, q, dq, torque):
             rate = dq[rows][:, here] + ratio * dq[rows][:, here - 1]
             length = q[rows][:, here] + ratio * q[rows][:, here - 1]
-            # the length in the middle of the period for which the torque is held
-            pull = -stiffness * (length + ahead * rate - rest) - damping * rate
+            pull = -stiffness * (length - rest) - damping * rate
             torque[rows, here] += pull
             torque[rows, here - 1] += ratio * pull
 

@@ -278,7 +278,7 @@ def variable(
     Raises:
         EffectError: when called, of a column that the recordings lack.
     """
-    of, half = loop.joints.index(law.of), 0.5 * loop.period_s
+    of = loop.joints.index(law.of)
     if law.column:
         return lambda tick, q, dq, motor: loop.logged(law.column, tick, law.name)[rows, of]
     if law.follows == SESSION:
@@ -289,19 +289,10 @@ def variable(
     if law.follows == "load":
         bias, dof = loop.batch.bind("qfrc_bias"), loop.dofs[of]
         return lambda tick, q, dq, motor: bias[rows, dof]
-    last: list[np.ndarray] = []
-
-    def velocity(tick, q, dq, motor):
-        # in the middle of the period for which the torque is held, if it goes on as before
-        now = dq[rows, of]
-        before = last[0] if last else now
-        last[:] = [now]
-        return now + 0.5 * (now - before)
-
     return {
         "constant": lambda tick, q, dq, motor: np.zeros(rows.stop - rows.start),
-        "position": lambda tick, q, dq, motor: q[rows, of] + half * dq[rows, of],
-        "velocity": velocity,
+        "position": lambda tick, q, dq, motor: q[rows, of],
+        "velocity": lambda tick, q, dq, motor: dq[rows, of],
         "speed": lambda tick, q, dq, motor: np.abs(dq[rows, of]),
         "commanded torque": lambda tick, q, dq, motor: motor[:, of],
         "commanded torque size": lambda tick, q, dq, motor: np.abs(motor[:, of]),

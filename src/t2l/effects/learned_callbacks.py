@@ -9,8 +9,8 @@ def learned_law(robot, joints, values):
     x = {
         "constant": 0.0,
         "position": robot.angle[of],
-        "velocity": robot.velocity[of],
-        "speed": abs(robot.velocity[of]),
+        "velocity": robot.rate[of],
+        "speed": abs(robot.rate[of]),
         "commanded torque": robot.motor[of],
         "commanded torque size": abs(robot.motor[of]),
         "load": robot.load[of],
@@ -24,7 +24,7 @@ def learned_law(robot, joints, values):
 def learned_tendon(robot, joints, values):
     """Pull at two joints."""
     joint, of, ratio = values["joint"], values["of"], values["ratio"]
-    x = robot.angle if values["follows"] == "position" else robot.velocity
+    x = robot.angle if values["follows"] == "position" else robot.rate
     tension = learned_value(x[joint] + ratio * x[of], values)
     robot.torque[joint] += tension
     robot.torque[of] += ratio * tension

@@ -46,5 +46,5 @@ class SquareRootFriction(Effect):
 
 def grow_by_root(robot, joints, values):
     """Add friction of the root of the velocity."""
-    root = np.sqrt(np.abs(robot.velocity[joints]))
+    root = np.sqrt(np.abs(robot.rate[joints]))
     robot.friction[joints] += values["coefficient"] * root

@@ -63,5 +63,5 @@ class StribeckFriction(Effect):
 
 def fade_with_velocity(robot, joints, values):
     """Add what breakaway has beyond friction in motion."""
-    speed = robot.velocity[joints] / values["velocity"]
+    speed = robot.rate[joints] / values["velocity"]
     robot.friction[joints] += values["extra_at_rest"] * np.exp(-(speed**2))

@@ -31,7 +31,7 @@ class TorqueRateLimit(Effect):
         to.call(self.name, limit_torque_rate, joints, values, MOTOR)
 
     def install(self, loop, rows, joints, values):
-        largest = values["rate"] * loop.period_s
+        largest = values["rate"] * loop.plant_period_s
         delay = values["ramp"] / (2 * largest)
         state, at = {}, (rows, loop.columns(joints))
 

@@ -43,7 +43,7 @@ class TorqueRippleWithPosition(Effect):
 
         def change(tick, torque):
             # the angle in the middle of the period for which the torque is held
-            q = position[rows, qpos] + 0.5 * loop.period_s * velocity[rows, dofs]
+            q = position[rows, qpos] + 0.5 * loop.plant_period_s * velocity[rows, dofs]
             ripple = np.sin(values["periods"] * q + values["phase"])
             torque[at] *= 1 + values["amplitude"] * ripple
 

@@ -64,16 +64,12 @@ def limit_by_velocity(loop: ServoLoop, rows: slice, joints: np.ndarray, most: Ca
     Args:
         most: called with (tick, velocity), both (nrow, njoint): the greatest torque there.
     """
-    state, at = {}, (rows, loop.columns(joints))
-
-    def measured(tick, q, dq):
-        state["dq"] = dq.copy()  # the motor's own, not what reaches the controller
+    velocity, dofs, at = loop.batch.qvel, loop.dofs[joints], (rows, loop.columns(joints))
 
     def change(tick, torque):
-        dq = state["dq"][at]
+        dq = velocity[rows, dofs]  # the motor's own, not what an encoder reads
         torque[at] = np.minimum(np.maximum(torque[at], -most(tick, -dq)), most(tick, dq))
 
-    loop.sensor_filters.append(measured)
     loop.motor_filters.append(change)
 
 

@@ -23,13 +23,12 @@ def install_yielding(
     anchors: list[np.ndarray] = []
 
     def add(tick, q, dq, torque):
-        # in the middle of the period for which the torque is held
-        middle = (q[rows, joint] + 0.5 * loop.period_s * dq[rows, joint])[:, None]
+        here = q[rows, joint][:, None]
         if not anchors:
             missing = torque[rows, joint] + passive[rows, dof] - bias[rows, dof]
-            anchors.append(middle - stretched_at_start(missing, dq[rows, joint], radii, weights))
-        stretch = np.minimum(np.maximum(middle - anchors[0], -radii), radii)
-        anchors[0] = middle - stretch
+            anchors.append(here - stretched_at_start(missing, dq[rows, joint], radii, weights))
+        stretch = np.minimum(np.maximum(here - anchors[0], -radii), radii)
+        anchors[0] = here - stretch
         torque[rows, joint] -= (weights * stretch / radii).sum(axis=1)
 
     loop.joint_torques.append(add)

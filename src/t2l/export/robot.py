@@ -86,6 +86,7 @@ class Robot:
         # MuJoCo's positions are half a step of velocity ahead of the loop's
         data.qpos[self.qadr] = np.asarray(q) + 0.5 * self.period_s * np.asarray(dq)
         data.qvel[self.dofs], data.ctrl[:] = dq, q_des
+        self.last_velocity = data.qvel[self.dofs]
         # what is between motor and link starts at rest under its load
         mujoco.mj_forward(model, data)
         for joint in range(model.njnt):
@@ -156,6 +157,8 @@ class Robot:
         # at the tick of the loop
         self.velocity = data.qvel[self.dofs]
         self.position = data.qpos[self.qadr] - 0.5 * self.period_s * self.velocity
+        self.rate = self.velocity + 0.5 * (self.velocity - self.last_velocity)
+        self.last_velocity = self.velocity
         self.kp = model.actuator_gainprm[at, 0]
         self.kd = 0.5 * self.period_s * self.kp - model.actuator_biasprm[at, 2]
         # the command after delay and filter, of which MuJoCo tells the force alone

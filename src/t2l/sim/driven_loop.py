@@ -181,6 +181,7 @@ class DrivenLoop(Loop):
         if schedule.drive is not None:
             back_emf = every(schedule.drive.back_emf)
         qpos, dofs = columns(self.qpos), columns(self.dofs)
+        half = 0.5 * self.period_s
         shown = {"qfrc_bias": path.load, "qfrc_gravcomp": path.weight}
         for tick in range(ntick):
             measured, dq = every(path.q[tick]), every(path.dq[tick])
@@ -221,15 +222,16 @@ class DrivenLoop(Loop):
             if schedule.powered is not None:
                 on = schedule.powered[tick][recording]
                 torque = carried + (torque - carried) * on
+            middle_q, middle_dq = q + half * dq, dq + half * every(path.ddq[tick])
             if rubs:
                 level = dry.copy()
                 for add in self.friction:
-                    add(tick, dq, torque, level)
+                    add(tick, middle_dq, torque, level)
             if balanced is not None:
                 # the balance that the model has goes by itself
                 torque -= weight
             for add in self.joint_torques:
-                add(tick, q, dq, torque)
+                add(tick, middle_q, middle_dq, torque)
             torque += self._passive(q, dq)
             if back_emf is not None:
                 on = 1.0 if schedule.powered is None else schedule.powered[tick][recording]

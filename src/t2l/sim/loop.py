@@ -17,6 +17,8 @@ class Loop:
     Attributes:
         batch: the simulations, or what stands for them; each kind of loop makes its own.
         real_period_s: of the loop that is simulated, by a coarser one or by itself.
+        plant_ticks: how often between two ticks what acts between controller and joint is computed;
+            the torque that the controller asks for is held meanwhile.
         ids, dofs, qpos: (njoint,) indices and addresses of the driven joints.
         kp, kd: (nsim, njoint) gains the loop really uses.
         encoder_offset: (nsim, njoint) rad, measured minus true position.
@@ -32,15 +34,17 @@ class Loop:
             likewise; where neither is commanded they are not called.
         controller_filters: called with (tick, torque), change what the loop computes, the gravity
             compensation that it gives included, in place.
-        motor_filters: called with (tick, torque), change the motor torque, any gravity
+        motor_filters: called with (plant tick, torque), change the motor torque, any gravity
             compensation included, in place.
         sensor_filters: called with (tick, q, dq), change what encoders read in place.
         feedback_filters: called with (tick, q, dq), change what of that reaches the controller, in
             place; the log keeps what the encoders read.
         compensation_factor: (nsim, njoint) of the modelled weight that is compensated.
-        joint_torques: called with (tick, q, dq, torque), add to the last in place.
+        joint_torques: called with (plant tick, q, dq, torque), add to the last in place; q and dq
+            are of the joints in the middle of the plant tick, if they go on as before.
         added_friction: (nsim, njoint) N·m of Coulomb friction beside the MJCF's own.
-        friction: called with (tick, dq, motor torque, level), add to that in place.
+        friction: called with (plant tick, dq, motor torque, level), add to the last in place;
+            dq likewise.
         settle: called once with the loop after the start state is set.
         other_weight: (nsim,) bool, where gravity or masses are not the model's, which is all that
             any compensation knows.
@@ -54,6 +58,7 @@ class Loop:
         self.schedule, self.joints, self.nvariant = schedule, joints, nvariant
         self.nrec = len(schedule.kp)
         self.real_period_s = schedule.period_s / schedule.coarseness
+        self.plant_ticks = 1
         self.ids = np.array([model.joint(name).id for name in joints])
         self.dofs = np.array([model.joint(name).dofadr[0] for name in joints])
         self.qpos = np.array([model.joint(name).qposadr[0] for name in joints])
@@ -85,18 +90,29 @@ class Loop:
         """From tick to tick."""
         return self.schedule.period_s
 
+    @property
+    def plant_period_s(self) -> float:
+        """From plant tick to plant tick."""
+        return self.period_s / self.plant_ticks
+
     def clock_s(self, tick: int) -> np.ndarray:
-        """What the log's clock shows in the middle of a tick, (nsim, 1) s."""
-        return np.tile(self.schedule.clock_s_at(tick), self.nvariant)[:, None]
+        """What the log's clock shows in the middle of a plant tick, (nsim, 1) s."""
+        return self._since(self.schedule.clock_s, tick)
 
     def elapsed_s(self, tick: int) -> np.ndarray:
-        """Time since the start in the middle of a tick, (nsim, 1) s."""
-        return np.tile(self.schedule.elapsed_s_at(tick), self.nvariant)[:, None]
+        """Time since the start in the middle of a plant tick, (nsim, 1) s."""
+        return self._since(self.schedule.elapsed_s, tick)
+
+    def _since(self, start: np.ndarray | None, tick: int) -> np.ndarray:
+        begin = np.zeros(self.nrec) if start is None else start
+        return np.tile(begin + (tick + 0.5) * self.plant_period_s, self.nvariant)[:, None]
 
     def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
-        """An optional column at a tick, (nsim, njoint); as `Schedule.column`."""
+        """An optional column at a plant tick, (nsim, njoint); as `Schedule.column`."""
         values = self.schedule.column(column, needed_by)
-        return None if values is None else np.tile(values[tick], (self.nvariant, 1))
+        if values is None:
+            return None
+        return np.tile(values[tick // self.plant_ticks], (self.nvariant, 1))
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:
         return np.tile(values, (self.nvariant, 1)).astype(float)

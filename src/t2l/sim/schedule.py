@@ -131,18 +131,6 @@ class Schedule:
             drive=None if self.drive is None else self.drive.of(recordings),
         )
 
-    def clock_s_at(self, tick: int) -> np.ndarray:
-        """What the logs' clocks show in the middle of a tick, (nrec,) s."""
-        return self._since(self.clock_s, tick)
-
-    def elapsed_s_at(self, tick: int) -> np.ndarray:
-        """Time since the start in the middle of a tick, (nrec,) s."""
-        return self._since(self.elapsed_s, tick)
-
-    def _since(self, start: np.ndarray | None, tick: int) -> np.ndarray:
-        begin = np.zeros(len(self.kp)) if start is None else start
-        return begin + (tick + 0.5) * self.period_s
-
     def column(self, name: str, needed_by: str | None = None) -> np.ndarray | None:
         """An optional column, (ntick, nrec, njoint); None if a recording lacks it.
 

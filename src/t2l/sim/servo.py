@@ -20,6 +20,10 @@ ahead by the s = (n − 1) h/2 that it is later than the real one, to first orde
 which is a damping of Kd + s Kp and an armature of s Kd more. On the motions of a real arm a tick of
 4 ms instead of 1 ms is then off by 0.06 mrad, and by 0.8 mrad without.
 
+What acts between controller and joint, as friction and the limits of a motor, does so continuously.
+It is computed at every tick, and of a slow loop at plant ticks between these, while the torque that
+the controller asks for is held.
+
 A motor under a voltage (`t2l.recordings.motor`) gives no more than its stall torque, and its
 back-EMF damps the joint continuously. Where no position is commanded, a `t2l.sim.schedule.Hold`
 keeps the simulation near the measurement.
@@ -39,6 +43,7 @@ from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
+PLANT_PERIOD_S = 0.002  # numerics: of a slow loop, at most, from plant tick to plant tick
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
 
 
@@ -46,7 +51,7 @@ class ServoLoop(Loop):
     """A loop whose plant is simulated, all of it in one batch.
 
     Attributes:
-        nstep: physics steps a tick.
+        nstep: physics steps a plant tick.
     """
 
     def __init__(
@@ -60,8 +65,10 @@ class ServoLoop(Loop):
     ):
         model = copy.copy(model)  # loops in other threads have a step of their own
         super().__init__(model, joints, schedule, nvariant)
-        self.nstep = int(np.ceil(self.real_period_s / MAX_TIMESTEP_S - 1e-9)) * substeps
-        model.opt.timestep = schedule.period_s / self.nstep
+        self.plant_ticks = int(np.ceil(self.real_period_s / PLANT_PERIOD_S - 1e-9))
+        each = self.real_period_s / self.plant_ticks
+        self.nstep = int(np.ceil(each / MAX_TIMESTEP_S - 1e-9)) * substeps
+        model.opt.timestep = self.plant_period_s / self.nstep
         stiffen(model, joints)
         self.batch = make_batch(model, self.nrec * nvariant, threads)
 
@@ -76,7 +83,7 @@ class ServoLoop(Loop):
         compensated = np.tile(schedule.compensated, self.nvariant)[:, None]
         compensated = compensated * self.compensation_factor
         gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
-        off_balance = self._off_balance()
+        carrying = None if balance is None else self._carrying(balance)
         kd = self._look_ahead()
         if self.inertia_changed:
             batch.set_const()
@@ -94,8 +101,13 @@ class ServoLoop(Loop):
         if self.friction or self.added_friction.any():
             friction = AddedFriction(batch, self.joints)
             friction.write(self.added_friction)
+        last_dq, half = qvel[:, dofs].copy(), 0.5 * self.plant_period_s
         half_step, carried, hold, drive = 0.5 * dt * qvel, 0.0, schedule.hold, schedule.drive
         brake = None if drive is None else self._brake()
+        within = self.motor_filters or self.friction or self.joint_torques
+        within = within or brake is not None or balance is not None
+        parts = self.plant_ticks if within else 1
+        nstep = self.nstep * (self.plant_ticks // parts)
         # masses are where the last step was halfway, and at the first tick where they start
         ahead = (0.5 * dt + self.ahead) / self.period_s
         later = (0.5 * dt + self.ahead) / (self.period_s - 0.5 * dt)
@@ -118,49 +130,55 @@ class ServoLoop(Loop):
             target = command(tick)
             for change in self.command_filters:
                 change(tick, target)
-            torque = self.kp * (target - measured)
-            torque -= kd * measured_dq
+            demand = self.kp * (target - measured)
+            demand -= kd * measured_dq
             if added is not None:
-                torque += added(tick)
+                demand += added(tick)
             if gravity:
-                torque += compensated * gravity(later if tick == 1 else ahead)
+                demand += compensated * gravity(later if tick == 1 else ahead)
             for change in self.controller_filters:
-                change(tick, torque)
+                change(tick, demand)
             if drive is not None:
-                drive.give(tick, torque)
-            if balance is not None:
-                carried = balance[:, dofs] * self.compensation_factor
-                torque += carried
-            for change in self.motor_filters:
-                change(tick, torque)
-            if limited:
-                np.minimum(np.maximum(torque, least, out=torque), most, out=torque)
-            if schedule.powered is not None:
-                # what balances the weight elsewhere goes on
-                torque = carried + (torque - carried) * schedule.powered[tick][recording]
-            if self.friction:
-                level = self.added_friction.copy()
-                for add in self.friction:
-                    add(tick, dq, torque, level)
-                friction.write(level)
-            if balance is not None:
-                torque -= carried
-            if off_balance:
-                torque += off_balance()
-            if brake is not None:
-                torque -= brake(tick, dq)
-            if hold is not None:
-                torque += pull
-            for add in self.joint_torques:
-                add(tick, q, dq, torque)
-            applied[:, dofs] = torque
-            qpos += half_step
-            try:
-                batch.step(ids=None if all_run else running, nstep=self.nstep)
-            except mujoco.batch.SimulationError as error:
-                running[error.ids] = all_run = False
-            np.multiply(qvel, 0.5 * dt, out=half_step)
-            qpos -= half_step
+                drive.give(tick, demand)
+            for part in range(parts):
+                now = tick * self.plant_ticks + part
+                if part:
+                    q, dq = qpos[:, at_qpos].copy(), qvel[:, dofs].copy()
+                middle_q, middle_dq = q + half * dq, 1.5 * dq - 0.5 * last_dq
+                torque = demand.copy()
+                if balance is not None:
+                    carried = carrying()
+                    torque += carried
+                for change in self.motor_filters:
+                    change(now, torque)
+                if limited:
+                    np.minimum(np.maximum(torque, least, out=torque), most, out=torque)
+                if schedule.powered is not None:
+                    # what balances the weight elsewhere goes on
+                    torque = carried + (torque - carried) * schedule.powered[tick][recording]
+                if self.friction:
+                    level = self.added_friction.copy()
+                    for add in self.friction:
+                        add(now, middle_dq, torque, level)
+                    friction.write(level)
+                if balance is not None:
+                    # MuJoCo itself applies what carries the real weight
+                    torque -= balance[:, dofs]
+                if brake is not None:
+                    torque -= brake(tick, dq)
+                if hold is not None:
+                    torque += pull
+                for add in self.joint_torques:
+                    add(now, middle_q, middle_dq, torque)
+                applied[:, dofs] = torque
+                last_dq = dq
+                qpos += half_step
+                try:
+                    batch.step(ids=None if all_run else running, nstep=nstep)
+                except mujoco.batch.SimulationError as error:
+                    running[error.ids] = all_run = False
+                np.multiply(qvel, 0.5 * dt, out=half_step)
+                qpos -= half_step
             if tick % _CHECK_EVERY == 0:
                 progress(tick / wanted[-1])
                 running &= ~diverged(batch)
@@ -184,17 +202,19 @@ class ServoLoop(Loop):
                 return None
         return self.batch.bind("qfrc_gravcomp")
 
-    def _off_balance(self) -> Callable[[], np.ndarray] | None:
-        """What carries the model's weight beyond what carries the real one, (nsim, njoint) N·m."""
+    def _carrying(self, balance: np.ndarray) -> Callable[[], np.ndarray]:
+        """What the machine gives to carry the weight that it knows of, (nsim, njoint) N·m.
+
+        That is the model's, times a factor; `balance` carries the real one.
+        """
         factor = self.compensation_factor
         wrong = self.other_weight | (factor != 1).any(axis=1)
         wrong &= np.tile(self.schedule.balanced, self.nvariant)
         if not wrong.any():
-            return None
-        real = self.batch.bind("qfrc_gravcomp")
+            return lambda: balance[:, self.dofs]
         nominal = GravityCompensation(self.batch, self.joints)
         # both where the last step evaluated its forces
-        return lambda: wrong[:, None] * (factor * nominal(0.0) - real[:, self.dofs])
+        return lambda: np.where(wrong[:, None], factor * nominal(0.0), balance[:, self.dofs])
 
     def _brake(self) -> Callable[[int, np.ndarray], np.ndarray | float]:
         """Back-EMF as damping of the joints; what it takes beside that, N·m, at a tick and dq.

@@ -1,0 +1,84 @@
+"""Hidden effects as t2l writes them in a model: its effects, its parameters, its signs."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+# class in the generator: (effect of t2l, its parameter: the generator's number)
+ALIKE = {
+    "Armature": {"inertia": "inertia"},
+    "CoulombFriction": {"torque": "level"},
+    "ViscousFriction": {"damping": "coefficient"},
+    "QuadraticFriction": {"coefficient": "coefficient"},
+    "TorqueOffset": {"torque": "offset"},
+    "Cogging": {"amplitude": "amplitude", "phase": "phase", "periods": "periods"},
+    "TorqueConstant": {"factor": "factor"},
+    "CommandDelay": {"delay": "delay_s"},
+    "ActuatorBandwidth": {"cutoff": "frequency_hz"},
+    "TorqueSaturation": {"limit": "limit"},
+    "TorqueRateLimit": {"rate": "rate"},
+    "ControllerGains": {"kp_factor": "kp_factor", "kd_factor": "kd_factor"},
+    "LowRateLoop": {"rate": "rate_hz"},
+    "EncoderOffset": {"offset": "offset"},
+    "JointFlexibility": {"stiffness": "stiffness", "damping": "damping"},
+    "ParallelSpring": {"stiffness": "stiffness", "rest": "rest"},
+    "BaseTilt": {"roll": "roll", "pitch": "pitch"},
+    "IntegralAction": {"gain": "gain", "limit": "limit"},
+    "VelocityFilter": {"cutoff": "frequency_hz"},
+    "DahlFriction": {"coulomb": "coulomb", "presliding": "presliding"},
+    "DirectionalFriction": {"forward": "forward", "backward": "backward"},
+    "TorqueSpeedLimit": {"stall_torque": "stall_torque", "no_load_speed": "no_load_speed"},
+    "PeriodicTorque": {"amplitude": "amplitude", "frequency": "frequency_hz", "phase": "phase"},
+    "FrictionDrift": {
+        "at_start": "start_level", "at_end": "end_level", "time_constant": "time_constant_s",
+    },
+    "TorqueConstantDrift": {
+        "at_start": "at_start", "at_end": "at_end", "time_constant": "time_constant_s",
+    },
+    "FrictionTemperature": {"torque": "level", "per_kelvin": "per_kelvin"},
+    "TorqueConstantTemperature": {"per_kelvin": "per_kelvin"},
+    "LoadDependentFriction": {"motor": "load_factor"},
+    "Backlash": {"play": "width"},
+}  # fmt: skip
+# what t2l's effect has beside
+BESIDE = {"LowRateLoop": {"phase": 0.0}, "TorqueRateLimit": {"ramp": 1.0}}
+
+
+def numbers(entry: Mapping, joints: Sequence[str], links: Mapping[str, str]) -> dict | None:
+    """Parameters of t2l's effect, a number or one by joint each; None if they have no such form.
+
+    Args:
+        entry: of `hidden` in truth.yaml.
+        links: by joint the link that it moves.
+    """
+    kind = entry["effect"]
+    if kind == "ClockOffset":
+        return {"offset": -entry["early_s"]}
+    if kind == "LinkInertia":
+        (joint,) = [joint for joint, link in links.items() if link == entry["link"]]
+        shift = dict(zip(("com_x", "com_y", "com_z"), entry["shift"], strict=True))
+        values = {name: entry[name] for name in ("mass_factor", "inertia_factor")} | shift
+        return {name: {joint: value} for name, value in values.items()}
+    if kind == "JointCoupling":
+        i, j = joints.index(entry["joint"]), joints.index(entry["other"])
+        if abs(i - j) != 1:
+            return None
+        k, r = entry["stiffness"], entry["ratio"]
+        own = {"stiffness": k, "damping": entry["damping"], "ratio": r, "rest": entry["rest"]}
+        if i < j:  # of the later of the two
+            own = {
+                "stiffness": k * r**2, "damping": entry["damping"] * r**2, "ratio": 1 / r,
+                "rest": entry["rest"] / r,
+            }  # fmt: skip
+        return {name: {joints[max(i, j)]: value} for name, value in own.items()}
+    if kind in ("StribeckFriction", "LugreFriction"):
+        extra = {j: entry["static"][j] - level for j, level in entry["coulomb"].items()}
+        found = {"coulomb": entry["coulomb"], "extra_at_rest": extra, "velocity": entry["velocity"]}
+        if kind == "LugreFriction":
+            presliding = {j: level / entry["stiffness"][j] for j, level in entry["coulomb"].items()}
+            found |= {"presliding": presliding, "damping": entry["damping"]}
+        return found
+    if kind == "Payload":
+        return {"mass": entry["mass"]} | dict(zip(("com_x", "com_y", "com_z"), entry["com"]))
+    if kind not in ALIKE:
+        return None
+    return {ours: entry[theirs] for ours, theirs in ALIKE[kind].items()} | BESIDE.get(kind, {})
