@@ -23,6 +23,7 @@ from t2l.detective.screen import Screen
 GROWING = 4  # numerics: sets of as many effects that grow
 ADDED = 6  # numerics: effects that are tried beside each
 MOST = 6  # bound: effects in a set
+STEPS = 8  # bound: of growing
 POLISHING = 2  # numerics: iterations with all derivatives, of what goes on
 FLOOR = 0.02  # numerics: of the error, below which the linear model may be what is wrong
 
@@ -54,13 +55,14 @@ def grown(
     known = {frozenset(one.names): one for one in sets}
     driven: _Open = {}
     best, floor = before, FLOOR * before.left_out_rmse
-    exact = set(known)
-    for size in range(1, MOST):
+    exact, grew = set(known), set()
+    for _ in range(STEPS):
         left = min((one.left_out_rmse for one in known.values()), default=np.inf)
         if judge.quiet(left) or left < floor or over():
             break
-        alike = [one for one in known.values() if len(one.layout.terms) == size]
-        alike = sorted(alike, key=lambda one: one.left_out_rmse)[:GROWING]
+        small = [one for one in known.values() if len(one.layout.terms) < MOST]
+        small = [one for one in small if frozenset(one.names) not in grew]
+        alike = sorted(small, key=lambda one: one.left_out_rmse)[:GROWING]
         # those that grew have some derivatives of the smaller set still
         again = [Start(one.layout, one.u) for one in alike if frozenset(one.names) not in exact]
         done = {frozenset(one.names): one for one in fit_along(again, along, folds, POLISHING)}
@@ -68,13 +70,13 @@ def grown(
         exact |= set(done)
         opened: _Open = {}
         for one in alike:
+            grew.add(frozenset(one.names))
             led, simulated = _with_one_more(known[frozenset(one.names)], screen, rows, along)
             opened |= {names: start for names, start in led.items() if names not in known}
             driven |= simulated
         fits = fit_along([start for _, start in opened.values()], along, folds)
         known |= {frozenset(one.names): one for one in fits}
-        larger = [one for one in known.values() if len(one.layout.terms) == size + 1]
-        better = choose(best, larger, judge)
+        better = choose(best, fits, judge)
         if better is None:
             break
         best = better

@@ -324,10 +324,9 @@ class _Search:
         samples, known, before = self.samples, self.simulated.known, this.fits
         fits = fit_sets(begins, samples, self.along, known)
         this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
-        if self._stop(this, FINISH):
-            return None
-        fits = finish(nearest(fits, judge), samples, self.along)
-        this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
+        if not self._stop(this, FINISH):
+            fits = finish(nearest(fits, judge), samples, self.along)
+            this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
         return choose(self.simulated, this.fits, judge)
 
     def _read_anew(self, fit: FittedSet, judge: Judge) -> FittedSet:
