@@ -12,6 +12,7 @@ from tests.conftest import ROOT
 
 LAYERS = [
     {"cli", "config", "figures", "report", "scoreboard", "stats"},
+    {"plotting"},
     {
         *("attenuation", "bc", "decoupling", "design", "detective", "diagnose", "drift", "export"),
         *("propose", "response", "rl", "transfer"),

@@ -8,8 +8,8 @@ from matplotlib.image import imread
 from t2l.attenuation.rack import COLUMNS
 from t2l.attenuation.success import predictors
 from t2l.figures import attenuation
-from t2l.figures.style import write
 from t2l.gains import Grid
+from t2l.plotting.style import write
 from t2l.stats.attenuation import effective_error_table
 
 GRID = Grid(kp=(32, 512), kd=(2, 32), compliant_up_to_kp=128, overdamped_from_kd=32)

@@ -4,9 +4,9 @@ import pandas as pd
 
 from t2l.artefacts import read_table, write_text
 from t2l.figures.ablation import ablation
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.stats.ablation import COLUMNS, WHOLE, ablation_table, by_cell, printable_ablation
 from t2l.stats.text import latex
 

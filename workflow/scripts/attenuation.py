@@ -3,9 +3,9 @@
 from t2l.artefacts import read_table
 from t2l.attenuation.rack import COLUMNS
 from t2l.figures.attenuation import variance
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.stats.attenuation import printable_variance, variance_table
 from t2l.stats.text import write_printed
 

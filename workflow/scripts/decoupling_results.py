@@ -5,8 +5,8 @@ from t2l.decoupling.pairing import Pairing
 from t2l.decoupling.summary import summarise
 from t2l.decoupling.training import COLUMNS
 from t2l.figures.decoupling import stiffness_over_training
-from t2l.figures.style import write
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.stats import decoupling
 from t2l.stats.text import latex
 

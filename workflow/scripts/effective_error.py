@@ -3,9 +3,9 @@
 from t2l.artefacts import read_table
 from t2l.attenuation.success import COLUMNS, by_cell, predictors
 from t2l.figures.attenuation import success
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.published.grids import read_grids
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
 from t2l.stats.text import write_printed

@@ -4,9 +4,9 @@ import pandas as pd
 
 from t2l.artefacts import read_table, write_text
 from t2l.figures.sample_efficiency import sample_efficiency
-from t2l.figures.style import write
 from t2l.gains import Cell, Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.rl.landscape import COLUMNS, CURVE_COLUMNS, no_curve
 from t2l.stats import landscape
 from t2l.stats.text import latex

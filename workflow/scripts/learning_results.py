@@ -5,8 +5,8 @@ import pandas as pd
 from t2l.artefacts import read_table, write_table, write_text
 from t2l.figures.learned_tasks import COLUMNS as CURVE_COLUMNS
 from t2l.figures.learned_tasks import learned_tasks
-from t2l.figures.style import write
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.rl.alone import COLUMNS
 from t2l.stats import learning
 from t2l.stats.text import latex

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from t2l.figures.heatmap import heatmap, height, matrix, width
-from t2l.figures.style import COLOURS, styled, title
 from t2l.gains import Cell, Grid
+from t2l.plotting.heatmap import heatmap, height, matrix, width
+from t2l.plotting.style import COLOURS, styled, title
 from t2l.stats.text import interval
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from t2l.figures.style import COLOURS, styled, title
+from t2l.plotting.style import COLOURS, styled, title
 
 COLUMNS = ("update", "stiffness_n_m", "passive_n_m")
 

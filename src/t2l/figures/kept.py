@@ -16,15 +16,15 @@ from t2l.attenuation.success import by_cell as means_by_cell
 from t2l.attenuation.success import predictors
 from t2l.figures import ablation, attenuation, fidelity, identification, transfer
 from t2l.figures.collections import collections
-from t2l.figures.heatmap import success_and_loss
 from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.learning import landscape
 from t2l.figures.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 from t2l.figures.sample_efficiency import sample_efficiency
 from t2l.figures.scaling import scaling
-from t2l.figures.style import title
+from t2l.figures.success import success_and_loss
 from t2l.figures.variants import variants
 from t2l.gains import Cell, Grid
+from t2l.plotting.style import title
 from t2l.published.numbers import splits
 from t2l.scoreboard.kept import demonstrations, deployed, named_collections, replays
 from t2l.stats.ablation import WHOLE

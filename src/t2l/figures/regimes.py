@@ -6,9 +6,9 @@ import matplotlib.pyplot as plt
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from t2l.figures.heatmap import error_norm, heatmap, height, matrix, width
-from t2l.figures.style import styled
 from t2l.gains import Grid
+from t2l.plotting.heatmap import error_norm, heatmap, height, matrix, width
+from t2l.plotting.style import styled
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
-from t2l.figures.style import COLOURS, styled
 from t2l.gains import Grid
+from t2l.plotting.style import COLOURS, styled
 
 if TYPE_CHECKING:
     import pandas as pd

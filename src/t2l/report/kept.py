@@ -15,8 +15,8 @@ from t2l.artefacts import write_text
 from t2l.attenuation.success import by_cell
 from t2l.config.models.experiment import TransferDecision
 from t2l.figures.kept import DPI, FIGURES, grid_of
-from t2l.figures.style import write
 from t2l.names import with_minus
+from t2l.plotting.style import write
 from t2l.report.scoreboard import render
 from t2l.scoreboard.kept import deployed, evidence, named_collections
 from t2l.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex

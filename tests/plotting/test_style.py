@@ -9,8 +9,8 @@ from matplotlib.text import Text
 
 from t2l.diagnose.results import Compared, read_found
 from t2l.figures import diagnosis as figures
-from t2l.figures import heatmap, style
 from t2l.gains import Grid
+from t2l.plotting import heatmap, style
 from t2l.report import write_report
 from tests.report.findings import compared, diagnosis
 
