@@ -11,8 +11,9 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = [
-    {"cli", "config", "figures", "report", "scoreboard", "stats"},
-    {"plotting"},
+    {"cli", "config", "figures", "report", "scoreboard"},
+    {"study"},
+    {"plotting", "stats"},
     {
         *("attenuation", "bc", "decoupling", "design", "detective", "diagnose", "drift", "export"),
         *("propose", "response", "rl", "transfer"),
@@ -26,7 +27,7 @@ LAYERS = [
     {"robots"},
     {"gains", "sim"},
     {
-        *("artefacts", "documents", "errors", "jobs", "names", "outputs", "published", "registry"),
+        *("artefacts", "documents", "errors", "jobs", "names", "outputs", "registry"),
         *("seeds", "threads", "typed", "version", "waiting"),
     },
 ]

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from t2l.published.numbers import splits
 from t2l.scoreboard.evidence import Evidence, Source, source_of
+from t2l.study.published.numbers import splits
 
 CLONING = list(product([32, 128, 512, 2048], [2, 8, 32, 128]))
 TRANSFER = list(product([16, 128, 512], [2, 8, 16, 24]))

@@ -8,12 +8,12 @@ import pytest
 import yaml
 
 from t2l.config.study import read_study
-from t2l.published.numbers import splits
 from t2l.scoreboard import ablations, cloning, transfer
 from t2l.scoreboard.claim import nothing
 from t2l.scoreboard.evidence import AbsentError, AmbiguousError, Evidence
 from t2l.scoreboard.table import CHAINS, scoreboard
 from t2l.stats.verdict import Verdict
+from t2l.study.published.numbers import splits
 from tests.conftest import ROOT
 from tests.scoreboard import planted
 

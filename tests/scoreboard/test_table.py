@@ -1,9 +1,9 @@
 import pandas as pd
 
-from t2l.published.numbers import claims
 from t2l.report.scoreboard import render
 from t2l.scoreboard.table import CHAINS, COLUMNS, counts, printable_scoreboard, scoreboard, to_latex
 from t2l.stats.verdict import Verdict
+from t2l.study.published.numbers import claims
 from tests.scoreboard.planted import cloning, evidence
 
 

@@ -3,11 +3,11 @@ from collections import Counter
 import pandas as pd
 import pytest
 
-from t2l.published.numbers import claims
 from t2l.report.scoreboard import render
 from t2l.scoreboard.table import scoreboard
 from t2l.scoreboard.weight import AFTERWARDS, FINDINGS, FORESEEABLE, by_finding, independent
 from t2l.stats.verdict import Verdict
+from t2l.study.published.numbers import claims
 from tests.scoreboard.planted import CLONING, cloning, evidence
 
 

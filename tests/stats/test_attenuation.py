@@ -13,7 +13,7 @@ from t2l.stats.attenuation import (
     variance_table,
 )
 from t2l.stats.text import write_printed
-from tests.stats.published import STUDY, published_grids
+from tests.study.published.downloaded import STUDY, published_grids
 
 GRID = Grid(kp=(32, 512), kd=(2, 32), compliant_up_to_kp=128, overdamped_from_kd=32)
 

@@ -6,9 +6,9 @@ from t2l.figures.attenuation import success
 from t2l.gains import Grid
 from t2l.jobs import job
 from t2l.plotting.style import write
-from t2l.published.grids import read_grids
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
 from t2l.stats.text import write_printed
+from t2l.study.published.grids import read_grids
 
 with job(snakemake):
     params = snakemake.params

@@ -25,14 +25,14 @@ from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
 from t2l.stats.beforehand import beforehand_table, printable_beforehand
 from t2l.stats.collections import best_elsewhere, collections_table, printable_collections
-from t2l.stats.decision import decide, printable_decision
-from t2l.stats.decision_rule import Rule
 from t2l.stats.decoupling import decoupling_table
 from t2l.stats.decoupling import printable as printable_decoupling
 from t2l.stats.regions import printable_regions, region_table
 from t2l.stats.text import p_value, rate
 from t2l.stats.transfer import jitter_table, printable_jitter
 from t2l.stats.verdict import Verdict
+from t2l.study.transfer.decision import decide, printable_decision
+from t2l.study.transfer.rule import Rule
 
 Tables = Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]  # a name, the numbers, and as text
 PAGES = (

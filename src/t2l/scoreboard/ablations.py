@@ -6,7 +6,6 @@ from functools import partial
 
 import pandas as pd
 
-from t2l.published.numbers import Published, splits
 from t2l.scoreboard.claim import Claim
 from t2l.scoreboard.cloning import (
     CELLS,
@@ -21,6 +20,7 @@ from t2l.scoreboard.evidence import AbsentError, Evidence
 from t2l.scoreboard.words import among
 from t2l.stats.scaling import COLUMNS, by_size, slopes
 from t2l.stats.verdict import Finding, Verdict, every, greater
+from t2l.study.published.numbers import Published, splits
 
 # a claim: what is varied, the variant of cloning, and the study of ours that trains it
 SIZED = "demonstrations"

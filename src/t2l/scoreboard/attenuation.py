@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from t2l.published.numbers import Published, splits
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.cloning import (
     ANEW,
@@ -24,6 +23,7 @@ from t2l.scoreboard.words import among, percents
 from t2l.stats.bootstrap import mean
 from t2l.stats.rank import spearman
 from t2l.stats.verdict import Finding, above_zero, correlated, every_at_most, greater, within
+from t2l.study.published.numbers import Published, splits
 
 VARIANCE_COLUMNS = ("plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "variance_rad2")
 

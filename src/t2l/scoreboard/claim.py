@@ -4,10 +4,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from t2l.published.numbers import Published, claims
 from t2l.scoreboard.evidence import AbsentError, AmbiguousError, Evidence
 from t2l.stats.collections import FEWEST
 from t2l.stats.verdict import ALPHA, Finding, Verdict
+from t2l.study.published.numbers import Published, claims
 
 # from tables, the study's numbers, and how many tests p is corrected for
 Judge = Callable[[Evidence, Published, int], Finding]
@@ -21,7 +21,7 @@ def nothing(evidence: Evidence, published: Published, tests: int) -> Finding:
 @dataclass(frozen=True)
 class Claim:
     """Attributes:
-    key: names the entry of `t2l.published.numbers`.
+    key: names the entry of `t2l.study.published.numbers`.
     statement: of the study, in our words.
     unit: of replication, whose number is n.
     rule: what is tested, and what p is of.

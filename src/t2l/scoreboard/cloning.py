@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from t2l.gains import Grid
-from t2l.published.numbers import Published, splits
 from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
 from t2l.scoreboard.evidence import AbsentError, Evidence
@@ -36,6 +35,7 @@ from t2l.stats.verdict import (
     shares_at_least,
     signed,
 )
+from t2l.study.published.numbers import Published, splits
 
 TASK, NOMINAL = "block_stack", "nominal"
 # of demonstrations that are collected in each cell

@@ -13,8 +13,8 @@ import pandas as pd
 
 from t2l.bc.collections import collection
 from t2l.scoreboard.evidence import Evidence, Source, source_of
-from t2l.stats.decision import decide
-from t2l.stats.decision_rule import Rule
+from t2l.study.transfer.decision import decide
+from t2l.study.transfer.rule import Rule
 
 Shaped = Iterator[tuple[str, pd.DataFrame]]  # where below results/ a table would lie, and the table
 RATES = {10: "joint_reach_10_hz", 20: "joint_reach_20_hz", 50: "joint_reach",

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from t2l.published.numbers import Published, splits
 from t2l.scoreboard import identification
 from t2l.scoreboard.both_slopes import both_slopes
 from t2l.scoreboard.claim import Claim, Judge
@@ -22,6 +21,7 @@ from t2l.stats.verdict import (
     paired_greater,
     within,
 )
+from t2l.study.published.numbers import Published, splits
 
 DECISION = "transfer_decision"
 RATED = "transfer_rates"

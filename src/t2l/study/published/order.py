@@ -9,9 +9,9 @@ from collections.abc import Mapping
 import pandas as pd
 
 from t2l.names import heading
-from t2l.published.grids import COUNTERPARTS
 from t2l.stats.rank import rank_correlations
 from t2l.stats.text import interval
+from t2l.study.published.grids import COUNTERPARTS
 
 # columns of ours, and of theirs that each is compared with
 QUANTITIES = {"success": "success", "validation_loss": "loss", "validation_mse_rad2": "loss"}
@@ -36,7 +36,7 @@ def published_grids_table(
         cells: by task, one row a cell and training seed with columns `COLUMNS`; of seeds, the mean
             is compared.
         kinds: of each task, which say what its counterpart is; a task without one has no rows.
-        published: by the study's name of a task, as `t2l.published.grids.read_grids` gives it.
+        published: by the study's name of a task, see `t2l.study.published.grids.read_grids`.
 
     Returns:
         One row a task and quantity: task, counterpart, quantity; rho with low, high, its 95 %

@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.published.grids import COUNTERPARTS
-from t2l.stats.published_grids import printable_published_grids, published_grids_table
 from t2l.stats.rank import spearman
 from t2l.stats.text import write_printed
+from t2l.study.published.grids import COUNTERPARTS
+from t2l.study.published.order import printable_published_grids, published_grids_table
 from t2l.tasks import TASKS
 from tests.conftest import ROOT
-from tests.stats.published import STUDY, published_grids
+from tests.study.published.downloaded import STUDY, published_grids
 
 KP, KD = (grid.ravel() for grid in np.meshgrid([32.0, 64, 128, 256, 512, 1024], [1.0, 4, 16, 64]))
 THEIRS = pd.DataFrame({"kp": KP, "kd": KD, "success": KD / KP, "loss": 1 / KP + KD})

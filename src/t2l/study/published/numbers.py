@@ -62,4 +62,6 @@ def splits() -> dict[str, Split]:
 
 @cache
 def _content() -> dict:
-    return yaml.safe_load((files("t2l.published") / "numbers.yaml").read_text(encoding="utf-8"))
+    return yaml.safe_load(
+        (files("t2l.study.published") / "numbers.yaml").read_text(encoding="utf-8")
+    )

@@ -13,24 +13,21 @@ works in its own simulator, it cannot be told. Beside the rule, and no part of i
 over cells of E with the study's published errors, and of E with the policies' feedback gains.
 """
 
-from collections.abc import Mapping
-from functools import cache
-from importlib.resources import files
 from math import nan
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
 from scipy.stats import spearmanr
 
 from t2l.stats.attainable import least_attainable_p
-from t2l.stats.decision_rule import Rule
 from t2l.stats.rank_tests import rank_sum_p
 from t2l.stats.text import p_value
 from t2l.stats.transfer import log_error_regression, of_policies
+from t2l.stats.verdict import Verdict
+from t2l.study.published.cells import errors
+from t2l.study.transfer.rule import Rule
 
-REPRODUCED, NOT_REPRODUCED, CANNOT_BE_TOLD = "reproduced", "not reproduced", "cannot be told"
 DECISION_COLUMNS = ["what", "found", "error", "p", "cells", "policies", "holds"]
 POLICY_COLUMNS = ("kp", "kd", "seed", "success_sim_100", "feedback_gain")
 
@@ -49,7 +46,7 @@ def decide(rollouts: pd.DataFrame, policies: pd.DataFrame, rule: Rule) -> pd.Dat
     key = ["kp", "kd", "seed"]
     works = policies[policies.success_sim_100 >= rule.success]
     if works.empty:
-        nothing = {"what": "verdict", "cells": 0, "policies": 0, "holds": CANNOT_BE_TOLD}
+        nothing = {"what": "verdict", "cells": 0, "policies": 0, "holds": str(Verdict.CANNOT_TELL)}
         return pd.DataFrame([nothing], columns=DECISION_COLUMNS)
     rollouts = rollouts.merge(works[key], on=key)
     each = of_policies(rollouts).merge(works, on=key)
@@ -71,10 +68,10 @@ def decide(rollouts: pd.DataFrame, policies: pd.DataFrame, rule: Rule) -> pd.Dat
         _beside("rank correlation of E with the feedback gain", cells.log, cells.feedback_gain),
     ]  # fmt: skip
     held = [row["holds"] for row in rows[:3]]
-    verdict = REPRODUCED if all(h == "yes" for h in held) else NOT_REPRODUCED
+    verdict = Verdict.REPRODUCED if all(h == "yes" for h in held) else Verdict.NOT_REPRODUCED
     if not enough or any(np.isnan(row["p"]) for row in rows[:3]):
-        verdict = CANNOT_BE_TOLD
-    rows.append({"what": "verdict", "holds": verdict})
+        verdict = Verdict.CANNOT_TELL
+    rows.append({"what": "verdict", "holds": str(verdict)})
     counts = {"cells": len(cells), "policies": len(each)}
     return pd.DataFrame([counts | row for row in rows], columns=DECISION_COLUMNS)
 
@@ -122,20 +119,4 @@ def _cells(rollouts: pd.DataFrame, policies: pd.DataFrame) -> pd.DataFrame:
         .groupby(["kp", "kd"], as_index=False).mean()
     )  # fmt: skip
     means = policies.groupby(["kp", "kd"], as_index=False)[["log", "feedback_gain"]].mean()
-    return means.merge(excess, on=["kp", "kd"]).merge(
-        published_errors(), on=["kp", "kd"], how="left"
-    )
-
-
-@cache
-def published_errors() -> pd.DataFrame:
-    """The study's E of its 49 cells, from its page: kp, kd, published."""
-    text = (files("t2l.stats") / "published_errors.yaml").read_text(encoding="utf-8")
-    content: Mapping[str, Any] = yaml.safe_load(text)
-    return pd.DataFrame(
-        [
-            {"kp": float(kp), "kd": float(kd), "published": 10.0**value}
-            for kd, row in zip(content["kd"], content["log10_error"], strict=True)
-            for kp, value in zip(content["kp"], row, strict=True)
-        ]
-    )
+    return means.merge(excess, on=["kp", "kd"]).merge(errors(), on=["kp", "kd"], how="left")

@@ -1,11 +1,11 @@
 """The study's published grids, where they are beside the project, in the layout of its page."""
 
 import json
-from pathlib import Path
 
-from t2l.published.grids import read_grids
+from t2l.study.published.grids import read_grids
+from tests.conftest import ROOT
 
-STUDY = Path(__file__).parents[3] / "shared" / "data" / "paper_results.json"
+STUDY = ROOT.parent / "shared" / "data" / "paper_results.json"
 
 
 def published_grids(folder):

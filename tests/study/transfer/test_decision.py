@@ -5,15 +5,9 @@ import pandas as pd
 import pytest
 
 from t2l.gains import Cell
-from t2l.stats.decision import (
-    CANNOT_BE_TOLD,
-    NOT_REPRODUCED,
-    REPRODUCED,
-    Rule,
-    decide,
-    printable_decision,
-    published_errors,
-)
+from t2l.stats.verdict import Verdict
+from t2l.study.transfer.decision import decide, printable_decision
+from t2l.study.transfer.rule import Rule
 
 CELLS = [Cell(kp, kd) for kd in (2, 8, 16, 24) for kp in (16, 128, 512)]
 RULE = Rule("joint_reach", 0.05, 128, 8, cells=11, seeds=3, success=0.9)
@@ -48,7 +42,7 @@ def verdict(table):
 
 def test_a_planted_trend_is_found():
     table = decide(*planted(), RULE)
-    assert verdict(table) == REPRODUCED
+    assert verdict(table) == Verdict.REPRODUCED
     assert table.holds[:3].tolist() == ["yes"] * 3
     assert table.found[0] == pytest.approx(0.3, abs=0.1)
     assert (table.cells[0], table.policies[0]) == (12, 36)
@@ -70,13 +64,13 @@ def test_a_planted_trend_is_found():
     ids=str,
 )
 def test_what_is_not_there_is_not_found(absent):
-    assert verdict(decide(*planted(**absent), RULE)) == NOT_REPRODUCED
+    assert verdict(decide(*planted(**absent), RULE)) == Verdict.NOT_REPRODUCED
 
 
 def test_chance_is_seldom_taken_for_the_trend():
     nothing = {"slope_kp": 0.0, "slope_kd": 0.0, "jitter_so": 0.1}
     found = [verdict(decide(*planted(**nothing, seed=seed), RULE)) for seed in range(10)]
-    assert found.count(REPRODUCED) == 0
+    assert found.count(Verdict.REPRODUCED) == 0
 
 
 def test_policies_that_fail_in_their_own_simulator_are_left_out():
@@ -84,23 +78,15 @@ def test_policies_that_fail_in_their_own_simulator_are_left_out():
     one = (policies.kp == 16) & (policies.kd == 2)
     policies.loc[one & (policies.seed == 1), "success_sim_100"] = 0.5
     table = decide(rollouts, policies, RULE)
-    assert (table.cells[0], table.policies[0], verdict(table)) == (12, 35, REPRODUCED)
+    assert (table.cells[0], table.policies[0], verdict(table)) == (12, 35, Verdict.REPRODUCED)
     policies.loc[one, "success_sim_100"] = 0.5
     assert decide(rollouts, policies, RULE).cells[0] == 11
     policies.loc[policies.kd == 2, "success_sim_100"] = 0.5
-    assert verdict(decide(rollouts, policies, RULE)) == CANNOT_BE_TOLD
+    assert verdict(decide(rollouts, policies, RULE)) == Verdict.CANNOT_TELL
     policies["success_sim_100"] = 0.0
-    assert verdict(decide(rollouts, policies, RULE)) == CANNOT_BE_TOLD
+    assert verdict(decide(rollouts, policies, RULE)) == Verdict.CANNOT_TELL
 
 
 def test_the_best_separation_has_the_least_p():
     # six cells all above six others
     assert decide(*planted(), RULE).p[2] == pytest.approx(1 / 924)
-
-
-def test_the_studys_own_errors_are_known_by_cell():
-    published = published_errors().set_index(["kp", "kd"]).published
-    assert len(published) == 49
-    # the two greatest of the page: (512, 16) and (16, 24)
-    assert published.nlargest(2).index.tolist() == [(512, 16), (16, 24)]
-    assert published[512, 24] == pytest.approx(0.0138, rel=0.01)

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from t2l.errors import InputError
-from t2l.published.grids import COLUMNS, read_grids
+from t2l.study.published.grids import COLUMNS, read_grids
 
 TASK = {
     "kps": [32, 64], "kds": [1, 2, 4],

@@ -1,6 +1,6 @@
 import pytest
 
-from t2l.published.numbers import claims, splits
+from t2l.study.published.numbers import claims, splits
 
 
 def test_every_number_says_where_it_stands():

@@ -1,0 +1,1 @@
+"""What belongs to one paper, Bronars, Park and Agrawal, arXiv 2604.02523."""
