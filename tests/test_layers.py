@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = [
-    {"cli", "config", "figures", "report", "scoreboard"},
+    {"cli", "config", "figures", "report"},
     {"study"},
     {"plotting", "stats"},
     {

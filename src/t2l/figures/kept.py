@@ -25,7 +25,6 @@ from t2l.figures.success import success_and_loss
 from t2l.figures.variants import variants
 from t2l.gains import Cell, Grid
 from t2l.plotting.style import title
-from t2l.scoreboard.kept import demonstrations, deployed, named_collections, replays
 from t2l.stats.ablation import WHOLE
 from t2l.stats.ablation import by_cell as ablation_by_cell
 from t2l.stats.attenuation import effective_error_table
@@ -34,6 +33,7 @@ from t2l.stats.regions import region_table
 from t2l.stats.scaling import scaling_table
 from t2l.stats.transfer import jitter_table
 from t2l.study.published.numbers import splits
+from t2l.study.scoreboard.kept import demonstrations, deployed, named_collections, replays
 from t2l.transfer.summary import over_seeds
 
 HOLD_S = 0.02  # of policies at 50 Hz, as in every grid

@@ -18,9 +18,6 @@ from t2l.figures.kept import DPI, FIGURES, grid_of
 from t2l.names import with_minus
 from t2l.plotting.style import write
 from t2l.report.scoreboard import render
-from t2l.scoreboard.kept import deployed, evidence, named_collections
-from t2l.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
-from t2l.scoreboard.weight import by_finding, independent
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.attenuation import effective_error_table, printable_effective_error
 from t2l.stats.beforehand import beforehand_table, printable_beforehand
@@ -31,6 +28,9 @@ from t2l.stats.regions import printable_regions, region_table
 from t2l.stats.text import p_value, rate
 from t2l.stats.transfer import jitter_table, printable_jitter
 from t2l.stats.verdict import Verdict
+from t2l.study.scoreboard.kept import deployed, evidence, named_collections
+from t2l.study.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
+from t2l.study.scoreboard.weight import by_finding, independent
 from t2l.study.transfer.decision import decide, printable_decision
 from t2l.study.transfer.rule import Rule
 
@@ -177,7 +177,7 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def printable_findings(table: pd.DataFrame) -> pd.DataFrame:
-    """`t2l.scoreboard.weight.by_finding` as text, of what was judged."""
+    """`t2l.study.scoreboard.weight.by_finding` as text, of what was judged."""
     found = by_finding(table)
     found = found[found["rows"] > found[str(Verdict.NOT_RUN)]]
     shown = {str(verdict).capitalize(): str(verdict) for verdict in list(Verdict)[:3]}

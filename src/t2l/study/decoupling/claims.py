@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 
 from t2l.decoupling.summary import AT_REST, chosen, holding
-from t2l.scoreboard.claim import Claim
-from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among, cannot_tell
 from t2l.stats.bootstrap import ratio
 from t2l.stats.verdict import Finding, Verdict, greater, within
+from t2l.study.claim import Claim
+from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published
+from t2l.study.words import among, cannot_tell
 
 COLUMNS = ("pairing", "kp", "seed", "stiffness_n_m", "drift", "success")
 WITHIN = 2.0  # a factor, for the study's "about"

@@ -1,6 +1,6 @@
 """Claims about people who steer a robot: t2l has no such experiment."""
 
-from t2l.scoreboard.claim import Claim
+from t2l.study.claim import Claim
 
 CLAIMS = [
     Claim("teleoperation_success", "People succeed as often at compliant, overdamped gains."),

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from t2l.artefacts import write_table
-from t2l.scoreboard.evidence import AbsentError, AmbiguousError, Evidence, found_in, source_of
+from t2l.study.evidence import AbsentError, AmbiguousError, Evidence, found_in, source_of
 
 CELLS = pd.DataFrame({"kp": [1.0], "kd": [2.0], "success": [0.5]})
 

@@ -173,7 +173,7 @@ def by_finding(table: pd.DataFrame) -> pd.DataFrame:
     """A row a finding: how its claims came out, columns `finding`, `rows`, a verdict each, `why`.
 
     Args:
-        table: as `t2l.scoreboard.table.scoreboard` makes it.
+        table: as `t2l.study.scoreboard.table.scoreboard` makes it.
     """
     rows = []
     for finding in FINDINGS:

@@ -1,10 +1,17 @@
 import pandas as pd
 
 from t2l.report.scoreboard import render
-from t2l.scoreboard.table import CHAINS, COLUMNS, counts, printable_scoreboard, scoreboard, to_latex
 from t2l.stats.verdict import Verdict
 from t2l.study.published.numbers import claims
-from tests.scoreboard.planted import cloning, evidence
+from t2l.study.scoreboard.table import (
+    CHAINS,
+    COLUMNS,
+    counts,
+    printable_scoreboard,
+    scoreboard,
+    to_latex,
+)
+from tests.study.planted import cloning, evidence
 
 
 def test_every_claim_has_its_number_and_every_number_its_claim():

@@ -8,14 +8,16 @@ import pytest
 import yaml
 
 from t2l.config.study import read_study
-from t2l.scoreboard import ablations, cloning, transfer
-from t2l.scoreboard.claim import nothing
-from t2l.scoreboard.evidence import AbsentError, AmbiguousError, Evidence
-from t2l.scoreboard.table import CHAINS, scoreboard
 from t2l.stats.verdict import Verdict
+from t2l.study.claim import nothing
+from t2l.study.cloning import ablations
+from t2l.study.cloning import claims as cloning
+from t2l.study.evidence import AbsentError, AmbiguousError, Evidence
 from t2l.study.published.numbers import splits
+from t2l.study.scoreboard.table import CHAINS, scoreboard
+from t2l.study.transfer import claims as transfer
 from tests.conftest import ROOT
-from tests.scoreboard import planted
+from tests.study import planted
 
 CLAIMS = {claim.key: claim for claims in CHAINS.values() for claim in claims}
 SHIPPED = {path.stem: yaml.safe_load(path.read_text()) for path in ROOT.glob("config/studies/*")}

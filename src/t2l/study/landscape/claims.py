@@ -5,9 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from t2l.scoreboard.claim import Claim, Judge
-from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among
 from t2l.stats.verdict import (
     ALPHA,
     Finding,
@@ -18,7 +15,10 @@ from t2l.stats.verdict import (
     shares_at_least,
     within,
 )
+from t2l.study.claim import Claim, Judge
+from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published, splits
+from t2l.study.words import among
 
 EPISODES = 100  # that judge a policy, as in the study
 EPISODES_AGAIN = 50  # that judge one while it trains: `t2l.rl.learn.PROGRESS_EPISODES`

@@ -3,9 +3,9 @@
 import pandas as pd
 import pytest
 
-from t2l.scoreboard.datasets import CLAIMS
-from t2l.scoreboard.evidence import Evidence, source_of
 from t2l.stats.verdict import Verdict
+from t2l.study.datasets import CLAIMS
+from t2l.study.evidence import Evidence, source_of
 
 SOURCE = source_of("results/recorded/following/joints.parquet")
 MADE = {"commands": "made"}

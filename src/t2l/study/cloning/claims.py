@@ -9,10 +9,6 @@ import numpy as np
 import pandas as pd
 
 from t2l.gains import Grid
-from t2l.scoreboard.both_slopes import both_slopes
-from t2l.scoreboard.claim import Claim, Judge
-from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among, cannot_tell, percents
 from t2l.stats.collections import (
     COLUMNS,
     FEWEST,
@@ -35,7 +31,11 @@ from t2l.stats.verdict import (
     shares_at_least,
     signed,
 )
+from t2l.study.both_slopes import both_slopes
+from t2l.study.claim import Claim, Judge
+from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published, splits
+from t2l.study.words import among, cannot_tell, percents
 
 TASK, NOMINAL = "block_stack", "nominal"
 # of demonstrations that are collected in each cell

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from t2l.bc.collections import collection
-from t2l.scoreboard.evidence import Evidence, Source, source_of
+from t2l.study.evidence import Evidence, Source, source_of
 from t2l.study.transfer.decision import decide
 from t2l.study.transfer.rule import Rule
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from t2l.scoreboard.words import among
 from t2l.stats.slopes import Slopes
 from t2l.stats.verdict import Finding, every, signed
 from t2l.study.published.numbers import Published
+from t2l.study.words import among
 
 
 def both_slopes(fit: Slopes, signs: Mapping[str, int], n: int, published: Published) -> Finding:

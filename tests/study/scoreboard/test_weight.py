@@ -4,11 +4,11 @@ import pandas as pd
 import pytest
 
 from t2l.report.scoreboard import render
-from t2l.scoreboard.table import scoreboard
-from t2l.scoreboard.weight import AFTERWARDS, FINDINGS, FORESEEABLE, by_finding, independent
 from t2l.stats.verdict import Verdict
 from t2l.study.published.numbers import claims
-from tests.scoreboard.planted import CLONING, cloning, evidence
+from t2l.study.scoreboard.table import scoreboard
+from t2l.study.scoreboard.weight import AFTERWARDS, FINDINGS, FORESEEABLE, by_finding, independent
+from tests.study.planted import CLONING, cloning, evidence
 
 
 def test_every_row_is_evidence_of_one_finding():

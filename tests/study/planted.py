@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from t2l.scoreboard.evidence import Evidence, Source, source_of
+from t2l.study.evidence import Evidence, Source, source_of
 from t2l.study.published.numbers import splits
 
 CLONING = list(product([32, 128, 512, 2048], [2, 8, 32, 128]))

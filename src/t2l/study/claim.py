@@ -4,9 +4,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from t2l.scoreboard.evidence import AbsentError, AmbiguousError, Evidence
 from t2l.stats.collections import FEWEST
 from t2l.stats.verdict import ALPHA, Finding, Verdict
+from t2l.study.evidence import AbsentError, AmbiguousError, Evidence
 from t2l.study.published.numbers import Published, claims
 
 # from tables, the study's numbers, and how many tests p is corrected for

@@ -3,12 +3,12 @@
 import numpy as np
 import pandas as pd
 
-from t2l.scoreboard.claim import Claim
-from t2l.scoreboard.evidence import Evidence
-from t2l.scoreboard.words import among
 from t2l.stats.bootstrap import ratio
 from t2l.stats.verdict import Finding, greater, within
+from t2l.study.claim import Claim
+from t2l.study.evidence import Evidence
 from t2l.study.published.numbers import Published, splits
+from t2l.study.words import among
 
 # with all parameters free, as the paper identifies
 STUDY = "identification_published"

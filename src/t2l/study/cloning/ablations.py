@@ -6,8 +6,10 @@ from functools import partial
 
 import pandas as pd
 
-from t2l.scoreboard.claim import Claim
-from t2l.scoreboard.cloning import (
+from t2l.stats.scaling import COLUMNS, by_size, slopes
+from t2l.stats.verdict import Finding, Verdict, every, greater
+from t2l.study.claim import Claim
+from t2l.study.cloning.claims import (
     CELLS,
     CO_REST,
     CO_REST_NULL,
@@ -16,11 +18,9 @@ from t2l.scoreboard.cloning import (
     TASK,
     co_beats_rest,
 )
-from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among
-from t2l.stats.scaling import COLUMNS, by_size, slopes
-from t2l.stats.verdict import Finding, Verdict, every, greater
+from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published, splits
+from t2l.study.words import among
 
 # a claim: what is varied, the variant of cloning, and the study of ours that trains it
 SIZED = "demonstrations"

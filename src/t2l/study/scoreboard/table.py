@@ -2,22 +2,18 @@
 
 import pandas as pd
 
-from t2l.scoreboard import (
-    ablations,
-    attenuation,
-    cloning,
-    datasets,
-    decoupling,
-    identification,
-    learning,
-    teleoperation,
-    transfer,
-)
-from t2l.scoreboard.claim import Claim
-from t2l.scoreboard.evidence import Evidence
-from t2l.scoreboard.weight import AFTERWARDS, FORESEEABLE, OF
-from t2l.scoreboard.words import shown
 from t2l.stats.text import p_value
+from t2l.study import datasets, identification, teleoperation
+from t2l.study.attenuation import claims as attenuation
+from t2l.study.claim import Claim
+from t2l.study.cloning import ablations
+from t2l.study.cloning import claims as cloning
+from t2l.study.decoupling import claims as decoupling
+from t2l.study.evidence import Evidence
+from t2l.study.landscape import claims as landscape
+from t2l.study.scoreboard.weight import AFTERWARDS, FORESEEABLE, OF
+from t2l.study.transfer import claims as transfer
+from t2l.study.words import shown
 
 CHAINS: dict[str, list[Claim]] = {
     "Gains of public data sets": datasets.CLAIMS,
@@ -26,7 +22,7 @@ CHAINS: dict[str, list[Claim]] = {
     "Variants of behaviour cloning": ablations.CLAIMS,
     "Noise on actions": attenuation.CLAIMS,
     "Teleoperation": teleoperation.CLAIMS,
-    "Reinforcement learning": learning.CLAIMS,
+    "Reinforcement learning": landscape.CLAIMS,
     "Identification": identification.CLAIMS,
     "Transfer": transfer.CLAIMS,
 }

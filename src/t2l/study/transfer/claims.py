@@ -5,11 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from t2l.scoreboard import identification
-from t2l.scoreboard.both_slopes import both_slopes
-from t2l.scoreboard.claim import Claim, Judge
-from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among, cannot_tell, percents
 from t2l.stats.bootstrap import FEWEST, log_ratio, mean
 from t2l.stats.slopes import log_slopes
 from t2l.stats.verdict import (
@@ -21,7 +16,12 @@ from t2l.stats.verdict import (
     paired_greater,
     within,
 )
+from t2l.study import identification
+from t2l.study.both_slopes import both_slopes
+from t2l.study.claim import Claim, Judge
+from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published, splits
+from t2l.study.words import among, cannot_tell, percents
 
 DECISION = "transfer_decision"
 RATED = "transfer_rates"

@@ -5,8 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from t2l.scoreboard.claim import Claim, Judge
-from t2l.scoreboard.cloning import (
+from t2l.stats.bootstrap import mean
+from t2l.stats.rank import spearman
+from t2l.stats.verdict import Finding, above_zero, correlated, every_at_most, greater, within
+from t2l.study.claim import Claim, Judge
+from t2l.study.cloning.claims import (
     ANEW,
     CELLS,
     GRID,
@@ -18,12 +21,9 @@ from t2l.scoreboard.cloning import (
     cells_of,
     of_each,
 )
-from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import among, percents
-from t2l.stats.bootstrap import mean
-from t2l.stats.rank import spearman
-from t2l.stats.verdict import Finding, above_zero, correlated, every_at_most, greater, within
+from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published, splits
+from t2l.study.words import among, percents
 
 VARIANCE_COLUMNS = ("plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "variance_rad2")
 

@@ -3,11 +3,11 @@
 import numpy as np
 
 from t2l.response.following import most
-from t2l.scoreboard.claim import Claim
-from t2l.scoreboard.evidence import AbsentError, Evidence
-from t2l.scoreboard.words import cannot_tell
 from t2l.stats.verdict import Finding, paired_greater
+from t2l.study.claim import Claim
+from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published
+from t2l.study.words import cannot_tell
 
 COLUMNS = ("dataset", "commands", "gains", "learning", "follows")
 # whose gains people chose to work with, and whose commands were logged, not made from torques

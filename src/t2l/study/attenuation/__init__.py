@@ -1,0 +1,1 @@
+"""How gains attenuate errors of actions: theory, simulation, and what follows for success."""
