@@ -15,8 +15,8 @@ LAYERS = [
     {"study"},
     {"plotting", "stats"},
     {
-        *("attenuation", "bc", "decoupling", "design", "detective", "diagnose", "drift", "export"),
-        *("propose", "response", "rl", "transfer"),
+        *("bc", "decoupling", "design", "detective", "diagnose", "drift", "export", "propose"),
+        *("response", "rl", "transfer"),
     },
     {"environment"},
     {"identify"},

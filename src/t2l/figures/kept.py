@@ -11,10 +11,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from t2l.attenuation.noise import magnitudes
-from t2l.attenuation.success import by_cell as means_by_cell
-from t2l.attenuation.success import predictors
-from t2l.figures import ablation, attenuation, fidelity, identification, transfer
+from t2l.figures import ablation, fidelity, identification, transfer
 from t2l.figures.collections import collections
 from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.learning import landscape
@@ -27,11 +24,15 @@ from t2l.gains import Cell, Grid
 from t2l.plotting.style import title
 from t2l.stats.ablation import WHOLE
 from t2l.stats.ablation import by_cell as ablation_by_cell
-from t2l.stats.attenuation import effective_error_table
 from t2l.stats.collections import by_collection, collections_table
 from t2l.stats.regions import region_table
 from t2l.stats.scaling import scaling_table
 from t2l.stats.transfer import jitter_table
+from t2l.study.attenuation import figures as attenuation
+from t2l.study.attenuation.noise import magnitudes
+from t2l.study.attenuation.statistics import effective_error_table
+from t2l.study.attenuation.success import by_cell as means_by_cell
+from t2l.study.attenuation.success import predictors
 from t2l.study.published.numbers import splits
 from t2l.study.scoreboard.kept import demonstrations, deployed, named_collections, replays
 from t2l.transfer.summary import over_seeds

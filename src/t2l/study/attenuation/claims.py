@@ -8,6 +8,7 @@ import pandas as pd
 from t2l.stats.bootstrap import mean
 from t2l.stats.rank import spearman
 from t2l.stats.verdict import Finding, above_zero, correlated, every_at_most, greater, within
+from t2l.study.attenuation.theory import SMALL, attenuation, effective_error
 from t2l.study.claim import Claim, Judge
 from t2l.study.cloning.claims import (
     ANEW,
@@ -28,26 +29,26 @@ from t2l.study.words import among, percents
 VARIANCE_COLUMNS = ("plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "variance_rad2")
 
 
-def _variances(evidence: Evidence, published: Published) -> pd.DataFrame:
+def _variances(evidence: Evidence) -> pd.DataFrame:
     """Simulated variances with the theorem's: σ² h Kp / (2 Kd), h the time an error is held."""
     table = evidence.table("variance", VARIANCE_COLUMNS)
-    held = table.hold_s * table.kp / (2 * table.kd)
+    held = attenuation(table.kp, table.kd, table.hold_s)
     table = table.assign(ratio=table.variance_rad2 / (table.noise_rad**2 * held))
     # where an error is held for long beside the motion that it causes, white noise is no model
-    short = table[held < published.values["time_ratio"]]
+    short = table[held < SMALL]
     if short.empty:
         raise AbsentError("no cell in which the hold is short")
     return short
 
 
 def _theorem(evidence: Evidence, published: Published, tests: int) -> Finding:
-    table = _variances(evidence, published)
+    table = _variances(evidence)
     found = every_at_most(np.abs(table.ratio - 1), published.values["error"])
     return among(found, "wrong by at most {:.1%}", [found.value])
 
 
 def _mass(evidence: Evidence, published: Published, tests: int) -> Finding:
-    groups = _variances(evidence, published).groupby(["kp", "kd", "hold_s"]).ratio
+    groups = _variances(evidence).groupby(["kp", "kd", "hold_s"]).ratio
     spread = (groups.max() / groups.min() - 1)[groups.size() > 1]
     if spread.empty:
         raise AbsentError("one inertia only")
@@ -57,8 +58,9 @@ def _mass(evidence: Evidence, published: Published, tests: int) -> Finding:
 
 def _with_errors(cells: pd.DataFrame) -> pd.DataFrame:
     """Cells with their RMS validation error and the corollary's effective error."""
-    error = np.sqrt(cells[LOSS])
-    return cells.assign(error=error, effective=np.sqrt(cells.kp / (2 * cells.kd)) * error)
+    # as if held for a second: ranks are the same for every hold
+    effective = effective_error(cells.kp, cells.kd, cells[LOSS], hold_s=1.0)
+    return cells.assign(error=np.sqrt(cells[LOSS]), effective=effective)
 
 
 def _anew(evidence: Evidence) -> pd.DataFrame | None:

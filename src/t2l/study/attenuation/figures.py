@@ -15,6 +15,7 @@ from t2l.gains import Cell, Grid
 from t2l.plotting.heatmap import heatmap, height, matrix, width
 from t2l.plotting.style import COLOURS, styled, title
 from t2l.stats.text import interval
+from t2l.study.attenuation.theory import SMALL
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,7 +33,7 @@ def variance(held: "pd.DataFrame", grid: Grid) -> Figure:
     """Simulated variance against the theorem's, and their ratio beside what is exact.
 
     Args:
-        held: one row a plant and cell, see `t2l.attenuation.rack.held_noise`.
+        held: one row a plant and cell, see `rack.held_noise`.
     """
     with styled():
         figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.9))
@@ -57,7 +58,7 @@ def variance(held: "pd.DataFrame", grid: Grid) -> Figure:
         ends = np.array([table.x.min() / 2, table.x.max() * 2])
         left.plot(ends, ends, color="black", lw=0.8)
         right.axhline(1, color="black", lw=0.8)
-        right.axvspan(ends[0], 0.1, color="0.95", zorder=-1)
+        right.axvspan(ends[0], SMALL, color="0.95", zorder=-1)
         left.set_ylabel("simulated Var[δq] / σ²")
         right.set_ylabel("simulated / theorem")
         left.set_yscale("log")
@@ -85,8 +86,8 @@ def success(
     """A row a grid of cells: success over what could tell it, with Spearman's ρ.
 
     Args:
-        grids: by name, one row a cell, see `t2l.attenuation.success.predictors`.
-        correlations: see `t2l.stats.attenuation.effective_error_table`.
+        grids: by name, one row a cell, see `success.predictors`.
+        correlations: see `statistics.effective_error_table`.
         grid: whose bounds say which region a cell is in.
     """
     known = correlations.set_index(["grid", "predictor"])
@@ -123,7 +124,7 @@ def noise_success(
     """Success of open-loop replays: without noise, with the same in every cell, with its own.
 
     Args:
-        replays: one row a replay, see `t2l.attenuation.noise.COLUMNS`.
+        replays: one row a replay, see `noise.COLUMNS`.
         undisturbed: one row a cell, kp, kd and replay_success.
     """
     by_cell = replays.groupby(["condition", "kp", "kd"], as_index=False).success.mean()
@@ -163,7 +164,7 @@ def noise_traces(
     """One column a cell, one row a joint: a demonstration undisturbed, and under noise.
 
     Args:
-        traces: see `t2l.attenuation.noise.traces`.
+        traces: see `noise.traces`.
         shown: label and column of the joints to show.
     """
     with styled():

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from t2l.stats.beforehand import RIVALS, SIGNS, over_tasks
+from t2l.study.attenuation.ranking import RIVALS, SIGNS, over_tasks
 
 TASKS = 6
 

@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_discrete_lyapunov
 
+# up to this h Kp / (2 Kd) the theorem is to hold within its own size
+SMALL = 0.1
 
-def attenuation(kp: ArrayLike, kd: ArrayLike, hold_s: float) -> np.ndarray:
+
+def attenuation(kp: ArrayLike, kd: ArrayLike, hold_s: ArrayLike) -> np.ndarray:
     """h Kp / (2 Kd), dimensionless: the theorem's Var[δq] / σ².
 
     Args:
@@ -24,7 +27,7 @@ def attenuation(kp: ArrayLike, kd: ArrayLike, hold_s: float) -> np.ndarray:
         kd: N·m·s/rad.
         hold_s: how long each command is held, s.
     """
-    return hold_s * np.asarray(kp) / (2 * np.asarray(kd))
+    return np.asarray(hold_s) * np.asarray(kp) / (2 * np.asarray(kd))
 
 
 def effective_error(kp: ArrayLike, kd: ArrayLike, mse: ArrayLike, hold_s: float) -> np.ndarray:

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from t2l.attenuation.theory import (
+from t2l.study.attenuation.theory import (
     attenuation,
     continuous_matrices,
     effective_error,

@@ -9,15 +9,14 @@ import numpy as np
 import pandas as pd
 from scipy.stats import t as student
 
-from t2l.attenuation.noise import CONDITIONS
-from t2l.attenuation.success import PREDICTORS, predictors
 from t2l.gains import Cell, Grid
 from t2l.names import heading
 from t2l.stats.rank import rank_correlations
 from t2l.stats.text import interval, rate
+from t2l.study.attenuation.noise import CONDITIONS
+from t2l.study.attenuation.success import PREDICTORS, predictors
+from t2l.study.attenuation.theory import SMALL
 
-# up to this h Kp / (2 Kd) the theorem is to hold within its own size
-SMALL = 0.1
 REGIONS = ("CO", "CU", "SO", "SU")
 NAMES = {
     "effective_error": "effective error",
@@ -30,7 +29,7 @@ def variance_table(held: pd.DataFrame) -> pd.DataFrame:
     """How the simulated variance compares with theory, and whether inertia matters.
 
     Args:
-        held: one row a plant and cell, see `t2l.attenuation.rack.held_noise`.
+        held: one row a plant and cell, see `rack.held_noise`.
 
     Returns:
         One row a quantity and plant: value with its 95 % t interval over `cells`.
@@ -132,7 +131,7 @@ def noise_table(
     """Success of open-loop replays under noise by region, and how it follows Kp / Kd.
 
     Args:
-        replays: per task, one row a replay, see `t2l.attenuation.noise.COLUMNS`.
+        replays: per task, one row a replay, see `noise.COLUMNS`.
         undisturbed: per task, one row a cell: kp, kd, replay_success.
 
     Returns:

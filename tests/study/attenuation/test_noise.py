@@ -3,7 +3,9 @@ import pandas as pd
 import pytest
 
 from t2l.actions import make_control
-from t2l.attenuation.noise import (
+from t2l.demos.replay import replay
+from t2l.gains import Cell
+from t2l.study.attenuation.noise import (
     COLUMNS,
     TRACES,
     magnitudes,
@@ -12,9 +14,7 @@ from t2l.attenuation.noise import (
     traces,
     uniform,
 )
-from t2l.attenuation.success import by_cell, predictors
-from t2l.demos.replay import replay
-from t2l.gains import Cell
+from t2l.study.attenuation.success import by_cell, predictors
 
 
 def _control(task, cell):

@@ -28,7 +28,7 @@ def magnitudes(cells: pd.DataFrame, cell: Cell) -> dict[str, float]:
     `same` is the root of the mean over cells of the validation error, `own` that of the cell.
 
     Args:
-        cells: one row a cell, with its `loss` in rad², see `t2l.attenuation.success.by_cell`.
+        cells: one row a cell, with its `loss` in rad², see `success.by_cell`.
     """
     own = cells.loss[(cells.kp == cell.kp) & (cells.kd == cell.kd)]
     return {"same": float(np.sqrt(cells.loss.mean())), "own": float(np.sqrt(own.iloc[0]))}

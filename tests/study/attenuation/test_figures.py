@@ -5,12 +5,12 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
-from t2l.attenuation.rack import COLUMNS
-from t2l.attenuation.success import predictors
-from t2l.figures import attenuation
 from t2l.gains import Grid
 from t2l.plotting.style import write
-from t2l.stats.attenuation import effective_error_table
+from t2l.study.attenuation import figures
+from t2l.study.attenuation.rack import COLUMNS
+from t2l.study.attenuation.statistics import effective_error_table
+from t2l.study.attenuation.success import predictors
 
 GRID = Grid(kp=(32, 512), kd=(2, 32), compliant_up_to_kp=128, overdamped_from_kd=32)
 
@@ -44,7 +44,7 @@ def _held():
 
 
 def test_the_theorem_is_the_diagonal_and_the_ratio_one():
-    figure = attenuation.variance(_held(), GRID)
+    figure = figures.variance(_held(), GRID)
     left, right = figure.axes
     assert left.get_xscale() == left.get_yscale() == "log"
     points = np.concatenate([c[0].get_xydata() for c in right.containers])
@@ -55,7 +55,7 @@ def test_the_theorem_is_the_diagonal_and_the_ratio_one():
 def test_success_is_drawn_over_each_predictor_with_its_correlation():
     cells = _cells(success=[0.2, 0.1, 0.9, 0.4], loss=[0.02, 0.01, 0.04, 0.03], seeds=1)
     table = effective_error_table({"block_stack": cells}, 0.02)
-    figure = attenuation.success({"block_stack": predictors(cells, 0.02)}, table, GRID)
+    figure = figures.success({"block_stack": predictors(cells, 0.02)}, table, GRID)
     titles = [axes.get_title(loc="right") for axes in figure.axes]
     # the order of success is that of the loss
     assert titles[1] == "ρ +1.00 (too few cells)"
@@ -73,7 +73,7 @@ def _replays():
 
 def test_heatmaps_of_success_under_noise():
     undisturbed = _cells(replay_success=1.0, success=0.5)
-    figure = attenuation.noise_success(_replays(), undisturbed, GRID, "Block Stack")
+    figure = figures.noise_success(_replays(), undisturbed, GRID, "Block Stack")
     without, same, _, _ = figure.axes
     np.testing.assert_allclose(without.images[0].get_array(), 1.0)
     np.testing.assert_allclose(same.images[0].get_array(), [[1, 0], [1, 0.5]])
@@ -93,7 +93,7 @@ def test_traces_under_noise(tmp_path, joints):
     shown = {joint: f"q.{joint}" for joint in joints}
     traces = dict.fromkeys(GRID.opposites, table)
     path = tmp_path / "traces.png"
-    figure = attenuation.noise_traces(traces, shown, GRID, "Block Stack")
+    figure = figures.noise_traces(traces, shown, GRID, "Block Stack")
     assert [axes.get_title() for axes in figure.axes[:2]] == [
         "CO: Kp 32, Kd 32",
         "SU: Kp 512, Kd 2",

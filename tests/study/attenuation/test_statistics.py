@@ -2,9 +2,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.attenuation.rack import COLUMNS
 from t2l.gains import Grid
-from t2l.stats.attenuation import (
+from t2l.stats.text import write_printed
+from t2l.study.attenuation.rack import COLUMNS
+from t2l.study.attenuation.statistics import (
     effective_error_table,
     noise_table,
     printable_effective_error,
@@ -12,7 +13,6 @@ from t2l.stats.attenuation import (
     printable_variance,
     variance_table,
 )
-from t2l.stats.text import write_printed
 from tests.study.published.downloaded import STUDY, published_grids
 
 GRID = Grid(kp=(32, 512), kd=(2, 32), compliant_up_to_kp=128, overdamped_from_kd=32)

@@ -12,13 +12,13 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from t2l.attenuation.beforehand import forecast, matrices
-from t2l.attenuation.success import predictors
 from t2l.names import heading
 from t2l.stats.bootstrap import bootstrap_interval, mean
 from t2l.stats.rank import rank_correlations, spearman
 from t2l.stats.text import interval, p_value
 from t2l.stats.verdict import paired_greater
+from t2l.study.attenuation.beforehand import forecast, matrices
+from t2l.study.attenuation.success import predictors
 
 # and whether success is to rise (+1) or to fall (−1) with each; the last is known after training
 SIGNS = {
@@ -41,7 +41,7 @@ def beforehand_table(
 
     Args:
         grids: by task, one row a cell: kp, kd, success, loss.
-        kept: one row a task and joint: inertia_kg_m2 and `t2l.attenuation.beforehand.RESIDUALS`.
+        kept: one row a task and joint: inertia_kg_m2 and `beforehand.RESIDUALS`.
 
     Returns:
         task, predictor, expected sign, ρ with its 95 % interval over `n` cells, and `rho_loss`,

@@ -1,1 +1,0 @@
-"""How gains attenuate errors of actions: theory, simulation, and what follows for success."""
