@@ -15,7 +15,7 @@ LAYERS = [
     {"study"},
     {"plotting", "stats"},
     {
-        *("bc", "decoupling", "design", "detective", "diagnose", "drift", "export", "propose"),
+        *("bc", "design", "detective", "diagnose", "drift", "export", "propose"),
         *("response", "rl", "transfer"),
     },
     {"environment"},

@@ -2,7 +2,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.figures.decoupling import stiffness_over_training
 from t2l.figures.regimes import TRANSFER_COLUMNS, regimes
 from t2l.figures.responses import responses
 from t2l.figures.sample_efficiency import sample_efficiency
@@ -75,12 +74,3 @@ def test_bands_are_over_configurations_and_seeds():
     figure = sample_efficiency(curves, GRID)
     assert figure.axes[0].lines[0].get_ydata().tolist() == [3]
     assert "3 runs of 2 configurations" in figure.axes[0].lines[0].get_label()
-
-
-def test_stiffness_is_the_median_over_directions_and_seeds():
-    def seed(*stiffness):
-        return pd.DataFrame({"update": 10, "stiffness_n_m": stiffness, "passive_n_m": 30.0})
-
-    figure = stiffness_over_training({"soft_arm": {1: seed(100, 200, 900), 2: seed(150, 250)}})
-    assert figure.axes[0].lines[0].get_ydata().tolist() == [200]
-    assert figure.axes[0].get_title().endswith("2 seeds")

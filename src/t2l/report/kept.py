@@ -19,8 +19,6 @@ from t2l.plotting.style import write
 from t2l.report.scoreboard import render
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.collections import best_elsewhere, collections_table, printable_collections
-from t2l.stats.decoupling import decoupling_table
-from t2l.stats.decoupling import printable as printable_decoupling
 from t2l.stats.regions import printable_regions, region_table
 from t2l.stats.text import p_value, rate
 from t2l.stats.transfer import jitter_table, printable_jitter
@@ -28,6 +26,7 @@ from t2l.stats.verdict import Verdict
 from t2l.study.attenuation.ranking import beforehand_table, printable_beforehand
 from t2l.study.attenuation.statistics import effective_error_table, printable_effective_error
 from t2l.study.attenuation.success import by_cell
+from t2l.study.decoupling.statistics import decoupling_table, printable_decoupling
 from t2l.study.scoreboard.kept import deployed, evidence, named_collections
 from t2l.study.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
 from t2l.study.scoreboard.weight import by_finding, independent

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from t2l.decoupling.summary import AT_REST, chosen, holding
 from t2l.stats.bootstrap import ratio
 from t2l.stats.verdict import Finding, Verdict, greater, within
 from t2l.study.claim import Claim
+from t2l.study.decoupling.summary import AT_REST, chosen, holding
 from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published
 from t2l.study.words import among, cannot_tell

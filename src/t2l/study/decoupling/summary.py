@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from t2l.decoupling.pairing import Pairing
+from t2l.study.decoupling.pairing import Pairing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,7 +51,7 @@ def summarise(tables: Mapping[tuple[Pairing, int], "pd.DataFrame"]) -> "pd.DataF
     """One row a training, as it was evaluated last: medians over directions; columns `COLUMNS`.
 
     Args:
-        tables: of `t2l.decoupling.training.train`, by pairing and seed.
+        tables: of `training.train`, by pairing and seed.
     """
     import pandas as pd
 

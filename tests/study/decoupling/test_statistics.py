@@ -2,9 +2,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.decoupling.pairing import Pairing
-from t2l.decoupling.summary import chosen, summarise
-from t2l.stats.decoupling import decoupling_table, printable
+from t2l.study.decoupling.pairing import Pairing
+from t2l.study.decoupling.statistics import decoupling_table, printable_decoupling
+from t2l.study.decoupling.summary import chosen, summarise
 
 STIFF = Pairing("stiff", 16.0, 8.0, {}, 0.01, 0.0)
 SOFT = Pairing("soft", 512.0, 24.0, {}, 1.0, 0.1)
@@ -46,7 +46,7 @@ def test_its_absence_is_found_too_and_two_seeds_have_no_p():
     assert table.p[0] == pytest.approx(1.0)
     few = decoupling_table(trainings([900, 1000], [180, 200]), ["stiff", "soft"])
     assert np.isnan(few.p[0])
-    assert printable(few).p.tolist() == ["not told", "–"]
+    assert printable_decoupling(few).p.tolist() == ["not told", "–"]
 
 
 def test_a_tool_that_drifts_or_a_pose_that_is_not_held_has_no_stiffness_to_compare():
@@ -55,7 +55,7 @@ def test_a_tool_that_drifts_or_a_pose_that_is_not_held_has_no_stiffness_to_compa
         table = decoupling_table(trainings(*told, **lacking), ["stiff", "soft"])
         assert table.ratio[0] == 5
         assert np.isnan(table.p[0])
-    drifts = printable(decoupling_table(trainings(*told, drift=1.6), ["stiff", "soft"]))
+    drifts = printable_decoupling(decoupling_table(trainings(*told, drift=1.6), ["stiff", "soft"]))
     assert drifts["Drift when measured"].tolist() == ["0 %", "160 %"]
     assert drifts["Holds the pose"].tolist() == ["100 %", "100 %"]
 

@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 import yaml
 
-from t2l.decoupling.pairing import Pairing
-from t2l.decoupling.stiffness import Probe, measure
-from t2l.decoupling.training import make_probe, passive, train
+from t2l.study.decoupling.pairing import Pairing
+from t2l.study.decoupling.stiffness import Probe, measure
+from t2l.study.decoupling.training import make_probe, passive, train
 from t2l.tasks.disturbance import directions
 from tests.defaults import TASKS, learning, shipped
 

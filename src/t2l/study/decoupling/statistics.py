@@ -12,16 +12,13 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from t2l.decoupling.summary import holding
 from t2l.names import heading
 from t2l.stats.attainable import least_attainable_p, reportable
 from t2l.stats.rank_tests import rank_sum_p
 from t2l.stats.text import p_value
 from t2l.stats.verdict import ALPHA
+from t2l.study.decoupling.summary import holding
 
-COLUMNS = (
-    "pairing", "kp", "kd", "seed", "stiffness_n_m", "passive_n_m", "drift", "success",
-)  # fmt: skip
 HEADERS: dict[str, str] = {"Kp": "$K_p$", "Kd": "$K_d$", "p": "$p$"}
 
 
@@ -29,7 +26,7 @@ def decoupling_table(trainings: pd.DataFrame, order: Sequence[str]) -> pd.DataFr
     """Each pairing, and against the last in `order`.
 
     Args:
-        trainings: one row a pairing and seed, columns `COLUMNS`.
+        trainings: one row a pairing and seed, columns `summary.COLUMNS`.
 
     Returns:
         One row a pairing: pairing, kp, kd, seeds; passive_n_m, of the bare controller;
@@ -68,8 +65,8 @@ def decoupling_table(trainings: pd.DataFrame, order: Sequence[str]) -> pd.DataFr
     return pd.DataFrame(rows)
 
 
-def printable(table: pd.DataFrame) -> pd.DataFrame:
-    """The table as text."""
+def printable_decoupling(table: pd.DataFrame) -> pd.DataFrame:
+    """`decoupling_table` as text."""
     compared = [pd.notna(ratio) for ratio in table.ratio]
     spans = zip(table.ratio, table.ratio_least, table.ratio_most, compared, strict=True)
     stiffness = zip(
