@@ -4,7 +4,6 @@ import pytest
 
 from t2l.figures.regimes import TRANSFER_COLUMNS, regimes
 from t2l.figures.responses import responses
-from t2l.figures.sample_efficiency import sample_efficiency
 from t2l.gains import Cell, Grid
 from t2l.hardware import open_backend
 from t2l.hardware.steps import COLUMNS, STEP_RAD, step_responses
@@ -64,13 +63,3 @@ def test_a_step_that_makes_a_joint_too_fast_is_made_smaller():
     elbow, last = (part.q_des.max() for _, part in table.groupby("joint"))
     assert elbow == pytest.approx(STEP_RAD)
     assert last == pytest.approx(STEP_RAD / 4)
-
-
-def test_bands_are_over_configurations_and_seeds():
-    curves = pd.DataFrame(
-        [(c, s, 1e6, r, 0.5, 16, 24) for (c, s), r in {(1, 1): 1, (1, 2): 3, (4, 1): 5}.items()],
-        columns=["configuration", "seed", "steps", "reward", "success", "kp", "kd"],
-    )
-    figure = sample_efficiency(curves, GRID)
-    assert figure.axes[0].lines[0].get_ydata().tolist() == [3]
-    assert "3 runs of 2 configurations" in figure.axes[0].lines[0].get_label()

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.rl.landscape import no_curve
 from t2l.stats.rank import spearman
 from t2l.stats.verdict import ALPHA, Verdict
 from t2l.study.cloning import ablations
 from t2l.study.cloning.claims import STUDY_TASKS
 from t2l.study.evidence import Evidence
+from t2l.study.landscape.again import no_curve
 from t2l.study.scoreboard.table import CHAINS
 from tests.study.planted import (
     CLONING,

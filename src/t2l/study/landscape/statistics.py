@@ -8,11 +8,7 @@ import pandas as pd
 from t2l.gains import Cell, Grid
 from t2l.names import heading
 from t2l.stats.text import rate
-
-# the study's project page, FR3 Joint-Reach: trials of 50 with a success rate of at least 0.95
-PUBLISHED = {Cell(16, 24): 32, Cell(16, 2): 8, Cell(512, 24): 10, Cell(512, 2): 4}
-PUBLISHED_TRIALS = 50
-HEADERS: dict[str, str] = {}
+from t2l.study.published.cells import passed_trials
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +16,8 @@ class Searched:
     """A condition at a cell.
 
     Attributes:
-        trials: of its search, columns `t2l.rl.landscape.COLUMNS`.
-        again: of configurations that were trained again, columns `t2l.rl.landscape.CURVE_COLUMNS`.
+        trials: of its search, columns `again.COLUMNS`.
+        again: of configurations that were trained again, columns `again.CURVE_COLUMNS`.
     """
 
     condition: str
@@ -46,6 +42,7 @@ def landscape_table(
         seed; published_passed of published_trials, the study's, NaN for cells that it does not
         show.
     """
+    published, of = passed_trials()
     rows = []
     for one in searched:
         complete = one.trials[one.trials.state == "complete"]
@@ -65,15 +62,15 @@ def landscape_table(
                 "runs": len(runs),
                 "passed_again": int(runs.sum()),
                 "always_again": int(runs.groupby("configuration").all().sum()),
-                "published_passed": PUBLISHED.get(one.cell, float("nan")),
-                "published_trials": PUBLISHED_TRIALS,
+                "published_passed": published.get(one.cell, float("nan")),
+                "published_trials": of,
             }
         )
     return pd.DataFrame(rows)
 
 
-def printable(table: pd.DataFrame) -> pd.DataFrame:
-    """The table as text."""
+def printable_landscape(table: pd.DataFrame) -> pd.DataFrame:
+    """`landscape_table` as text."""
     cells = (str(Cell(kp, kd)) for kp, kd in zip(table.kp, table.kd, strict=True))
     published = zip(table.published_passed, table.published_trials, strict=True)
     return pd.DataFrame(

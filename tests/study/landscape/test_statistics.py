@@ -2,9 +2,9 @@ import numpy as np
 import pandas as pd
 
 from t2l.gains import Cell, Grid
-from t2l.rl.landscape import choice_of, no_curve, passed
 from t2l.robots import make_robot
-from t2l.stats.landscape import Searched, landscape_table, printable
+from t2l.study.landscape.again import choice_of, no_curve, passed
+from t2l.study.landscape.statistics import Searched, landscape_table, printable_landscape
 
 GRID = Grid(kp=(16, 512), kd=(2, 24), compliant_up_to_kp=128, overdamped_from_kd=8)
 TRIALS = pd.DataFrame(
@@ -46,7 +46,7 @@ def test_trials_are_counted_beside_the_studys():
     assert (first.always_again, none.always_again) == (1, 0)
     assert (none.trials, none.passed, none.runs) == (0, 0, 0)
     assert np.isnan(none.published_passed)
-    text = printable(table)
+    text = printable_landscape(table)
     assert text["Trials that pass"].tolist() == ["3 of 4", "0 of 0"]
     assert text["With every seed"].tolist() == ["1 of 2", "0 of 0"]
     assert text["The study"].tolist() == ["32 of 50", "–"]
