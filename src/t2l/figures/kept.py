@@ -15,7 +15,6 @@ from t2l.figures import ablation, fidelity, identification, transfer
 from t2l.figures.collections import collections
 from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.learning import landscape
-from t2l.figures.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 from t2l.figures.scaling import scaling
 from t2l.figures.success import success_and_loss
 from t2l.figures.variants import variants
@@ -34,6 +33,7 @@ from t2l.study.attenuation.success import by_cell as means_by_cell
 from t2l.study.attenuation.success import predictors
 from t2l.study.landscape.figures import sample_efficiency
 from t2l.study.published.numbers import splits
+from t2l.study.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 from t2l.study.scoreboard.kept import demonstrations, deployed, named_collections, replays
 from t2l.transfer.summary import over_seeds
 
