@@ -7,7 +7,10 @@ from importlib.resources import files
 from math import nan
 
 import numpy as np
+import pandas as pd
 import yaml
+
+from t2l.gains import Grid
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,13 @@ def claims() -> dict[str, Published]:
 def splits() -> dict[str, Split]:
     """Of behaviour cloning and of transfer."""
     return {key: Split(**entry) for key, entry in _content()["splits"].items()}
+
+
+def grid_of(table: pd.DataFrame, chain: str) -> Grid:
+    """The gains of a table, divided as the study divides those of `cloning` or `transfer`."""
+    split = splits()[chain]
+    kp, kd = (tuple(sorted(table[gain].unique())) for gain in ("kp", "kd"))
+    return Grid(kp, kd, split.compliant_up_to_kp, split.overdamped_from_kd)
 
 
 @cache

@@ -16,6 +16,7 @@ from t2l.study.evidence import Evidence, Source, source_of
 from t2l.study.transfer.decision import decide
 from t2l.study.transfer.rule import Rule
 
+HOLD_S = 0.02  # of policies at 50 Hz, as in every grid
 Shaped = Iterator[tuple[str, pd.DataFrame]]  # where below results/ a table would lie, and the table
 RATES = {10: "joint_reach_10_hz", 20: "joint_reach_20_hz", 50: "joint_reach",
          100: "joint_reach_100_hz"}  # fmt: skip
