@@ -18,8 +18,8 @@ from t2l.study.scoreboard.table import CHAINS, scoreboard
 from t2l.study.transfer import claims as transfer
 from tests.conftest import ROOT
 from tests.study import planted
+from tests.study.judged import CLAIMS
 
-CLAIMS = {claim.key: claim for claims in CHAINS.values() for claim in claims}
 SHIPPED = {path.stem: yaml.safe_load(path.read_text()) for path in ROOT.glob("config/studies/*")}
 # their judges take each part from the study that is about it
 JOINT = {"pooled_slopes", "ablation_classes"}

@@ -1,4 +1,5 @@
 import pandas as pd
+import pytest
 
 from t2l.report.scoreboard import render
 from t2l.stats.verdict import Verdict
@@ -11,6 +12,7 @@ from t2l.study.scoreboard.table import (
     scoreboard,
     to_latex,
 )
+from tests.study.judged import CLAIMS, NOT_RUN, verdict
 from tests.study.planted import cloning, evidence
 
 
@@ -66,3 +68,8 @@ def test_the_page_counts_verdicts():
     assert f"<b>{counts(table)['reproduced']}</b><span>reproduced</span>" in page
     row = table[table.id == "co_block_stack"].iloc[0]
     assert f"effect {row.value:+.3g} ({row.lower:+.3g} to {row.upper:+.3g})" in page
+
+
+@pytest.mark.parametrize("key", sorted(CLAIMS))
+def test_without_results_every_claim_is_not_run(key):
+    assert verdict(key) is NOT_RUN

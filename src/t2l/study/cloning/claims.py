@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from t2l.gains import Grid
 from t2l.stats.collections import (
     COLUMNS,
     FEWEST,
@@ -34,7 +33,7 @@ from t2l.stats.verdict import (
 from t2l.study.both_slopes import both_slopes
 from t2l.study.claim import Claim, Judge
 from t2l.study.evidence import AbsentError, Evidence
-from t2l.study.published.numbers import Published, splits
+from t2l.study.published.numbers import Published, grid_of, splits
 from t2l.study.words import among, cannot_tell, percents
 
 TASK, NOMINAL = "block_stack", "nominal"
@@ -92,10 +91,8 @@ def anew(
     evidence: Evidence, variant: str = NOMINAL, task: str = TASK, *more: str
 ) -> pd.DataFrame | None:
     """Cells of each collection, as `by_collection` has them; None where these are too few."""
-    cells, split = _of_every_collection(evidence, variant, task, *more), splits()["cloning"]
-    kp, kd = (tuple(sorted(cells[gain].unique())) for gain in ("kp", "kd"))
-    grid = Grid(kp, kd, split.compliant_up_to_kp, split.overdamped_from_kd)
-    own = by_collection(cells, grid, *more)
+    cells = _of_every_collection(evidence, variant, task, *more)
+    own = by_collection(cells, grid_of(cells, "cloning"), *more)
     return own if own.collection.nunique() >= FEWEST else None
 
 
