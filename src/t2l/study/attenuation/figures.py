@@ -16,11 +16,12 @@ from t2l.plotting.heatmap import heatmap, height, matrix, width
 from t2l.plotting.style import COLOURS, styled, title
 from t2l.stats.text import interval
 from t2l.study.attenuation.theory import SMALL
+from t2l.study.published.numbers import REGIONS
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_REGIONS = dict(zip(("CO", "CU", "SO", "SU"), COLOURS, strict=False))
+_COLOURS = dict(zip(REGIONS, COLOURS, strict=False))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 _LABELS = {
     "effective_error": "effective error √(h Kp/(2 Kd)) ε",
@@ -48,7 +49,7 @@ def variance(held: "pd.DataFrame", grid: Grid) -> Figure:
         plants = dict(zip(table.plant.unique(), _MARKERS, strict=False))
         for (plant, region), own in table.groupby(["plant", "regions"]):
             style = {
-                "fmt": plants[plant], "color": _REGIONS[region], "ms": 4.5, "lw": 0.8, "mfc": "none"
+                "fmt": plants[plant], "color": _COLOURS[region], "ms": 4.5, "lw": 0.8, "mfc": "none"
             }  # fmt: skip
             left.errorbar(own.x, own.y, own.error, **style)
             right.errorbar(own.x, own.y / own.x, own.error / own.x, **style)
@@ -67,11 +68,11 @@ def variance(held: "pd.DataFrame", grid: Grid) -> Figure:
             axes.set_xscale("log")
             axes.set_xlim(*ends)
             axes.set_xlabel("theorem: h Kp / (2 Kd)")
-        regions = [_dot(colour) for colour in _REGIONS.values()]
+        regions = [_dot(colour) for colour in _COLOURS.values()]
         kinds = [_dot("0.3", marker) for marker in plants.values()]
         figure.legend(
             *([*regions, *kinds, *(Line2D([], [], color="0.7", ls=line) for line in "-:")],),
-            [*_REGIONS, *plants, "exact, timestep of 2 ms", "exact, continuous"],
+            [*_COLOURS, *plants, "exact, timestep of 2 ms", "exact, continuous"],
             loc="outside lower center", ncols=5, fontsize=8,
         )  # fmt: skip
         figure.suptitle(
@@ -100,7 +101,7 @@ def success(
             squeeze=False,
         )
         for row, (name, cells) in enumerate(grids.items()):
-            colours = [_REGIONS[region] for region in _regions(cells, grid)]
+            colours = [_COLOURS[region] for region in _regions(cells, grid)]
             for panel, (column, label) in zip(axes[row], _LABELS.items(), strict=True):
                 panel.scatter(cells[column], 100 * cells.success, c=colours, s=16, lw=0)
                 _decades(panel)
@@ -111,7 +112,7 @@ def success(
                     panel.set_xlabel(label)
             axes[row, 0].set_ylabel(f"{title(name)}\nsuccess [%]", fontsize=8)
         figure.legend(
-            *([_dot(colour) for colour in _REGIONS.values()], list(_REGIONS)),
+            *([_dot(colour) for colour in _COLOURS.values()], list(_COLOURS)),
             loc="outside lower center", ncols=4, fontsize=8,
         )  # fmt: skip
         figure.suptitle("What tells the success of a cloned policy", fontsize=11)

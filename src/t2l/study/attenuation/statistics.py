@@ -16,8 +16,8 @@ from t2l.stats.text import interval, rate
 from t2l.study.attenuation.noise import CONDITIONS
 from t2l.study.attenuation.success import PREDICTORS, predictors
 from t2l.study.attenuation.theory import SMALL
+from t2l.study.published.numbers import REGIONS
 
-REGIONS = ("CO", "CU", "SO", "SU")
 NAMES = {
     "effective_error": "effective error",
     "loss": "validation loss",

@@ -17,14 +17,13 @@ from t2l.stats.verdict import (
 )
 from t2l.study.claim import Claim, Judge
 from t2l.study.evidence import AbsentError, Evidence
-from t2l.study.published.numbers import Published, splits
+from t2l.study.published.numbers import REGIONS, Published, splits
 from t2l.study.words import among
 
 EPISODES = 100  # that judge a policy, as in the study
 EPISODES_AGAIN = 50  # that judge one while it trains: `t2l.rl.learn.PROGRESS_EPISODES`
 LATE = 0.9  # statistics: quantile over action scales, so that few slow ones are seen too
 TASKS = ("joint_reach", "end_effector_reach")
-ORDER = ("CO", "CU", "SO", "SU")
 STUDY = "landscape"
 CELL = ("kp", "kd")
 UNIT = (*CELL, "configuration")
@@ -42,9 +41,9 @@ def corners(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
         for kd in (table.kd.min(), table.kd.max()):
             rows = table[(table.kp == kp) & (table.kd == kd)]
             found[str(splits()["transfer"].regions([kp], [kd])[0])] = rows
-    if set(found) != set(ORDER) or any(rows.empty for rows in found.values()):
+    if set(found) != set(REGIONS) or any(rows.empty for rows in found.values()):
         raise AbsentError("not the four corners of a grid")
-    return {region: found[region] for region in ORDER}
+    return {region: found[region] for region in REGIONS}
 
 
 def _existence(condition: str) -> Judge:
@@ -58,7 +57,7 @@ def _existence(condition: str) -> Judge:
 
 
 def _anew(evidence: Evidence, condition: str) -> tuple[list[int], list[int]]:
-    """Successes and episodes at each corner in `ORDER`, of policies that chose nothing.
+    """Successes and episodes at each corner in `REGIONS`, of policies that chose nothing.
 
     Of action scales that were trained again from several seeds, those count that did best from
     the first half of the seeds, and their policies from the other seeds are judged. Of policies
@@ -95,7 +94,7 @@ def _chosen_by_others(runs: pd.DataFrame) -> np.ndarray:
 
 
 def _counts(evidence: Evidence, condition: str, share: float) -> tuple[list[int], list[int]]:
-    """Trials above a success rate at each corner in `ORDER`, and how many were completed."""
+    """Trials above a success rate at each corner in `REGIONS`, and how many were completed."""
     table = evidence.table("trials", ("kp", "kd", "state", "success"), condition=condition)
     done = table[table.state == "complete"]
     rows = corners(done).values()
@@ -118,12 +117,12 @@ def _no_easier(evidence: Evidence, published: Published, tests: int) -> Finding:
         run += 1
         verdict = differ(won, trials).verdict
         if verdict is Verdict.REPRODUCED:
-            winners.append(ORDER[int(np.argmax(np.divide(won, trials)))])
+            winners.append(REGIONS[int(np.argmax(np.divide(won, trials)))])
         elif verdict is Verdict.NOT_REPRODUCED:
             winners.append("none")
     if not run:
         raise AbsentError("no trials of any task")
-    found = no_common_winner(winners, len(ORDER))
+    found = no_common_winner(winners, len(REGIONS))
     return among(found, f"easiest: {', '.join(winners) or 'not known'}")
 
 
@@ -148,7 +147,7 @@ def _comparable(units: pd.DataFrame, published: Published, of: str = "") -> Find
     groups = [rows.value.to_numpy() for rows in corners(units).values()]
     found = within(spread, *groups, high=published.values["factor"])
     means = [[np.exp(np.log(group).mean())] for group in groups]
-    form = ", ".join(f"{region} {{:.3g}}" for region in ORDER)
+    form = ", ".join(f"{region} {{:.3g}}" for region in REGIONS)
     return among(found, f"{form}{of}: factor {{:.2f}}", *means, [float(spread(*groups))])
 
 
@@ -176,7 +175,7 @@ def _efficiency(evidence: Evidence, published: Published, tests: int) -> Finding
     groups = [rows.value.to_numpy() for rows in corners(units).values()]
     late = within(late_spread, *groups, high=published.values["factor"])
     quantiles = [[np.quantile(group, LATE)] for group in groups]
-    form = ", ".join(f"{region} {{:.3g}}" for region in ORDER)
+    form = ", ".join(f"{region} {{:.3g}}" for region in REGIONS)
     told = among(late, f"{form}: factor {{:.2f}}", *quantiles, [late.value])
     found = every([middle, late])
     return replace(found, ours=f"{middle.ours}; one in ten takes longer than {told.ours}")

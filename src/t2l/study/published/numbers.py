@@ -12,6 +12,8 @@ import yaml
 
 from t2l.gains import Grid
 
+REGIONS = ("CO", "CU", "SO", "SU")  # in its order; see `Split.regions`
+
 
 @dataclass(frozen=True)
 class Published:
