@@ -17,7 +17,7 @@ from benchmarks.hidden_effects.cases import ROBOTS, Case
 from benchmarks.hidden_effects.effects import HiddenEffect, Plant, State
 from benchmarks.hidden_effects.real_effects import Warming
 from t2l.effects.law import FRICTION, TORQUE
-from t2l.figures.style import COLOURS, styled, write
+from t2l.plotting.style import COLOURS, styled, write
 from t2l.propose.expression import Formula
 
 COLUMNS = 4

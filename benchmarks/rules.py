@@ -13,8 +13,8 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.published import by_cell
-from t2l.scoreboard.evidence import Evidence, source_of
-from t2l.scoreboard.table import CHAINS
+from t2l.study.evidence import Evidence, source_of
+from t2l.study.scoreboard.table import CHAINS
 
 CLAIMS = {claim.key: claim for claims in CHAINS.values() for claim in claims}
 CLONING = (

@@ -29,10 +29,10 @@ from t2l.artefacts import (
 from t2l.diagnose.files import TRACES
 from t2l.diagnose.traces import read_traces
 from t2l.errors import ArtefactError, OutputError
-from t2l.figures import style
 from t2l.gains import Cell
 from t2l.identify.actuators import Identified
 from t2l.identify.artefacts import read_parameters, summary, write_parameters
+from t2l.plotting import style
 from t2l.policies import checkpoint
 from t2l.policies.gaussian_mlp import GaussianMLP
 from t2l.rl.choice import Choice

@@ -11,10 +11,12 @@ import pytest
 from tests.conftest import ROOT
 
 LAYERS = [
-    {"cli", "config", "figures", "report", "scoreboard", "stats"},
+    {"cli", "config", "figures", "report"},
+    {"study"},
+    {"plotting", "stats"},
     {
-        *("attenuation", "bc", "decoupling", "design", "detective", "diagnose", "drift", "export"),
-        *("propose", "response", "rl", "transfer"),
+        *("bc", "design", "detective", "diagnose", "drift", "export", "propose"),
+        *("response", "rl", "transfer"),
     },
     {"environment"},
     {"identify"},
@@ -25,7 +27,7 @@ LAYERS = [
     {"robots"},
     {"gains", "sim"},
     {
-        *("artefacts", "documents", "errors", "jobs", "names", "outputs", "published", "registry"),
+        *("artefacts", "documents", "errors", "jobs", "names", "outputs", "registry"),
         *("seeds", "threads", "typed", "version", "waiting"),
     },
 ]
@@ -39,17 +41,28 @@ def package_of(path):
 
 def imported(path):
     """Packages of t2l that a module imports, its own not."""
-    found = set()
+    parts = [module.split(".") for module in modules_imported(path)]
+    return {p[1] for p in parts if p[0] == "t2l" and len(p) > 1} - {package_of(path)}
+
+
+def parts_imported(path):
+    """Parts of the study that a module imports."""
+    parts = [module.split(".") for module in modules_imported(path)]
+    return {p[2] for p in parts if p[:2] == ["t2l", "study"] and len(p) > 2}
+
+
+def modules_imported(path):
+    """Names as they stand: `from t2l.study import datasets` gives both of them."""
+    found = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom):
-            modules = [node.module or ""]
+            modules = [node.module or "", *(f"{node.module}.{name.name}" for name in node.names)]
         elif isinstance(node, ast.Import):
             modules = [alias.name for alias in node.names]
         else:
             continue
-        parts = [module.split(".") for module in modules]
-        found |= {p[1] for p in parts if p[0] == "t2l" and len(p) > 1}
-    return found - {package_of(path)}
+        found += modules
+    return found
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT / "src")))
@@ -66,6 +79,15 @@ def test_no_packages_import_each_other_in_a_circle():
     graph = defaultdict(set)
     for path in SOURCES:
         graph[package_of(path)] |= imported(path)
+    TopologicalSorter(graph).prepare()
+
+
+def test_no_parts_of_the_study_import_each_other_in_a_circle():
+    """A topic may use another's claims; the scoreboard, and what is kept, use all."""
+    graph = defaultdict(set)
+    for path in (ROOT / "src/t2l/study").rglob("*.py"):
+        part = path.relative_to(ROOT / "src/t2l/study").parts[0].removesuffix(".py")
+        graph[part] |= parts_imported(path) - {part}
     TopologicalSorter(graph).prepare()
 
 

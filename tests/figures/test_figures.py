@@ -12,11 +12,11 @@ from matplotlib.image import imread
 from t2l.figures import frames
 from t2l.figures.fidelity import fidelity
 from t2l.figures.frames import filmstrips
-from t2l.figures.heatmap import error_norm, heatmap, replay_success, success_and_loss
 from t2l.figures.identification import over_true
-from t2l.figures.style import DPI, write
+from t2l.figures.success import replay_success, success_and_loss
 from t2l.figures.tracking import tracking
 from t2l.gains import Cell, Grid
+from t2l.plotting.style import DPI, write
 
 GRID = Grid(kp=(32, 128, 512), kd=(2, 32), compliant_up_to_kp=128, overdamped_from_kd=32)
 
@@ -43,33 +43,11 @@ def test_a_missing_cell_stays_blank(cells):
     assert figure.axes[0].images[0].get_array().mask[:, 2].all()
 
 
-def test_small_differences_of_errors_have_similar_colours():
-    # told apart only against the noise: both are near it
-    norm = error_norm([2e-4, 6e-4], floor=2e-4)
-    assert norm(2e-4) == 0
-    assert norm(6e-4) < 0.5
-    # without a known floor the scale spans a decade, and more where errors do
-    norm = error_norm([5.0, 6.0, np.nan])
-    assert norm(6.0) - norm(5.0) < 0.1
-    assert error_norm([1.0, 1000.0])(1.0) == 0
-    assert error_norm([1.0, 1000.0])(1000.0) == 1
-
-
 def test_losses_that_are_alike_look_alike(cells):
     alike = cells.assign(validation_loss=0.01 + 1e-4 * np.arange(len(cells)))
     image = success_and_loss(alike, GRID, "title").axes[1].images[0]
     shade = image.norm(np.asarray(image.get_array()))
     assert shade.max() - shade.min() < 0.05
-
-
-def test_a_single_cell_is_a_number_and_no_map():
-    grid = Grid(kp=(32,), kd=(2,), compliant_up_to_kp=128, overdamped_from_kd=32)
-    figure, axes = plt.subplots()
-    norm = error_norm([0.25])
-    heatmap(axes, np.array([[0.25]]), grid, "magma_r", norm, "{:.2f}".format, "loss")
-    assert not axes.images
-    assert axes.texts[0].get_text() == "loss\n0.25\nat Kp 32, Kd 2"
-    plt.close(figure)
 
 
 def _over_true(kp, kd):

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from t2l.figures import ablation, learning, transfer
-from t2l.figures.style import write
 from t2l.gains import Cell, Grid
+from t2l.plotting.style import write
 
 JOINTS = ("base", "shoulder", "elbow", "arm_roll", "arm_pitch")
 GRID = Grid(kp=(16, 512), kd=(1, 24), compliant_up_to_kp=128, overdamped_from_kd=8)

@@ -10,10 +10,10 @@ import pyarrow.parquet
 
 from t2l.report import write_report
 from t2l.report.scoreboard import render
-from t2l.scoreboard.table import scoreboard
+from t2l.study.scoreboard.table import scoreboard
 from tests.report.browser import browse, data_of
 from tests.report.findings import explained_with_proposal
-from tests.scoreboard.planted import evidence
+from tests.study.planted import evidence
 
 RUN = "</script><img src=x onerror=\"document.body.dataset.ran='yes'\"><b>\"'&amp;%{x}"
 HOSTILE = {"hinge": f"hinge{RUN}", "kp5": f"kp5{RUN}", "Coulomb friction": f"friction{RUN}"}

@@ -9,13 +9,14 @@ import pandas as pd
 import pytest
 
 from t2l.figures.kept import DPI, FIGURES
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.names import with_minus
-from t2l.report.kept import collections, pages, registered, tables, with_counts
-from t2l.scoreboard.kept import evidence
-from t2l.scoreboard.table import counts, scoreboard
+from t2l.plotting.style import write
+from t2l.report.kept import pages, registered, with_counts
 from t2l.stats.regions import region_table
+from t2l.study.kept.evidence import evidence
+from t2l.study.kept.tables import collections, tables
+from t2l.study.scoreboard.table import counts, scoreboard
 from tests.conftest import ROOT
 
 DATA = ROOT / "docs/data"

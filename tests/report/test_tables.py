@@ -4,10 +4,10 @@ import json
 
 from t2l.report import write_report
 from t2l.report.scoreboard import breakable, render
-from t2l.scoreboard.table import scoreboard
+from t2l.study.scoreboard.table import scoreboard
 from tests.report.browser import browse, data_of
 from tests.report.findings import compared
-from tests.scoreboard.planted import cloning, evidence
+from tests.study.planted import cloning, evidence
 
 CLICK = """<script>
 const tables = [...document.querySelectorAll("table.sortable")];

@@ -1,6 +1,6 @@
 """The statements of the study that can be tested, its numbers, ours, and a verdict for each."""
 
-from t2l.scoreboard.evidence import found_in
+from t2l.study.evidence import found_in
 
 SCOREBOARD = multiext(result("tables", "scoreboard"), ".csv", ".md", ".tex", ".html")
 # results of other studies that are there when the jobs are planned

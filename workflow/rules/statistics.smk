@@ -1,6 +1,6 @@
 """From cells to one table per task, and to the study's table."""
 
-from t2l.published.grids import COUNTERPARTS
+from t2l.study.published.grids import COUNTERPARTS
 
 REGIONS = [
     *multiext(result("tables", "regions"), ".csv", ".md", ".tex"),

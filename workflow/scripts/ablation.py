@@ -2,13 +2,13 @@
 
 import pandas as pd
 
-from t2l.artefacts import read_table, write_text
+from t2l.artefacts import read_table
 from t2l.figures.ablation import ablation
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.stats.ablation import COLUMNS, WHOLE, ablation_table, by_cell, printable_ablation
-from t2l.stats.text import latex
+from t2l.stats.text import write_printed
 
 with job(snakemake):
     given, output = snakemake.input, snakemake.output
@@ -24,9 +24,5 @@ with job(snakemake):
         if ((cells.kp == cell.kp) & (cells.kd == cell.kd)).any()
     }
     table = ablation_table(cells, inside)
-    printed = printable_ablation(table)
-    csv, markdown, tex = output.table
-    write_text(table.to_csv(index=False), csv)
-    write_text(printed.to_markdown(index=False, disable_numparse=True) + "\n", markdown)
-    write_text(latex(printed, {}), tex)
+    write_printed(table, printable_ablation(table), output.table)
     write(ablation(cells, inside), output.figure)

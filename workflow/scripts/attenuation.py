@@ -1,13 +1,13 @@
 """Draw and tabulate the simulated variance under held noise beside theory."""
 
 from t2l.artefacts import read_table
-from t2l.attenuation.rack import COLUMNS
-from t2l.figures.attenuation import variance
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
-from t2l.stats.attenuation import printable_variance, variance_table
+from t2l.plotting.style import write
 from t2l.stats.text import write_printed
+from t2l.study.attenuation.figures import variance
+from t2l.study.attenuation.rack import COLUMNS
+from t2l.study.attenuation.statistics import printable_variance, variance_table
 
 with job(snakemake):
     held = read_table(snakemake.input[0], COLUMNS)

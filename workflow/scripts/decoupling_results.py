@@ -1,14 +1,14 @@
 """Compare pairings of gains and behaviours, and draw their stiffness over training."""
 
-from t2l.artefacts import read_table, write_table, write_text
-from t2l.decoupling.pairing import Pairing
-from t2l.decoupling.summary import summarise
-from t2l.decoupling.training import COLUMNS
-from t2l.figures.decoupling import stiffness_over_training
-from t2l.figures.style import write
+from t2l.artefacts import read_table, write_table
 from t2l.jobs import job
-from t2l.stats import decoupling
-from t2l.stats.text import latex
+from t2l.plotting.style import write
+from t2l.stats.text import write_printed
+from t2l.study.decoupling.figures import stiffness_over_training
+from t2l.study.decoupling.pairing import Pairing
+from t2l.study.decoupling.statistics import HEADERS, decoupling_table, printable_decoupling
+from t2l.study.decoupling.summary import summarise
+from t2l.study.decoupling.training import COLUMNS
 
 with job(snakemake):
     params, output = snakemake.params, snakemake.output
@@ -19,12 +19,8 @@ with job(snakemake):
     }
     trainings = summarise(tables)
     write_table(trainings, output.trainings)
-    table = decoupling.decoupling_table(trainings, [pairing.name for pairing in pairings])
-    csv, markdown, tex = output.table
-    printed = decoupling.printable(table)
-    write_text(table.to_csv(index=False), csv)
-    write_text(printed.to_markdown(index=False, disable_numparse=True) + "\n", markdown)
-    write_text(latex(printed, decoupling.HEADERS), tex)
+    table = decoupling_table(trainings, [pairing.name for pairing in pairings])
+    write_printed(table, printable_decoupling(table), output.table, HEADERS)
     by_name = {
         pairing.name: {seed: tables[pairing, seed] for seed in params.seeds} for pairing in pairings
     }

@@ -1,14 +1,14 @@
 """Compare what could tell the success of cloned policies, in our cells and in the study's."""
 
 from t2l.artefacts import read_table
-from t2l.attenuation.success import COLUMNS, by_cell, predictors
-from t2l.figures.attenuation import success
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
-from t2l.published.grids import read_grids
-from t2l.stats.attenuation import effective_error_table, printable_effective_error
+from t2l.plotting.style import write
 from t2l.stats.text import write_printed
+from t2l.study.attenuation.figures import success
+from t2l.study.attenuation.statistics import effective_error_table, printable_effective_error
+from t2l.study.attenuation.success import COLUMNS, by_cell, predictors
+from t2l.study.published.grids import read_grids
 
 with job(snakemake):
     params = snakemake.params

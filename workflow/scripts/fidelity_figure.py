@@ -4,8 +4,8 @@ import pandas as pd
 
 from t2l.artefacts import read_table
 from t2l.figures.fidelity import COLUMNS, fidelity
-from t2l.figures.style import title, write
 from t2l.jobs import job
+from t2l.plotting.style import title, write
 
 with job(snakemake):
     table = pd.concat([read_table(path, COLUMNS) for path in snakemake.input])

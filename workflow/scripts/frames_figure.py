@@ -4,8 +4,8 @@ from t2l.artefacts import read_table
 from t2l.bc.rollout import TRACE_COLUMNS, pick_traces
 from t2l.demos.dataset import read_demonstrations
 from t2l.figures.frames import filmstrips
-from t2l.figures.style import title, write
 from t2l.jobs import job
+from t2l.plotting.style import title, write
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import make_task
 

@@ -1,11 +1,11 @@
 """Simulate joints under noise on their commands, in every cell of the grid."""
 
 from t2l.artefacts import write_table
-from t2l.attenuation.rack import held_noise, make_rack
 from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.robots import make_robot
 from t2l.seeds import generator
+from t2l.study.attenuation.rack import held_noise, make_rack
 
 with job(snakemake):
     settings = snakemake.params.settings

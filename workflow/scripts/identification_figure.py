@@ -2,10 +2,10 @@
 
 from t2l.artefacts import read_table
 from t2l.figures.identification import CELL_COLUMNS, overlays, residual_error
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.identify.artefacts import LOSS_COLUMNS, TRACE_COLUMNS
 from t2l.jobs import job
+from t2l.plotting.style import write
 
 with job(snakemake):
     grid = Grid.from_section(snakemake.params.grid)

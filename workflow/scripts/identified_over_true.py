@@ -2,11 +2,11 @@
 
 from t2l.artefacts import write_text
 from t2l.figures.identification import over_true as draw
-from t2l.figures.style import write
 from t2l.gains import Cell
 from t2l.hardware import truth_of
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.robots import make_robot
 from t2l.stats.identification import over_true, printable
 from t2l.stats.text import latex

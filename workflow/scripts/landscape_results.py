@@ -2,14 +2,14 @@
 
 import pandas as pd
 
-from t2l.artefacts import read_table, write_text
-from t2l.figures.sample_efficiency import sample_efficiency
-from t2l.figures.style import write
+from t2l.artefacts import read_table
 from t2l.gains import Cell, Grid
 from t2l.jobs import job
-from t2l.rl.landscape import COLUMNS, CURVE_COLUMNS, no_curve
-from t2l.stats import landscape
-from t2l.stats.text import latex
+from t2l.plotting.style import write
+from t2l.stats.text import write_printed
+from t2l.study.landscape.again import COLUMNS, CURVE_COLUMNS, no_curve
+from t2l.study.landscape.figures import sample_efficiency
+from t2l.study.landscape.statistics import Searched, landscape_table, printable_landscape
 
 with job(snakemake):
     given, params, output = snakemake.input, snakemake.params, snakemake.output
@@ -20,15 +20,9 @@ with job(snakemake):
         again = [read_table(path, CURVE_COLUMNS) for path in given.again[i * each : (i + 1) * each]]
         known = [table for table in again if len(table)] or [no_curve()]
         trials = read_table(given.trials[i], COLUMNS)
-        searched.append(
-            landscape.Searched(condition, Cell.from_name(cell), trials, pd.concat(known))
-        )
-    table = landscape.landscape_table(searched, grid, section["passed"], section["exists"])
-    csv, markdown, tex = output.table
-    printed = landscape.printable(table)
-    write_text(table.to_csv(index=False), csv)
-    write_text(printed.to_markdown(index=False, disable_numparse=True) + "\n", markdown)
-    write_text(latex(printed, landscape.HEADERS), tex)
+        searched.append(Searched(condition, Cell.from_name(cell), trials, pd.concat(known)))
+    table = landscape_table(searched, grid, section["passed"], section["exists"])
+    write_printed(table, printable_landscape(table), output.table)
     first = [one.again for one in searched if one.condition == searched[0].condition]
     known = [table for table in first if len(table)] or [no_curve()]
     write(sample_efficiency(pd.concat(known), grid), output.figure)

@@ -2,8 +2,8 @@
 
 from t2l.artefacts import read_table
 from t2l.figures.frames import filmstrips
-from t2l.figures.style import title, write
 from t2l.jobs import job
+from t2l.plotting.style import title, write
 from t2l.rl.alone import SHOWN_COLUMNS
 from t2l.tasks import make_task
 

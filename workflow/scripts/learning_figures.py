@@ -4,9 +4,9 @@ import pandas as pd
 
 from t2l.artefacts import read_table
 from t2l.figures.learning import CURVE_COLUMNS, TRIAL_COLUMNS, landscape, training_curves
-from t2l.figures.style import write
 from t2l.gains import Cell, Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 
 with job(snakemake):
     given, params = snakemake.input, snakemake.params

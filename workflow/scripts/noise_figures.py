@@ -3,11 +3,11 @@
 import pandas as pd
 
 from t2l.artefacts import read_table
-from t2l.attenuation.noise import COLUMNS, TRACE_COLUMNS
-from t2l.figures.attenuation import noise_success, noise_traces
-from t2l.figures.style import short, title, write
 from t2l.gains import Cell, Grid
 from t2l.jobs import job
+from t2l.plotting.style import short, title, write
+from t2l.study.attenuation.figures import noise_success, noise_traces
+from t2l.study.attenuation.noise import COLUMNS, TRACE_COLUMNS
 
 with job(snakemake):
     grid = Grid.from_section(snakemake.params.grid)

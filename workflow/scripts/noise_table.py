@@ -3,11 +3,11 @@
 import pandas as pd
 
 from t2l.artefacts import read_table
-from t2l.attenuation.noise import COLUMNS
 from t2l.gains import Grid
 from t2l.jobs import job
-from t2l.stats.attenuation import noise_table, printable_noise
 from t2l.stats.text import write_printed
+from t2l.study.attenuation.noise import COLUMNS
+from t2l.study.attenuation.statistics import noise_table, printable_noise
 
 with job(snakemake):
     tasks, paths = snakemake.params.tasks, snakemake.input.replays

@@ -4,12 +4,12 @@ import pandas as pd
 
 from t2l.actions import make_control
 from t2l.artefacts import read_table, write_table
-from t2l.attenuation.noise import magnitudes, noise_table, noisy_replays, traces
-from t2l.attenuation.success import COLUMNS, by_cell
 from t2l.demos.dataset import read_demonstrations
 from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.seeds import generator
+from t2l.study.attenuation.noise import magnitudes, noise_table, noisy_replays, traces
+from t2l.study.attenuation.success import COLUMNS, by_cell
 from t2l.tasks import make_task
 
 with job(snakemake):

@@ -2,13 +2,13 @@
 
 from t2l.artefacts import read_table
 from t2l.jobs import job
-from t2l.published.grids import read_grids
-from t2l.stats.published_grids import (
+from t2l.stats.text import write_printed
+from t2l.study.published.grids import read_grids
+from t2l.study.published.order import (
     COLUMNS,
     printable_published_grids,
     published_grids_table,
 )
-from t2l.stats.text import write_printed
 
 with job(snakemake):
     kinds = snakemake.params.kinds

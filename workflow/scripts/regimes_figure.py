@@ -3,10 +3,10 @@
 import pandas as pd
 
 from t2l.artefacts import read_table
-from t2l.figures.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
+from t2l.study.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 
 with job(snakemake):
     given, params = snakemake.input, snakemake.params

@@ -1,10 +1,10 @@
 """Success by region of gains for every task and variant, as a table and a figure."""
 
 from t2l.artefacts import read_table
-from t2l.figures.style import write
 from t2l.figures.variants import variants
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.stats.regions import COLUMNS, printable_regions, region_table
 from t2l.stats.text import write_printed
 

@@ -2,11 +2,11 @@
 
 from t2l.artefacts import read_table
 from t2l.figures.responses import responses
-from t2l.figures.style import write
 from t2l.gains import Cell, Grid
 from t2l.hardware.steps import COLUMNS
 from t2l.identify.artefacts import TRACE_COLUMNS
 from t2l.jobs import job
+from t2l.plotting.style import write
 
 with job(snakemake):
     params = snakemake.params

@@ -4,9 +4,9 @@ import pandas as pd
 
 from t2l.artefacts import read_table
 from t2l.figures.scaling import scaling
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.stats.scaling import COLUMNS, printable_scaling, scaling_table
 from t2l.stats.text import write_printed
 

@@ -3,8 +3,8 @@
 from t2l.artefacts import write_text
 from t2l.jobs import job
 from t2l.report.scoreboard import render
-from t2l.scoreboard.evidence import Evidence
-from t2l.scoreboard.table import printable_scoreboard, scoreboard, to_latex
+from t2l.study.evidence import Evidence
+from t2l.study.scoreboard.table import printable_scoreboard, scoreboard, to_latex
 
 with job(snakemake):
     evidence = Evidence.read(snakemake.input)

@@ -1,10 +1,10 @@
 """Draw success, validation loss and replay success over the grid."""
 
 from t2l.artefacts import read_table
-from t2l.figures.heatmap import COLUMNS, replay_success, success_and_loss
-from t2l.figures.style import title, write
+from t2l.figures.success import COLUMNS, replay_success, success_and_loss
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import title, write
 
 with job(snakemake):
     grid = Grid.from_section(snakemake.params.grid)

@@ -3,10 +3,10 @@
 from t2l.actions import make_control
 from t2l.demos.episodes import read_episodes
 from t2l.demos.tracked import tracked
-from t2l.figures.style import short, title, write
 from t2l.figures.tracking import tracking
 from t2l.gains import Cell
 from t2l.jobs import job
+from t2l.plotting.style import short, title, write
 from t2l.tasks import make_task
 
 with job(snakemake):

@@ -2,9 +2,9 @@
 
 from t2l.artefacts import read_table
 from t2l.figures import transfer
-from t2l.figures.style import write
 from t2l.gains import Grid
 from t2l.jobs import job
+from t2l.plotting.style import write
 from t2l.transfer.summary import best_and_worst, over_seeds
 
 with job(snakemake):

@@ -1,11 +1,11 @@
 """Write the study's table of transfer, jitter by policy period, and where solutions exist."""
 
-from t2l.artefacts import read_table, write_text
+from t2l.artefacts import read_table
 from t2l.gains import Grid
 from t2l.jobs import job
 from t2l.rl.condition import Condition
 from t2l.stats import transfer
-from t2l.stats.text import latex
+from t2l.stats.text import write_printed
 
 with job(snakemake):
     grid = Grid.from_section(snakemake.params.grid)
@@ -32,8 +32,4 @@ with job(snakemake):
         "existence": (transfer.existence_table(cells, grid), transfer.printable_existence),
     }
     for key, (table, printable) in made.items():
-        csv, markdown, tex = snakemake.output[key]
-        printed = printable(table)
-        write_text(table.to_csv(index=False), csv)
-        write_text(printed.to_markdown(index=False, disable_numparse=True) + "\n", markdown)
-        write_text(latex(printed, transfer.HEADERS), tex)
+        write_printed(table, printable(table), snakemake.output[key], transfer.HEADERS)

@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> None:
 def _write(found, stiff_from_hz: float, out: Path) -> None:
     from t2l.figures.joint_responses import response_motions
     from t2l.figures.response_map import response_map
-    from t2l.figures.style import write
+    from t2l.plotting.style import write
     from t2l.response.artefacts import GAINS, write_responses
 
     write_responses(found, stiff_from_hz, out / GAINS)

@@ -64,9 +64,9 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.design.experiment import Wanted, check_wanted, design
     from t2l.errors import ConfigurationError, RecordingError
     from t2l.figures.design import expected_errors, experiment_motions
-    from t2l.figures.style import write
     from t2l.hardware.plan import read_plan, read_setup
     from t2l.outputs import output_folder
+    from t2l.plotting.style import write
     from t2l.registry import python_files
     from t2l.robots.plant import files
 

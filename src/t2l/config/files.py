@@ -7,9 +7,9 @@ from pathlib import Path
 from t2l.config.models.attenuation import Attenuation
 from t2l.config.models.diagnosis import Diagnosis
 from t2l.errors import InputError
-from t2l.published.grids import ADDRESS, read_grids
 from t2l.recordings import log
 from t2l.registry import AGREED, WOULD_RUN, python_files, untrusted
+from t2l.study.published.grids import ADDRESS, read_grids
 from t2l.typed import Problem, describe
 
 RECORDING = "a recording, or a folder with at least one"

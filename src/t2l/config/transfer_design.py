@@ -8,7 +8,7 @@ from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.hardware import find_backend
 from t2l.stats.attainable import least_attainable_p
-from t2l.stats.decision_rule import Rule
+from t2l.study.transfer.rule import Rule
 from t2l.tasks import Rewarded, Task
 from t2l.typed import Invalid, Problem, describe, suggestion
 

@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from t2l.figures.style import COLOURS, styled
 from t2l.names import heading
+from t2l.plotting.style import COLOURS, styled
 from t2l.stats.collections import contrast
 
 if TYPE_CHECKING:

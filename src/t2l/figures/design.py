@@ -5,8 +5,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from t2l.design.experiment import Experiment
-from t2l.figures.style import COLOURS, short, shown, styled
 from t2l.hardware.plan import Setup
+from t2l.plotting.style import COLOURS, short, shown, styled
 
 SHOWN_MOTIONS = 12
 SHOWN_PARAMETERS = 60

@@ -4,8 +4,8 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
-from t2l.figures.style import COLOURS, styled
 from t2l.gains import Cell
+from t2l.plotting.style import COLOURS, styled
 
 COLUMNS = ("kp", "kd", "hold", "decimation", "success", "mse_q_rad2")
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from t2l.figures import software_renderer
-from t2l.figures.style import styled
+from t2l.plotting.style import styled
 from t2l.tasks import Task
 
 log = logging.getLogger(__name__)

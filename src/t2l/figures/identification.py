@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
-from t2l.figures.heatmap import error_norm, heatmap, height, matrix, width
-from t2l.figures.style import COLOURS, plain, short, styled
 from t2l.gains import Cell, Grid
+from t2l.plotting.heatmap import error_norm, heatmap, height, matrix, width
+from t2l.plotting.style import COLOURS, plain, short, styled
 
 if TYPE_CHECKING:
     import pandas as pd

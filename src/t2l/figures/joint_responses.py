@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from t2l.figures.style import COLOURS, shown, styled
+from t2l.plotting.style import COLOURS, shown, styled
 from t2l.response.joints import JointResponse
 
 SHOWN_S = 6.0  # of the first motion

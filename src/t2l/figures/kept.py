@@ -11,44 +11,37 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from t2l.attenuation.noise import magnitudes
-from t2l.attenuation.success import by_cell as means_by_cell
-from t2l.attenuation.success import predictors
-from t2l.figures import ablation, attenuation, fidelity, identification, transfer
+from t2l.figures import ablation, fidelity, identification, transfer
 from t2l.figures.collections import collections
-from t2l.figures.heatmap import success_and_loss
 from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.learning import landscape
-from t2l.figures.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
-from t2l.figures.sample_efficiency import sample_efficiency
 from t2l.figures.scaling import scaling
-from t2l.figures.style import title
+from t2l.figures.success import success_and_loss
 from t2l.figures.variants import variants
-from t2l.gains import Cell, Grid
-from t2l.published.numbers import splits
-from t2l.scoreboard.kept import demonstrations, deployed, named_collections, replays
+from t2l.gains import Cell
+from t2l.plotting.style import title
 from t2l.stats.ablation import WHOLE
 from t2l.stats.ablation import by_cell as ablation_by_cell
-from t2l.stats.attenuation import effective_error_table
 from t2l.stats.collections import by_collection, collections_table
 from t2l.stats.regions import region_table
 from t2l.stats.scaling import scaling_table
 from t2l.stats.transfer import jitter_table
+from t2l.study.attenuation import figures as attenuation
+from t2l.study.attenuation.noise import magnitudes
+from t2l.study.attenuation.statistics import effective_error_table
+from t2l.study.attenuation.success import by_cell as means_by_cell
+from t2l.study.attenuation.success import predictors
+from t2l.study.kept.evidence import HOLD_S, demonstrations, deployed, named_collections, replays
+from t2l.study.landscape.figures import sample_efficiency
+from t2l.study.published.numbers import grid_of
+from t2l.study.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 from t2l.transfer.summary import over_seeds
 
-HOLD_S = 0.02  # of policies at 50 Hz, as in every grid
 SIMULATION_RATE_HZ = 500
 DPI = {"": 100, "identified_over_true": 200}  # format: of PNG beside text; small print needs more
 TASKS = (
     "bimanual_handover", "dishrack_loading", "dishrack_unloading", "dishwasher", "mug_hanging",
 )  # fmt: skip
-
-
-def grid_of(table: pd.DataFrame, chain: str) -> Grid:
-    """The gains of a table, divided as the study divides those of `cloning` or `transfer`."""
-    split = splits()[chain]
-    kp, kd = (tuple(sorted(table[gain].unique())) for gain in ("kp", "kd"))
-    return Grid(kp, kd, split.compliant_up_to_kp, split.overdamped_from_kd)
 
 
 def figures(folder: Path) -> Iterator[tuple[str, Figure]]:

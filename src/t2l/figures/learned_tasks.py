@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
-from t2l.figures.style import COLOURS, styled, title
+from t2l.plotting.style import COLOURS, styled, title
 
 if TYPE_CHECKING:
     import pandas as pd

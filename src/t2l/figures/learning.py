@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from t2l.figures.style import COLOURS, styled, title
 from t2l.gains import Cell, Grid
+from t2l.plotting.style import COLOURS, styled, title
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from t2l.figures.style import COLOURS, short, shown, styled
+from t2l.plotting.style import COLOURS, short, shown, styled
 from t2l.response.joints import JointResponse
 
 TOGETHER = 24  # points that can be told apart in one panel; of more, each joint has its own

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
-from t2l.figures.style import COLOURS, short, styled
 from t2l.gains import Cell, Grid
+from t2l.plotting.style import COLOURS, short, styled
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator, PercentFormatter
 
-from t2l.figures.style import COLOURS, styled
 from t2l.figures.variants import REGIONS
 from t2l.names import heading
+from t2l.plotting.style import COLOURS, styled
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,8 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from t2l.figures.style import COLOURS, styled
 from t2l.gains import Cell
+from t2l.plotting.style import COLOURS, styled
 
 
 def tracking(

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from t2l.figures.heatmap import error_norm, heatmap, height, matrix, width
-from t2l.figures.style import COLOURS, short, styled, title
 from t2l.gains import Cell, Grid
+from t2l.plotting.heatmap import error_norm, heatmap, height, matrix, width
+from t2l.plotting.style import COLOURS, short, styled, title
 
 if TYPE_CHECKING:
     import pandas as pd

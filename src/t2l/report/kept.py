@@ -12,74 +12,29 @@ import pandas as pd
 import yaml
 
 from t2l.artefacts import write_text
-from t2l.attenuation.success import by_cell
 from t2l.config.models.experiment import TransferDecision
-from t2l.figures.kept import DPI, FIGURES, grid_of
-from t2l.figures.style import write
-from t2l.names import with_minus
+from t2l.figures.kept import DPI, FIGURES
+from t2l.plotting.style import write
 from t2l.report.scoreboard import render
-from t2l.scoreboard.kept import deployed, evidence, named_collections
-from t2l.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
-from t2l.scoreboard.weight import by_finding, independent
-from t2l.sim.batch import TIMESTEP_S
-from t2l.stats.attenuation import effective_error_table, printable_effective_error
-from t2l.stats.beforehand import beforehand_table, printable_beforehand
-from t2l.stats.collections import best_elsewhere, collections_table, printable_collections
-from t2l.stats.decision import decide, printable_decision
-from t2l.stats.decision_rule import Rule
-from t2l.stats.decoupling import decoupling_table
-from t2l.stats.decoupling import printable as printable_decoupling
-from t2l.stats.regions import printable_regions, region_table
-from t2l.stats.text import p_value, rate
-from t2l.stats.transfer import jitter_table, printable_jitter
+from t2l.stats.collections import printable_collections
 from t2l.stats.verdict import Verdict
+from t2l.study.kept.evidence import evidence
+from t2l.study.kept.tables import collections, compliance, printable_compliance, tables
+from t2l.study.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
+from t2l.study.scoreboard.weight import by_finding, independent
+from t2l.study.transfer.rule import Rule
 
-Tables = Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]  # a name, the numbers, and as text
 PAGES = (
     "README.md", "docs/scoreboard.md", "docs/scoreboard_rules.md", "docs/results_cloning.md",
 )  # fmt: skip
 ROBOT = "fr3"
 SHOWN = ["Statement", "Section", "The study", "Ours", "n", "p", "Verdict"]
-# of tables that have a row a policy
-CLONED = (
-    "cloning_grid", "bimanual_handover", "dishrack_loading", "dishrack_unloading", "dishwasher",
-    "mug_hanging", "ur5e", "ablations", "policy_classes", "lerobot_policies", "demonstrations",
-    "variants",
-)  # fmt: skip
-# grids that rows of the scoreboard compare CO in: a file and a variant each
-COMPARED = {
-    "Block Stack": ("cloning_grid", "nominal"),
-    "Dishrack, loading": ("dishrack_loading", "nominal"),
-    "Dishrack, unloading": ("dishrack_unloading", "nominal"),
-    "Handover of two arms": ("bimanual_handover", "nominal"),
-    "Mug": ("mug_hanging", "nominal"),
-    "Dishwasher": ("dishwasher", "nominal"),
-    "Block Stack, UR5e": ("ur5e", "nominal"),
-    "regression": ("policy_classes", "regression"),
-    "diffusion": ("policy_classes", "diffusion"),
-    "Transformer": ("policy_classes", "transformer"),
-    "lerobot's ACT": ("lerobot_policies", "lerobot_act"),
-    "lerobot's Diffusion Policy": ("lerobot_policies", "lerobot_diffusion"),
-    "no history": ("variants", "history_1"),
-    "single actions": ("ablations", "chunk_1"),
-    "joint deltas": ("ablations", "joint_deltas"),
-    "task-space control": ("ablations", "task_space"),
-    "10 Hz": ("ablations", "rate_10_hz"),
-    "no gravity compensation": ("ablations", "no_gravity_compensation"),
-    "50 demonstrations": ("demonstrations", "demonstrations_50"),
-    "900 demonstrations": ("demonstrations", "demonstrations_900"),
-}
-GRIDS = (*CLONED[:7],)
-FORESEEN = {"block_stack": "cloning_grid"}  # tasks whose grid has another name
-HOLD_S = 0.02
 # how pages tell the counts; the last word may be a link
 COUNTS = re.compile(
     r"of(\s+)\d+ statements(\s+)\d+ are reproduced,(\s+)\d+ are(\s+)not,(\s+)\d+ cannot be told,"
     r"(\s+(?:and\s+)?)\d+ are",
     re.IGNORECASE,
 )
-
-
 INDEPENDENT = re.compile(
     r"\d+(\s+rows\s+that\s+are\s+reproduced\s+are\s+)\d+(\s+independent\s+findings)"
 )
@@ -91,93 +46,13 @@ def registered(path: Path) -> Rule:
     return Rule(**TransferDecision(**section).model_dump())
 
 
-def tables(folder: Path, rule: Rule) -> Tables:
-    """Each table by its name.
-
-    Args:
-        folder: docs/data.
-    """
-
-    def read(name: str) -> pd.DataFrame:
-        return pd.read_csv(folder / f"{name}.csv")
-
-    for name in CLONED:
-        policies = read(name)
-        variants = {str(key): rows for key, rows in policies.groupby("variant", sort=False)}
-        table = region_table(variants, grid_of(policies, "cloning"))
-        yield f"{name}_regions", table, printable_regions(table)
-    grids = {name: read(name).query("variant == 'nominal'") for name in GRIDS}
-    table = effective_error_table({name: by_cell(rows) for name, rows in grids.items()}, HOLD_S)
-    yield "effective_error", table, printable_effective_error(table)
-    foreseen = read("label_residuals")
-    for kind, joints in foreseen.groupby("labels", sort=False):
-        cells = {task: by_cell(grids[FORESEEN.get(task, task)]) for task in joints.task.unique()}
-        table = beforehand_table(cells, joints, TIMESTEP_S, HOLD_S)
-        yield f"beforehand_{kind}", table, printable_beforehand(table)
-    policies = read("transfer_decision").query("without.isna()")
-    table = decide(deployed(policies), policies, rule)
-    yield "transfer_decision", table, printable_decision(table)
-    rates = {str(hertz): rows for hertz, rows in read("transfer_rates").groupby("policy_rate_hz")}
-    table = jitter_table(
-        {name: deployed(rows) for name, rows in rates.items()},
-        {name: float(name) for name in rates},
-    )
-    yield "jitter", table, printable_jitter(table)
-    table = compliance(folder)
-    yield "compliance", table, printable_compliance(table)
-    table = collections(folder)
-    yield "collections", table, printable_collections(table)
-    trainings = read("decoupling")
-    table = decoupling_table(trainings, list(dict.fromkeys(trainings.pairing)))
-    yield "decoupling", table, printable_decoupling(table)
-
-
-def collections(folder: Path) -> pd.DataFrame:
-    """`t2l.stats.collections.collections_table` of what is kept in docs/data."""
-    policies = pd.read_csv(folder / "collections.csv")
-    cells = named_collections(policies)
-    lengths = {words: own for words, own in cells.items() if words.endswith("epochs")}
-    best = {"each cell's best length, by the other collections": best_elsewhere(lengths)}
-    return collections_table(cells | best, grid_of(policies, "cloning"))
-
-
-def compliance(folder: Path) -> pd.DataFrame:
-    """CO against SO, which damping alone does not tell apart, in each grid that rows are judged by.
-
-    Returns:
-        A row a grid: name, cells of both regions, success_co, success_so, p_co_so.
-    """
-    rows = []
-    for words, (name, variant) in COMPARED.items():
-        policies = pd.read_csv(folder / f"{name}.csv")
-        policies = policies[policies.variant == variant]
-        rows.append(region_table({words: policies}, grid_of(policies, "cloning")))
-    return pd.concat(rows, ignore_index=True)
-
-
-def printable_compliance(table: pd.DataFrame) -> pd.DataFrame:
-    """`compliance` as text."""
-    both = zip(table.cells_co, table.cells_so, strict=True)
-    more = 100 * (table.success_co - table.success_so)
-    return pd.DataFrame(
-        {
-            "CO against SO": table.name,
-            "Cells": [f"{co} and {so}" for co, so in both],
-            "CO": [rate(value) for value in table.success_co],
-            "SO": [rate(value) for value in table.success_so],
-            "Points": [with_minus(f"{round(value):+d}") for value in more],
-            "p (CO > SO)": [p_value(p) for p in table.p_co_so],
-        }
-    )
-
-
 def judged(table: pd.DataFrame) -> pd.DataFrame:
     """The rows of a scoreboard that were judged, as text."""
     return printable_scoreboard(table)[table.verdict != Verdict.NOT_RUN][SHOWN]
 
 
 def printable_findings(table: pd.DataFrame) -> pd.DataFrame:
-    """`t2l.scoreboard.weight.by_finding` as text, of what was judged."""
+    """`t2l.study.scoreboard.weight.by_finding` as text, of what was judged."""
     found = by_finding(table)
     found = found[found["rows"] > found[str(Verdict.NOT_RUN)]]
     shown = {str(verdict).capitalize(): str(verdict) for verdict in list(Verdict)[:3]}

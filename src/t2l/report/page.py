@@ -16,8 +16,8 @@ from t2l.diagnose.findings import percent
 from t2l.diagnose.fronts import fronts
 from t2l.diagnose.results import Found, read_found, titles_of
 from t2l.diagnose.settings import CERTAIN
-from t2l.figures.style import COLOURS
 from t2l.names import listed, with_minus
+from t2l.plotting.style import COLOURS
 from t2l.report import words
 from t2l.report.menus import menus
 from t2l.report.payload import COARSEST, payload, unmapped

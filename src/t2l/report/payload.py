@@ -17,7 +17,7 @@ from t2l.diagnose.results import (
 )
 from t2l.diagnose.traces import Traces, binned, spectrum
 from t2l.effects.law import LIMIT, MOTOR
-from t2l.figures.heatmap import error_limits
+from t2l.plotting.heatmap import error_limits
 
 OVERLAY_SAMPLES = 60_000  # in all overlays together
 COARSEST = 4  # every n-th sample; rather than coarser, fewer recordings are shown

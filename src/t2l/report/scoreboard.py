@@ -8,9 +8,9 @@ import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from t2l.scoreboard.table import CHAINS, counts, printable_scoreboard
-from t2l.scoreboard.weight import independent
 from t2l.stats.verdict import Verdict
+from t2l.study.scoreboard.table import CHAINS, counts, printable_scoreboard
+from t2l.study.scoreboard.weight import independent
 
 LONGEST_WORD = 20  # format: characters that the narrowest column of text holds
 
@@ -19,7 +19,7 @@ def render(table: pd.DataFrame, studies: Sequence[str], robot: str) -> str:
     """One HTML file that needs nothing but a browser.
 
     Args:
-        table: as `t2l.scoreboard.table.scoreboard` makes it.
+        table: as `t2l.study.scoreboard.table.scoreboard` makes it.
         studies: of t2l, whose results were read.
         robot: the name of the robot that they are of.
     """

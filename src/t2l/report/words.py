@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 from math import ceil, log10
 
-from t2l.figures.style import raised
 from t2l.names import with_minus
+from t2l.plotting.style import raised
 
 
 def mrad(value: float | None) -> str:

@@ -10,7 +10,7 @@ from t2l.typed import Integer, Name, Number, Typed
 
 
 class Pairing(Typed):
-    """An entry of `decoupling.pairings`; see `t2l.decoupling.pairing.Pairing`."""
+    """An entry of `decoupling.pairings`; see `t2l.study.decoupling.pairing.Pairing`."""
 
     name: Name = Field(description="name of a folder in `results/STUDY/decoupling/`")
     kp: Gain = Field(description="stiffness Kp, N·m/rad")

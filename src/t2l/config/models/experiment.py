@@ -94,7 +94,7 @@ class RobotAblation(Typed):
 class TransferDecision(Typed):
     """The rule by which a study of transfer is decided, written before its runs.
 
-    `t2l.stats.decision` applies it.
+    `t2l.study.transfer.decision` applies it.
     """
 
     condition: Name = Field(description="name of the condition that decides")

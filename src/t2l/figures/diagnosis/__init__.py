@@ -14,7 +14,7 @@ from t2l.figures.diagnosis.frequencies import spectrum
 from t2l.figures.diagnosis.front import front
 from t2l.figures.diagnosis.gains import error_by_cell
 from t2l.figures.diagnosis.motion import overlays
-from t2l.figures.style import write
+from t2l.plotting.style import write
 
 FORMATS = ("png", "pdf")
 

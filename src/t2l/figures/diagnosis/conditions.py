@@ -10,7 +10,7 @@ from t2l.diagnose.conditions import LABELS, UNITS
 from t2l.diagnose.results import Compared
 from t2l.diagnose.traces import binned
 from t2l.figures.diagnosis.panels import GREY, colours, joints_by_error, place, placed_by_hand
-from t2l.figures.style import COLOURS, shown, styled
+from t2l.plotting.style import COLOURS, shown, styled
 
 PANELS = ("velocity", "acceleration", "torque", "gravity", "position", "time")
 

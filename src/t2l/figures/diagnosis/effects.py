@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from t2l.diagnose.results import kind_of
 from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, SKY, plain_ticks
-from t2l.figures.style import COLOURS, shown, styled
+from t2l.plotting.style import COLOURS, shown, styled
 
 # of a ranking: what a mark means, its colour, and that of its inside if another
 KINDS = {

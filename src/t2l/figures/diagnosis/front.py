@@ -6,7 +6,7 @@ from matplotlib.ticker import MaxNLocator
 
 from t2l.diagnose.fronts import Front
 from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, ORANGE, plain_ticks
-from t2l.figures.style import styled
+from t2l.plotting.style import styled
 
 
 def front(one: Front, floor: float) -> Figure:

@@ -18,7 +18,7 @@ from t2l.figures.diagnosis.panels import (
     place,
     placed_by_hand,
 )
-from t2l.figures.style import shown, styled
+from t2l.plotting.style import shown, styled
 
 MOST_JOINTS = 4  # more rows do not fit a page
 

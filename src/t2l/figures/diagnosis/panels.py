@@ -11,7 +11,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from t2l.diagnose.results import Compared
 from t2l.diagnose.traces import Traces
-from t2l.figures.style import COLOURS
+from t2l.plotting.style import COLOURS
 
 BLUE, ORANGE, SKY, BLACK = COLOURS[0], COLOURS[1], COLOURS[5], COLOURS[6]
 GREY = "#8a939d"

@@ -1,0 +1,1 @@
+"""Behaviour cloning: which gains succeed, and whether variants agree."""

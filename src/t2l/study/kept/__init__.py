@@ -1,0 +1,1 @@
+"""What docs/data keeps of results, as evidence of claims and as tables."""

@@ -1,0 +1,1 @@
+"""How easily reinforcement learning finds policies, at the corners of the grid."""

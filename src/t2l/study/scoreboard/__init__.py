@@ -1,0 +1,1 @@
+"""Each statement of the study that can be tested, its number, ours, a verdict."""

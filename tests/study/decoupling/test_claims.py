@@ -1,0 +1,27 @@
+"""Planted tables come out each way: a trend is found, so is its absence, few cells cannot tell."""
+
+import pandas as pd
+
+from tests.study.judged import NO, OPEN, YES, verdict
+
+
+def test_stiffness_is_not_the_gain():
+    def stiffness(ratio, seeds=3, drift=0.02, success=0.9):
+        rows = [
+            (kp, seed, base * (1 + 0.05 * seed))
+            for kp, base in ((16, 100.0 * ratio), (512, 100.0))
+            for seed in range(seeds)
+        ]
+        table = pd.DataFrame(rows, columns=["kp", "seed", "stiffness_n_m"])
+        table = table.assign(pairing=table.kp.astype(str), drift=drift, success=success)
+        return {"decoupling__trainings": table}
+
+    assert verdict("stiff_behaviour", **stiffness(5)) is YES
+    assert verdict("stiff_behaviour", **stiffness(0.5)) is NO
+    assert verdict("stiff_behaviour", **stiffness(5, seeds=2)) is OPEN
+    assert verdict("stiffness_ratio", **stiffness(5)) is YES
+    assert verdict("stiffness_ratio", **stiffness(32)) is NO
+    # policies that never hold the pose, or a tool that is not at rest, show no stiffness
+    for key in ("stiff_behaviour", "stiffness_ratio"):
+        assert verdict(key, **stiffness(5, success=0.0)) is OPEN
+        assert verdict(key, **stiffness(5, drift=1.6)) is OPEN

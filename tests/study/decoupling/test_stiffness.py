@@ -1,0 +1,87 @@
+import mujoco
+import numpy as np
+import pytest
+import yaml
+
+from t2l.study.decoupling.pairing import Pairing
+from t2l.study.decoupling.stiffness import Probe, measure
+from t2l.study.decoupling.training import make_probe, passive, train
+from t2l.tasks.disturbance import directions
+from tests.defaults import TASKS, learning, shipped
+
+FILE = yaml.safe_load((TASKS / "pose_hold.yaml").read_text())
+HOME = {"kind": "joint_delta", "reference": "home"}
+SOFT = Pairing("soft", 64.0, 24.0, HOME, 0.01, 0.0)
+# so small that the arm is linear
+GENTLE = Probe(0.05 * directions(np.random.default_rng(0), 16), hold_s=6.0)
+
+
+def compliance():
+    """J Kp⁻¹ Jᵀ of the tool, (3, 3) m/N."""
+    task = shipped("pose_hold")
+    data = mujoco.MjData(task.model)
+    data.qpos[:] = task.robot.home
+    mujoco.mj_forward(task.model, data)
+    jacobian = np.empty((3, task.model.nv))
+    mujoco.mj_jacSite(task.model, data, jacobian, None, int(task.tool_sites[0]))
+    return jacobian @ jacobian.T / SOFT.kp
+
+
+def test_the_bare_controller_is_as_stiff_as_its_gains_say():
+    found = passive(SOFT, "pose_hold", FILE, GENTLE, learning())
+    moved = np.linalg.norm(GENTLE.force @ compliance(), axis=1)
+    np.testing.assert_allclose(found.stiffness_n_m, 0.05 / moved, rtol=0.01)
+    assert found.drift.max() < 0.01
+
+
+def test_a_policy_that_pulls_back_adds_its_own_stiffness():
+    """With q_des = g + k (g − q), the torque is (1 + k) Kp (g − q)."""
+    problem = SOFT.problem("pose_hold", FILE, GENTLE.duration_s + 0.02)
+    choice = SOFT.choice(problem.task, 0.4)
+    environments = problem.environments(choice, learning(), len(GENTLE.force) + 1, 0)
+    scale = environments.actions.scale
+
+    def pull_back(observation):
+        return 2.0 * observation[:, 14:21] / scale
+
+    found = measure(environments, pull_back, GENTLE).stiffness_n_m
+    bare = passive(SOFT, "pose_hold", FILE, GENTLE, learning()).stiffness_n_m
+    np.testing.assert_allclose(found, 3 * bare, rtol=0.01)
+
+
+def test_a_robot_that_moves_without_a_force_is_not_taken_for_a_soft_one():
+    problem = SOFT.problem("pose_hold", FILE, GENTLE.duration_s + 0.02)
+    environments = problem.environments(
+        SOFT.choice(problem.task, 0.4), learning(), len(GENTLE.force) + 1, 0
+    )
+    action = np.zeros((environments.num_envs, 7))
+
+    def wander(observation):
+        action[:, 0] += 1e-4
+        return action
+
+    found = measure(environments, wander, GENTLE).stiffness_n_m
+    bare = passive(SOFT, "pose_hold", FILE, GENTLE, learning()).stiffness_n_m
+    np.testing.assert_allclose(found, bare, rtol=0.1)
+
+
+def test_a_full_action_asks_for_the_same_torque_whatever_the_gain():
+    task = shipped("pose_hold")
+    for kp in (16.0, 512.0):
+        scale = Pairing("any", kp, 8.0, HOME, 0.01, 0.0).choice(task, 0.5).action_scale
+        np.testing.assert_allclose(np.array(scale) * kp, [43.5, 6.0])
+
+
+@pytest.mark.parametrize("reference", ["measured", "commanded"])
+def test_a_training_is_pushed_at_every_evaluation_and_repeats_itself(reference):
+    pairing = Pairing("p", 64.0, 24.0, HOME | {"reference": reference}, 1.0, 0.01)
+    probe = make_probe({"force_n": 5.0, "directions": 4, "hold_s": 0.5}, 0)
+    settings = learning(environments=8, updates=2, evaluate_every=1, seed=1)
+    table, policy = train(pairing, "pose_hold", FILE, probe, settings, 1.0, 0.3)
+    assert table.groupby("update").size().to_dict() == {1: 4, 2: 4}
+    assert (table.stiffness_n_m > 0).all()
+    assert table.passive_n_m.nunique() == 4
+    again, _ = train(pairing, "pose_hold", FILE, probe, settings, 1.0, 0.3)
+    np.testing.assert_array_equal(table.to_numpy(), again.to_numpy())
+    # what actions are relative to is seen
+    assert policy.observation_size == (35 if reference == "commanded" else 28)
