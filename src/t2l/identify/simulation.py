@@ -186,7 +186,10 @@ def install(loop: Loop, variants: Sequence[tuple[Layout, np.ndarray]]) -> None:
             whole = {key: np.concatenate([one[key] for one in every]) for key in every[0]}
             per_row = {key: loop.per_row(value) for key, value in whole.items()}
             simulations = loop.rows(slice(first[run[0]], first[run[-1] + 1]))
+            before = {name: len(acting) for name, acting in loop.places.items()}
             term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
+            new = sum(len(acting) > before[name] for name, acting in loop.places.items())
+            loop.in_order |= new > 1
         for i in np.flatnonzero(having):
             del left[i][0]
 

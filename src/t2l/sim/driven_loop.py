@@ -25,6 +25,7 @@ from t2l.sim.servo import commands, feed_forward
 INERTIAL = ("body_mass", "body_ipos", "body_inertia")
 OF_BODIES = (*INERTIAL, "opt.gravity")
 
+BLOCK = 64  # numerics: ticks that are computed at once: arrays that a cache holds
 # what a motion has at every tick
 PER_TICK = ("q", "dq", "ddq", "load", "weight", "taken")
 
@@ -147,6 +148,7 @@ class DrivenLoop(Loop):
     ):
         super().__init__(model, joints, schedule, nvariant)
         self.batch = _Fields(model, self.nrec * nvariant)
+        self.at = columns(self.qpos), columns(self.dofs)
 
     def torque(self, path: Path, bodies: np.ndarray | None = None) -> np.ndarray:
         """N·m on the joints along a motion, (ntick, nvariant, nrec, njoint).
@@ -157,95 +159,100 @@ class DrivenLoop(Loop):
         Args:
             bodies: N·m likewise, that other masses or another gravity add, see `by_bodies`.
         """
-        ntick, many = len(path.q), self.nvariant
+        ntick = len(path.q)
         out = np.empty((ntick, *self.kp.shape))
-        schedule, batch = self.schedule, self.batch
-        recording = np.tile(np.arange(self.nrec), many)
+        target, added = commands(self.schedule.commands, self), feed_forward(self)
+        at_once = 1 if self.in_order else BLOCK
+        for begin in range(0, ntick, at_once):
+            ticks = range(begin, min(begin + at_once, ntick))
+            moved = None if bodies is None else bodies[ticks.start : ticks.stop]
+            out[ticks.start : ticks.stop] = self._torque(path, ticks, target, added, moved)
+        return out.reshape(ntick, self.nvariant, self.nrec, -1)
 
-        def every(values: np.ndarray) -> np.ndarray:
-            """A copy (nsim, njoint) of what all variants share, (nrec, njoint)."""
-            return values.take(recording, axis=0)
+    def _torque(self, path: Path, ticks: range, target, added, bodies) -> np.ndarray:
+        """At some ticks that follow each other, (k, nsim, njoint): what is asked for, then given.
 
-        factor = self.compensation_factor
-        compensated, balanced = (
-            every(on)[:, None] if on.any() else None
-            for on in (schedule.compensated, schedule.balanced)
-        )
-        damping = self.kd + self.ahead * self.kp
-        heavier = self.added_armature() + self.ahead * self.kd
-        limited = np.isfinite(self.motor_limits).any()
-        dry, rubs = self._dry(), self.rubs
-        least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
-        command, added = commands(schedule.commands, self), feed_forward(self)
-        at_rest, back_emf = path.at_rest, None
+        What acts at one place is called tick by tick, before what acts at the next.
+        """
+        some, k = slice(ticks.start, ticks.stop), len(ticks)
+        schedule, half = self.schedule, 0.5 * self.period_s
+        q, dq, ddq = (self._every(values[some]) for values in (path.q, path.dq, path.ddq))
+        measured, measured_dq = q, dq.copy()
+        q = measured - self.encoder_offset
+        if self.sensor_filters or self.feedback_filters:
+            measured = measured.copy()
+
+        def each(callbacks: list[Callable], *signals: np.ndarray) -> None:
+            for i, tick in enumerate(ticks) if callbacks else ():
+                self._show(path, tick, q[i], dq[i])
+                for change in callbacks:
+                    change(tick, *(signal[i] for signal in signals))
+
+        each(self.sensor_filters, measured, measured_dq)
+        if schedule.hold is not None:
+            pairs = zip(ticks, measured, measured_dq, strict=True)
+            pull = np.stack([schedule.hold.torque(*one) for one in pairs])
+        each(self.feedback_filters, measured, measured_dq)
+        wanted = np.stack([target(tick) for tick in ticks])
+        each(self.command_filters, wanted)
+        torque = self.kp * (wanted - measured)
+        torque -= (self.kd + self.ahead * self.kp) * measured_dq
+        if added is not None:
+            torque += np.stack([added(tick) for tick in ticks])
+        weight = self._every(path.weight[some])
+        if schedule.compensated.any():
+            on = self._every(schedule.compensated[:, None])
+            torque += on * self.compensation_factor * weight
+        each(self.controller_filters, torque)
         if schedule.drive is not None:
-            back_emf = every(schedule.drive.back_emf)
-        qpos, dofs = columns(self.qpos), columns(self.dofs)
-        half = 0.5 * self.period_s
-        shown = {"qfrc_bias": path.load, "qfrc_gravcomp": path.weight}
-        for tick in range(ntick):
-            measured, dq = every(path.q[tick]), every(path.dq[tick])
-            q, measured_dq = measured - self.encoder_offset, dq.copy()
-            batch.qpos[:, qpos], batch.qvel[:, dofs] = q, dq
-            for name, values in shown.items():
-                if name in batch.bound:
-                    batch.bound[name][:, dofs] = every(values[tick])
-            if "qfrc_passive" in batch.bound:
-                batch.bound["qfrc_passive"][:, dofs] = self._own_passive(q, dq)
-            for change in self.sensor_filters:
-                change(tick, measured, measured_dq)
-            if schedule.hold is not None:
-                pull = schedule.hold.torque(tick, measured, measured_dq)
-            for change in self.feedback_filters:
-                change(tick, measured, measured_dq)
-            target = command(tick)
-            for change in self.command_filters:
-                change(tick, target)
-            torque = self.kp * (target - measured) - damping * measured_dq
-            if added is not None:
-                torque += added(tick)
-            if compensated is not None:
-                torque += compensated * factor * every(path.weight[tick])
-            for change in self.controller_filters:
-                change(tick, torque)
-            if schedule.drive is not None:
-                schedule.drive.give(tick, torque)
-            carried = 0.0
-            if balanced is not None:
-                weight = balanced * every(path.weight[tick])
-                carried = weight * factor
-                torque += carried
-            for change in self.motor_filters:
-                change(tick, torque)
-            if limited:
-                np.minimum(np.maximum(torque, least, out=torque), most, out=torque)
-            if schedule.powered is not None:
-                on = schedule.powered[tick][recording]
-                torque = carried + (torque - carried) * on
-            middle_q, middle_dq = q + half * dq, dq + half * every(path.ddq[tick])
-            if rubs:
-                level = dry.copy()
-                for add in self.friction:
-                    add(tick, middle_dq, torque, level)
-            if balanced is not None:
-                # the balance that the model has goes by itself
-                torque -= weight
-            for add in self.joint_torques:
-                add(tick, middle_q, middle_dq, torque)
-            torque += self._passive(q, dq)
-            if back_emf is not None:
-                on = 1.0 if schedule.powered is None else schedule.powered[tick][recording]
-                torque -= back_emf * on * dq
-            if schedule.hold is not None:
-                torque += pull
-            torque -= heavier * every(path.ddq[tick])
-            if bodies is not None:
-                torque += bodies[tick].reshape(torque.shape)
-            if rubs:
-                excess = 0.0 if path.taken is None else torque - every(path.taken[tick])
-                torque -= _dry_friction(level, dq, at_rest, excess)
-            out[tick] = torque
-        return out.reshape(ntick, many, self.nrec, -1)
+            for tick, one in zip(ticks, torque, strict=True):
+                schedule.drive.give(tick, one)
+        carried = 0.0
+        if schedule.balanced.any():
+            weight = weight * self._every(schedule.balanced[:, None])
+            carried = weight * self.compensation_factor
+            torque += carried
+        each(self.motor_filters, torque)
+        if np.isfinite(self.motor_limits).any():
+            np.clip(torque, *self.motor_limits.T, out=torque)
+        on = 1.0 if schedule.powered is None else self._every(schedule.powered[some])
+        if schedule.powered is not None:
+            torque = carried + (torque - carried) * on
+        middle_q, middle_dq = q + half * dq, dq + half * ddq
+        level = self._dry()
+        if self.friction:
+            level = np.tile(level, (k, 1, 1))
+            each(self.friction, middle_dq, torque, level)
+        if schedule.balanced.any():
+            # the balance that the model has goes by itself
+            torque -= weight
+        each(self.joint_torques, middle_q, middle_dq, torque)
+        torque += self._passive(q, dq)
+        if schedule.drive is not None:
+            torque -= self._every(schedule.drive.back_emf) * on * dq
+        if schedule.hold is not None:
+            torque += pull
+        torque -= (self.added_armature() + self.ahead * self.kd) * ddq
+        if bodies is not None:
+            torque += bodies.reshape(torque.shape)
+        if self.rubs:
+            excess = 0.0 if path.taken is None else torque - self._every(path.taken[some])
+            torque -= _dry_friction(level, dq, path.at_rest, excess)
+        return torque
+
+    def _every(self, values: np.ndarray) -> np.ndarray:
+        """A copy (…, nsim, k) of what all variants share, (…, nrec, k)."""
+        return values.take(self.recording, axis=-2)
+
+    def _show(self, path: Path, tick: int, q: np.ndarray, dq: np.ndarray) -> None:
+        """Let the batch be where the motion is at a tick; q and dq are (nsim, njoint)."""
+        batch, (qpos, dofs) = self.batch, self.at
+        batch.qpos[:, qpos], batch.qvel[:, dofs] = q, dq
+        for name, values in (("qfrc_bias", path.load), ("qfrc_gravcomp", path.weight)):
+            if name in batch.bound:
+                batch.bound[name][:, dofs] = self._every(values[tick])
+        if "qfrc_passive" in batch.bound:
+            batch.bound["qfrc_passive"][:, dofs] = self._own_passive(q, dq)
 
     def _dry(self) -> np.ndarray:
         """N·m (nsim, njoint) of constant friction."""

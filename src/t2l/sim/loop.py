@@ -19,6 +19,9 @@ class Loop:
         real_period_s: of the loop that is simulated, by a coarser one or by itself.
         plant_ticks: how often between two ticks what acts between controller and joint is computed;
             the torque that the controller asks for is held meanwhile.
+        in_order: whether an effect acts at several places of which one knows of another, or changes
+            fields of the batch from tick to tick, so that a tick is done before the next begins.
+        recording: (nsim,) index of the recording of each simulation.
         ids, dofs, qpos: (njoint,) indices and addresses of the driven joints.
         kp, kd: (nsim, njoint) gains the loop really uses.
         encoder_offset: (nsim, njoint) rad, measured minus true position.
@@ -59,6 +62,9 @@ class Loop:
         self.nrec = len(schedule.kp)
         self.real_period_s = schedule.period_s / schedule.coarseness
         self.plant_ticks = 1
+        self.in_order = False
+        # (nsim,) of which recording each simulation is
+        self.recording = np.tile(np.arange(self.nrec), nvariant)
         self.ids = np.array([model.joint(name).id for name in joints])
         self.dofs = np.array([model.joint(name).dofadr[0] for name in joints])
         self.qpos = np.array([model.joint(name).qposadr[0] for name in joints])
@@ -105,14 +111,23 @@ class Loop:
 
     def _since(self, start: np.ndarray | None, tick: int) -> np.ndarray:
         begin = np.zeros(self.nrec) if start is None else start
-        return np.tile(begin + (tick + 0.5) * self.plant_period_s, self.nvariant)[:, None]
+        return (begin + (tick + 0.5) * self.plant_period_s)[self.recording, None]
 
     def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
         """An optional column at a plant tick, (nsim, njoint); as `Schedule.column`."""
         values = self.schedule.column(column, needed_by)
         if values is None:
             return None
-        return np.tile(values[tick // self.plant_ticks], (self.nvariant, 1))
+        return values[tick // self.plant_ticks].take(self.recording, axis=0)
+
+    @property
+    def places(self) -> dict[str, list[Callable]]:
+        """Where effects act, by name, in the order in which a tick comes to them."""
+        names = (
+            "sensor_filters", "feedback_filters", "command_filters", "controller_filters",
+            "motor_filters", "friction", "joint_torques",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in names}
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:
         return np.tile(values, (self.nvariant, 1)).astype(float)

@@ -97,7 +97,7 @@ class ServoLoop(Loop):
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
         command = commands(schedule.commands, self)
         added = feed_forward(self)
-        recording = np.tile(np.arange(self.nrec), self.nvariant)
+        recording = self.recording
         if self.friction or self.added_friction.any():
             friction = AddedFriction(batch, self.joints)
             friction.write(self.added_friction)
@@ -228,7 +228,7 @@ class ServoLoop(Loop):
         back_emf = self._per_simulation(self.schedule.drive.back_emf)
         later = self.nstep / (self.nstep + 1)
         damping[:, self.dofs] = own + later * back_emf
-        recording = np.tile(np.arange(self.nrec), self.nvariant)
+        recording = self.recording
 
         def brake(tick: int, dq: np.ndarray) -> np.ndarray | float:
             on = 1.0 if powered is None else powered[tick][recording]
@@ -262,7 +262,7 @@ def commands(given: np.ndarray, loop) -> Callable[[int], np.ndarray]:
         given: (ntick, nrec, njoint) at their time.
         loop: whose `nvariant`, `period_s` and `command_lead_s` count.
     """
-    recording = np.tile(np.arange(given.shape[1]), loop.nvariant)
+    recording = loop.recording
     if not loop.command_lead_s.any():
         return lambda tick: given[tick].take(recording, axis=0)
     lead = loop.command_lead_s / loop.period_s
