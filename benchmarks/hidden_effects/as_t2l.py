@@ -1,6 +1,5 @@
 """Hidden effects as t2l writes them in a model: its effects, its parameters, its signs."""
 
-import math
 from collections.abc import Mapping, Sequence
 
 # class in the generator: (effect of t2l, its parameter: the generator's number)
@@ -78,7 +77,9 @@ def numbers(entry: Mapping, joints: Sequence[str], links: Mapping[str, str]) -> 
             found |= {"presliding": presliding, "damping": entry["damping"]}
         return found
     if kind == "Payload":
-        return {"mass": entry["mass"]} | dict(zip(("com_x", "com_y", "com_z"), entry["com"]))
+        return {"mass": entry["mass"]} | dict(
+            zip(("com_x", "com_y", "com_z"), entry["com"], strict=True)
+        )
     if kind not in ALIKE:
         return None
     return {ours: entry[theirs] for ours, theirs in ALIKE[kind].items()} | BESIDE.get(kind, {})
