@@ -62,9 +62,7 @@ class WarpBatch:
         qpos, qvel, ctrl: (nsim, …) float32.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, nsim: int, device: str, contacts: int = CONTACTS
-    ):
+    def __init__(self, model: mujoco.MjModel, nsim: int, device: str, contacts: int = CONTACTS):
         """Put simulations on a device, such as `cuda` or `cuda:1`.
 
         Raises:
