@@ -174,8 +174,8 @@ class OpenDrawer(LearnedTableTop):
         slides = [finger.type[0] == mujoco.mjtJoint.mjJNT_SLIDE for finger in fingers]
         if len(fingers) != 2 or not all(slides):
             raise ValueError(
-                f"robot: found {self.robot.name}, whose gripper has no two sliding fingers; allowed: "
-                "one that has, such as fr3_hand"
+                f"robot: found {self.robot.name}, whose gripper has no two sliding fingers;"
+                " allowed: one that has, such as fr3_hand"
             )
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
