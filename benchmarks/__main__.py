@@ -5,7 +5,8 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
 [--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
 `python -m benchmarks machines --data FOLDER` recordings of real machines, as `following` does.
-`python -m benchmarks labels [TASK …]` takes some tasks, `collections [RESULTS]` results of a run.
+`python -m benchmarks labels [TASK …]` takes some tasks, `collections [RESULTS]` results of a run,
+`engines [DEVICE …]` engines: `mujoco`, `cuda`, or `cpu` of MuJoCo Warp.
 """
 
 import sys
@@ -16,6 +17,7 @@ from benchmarks import (
     constants,
     diagnosis,
     earlier,
+    engines,
     following,
     hidden,
     holdouts,
@@ -56,6 +58,7 @@ WITH_ARGUMENTS = {
     "proposals": proposals,
     "holdouts": holdouts,
     "earlier": earlier,
+    "engines": engines,
     "machines": machines,
     "following": following,
     "labels": labels,

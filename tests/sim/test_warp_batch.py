@@ -4,15 +4,20 @@ import numpy as np
 import pytest
 import torch
 
-from t2l.errors import ConfigurationError
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
 from t2l.sim.arrays import to_numpy
 from t2l.sim.batch import apply_position_gains, make_batch
 from tests.defaults import shipped
+from tests.tasks.scripted import scene, towards
+
+warp_batch = pytest.importorskip(
+    "t2l.sim.warp_batch", reason="the extra gpu is not installed", exc_type=ImportError
+)
 
 ROBOT = make_robot("fr3")
 N = 6
+UP = np.array([0.0, 0.0, 1.0])
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +85,39 @@ def test_some_are_reset_and_the_others_go_on(batches):
     np.testing.assert_allclose(batch.qpos[1], batch.model.qpos0, atol=1e-6)
 
 
-def test_a_model_whose_things_may_touch_is_refused():
-    with pytest.raises(ConfigurationError, match="simulations on cpu: found a model with contacts"):
-        make_batch(shipped("lift_cube").model, 2, device="cpu")
+@pytest.fixture(scope="module")
+def grasps():
+    """Where two hands are about their cubes, (N, nq), by MuJoCo; and goals above."""
+    task = shipped("lift_cube")
+    environment, rng = scene(task, 2), np.random.default_rng(0)
+    goals = task.sample_goals(rng, 2)
+    environment.place(task.sample_starts(rng, 2), goals)
+    for step in range(90):
+        at = environment.task.measure(environment.simulator.batch, goals).cube
+        above = at + (0.1 * UP if step < 50 else 0.0)
+        environment.advance(towards(environment, above, True))
+    return task, environment.simulator.batch.qpos.copy(), goals
+
+
+def test_a_hand_lifts_a_cube_as_in_mujoco(grasps):
+    task, starts, goals = grasps
+    two = [scene(task, 2, device=device) for device in ("mujoco", "cpu")]
+    for environment in two:
+        environment.place(environment.array(starts), environment.array(goals))
+    for step in range(40):
+        at = two[0].task.measure(two[0].simulator.batch, goals).cube
+        action = towards(two[0], at if step < 15 else goals, False)
+        for environment in two:
+            environment.advance(environment.array(action))
+    expected, found = (to_numpy(environment.simulator.batch.qpos) for environment in two)
+    assert (expected[:, task.cube_qpos][:, 2] > starts[:, task.cube_qpos][:, 2] + 0.03).all()
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_contacts_without_room_are_told(grasps):
+    task, starts, _ = grasps
+    batch = warp_batch.WarpBatch(task.model, 2, "cpu", contacts=1)
+    batch.qpos[:] = batch.asarray(starts)
+    batch.step()
+    with pytest.raises(warp_batch.ContactOverflowError, match="more than 1 contacts"):
+        batch.diverged()

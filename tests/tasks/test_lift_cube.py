@@ -42,7 +42,7 @@ def test_a_scripted_hand_is_judged_right(way, solved):
 def moment(cube, grip, goal, dq=0.0, change=0.0, steps=0):
     cube, grip, goal = (np.atleast_2d(np.asarray(point, float)) for point in (cube, grip, goal))
     away, to_go = (np.linalg.norm(end - cube, axis=1) for end in (grip, goal))
-    seen = Measured(cube, grip, np.zeros((1, 1)), away, to_go)
+    seen = Measured(cube, grip, away, to_go)
     none = np.zeros((1, 7))
     return Moment(
         TASK, None, none, none + dq, goal, seen, action=none, change=np.zeros((1, 8)) + change,

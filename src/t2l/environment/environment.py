@@ -216,8 +216,8 @@ class Environment:
         terms, xp = self.task.paid(at), namespace(at.q)
         if lost.any():
             hopeless = np.repeat(lost.reshape(-1, self.each).all(axis=1), self.each)
-            instead = np.where(hopeless, np.nan, 0.0)
-            terms = [np.where(lost, instead, term) for term in terms]
+            instead = self.array(np.where(hopeless, np.nan, 0.0))
+            terms = [xp.where(self.array(lost), instead, term) for term in terms]
         shape = (len(self.generators), self.each)
         self._paid += xp.stack([xp.mean(xp.reshape(term, shape), axis=1) for term in terms])
         self._paid_steps += 1
@@ -234,10 +234,7 @@ class Environment:
 
     def _failed(self, at: Moment) -> tuple[np.ndarray, np.ndarray]:
         """Whose episodes end as failures, (rows,) bool, and which simulations diverged."""
-        batch, lost = self.simulator.batch, np.zeros(self.rows, bool)
-        if isinstance(at.q, np.ndarray):
-            lost = diverged(batch)
-        failed = lost
+        failed = lost = diverged(self.simulator.batch)
         for term in self.task.terminations:
             failed = failed | to_numpy(term.value(at))
         return failed, lost
@@ -258,7 +255,7 @@ class Environment:
         start = self._drawn(task.sample_starts, ids) if qpos is None else qpos
         batch.qpos[ids] = self.array(start)
         if task.robot.grippers:
-            batch.ctrl[ids] = self._hand
+            batch.ctrl[ids] = self.array(self._hand)
         self._goal[ids] = self.array(self._drawn(task.sample_goals, ids) if goal is None else goal)
         self._put_at(ids, np.zeros(len(ids), int))
         self._action[ids] = 0.0

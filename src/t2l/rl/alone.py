@@ -1,7 +1,7 @@
 """Tasks that are learned in simulation alone, under the gains of a cell as they are.
 
 Whether there is a policy for a task at some gains is a question about simulation (the study's
-section V-B): nothing is identified, and nothing is deployed.
+section V-B): nothing is identified, and nothing is deployed. On a GPU where there is one.
 """
 
 from collections.abc import Mapping
@@ -16,9 +16,11 @@ from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
 from t2l.rl.choice import Choice
 from t2l.rl.condition import Condition
-from t2l.rl.learn import EPISODES, judge, learn
+from t2l.rl.learn import EPISODES
 from t2l.rl.problem import Problem
 from t2l.rl.settings import Settings
+from t2l.rl.side_by_side import Training, device_for, judge_side_by_side, learn_side_by_side
+from t2l.sim.batch import MUJOCO
 from t2l.tasks import make_task
 
 if TYPE_CHECKING:
@@ -90,8 +92,13 @@ def train_alone(
     """
     name, cell = problem.condition.name, problem.cell
     own = settings.of_policy(name, cell, seed)
-    trained = learn(problem, choice, own, report, threads)
-    found = judge(problem, choice, own, trained.policy, threads)
+    training, device = [Training(problem, choice, own, report)], device_for(problem.task)
+    # one policy on the processor is stable-baselines3's
+    where = {"threads": threads, "device": None if device == MUJOCO else device}
+    (trained,) = learn_side_by_side(training, **where)
+    if isinstance(trained, Exception):
+        raise trained
+    (found,) = judge_side_by_side(training, [trained.policy], **where)
     last = trained.history.iloc[-1]
     row = {
         "task": name, "kp": cell.kp, "kd": cell.kd, "seed": seed,

@@ -8,6 +8,7 @@ is exactly Kp (q_des − q[k+1]) − Kd q̇[k+1]. Stiff and heavily damped cells
 
 from collections.abc import Sequence
 from functools import cache
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -15,6 +16,7 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import ArrayLike
 
+from t2l.errors import ConfigurationError
 from t2l.sim.arrays import like
 
 if TYPE_CHECKING:
@@ -33,9 +35,17 @@ def make_batch(
     Args:
         threads: of the processor, which change no result.
         device: `MUJOCO`, whose arrays are NumPy's; or a device as torch names it, such as `cuda`,
-            for MuJoCo Warp, whose arrays are torch's in single precision; models have no contacts.
+            for MuJoCo Warp, whose arrays are torch's in single precision.
+
+    Raises:
+        ConfigurationError: this machine has no such device, or MuJoCo Warp is not installed.
     """
     if device != MUJOCO:
+        if find_spec("mujoco_warp") is None:
+            raise ConfigurationError(
+                f"device of the simulations: found {device}, which wants MuJoCo Warp, and that is "
+                f"not installed; allowed: pip install 't2l[gpu]', or {MUJOCO}"
+            )
         from t2l.sim.warp_batch import WarpBatch
 
         return WarpBatch(model, nsim, device)
@@ -72,8 +82,10 @@ def apply_torque_control(batch: Batch, joints: Sequence[str]) -> None:
     bias[:, ids, :3] = 0.0
 
 
-def diverged(batch: Batch) -> np.ndarray:
+def diverged(batch: "Batch | WarpBatch") -> np.ndarray:
     """Which simulations raised a MuJoCo warning or are no longer finite, (nsim,) bool."""
+    if not isinstance(batch, Batch):
+        return batch.diverged()
     raised = (batch.warning[:, :, 1] > 0).any(axis=1)  # columns: last info, count
     return raised | ~np.isfinite(batch.state).all(axis=1)
 

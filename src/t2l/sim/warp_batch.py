@@ -8,22 +8,36 @@ memory: what is written to them acts at the next step. Worlds do not touch each 
     batch.ctrl[:] = batch.qpos
     batch.step()
 
+Contacts are kept in memory of a fixed size. One that has no room would be lost: `diverged` says so.
+
 Warp compiles for the processor too (`"cpu"`), slowly; that serves to test.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import mujoco
 import mujoco_warp
 import numpy as np
 import torch
 import warp
+from mujoco_warp import OverflowType
 
-from t2l.errors import ConfigurationError
+from t2l.errors import ConfigurationError, T2LError
 
 # Newton's method comes down to what single precision resolves within these; the study's arms
 # without contacts need two or three
 ITERATIONS, TOLERANCE = 10, 1e-6
+# numerics: room for the contacts of a world, and how many rows each may take. A hand at a table has
+# up to 22 under random actions; a pad that presses and turns has six rows
+CONTACTS, ROWS = 32, 6
+# a contact or a constraint that had no room
+LOST = OverflowType.NEFC | OverflowType.BROADPHASE | OverflowType.NARROWPHASE | OverflowType.CCD
+# what kinematics alone bring up to date
+POSITIONS = ("xpos", "xquat", "xmat", "site_xpos", "site_xmat")
+
+
+class ContactOverflowError(T2LError):
+    """A world has more contacts than there is room for."""
 
 
 def may_touch(model: mujoco.MjModel) -> bool:
@@ -40,34 +54,33 @@ _DERIVED = ("dof_invweight0", "body_invweight0")
 
 
 class WarpBatch:
-    """`nsim` simulations of a model without contacts.
+    """`nsim` simulations of a model.
 
     Attributes:
         model: as it was compiled.
+        contacts: that each of the simulations has room for.
         qpos, qvel, ctrl: (nsim, …) float32.
     """
 
-    def __init__(self, model: mujoco.MjModel, nsim: int, device: str):
+    def __init__(self, model: mujoco.MjModel, nsim: int, device: str, contacts: int = CONTACTS):
         """Put simulations on a device, such as `cuda` or `cuda:1`.
 
         Raises:
-            ConfigurationError: things of the model may touch.
+            ConfigurationError: there is no such device.
         """
-        if may_touch(model):
-            raise ConfigurationError(
-                f"simulations on {device}: found a model with contacts; allowed: one without, or "
-                "the processor"
-            )
         warp.config.quiet = True
         warp.init()
-        self.model, self.nsim, self._graph = model, nsim, None
-        self._device = warp.get_device(device)
+        self.model, self.nsim, self.contacts = model, nsim, contacts if may_touch(model) else 0
+        self._device = _device(device)
         self._torch_device = warp.device_to_torch(self._device)
-        # a constraint for each joint's friction and each end of its range; no contacts
-        rows = 2 * model.nv + model.njnt
+        self._graphs: dict[Callable, warp.Graph] = {}
+        # a constraint for each joint's friction and each end of its range, and those of contacts
+        rows = 2 * model.nv + model.njnt + ROWS * self.contacts
         with warp.ScopedDevice(self._device):
             self._model = mujoco_warp.put_model(model)
-            self._data = mujoco_warp.make_data(model, nworld=nsim, nconmax=1, njmax=rows)
+            self._data = mujoco_warp.make_data(
+                model, nworld=nsim, nconmax=max(1, self.contacts), njmax=rows
+            )
         # where torch works too, so that neither overtakes the other; a processor has none
         self._stream = warp.stream_from_torch(self._torch_device) if self._device.is_cuda else None
         option = self._model.opt
@@ -80,6 +93,7 @@ class WarpBatch:
         )
         self._warmstart = warp.to_torch(self._data.qacc_warmstart)
         self._time = warp.to_torch(self._data.time)
+        self._overflow = warp.to_torch(self._data.overflow)
         self._initial = self.asarray(model.qpos0)
         self.reset()
 
@@ -95,8 +109,8 @@ class WarpBatch:
                 own = warp.empty((self.nsim, *shared.shape[1:]), dtype=shared.dtype)
             warp.to_torch(own)[:] = warp.to_torch(shared)
             setattr(self._model, name, own)
-            # it holds where its arguments lay
-            self._graph = None
+            # they hold where their arguments lay
+            self._graphs.clear()
         return warp.to_torch(getattr(self._model, name))
 
     def set_const(self) -> None:
@@ -113,26 +127,86 @@ class WarpBatch:
         for values in (self.qvel, self.ctrl, self._warmstart, self._time):
             values[ids] = 0.0
 
+    def bind(self, name: str) -> torch.Tensor:
+        """A field of `mujoco.batch.Batch.bind`, (nsim, …): state, or one of `POSITIONS`.
+
+        Raises:
+            ValueError: nothing here brings it up to date.
+        """
+        if name in ("qpos", "qvel", "ctrl"):
+            return getattr(self, name)
+        if name not in POSITIONS:
+            allowed = ", ".join(("qpos", "qvel", "ctrl", *POSITIONS))
+            raise ValueError(f"field: found {name}; allowed on {self._device}: {allowed}")
+        field = warp.to_torch(getattr(self._data, name))
+        return field.flatten(2) if name.endswith("mat") else field
+
+    def forward(self, stage: int = mujoco.mjtStage.mjSTAGE_POS.value) -> None:
+        """Bring `POSITIONS` up to date with qpos; nothing beyond, whatever the `stage`."""
+        self._launch(mujoco_warp.kinematics)
+
     def step(self) -> None:
         """Advance all simulations by a timestep."""
-        if self._stream is None:
-            mujoco_warp.step(self._model, self._data)
-            return
-        if self._graph is None:
-            self._graph = self._captured()
-        warp.capture_launch(self._graph, stream=self._stream)
+        self._launch(mujoco_warp.step)
 
-    def _captured(self) -> "warp.Graph":
-        """A step as one launch. Its kernels are loaded by a step that is taken back."""
+    def diverged(self) -> np.ndarray:
+        """Which simulations are no longer finite, or beyond MuJoCo's bound, (nsim,) bool.
+
+        Raises:
+            ContactOverflowError: contacts were lost since the beginning.
+        """
+        bound = mujoco.mjMAXVAL
+        states = torch.cat([self.qpos, self.qvel], dim=1).abs()
+        # no number is not below it either
+        bad = ~(states < bound).all(dim=1)
+        bad, full = torch.stack([bad, (self._overflow & int(LOST)) != 0]).cpu().numpy()
+        # what is no number touches what it likes
+        full &= ~bad
+        if full.any():
+            raise ContactOverflowError(
+                f"contacts on {self._device}: found {full.sum()} of {self.nsim} simulations with "
+                f"more than {self.contacts} contacts or {self._data.njmax} rows of constraints; "
+                "allowed: up to them; simulate on the processor, or in simpler shapes"
+            )
+        return bad
+
+    def _launch(self, what: Callable) -> None:
+        """Run a function of MuJoCo Warp on all simulations, as one launch where that can be."""
+        if self._stream is None:
+            with warp.ScopedDevice(self._device):
+                what(self._model, self._data)
+            return
+        if what not in self._graphs:
+            self._graphs[what] = self._captured(what)
+        warp.capture_launch(self._graphs[what], stream=self._stream)
+
+    def _captured(self, what: Callable) -> "warp.Graph":
+        """A function as one launch. Its kernels are loaded by a run that is taken back."""
         moving = (self.qpos, self.qvel, self._warmstart, self._time)
         before = [values.clone() for values in moving]
         with warp.ScopedStream(self._stream):
-            mujoco_warp.step(self._model, self._data)
+            what(self._model, self._data)
         for values, kept in zip(moving, before, strict=True):
             values[:] = kept
         torch.cuda.synchronize(self._torch_device)
         # torch's own stream cannot be captured
         own = warp.Stream(self._device)
         with warp.ScopedStream(own), warp.ScopedCapture(stream=own) as capture:
-            mujoco_warp.step(self._model, self._data)
+            what(self._model, self._data)
         return capture.graph
+
+
+def _device(name: str) -> "warp.Device":
+    """A device of this machine.
+
+    Raises:
+        ConfigurationError: it has none of this name.
+    """
+    try:
+        return warp.get_device(name)
+    except (RuntimeError, ValueError):
+        found = ", ".join(device.alias for device in warp.get_devices())
+        raise ConfigurationError(
+            f"device of the simulations: found {name}, which this machine has not; allowed: "
+            f"mujoco, {found}"
+        ) from None

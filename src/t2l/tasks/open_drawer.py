@@ -5,34 +5,27 @@ environment (Franka, joint positions), from which the study's task is derived (A
 is one of boxes. The success rule is the study's.
 """
 
-from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch
 from pydantic import Field
 
-from t2l.robots import make_robot
-from t2l.tasks.table_top import (
-    add_box,
-    check_hands,
-    robot_starts,
-    start_at,
-    table_scene,
-)
-from t2l.tasks.task import Rewarded
+from t2l.sim.arrays import Array, columns, like, namespace
+from t2l.tasks.learned_table_top import LearnedTableTop, LearnedTableTopParameters
+from t2l.tasks.table_top import add_box
 from t2l.tasks.terms import (
     Moment,
     ObservationTerm,
     RewardTerm,
     action_change,
+    indicator,
     minus,
+    norm,
     speed,
-    state_of,
 )
-from t2l.typed import Number, Switch, Typed
+from t2l.typed import Number
 
 DRAWER, HANDLE = "drawer", "handle"
 TEMPLATE = "IsaacLab, manager-based cabinet environment"
@@ -49,17 +42,11 @@ OVERVIEW = ((0.0, -1.4, 1.0), (1.4, -0.5, 0, 0.25, 0.7, 2.21))
 WOOD, STEEL = (0.72, 0.58, 0.42, 1), (0.35, 0.36, 0.38, 1)
 
 
-class OpenDrawerParameters(Typed):
+class OpenDrawerParameters(LearnedTableTopParameters):
     """Of a drawer to open."""
 
     robot: str = Field(
         "fr3_hand", description="name of a robot of one arm with a gripper of sliding fingers"
-    )
-    gravity_compensation: Switch = Field(
-        True, description="whether the robot cancels the gravity of its arm, as in IsaacLab"
-    )
-    start_rad: list[Number] = Field(
-        [], description="where the arm starts, rad a joint; without this key at the robot's home"
     )
     start_spread_rad: Number = Field(
         0.06, ge=0, le=0.3, description="standard deviation of the arm's start about that, rad"
@@ -84,60 +71,61 @@ class Measured(NamedTuple):
         closed_m: (n,) sum of how far the fingers are from open, m.
     """
 
-    open_m: np.ndarray
-    speed_m_s: np.ndarray
-    to_handle: np.ndarray
-    forward: np.ndarray
-    across: np.ndarray
-    above: np.ndarray
-    below: np.ndarray
-    closed_m: np.ndarray
+    open_m: Array
+    speed_m_s: Array
+    to_handle: Array
+    forward: Array
+    across: Array
+    above: Array
+    below: Array
+    closed_m: Array
 
 
-def away(at: Moment) -> np.ndarray:
+def away(at: Moment) -> Array:
     """From the grip to the handle, (n,) m."""
-    return np.linalg.norm(at.now.to_handle, axis=1)
+    return norm(at.now.to_handle)
 
 
-def approaching(at: Moment) -> np.ndarray:
+def approaching(at: Moment) -> Array:
     """1 / (1 + d²)², twice that near the handle."""
     distance = away(at)
-    return np.where(distance <= AT_HANDLE, 2.0, 1.0) / (1 + distance**2) ** 2
+    return (1 + indicator(distance <= AT_HANDLE)) / (1 + distance**2) ** 2
 
 
-def aligned(at: Moment) -> np.ndarray:
+def aligned(at: Moment) -> Array:
     """How the hand is turned: (sign(a) a² + sign(b) b²) / 2 of its two cosines."""
-    a, b = at.now.forward, at.now.across
-    return (np.sign(a) * a**2 + np.sign(b) * b**2) / 2
+    a, b, xp = at.now.forward, at.now.across, namespace(at.now.forward)
+    return (xp.sign(a) * a**2 + xp.sign(b) * b**2) / 2
 
 
-def around(at: Moment) -> np.ndarray:
+def around(at: Moment) -> Array:
     """Whether one finger is above the handle and the other one below, 0 or 1."""
-    return ((at.now.above > 0) & (at.now.below > 0)).astype(float)
+    return indicator((at.now.above > 0) & (at.now.below > 0))
 
 
-def fingers_near(at: Moment) -> np.ndarray:
+def fingers_near(at: Moment) -> Array:
     """How near the fingers are to the handle's height, where they are around it, m."""
-    return around(at) * (2 * OFFSET - np.abs(at.now.above) - np.abs(at.now.below))
+    xp = namespace(at.now.above)
+    return around(at) * (2 * OFFSET - xp.abs(at.now.above) - xp.abs(at.now.below))
 
 
-def grasping(at: Moment) -> np.ndarray:
+def grasping(at: Moment) -> Array:
     """How far the fingers are closed, where the grip is at the handle, m."""
-    return (away(at) <= CLOSE) * at.now.closed_m
+    return indicator(away(at) <= CLOSE) * at.now.closed_m
 
 
-def opening(at: Moment) -> np.ndarray:
+def opening(at: Moment) -> Array:
     """How far the drawer is open, twice that with the fingers around the handle, m."""
     return (around(at) + 1) * at.now.open_m
 
 
-def stages(at: Moment) -> np.ndarray:
+def stages(at: Moment) -> Array:
     """A half where it is open at all; 1 more each beyond 0.2 and 0.3 m, fingers around it."""
-    far = (at.now.open_m > 0.2).astype(float) + (at.now.open_m > 0.3)
-    return 0.5 * (at.now.open_m > 0.01) + far * around(at)
+    far = indicator(at.now.open_m > 0.2) + indicator(at.now.open_m > 0.3)
+    return 0.5 * indicator(at.now.open_m > 0.01) + far * around(at)
 
 
-class OpenDrawer(Rewarded):
+class OpenDrawer(LearnedTableTop):
     """Success: the drawer is open further than `opened_m` at the end of an episode.
 
     Raises:
@@ -149,9 +137,7 @@ class OpenDrawer(Rewarded):
     instruction = "Pull the drawer open by its handle."
     parameters = OpenDrawerParameters
     hyperparameters = "drawer"
-    steady = False
-    # as of Lift-Cube: the same fingers
-    least_rate_hz = 200.0
+    camera = OVERVIEW
     goal_size = 0
     rewards = (
         RewardTerm("approach", 2.0, approaching, TEMPLATE),
@@ -167,41 +153,34 @@ class OpenDrawer(Rewarded):
 
     def __init__(
         self,
-        robot: str,
-        gravity_compensation: bool,
-        start_rad: Sequence[float],
-        start_spread_rad: float,
         handle_x_m: float,
         handle_z_m: float,
         drawer_mass_kg: float,
         opened_m: float,
+        **of_robot,
     ):
-        self.robot, self.gravity_compensation = make_robot(robot), gravity_compensation
-        check_hands(self.robot, 1)
-        self.start, self.start_spread_rad = start_at(self.robot, start_rad), start_spread_rad
+        super().__init__(**of_robot)
         self.handle = np.array([handle_x_m, 0.0, handle_z_m])
         self.drawer_mass_kg, self.opened_m = drawer_mass_kg, opened_m
         self.observations = (
-            *state_of(self.robot.joints),
-            ObservationTerm(("finger",), lambda at: at.batch.qpos[:, self.opening_qpos]),
+            *self.own_state,
             ObservationTerm((DRAWER,), lambda at: at.now.open_m[:, None]),
             ObservationTerm((f"d{DRAWER}",), lambda at: at.now.speed_m_s[:, None]),
             ObservationTerm(
                 tuple(f"{HANDLE}_from_grip.{c}" for c in "xyz"), lambda at: at.now.to_handle
             ),
         )
-        self.robot_observation_size = 2 * len(self.robot.joints) + 1
         fingers = [self.model.joint(joint) for joint in self.robot.grippers[0].joints]
         slides = [finger.type[0] == mujoco.mjtJoint.mjJNT_SLIDE for finger in fingers]
         if len(fingers) != 2 or not all(slides):
             raise ValueError(
-                f"robot: found {robot}, whose gripper has no two sliding fingers; allowed: one "
-                "that has, such as fr3_hand"
+                f"robot: found {self.robot.name}, whose gripper has no two sliding fingers;"
+                " allowed: one that has, such as fr3_hand"
             )
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         """See `Task.spec`."""
-        spec = table_scene(self.robot, self.gravity_compensation, visual, OVERVIEW)
+        spec = super().spec(visual)
         x, _, z = self.handle + np.array([STAND_OFF, 0, 0])
         depth, (thick, wide, high) = 0.2, FRONT
         cabinet = spec.worldbody.add_body(name="cabinet", pos=(x + 2 * thick, 0, z))
@@ -232,41 +211,37 @@ class OpenDrawer(Rewarded):
         return spec
 
     @cached_property
-    def _ids(self) -> tuple[int, int, int, np.ndarray]:
+    def _ids(self) -> tuple[int, int, int, np.ndarray | slice]:
         """Of the drawer in qpos and qvel, of the handle's site, and of the fingers' bodies."""
         model, joint = self.model, self.model.joint(DRAWER)
         fingers = [model.joint(name).bodyid[0] for name in self.robot.grippers[0].joints]
-        return joint.qposadr[0], joint.dofadr[0], model.site(HANDLE).id, np.array(fingers)
-
-    def sample_starts(self, rng, n):
-        """See `Task.sample_starts`: the drawer is closed."""
-        return robot_starts(self, rng, n, self.start_spread_rad, self.start)
+        return joint.qposadr[0], joint.dofadr[0], model.site(HANDLE).id, columns(np.array(fingers))
 
     def sample_goals(self, rng, n):
         """See `Rewarded.sample_goals`: there is none."""
         return np.empty((n, 0))
 
-    def measure(self, batch: Batch, goal):
+    def measure(self, batch, goal):
         """See `Rewarded.measure`."""
         q, dof, handle, fingers = self._ids
         position, axes, bodies = (batch.bind(k) for k in ("site_xpos", "site_xmat", "xpos"))
         batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
-        tool = self.tool_sites[0]
-        grip, rotation = position[:, tool], axes[:, tool].reshape(-1, 3, 3)
+        tool, xp = self.tool_sites[0], namespace(position)
+        grip, rotation = position[:, tool], xp.reshape(axes[:, tool], (-1, 3, 3))
         ahead = rotation[:, :, 2]
         # a fingertip is as far along the approach as the grip
-        short = np.einsum("nfc,nc->nf", grip[:, None] - bodies[:, fingers], ahead)
+        short = ((grip[:, None] - bodies[:, fingers]) * ahead[:, None]).sum(axis=2)
         height = bodies[:, fingers, 2] + short * ahead[:, None, 2] - position[:, handle, None, 2]
-        closed = np.array(self.robot.grippers[0].opened_qpos) - batch.qpos[:, self.gripper_qpos]
+        opened = like(np.array(self.robot.grippers[0].opened_qpos), grip)
         return Measured(
-            open_m=batch.qpos[:, q].copy(),
-            speed_m_s=batch.qvel[:, dof].copy(),
+            open_m=xp.asarray(batch.qpos[:, q], copy=True),
+            speed_m_s=xp.asarray(batch.qvel[:, dof], copy=True),
             to_handle=position[:, handle] - grip,
-            forward=ahead[:, 0].copy(),
-            across=rotation[:, 1, 0].copy(),
+            forward=xp.asarray(ahead[:, 0], copy=True),
+            across=xp.asarray(rotation[:, 1, 0], copy=True),
             above=height[:, 0],
             below=-height[:, 1],
-            closed_m=closed.sum(axis=1),
+            closed_m=(opened - batch.qpos[:, columns(self.gripper_qpos)]).sum(axis=1),
         )
 
     def success(self, at):

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from t2l.sim.arrays import Array, namespace
+
 
 def upright(position: np.ndarray, yaw: np.ndarray) -> np.ndarray:
     """(n, 7) poses at `position` (n, 3), turned by `yaw` (n,) rad about the vertical."""
@@ -15,9 +17,9 @@ def tilted(position: np.ndarray, yaw: np.ndarray, tilt: np.ndarray) -> np.ndarra
     return np.concatenate([position, turn], axis=1)
 
 
-def position_and_axes(pose: np.ndarray) -> np.ndarray:
+def position_and_axes(pose: Array) -> Array:
     """(n, 9): position and the first two columns of the rotation of (n, 7) poses."""
-    w, x, y, z = pose[:, 3:].T
-    first = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], 1)
-    second = np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], 1)
-    return np.concatenate([pose[:, :3], first, second], axis=1)
+    xp, (w, x, y, z) = namespace(pose), (pose[:, i] for i in range(3, 7))
+    first = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
+    second = 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
+    return xp.concat([pose[:, :3], xp.stack([*first, *second], axis=1)], axis=1)

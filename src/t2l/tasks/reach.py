@@ -13,9 +13,9 @@ from t2l.robots import make_robot
 from t2l.robots.kinematics import ToolKinematics, site_pose
 from t2l.robots.plant import position_controlled
 from t2l.sim.arrays import columns
-from t2l.tasks.reach_rewards import JOINT_REWARDS, PROGRESS, TOOL_REWARDS, norm, sizes
+from t2l.tasks.reach_rewards import JOINT_REWARDS, PROGRESS, TOOL_REWARDS, sizes
 from t2l.tasks.task import Rewarded
-from t2l.tasks.terms import ObservationTerm, RewardTerm, state_of
+from t2l.tasks.terms import ObservationTerm, RewardTerm, norm, state_of
 from t2l.typed import Number, Typed
 
 MARGIN_RAD = 0.1  # of goals from the ends of the ranges

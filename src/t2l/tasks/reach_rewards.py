@@ -12,17 +12,12 @@
 from collections.abc import Mapping
 
 from t2l.sim.arrays import Array, namespace
-from t2l.tasks.terms import Moment, RewardTerm, action_change, minus, speed
+from t2l.tasks.terms import Moment, RewardTerm, action_change, minus, nearness, norm, speed
 
 PROGRESS, ISAACLAB = "progress", "isaaclab"
 
 # of the template's term for the last of the way, m; here rad too, for joints
 FINE = 0.1
-
-
-def norm(values: Array) -> Array:
-    """Of each row, (n,)."""
-    return namespace(values).linalg.vector_norm(values, axis=1)
 
 
 def sizes(pose: Array) -> tuple[Array, Array]:
@@ -32,7 +27,7 @@ def sizes(pose: Array) -> tuple[Array, Array]:
 
 def fine(away: Array) -> Array:
     """The template's reward for the last of the way, for distances (n,)."""
-    return 1 - namespace(away).tanh(away / FINE)
+    return nearness(away, FINE)
 
 
 def joint_path(at: Moment) -> Array:

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from t2l.robots import Robot, make_robot
 from t2l.robots.specs import hold_at_rest
+from t2l.sim.arrays import Array
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks.task import Demonstrated, Task
 from t2l.typed import Number, Switch, Typed
@@ -178,13 +179,14 @@ def pose_of(model: mujoco.MjModel, name: str) -> slice:
     return slice(address, address + 7)
 
 
-# how far the table goes in front of the robot where it ends: its centre and half its edges, m
-TABLE_CENTRE, TABLE_HALF = np.array([0.5, 0.0]), 0.5
+# how far the table goes in front of the robot where it ends, in x from 0 on and in y either way, m
+TABLE_DEPTH, TABLE_HALF = 1.0, 0.5
 
 
-def beyond_table(position: np.ndarray) -> np.ndarray:
+def beyond_table(position: Array) -> Array:
     """Which of positions (n, 3 or more) m are beyond the table's edge, (n,) bool."""
-    return (np.abs(position[:, :2] - TABLE_CENTRE) > TABLE_HALF).any(axis=1)
+    x, y = position[:, 0], position[:, 1]
+    return (x < 0) | (x > TABLE_DEPTH) | (y < -TABLE_HALF) | (y > TABLE_HALF)
 
 
 def add_cube(

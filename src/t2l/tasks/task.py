@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from t2l.errors import ConfigurationError
 from t2l.robots import Robot
 from t2l.robots.robot import Gripper
-from t2l.sim.arrays import namespace
+from t2l.sim.arrays import Array, columns, like, namespace
 from t2l.tasks.terms import Moment, ObservationTerm, RewardTerm, TerminationTerm
 from t2l.typed import Typed
 
@@ -121,15 +121,16 @@ class Task(ABC):
         return np.array([self.model.actuator(j).id for j in self.robot.joints])
 
     @cached_property
-    def _gripper_ctrl(self) -> list[list[int]]:
+    def _gripper_ctrl(self) -> list[np.ndarray | slice]:
         return [
-            [self.model.actuator(name).id for name in gripper.actuators]
+            columns(np.array([self.model.actuator(name).id for name in gripper.actuators]))
             for gripper in self.robot.grippers
         ]
 
-    def command_grippers(self, ctrl: np.ndarray, command: ArrayLike) -> None:
+    def command_grippers(self, ctrl: Array, command: Array) -> None:
         """Write gripper commands, which broadcast to (..., ngripper), into ctrl (..., nu)."""
-        command = np.broadcast_to(command, (*ctrl.shape[:-1], len(self._gripper_ctrl)))
+        shape = (*ctrl.shape[:-1], len(self._gripper_ctrl))
+        command = namespace(ctrl).broadcast_to(like(command, ctrl), shape)
         for i, actuators in enumerate(self._gripper_ctrl):
             ctrl[..., actuators] = command[..., i, None]
 
@@ -195,7 +196,8 @@ class Rewarded(Task):
         steady: whether a success must be without jitter, see `t2l.environment.limits`.
         closed_hand: whether grippers are closed all the time, and no action commands them.
         least_rate_hz: of the physics, at which its contacts hold.
-        on_gpu: whether its methods take torch's arrays too, and need positions alone.
+        on_gpu: whether its methods take torch's arrays too, and need no more of a batch than
+            `t2l.sim.warp_batch.WarpBatch` has.
         hyperparameters: of the algorithm, a column of the study's table, see
             `t2l.rl.hyperparameters`.
     """

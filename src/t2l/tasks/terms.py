@@ -5,7 +5,7 @@ what a policy sees, what is paid and what ends an episode by tuples that are rea
 what one task has another one may use:
 
     rewards = (
-        RewardTerm("reaching", 1.0, lambda at: 1 - np.tanh(at.now.reach_m / 0.1), "IsaacLab"),
+        RewardTerm("reaching", 1.0, lambda at: nearness(at.now.reach_m, 0.1), "IsaacLab"),
         RewardTerm("velocity", 1e-4, minus(speed), "IsaacLab"),
     )
 
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from mujoco.batch import Batch
 
-from t2l.sim.arrays import Array
+from t2l.sim.arrays import Array, namespace
 
 if TYPE_CHECKING:
     from t2l.tasks.task import Rewarded
@@ -95,6 +95,21 @@ class TerminationTerm:
 def minus(value: Callable[[Moment], Array]) -> Callable[[Moment], Array]:
     """The cost of something."""
     return lambda at: -value(at)
+
+
+def norm(vectors: Array) -> Array:
+    """Of each row, (n,)."""
+    return namespace(vectors).linalg.vector_norm(vectors, axis=1)
+
+
+def nearness(away: Array, over: float) -> Array:
+    """1 − tanh(away / over): 1 there, and little beyond `over`, (n,); IsaacLab's."""
+    return 1 - namespace(away).tanh(away / over)
+
+
+def indicator(true: Array) -> Array:
+    """1 or 0."""
+    return namespace(true).where(true, 1.0, 0.0)
 
 
 def speed(at: Moment) -> Array:
