@@ -6,7 +6,8 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 [--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
 `python -m benchmarks machines --data FOLDER` recordings of real machines, as `following` does.
 `python -m benchmarks labels [TASK …]` takes some tasks, `collections [RESULTS]` results of a run,
-`engines [DEVICE …]` engines: `mujoco`, `cuda`, or `cpu` of MuJoCo Warp.
+`from_truth [CASE …]` cases as `hidden`, `engines [DEVICE …]` engines: `mujoco`,
+`cuda`, or `cpu` of MuJoCo Warp.
 """
 
 import sys
@@ -19,6 +20,7 @@ from benchmarks import (
     earlier,
     engines,
     following,
+    from_truth,
     hidden,
     holdouts,
     labels,
@@ -55,6 +57,7 @@ BENCHMARKS = {
 }
 WITH_ARGUMENTS = {
     "hidden": hidden,
+    "from_truth": from_truth,
     "proposals": proposals,
     "holdouts": holdouts,
     "earlier": earlier,

@@ -188,6 +188,17 @@ def test_no_compensation_knows_a_link_that_is_heavier(tmp_path, compensation):
     assert KP * (0.8 - q) == pytest.approx(more * np.sin(q), abs=1e-6)
 
 
+@pytest.mark.parametrize("compensation", [True, "continuous"])
+def test_a_weak_motor_gives_its_part_of_the_weight_that_the_model_has(tmp_path, compensation):
+    values = {"mass_factor": 1.4, "com_x": 0.0, "com_y": 0.0, "com_z": 0.0, "inertia_factor": 1.0}
+    effects = on_the_hinge("link_inertia", values) | on_the_hinge(
+        "torque_constant", {"factor": 0.8}
+    )
+    q = at_rest(pendulum(tmp_path), effects, gravity_compensation=compensation)
+    given = 0.8 * (KP * (0.8 - q) + WEIGHT * np.sin(q))
+    assert given == pytest.approx(1.4 * WEIGHT * np.sin(q), abs=1e-6)
+
+
 def test_every_link_within_the_bounds_is_a_body_that_can_exist(tmp_path):
     """The pseudo-inertia stays positive definite in all corners of the bounds."""
     effect = builtin()["link_inertia"]
