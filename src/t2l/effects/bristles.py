@@ -45,7 +45,6 @@ def install_bristles(
     resolved = 1 / (batch.model.dof_invweight0[dofs] * batch.model.opt.timestep**2)
     sigma = np.minimum(stiffness, resolved)
     own, state = {}, {}
-    loop.in_order = True  # springs and dampers are of one tick
 
     def add(tick, q, dq, torque):
         # at the tick: what bends them in the meantime is integrated here

@@ -4,7 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
-from t2l.effects.loop_signals import LoopSignals, error_of_torque
+from t2l.effects.loop_signals import error_at, error_of_torque
 
 
 class ErrorClip(Effect):
@@ -30,10 +30,10 @@ class ErrorClip(Effect):
         to.call(self.name, cut_error, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        signals, at, limit = LoopSignals(loop), (rows, loop.columns(joints)), values["limit"]
+        at, limit = (rows, loop.columns(joints)), values["limit"]
 
         def change(tick, torque):
-            error = signals.error(at)
+            error = error_at(loop, at)
             torque[at] -= loop.kp[at] * (error - np.minimum(np.maximum(error, -limit), limit))
 
         loop.controller_filters.append(change)

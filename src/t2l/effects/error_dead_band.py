@@ -4,7 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
-from t2l.effects.loop_signals import LoopSignals, error_of_torque
+from t2l.effects.loop_signals import error_at, error_of_torque
 
 
 class ErrorDeadBand(Effect):
@@ -27,10 +27,10 @@ class ErrorDeadBand(Effect):
         to.call(self.name, ignore_small_error, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        signals, at, band = LoopSignals(loop), (rows, loop.columns(joints)), values["band"]
+        at, band = (rows, loop.columns(joints)), values["band"]
 
         def change(tick, torque):
-            torque[at] -= loop.kp[at] * np.minimum(np.maximum(signals.error(at), -band), band)
+            torque[at] -= loop.kp[at] * np.minimum(np.maximum(error_at(loop, at), -band), band)
 
         loop.controller_filters.append(change)
 

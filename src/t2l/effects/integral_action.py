@@ -41,14 +41,8 @@ class IntegralAction(Effect):
         first = 0.5 * (period + loop.real_period_s)
         passive, bias = loop.batch.bind("qfrc_passive"), loop.batch.bind("qfrc_bias")
 
-        def measured(tick, q, dq):
-            state["q"], state["dq"] = q, dq
-
-        def commanded(tick, target):
-            state["target"] = target
-
         def change(tick, torque):
-            error = state["target"][at] - state["q"][at]
+            error = loop.command[at] - loop.measured[at]
             if tick == 0:
                 dofs = loop.dofs[joints]
                 load = bias[rows, dofs] - passive[rows, dofs]
@@ -56,14 +50,12 @@ class IntegralAction(Effect):
                     load,
                     torque[at],
                     loop.kp[at] * error,
-                    state["dq"][at],
+                    loop.measured_dq[at],
                     gain,
                     gain * first * error,
                 )
             torque[at] += integrated(state, gain * error, first, period, limit)
 
-        loop.sensor_filters.append(measured)
-        loop.command_filters.append(commanded)
         loop.controller_filters.append(change)
 
     def starts(self, scales):

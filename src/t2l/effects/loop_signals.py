@@ -2,34 +2,16 @@
 
 import numpy as np
 
-from t2l.sim.servo import ServoLoop
+from t2l.sim.loop import Loop
 
 LEAST_KP = 1e-9  # numerics: N·m/rad, in place of zero
 
 
-class LoopSignals:
-    """The command, the position and the velocity that reach the controller, after all filters.
-
-    Attributes:
-        target, q, dq: (nsim, njoint) at the present tick, rad and rad/s.
-    """
-
-    def __init__(self, loop: ServoLoop):
-        self.loop = loop
-        loop.feedback_filters.append(self._measured)
-        loop.command_filters.append(self._commanded)
-
-    def error(self, at: tuple) -> np.ndarray:
-        """q_des − q that Kp multiplies, in simulations and joints `at`, rad."""
-        # a loop of coarse ticks looks ahead, see `t2l.sim.servo`
-        ahead = self.loop.ahead[at] * self.dq[at]
-        return self.target[at] - self.q[at] - ahead
-
-    def _measured(self, tick, q, dq):
-        self.q, self.dq = q, dq  # other effects may still change them in place
-
-    def _commanded(self, tick, target):
-        self.target = target
+def error_at(loop: Loop, at: tuple) -> np.ndarray:
+    """q_des − q that Kp multiplies, in simulations and joints `at`, rad; for controller filters."""
+    # a loop of coarse ticks looks ahead, see `t2l.sim.servo`
+    ahead = loop.ahead[at] * loop.measured_dq[at]
+    return loop.command[at] - loop.measured[at] - ahead
 
 
 def error_of_torque(torque: np.ndarray, kp: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
-from t2l.effects.loop_signals import LoopSignals
 from t2l.sim.delay import DelayLine
 
 
@@ -27,7 +26,7 @@ class VelocityFeedForward(Effect):
         to.call(self.name, add_command_velocity, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        signals, at = LoopSignals(loop), (rows, loop.columns(joints))
+        at = rows, loop.columns(joints)
         period = loop.schedule.command_period_s
         period = np.full(loop.nrec, loop.period_s) if period is None else period
         period = np.tile(period, loop.nvariant)[rows, None]
@@ -35,7 +34,7 @@ class VelocityFeedForward(Effect):
         before = DelayLine(period / loop.period_s)
 
         def change(tick, torque):
-            target = signals.target[at]
+            target = loop.command[at]
             velocity = (target - before(target)) / period
             torque[at] += values["factor"] * loop.kd[at] * velocity
 

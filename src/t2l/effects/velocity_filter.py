@@ -31,14 +31,10 @@ class VelocityFilter(Effect):
         keep = np.exp(-2 * np.pi * values["cutoff"] * loop.period_s)
         state, at = {}, (rows, loop.columns(joints))
 
-        def measured(tick, q, dq):
-            state["dq"] = dq  # other effects may still change it
-
         def change(tick, torque):
-            velocity = state["dq"][at]
+            velocity = loop.measured_dq[at]
             torque[at] += loop.kd[at] * (velocity - smoothed(velocity, state, keep))
 
-        loop.sensor_filters.append(measured)
         loop.controller_filters.append(change)
 
     def starts(self, scales):

@@ -182,9 +182,11 @@ class DrivenLoop(Loop):
         if self.sensor_filters or self.feedback_filters:
             measured = measured.copy()
 
-        def each(callbacks: list[Callable], *signals: np.ndarray) -> None:
+        def each(callbacks: list[Callable], *signals: np.ndarray, reaching=()) -> None:
             for i, tick in enumerate(ticks) if callbacks else ():
                 self._show(path, tick, q[i], dq[i])
+                if reaching:
+                    self.command, self.measured, self.measured_dq = (one[i] for one in reaching)
                 for change in callbacks:
                     change(tick, *(signal[i] for signal in signals))
 
@@ -203,7 +205,7 @@ class DrivenLoop(Loop):
         if schedule.compensated.any():
             on = self._every(schedule.compensated[:, None])
             torque += on * self.compensation_factor * weight
-        each(self.controller_filters, torque)
+        each(self.controller_filters, torque, reaching=(wanted, measured, measured_dq))
         if schedule.drive is not None:
             for tick, one in zip(ticks, torque, strict=True):
                 schedule.drive.give(tick, one)

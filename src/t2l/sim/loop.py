@@ -29,6 +29,8 @@ class Loop:
         ahead: (nsim, njoint) s, how far the loop looks ahead to be no later than the real one.
         hidden_start: (nsim, njoint, 3) angle and velocity with which what no encoder sees starts,
             beyond its rest under load, rad and rad/s, and what to add to `Schedule.start_dq`.
+        command, measured, measured_dq: (nsim, njoint) rad and rad/s of the present tick, as they
+            reach the controller after all filters; for what changes what it makes of them.
         play: (nsim, njoint) rad, within which it is free.
         command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets

@@ -136,6 +136,7 @@ class ServoLoop(Loop):
                 demand += added(tick)
             if gravity:
                 demand += compensated * gravity(later if tick == 1 else ahead)
+            self.command, self.measured, self.measured_dq = target, measured, measured_dq
             for change in self.controller_filters:
                 change(tick, demand)
             if drive is not None:
