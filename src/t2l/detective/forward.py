@@ -20,7 +20,7 @@ from t2l.detective.fitted_set import FittedSet, Start, names_of
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Screen
 
-GROWING = 4  # numerics: sets of as many effects that grow
+GROWING = 4  # numerics: sets that grow at a time
 ADDED = 6  # numerics: effects that are tried beside each
 MOST = 6  # bound: effects in a set
 STEPS = 8  # bound: of growing
@@ -60,7 +60,7 @@ def grown(
         left = min((one.left_out_rmse for one in known.values()), default=np.inf)
         if judge.quiet(left) or left < floor or over():
             break
-        small = [one for one in known.values() if len(one.layout.terms) < MOST]
+        small = (one for one in known.values() if len(one.layout.terms) < MOST)
         small = [one for one in small if frozenset(one.names) not in grew]
         alike = sorted(small, key=lambda one: one.left_out_rmse)[:GROWING]
         # those that grew have some derivatives of the smaller set still
