@@ -36,8 +36,8 @@ class Column:
 
     Attributes:
         at: index into the columns of a table.
-        parameter, joint: of the effect; no joint where it is the robot's, and no parameter where
-            it scales a response.
+        parameter, joint: of the effect; no joint where it is the robot's or all joints', and no
+            parameter where it scales a response.
         lower, upper: how far u may move from the setting.
     """
 
@@ -182,6 +182,12 @@ class _Asked:
         """Joints of which each makes a candidate; None where all are one."""
         per_joint = any(parameter.per_joint for parameter in self.effect.parameters)
         return self.new_joints if per_joint and not self.apart else [None]
+
+    @property
+    def shared(self) -> bool:
+        """Whether its joints may have the same numbers, which makes a candidate beside."""
+        own = [parameter for parameter in self.effect.parameters if parameter.per_joint]
+        return len(self.each) > 1 and not any(p.scale or p.rough for p in own)
 
     def of(self, joint: int | None, slots: Sequence[int]) -> list[int]:
         """Of some own slots those of a candidate on `joint`."""
@@ -456,7 +462,7 @@ def _driven(
     places = [
         {
             joint: [first.ask([t[:, row] for t in one.torque], joint) for row in one.rows]
-            for joint in one.each
+            for joint in [*one.each, *[None] * one.shared]
         }
         for one in asked
     ]
@@ -472,6 +478,9 @@ def _driven(
             best += made[:1]
         if len(best) > 1:
             candidates.append(_together(best))
+        if one.shared:
+            kept = _ranked(residual, values[:, at[None]])[:1]
+            candidates += [_derived(one, s, None, at[None][s], second) for s in kept]
     return Table(np.concatenate([values, second.responses()], axis=1), candidates)
 
 
@@ -481,17 +490,17 @@ def _derived(
     """A candidate at setting s, whose derivatives are asked for."""
     columns, at = [], one.rows[s]
     for g, group in enumerate(one.groups):
-        for i in one.of(joint, group):
+        own, as_one = one.of(joint, group), joint is None and one.shared
+        for i in own[:1] if as_one else own:
             step, slot, u = one.steps[s, one.own.index(i)], one.layout.slots[i], one.settings[s, i]
             torques = [(t[:, at + 1 + g] - t[:, at]) / step for t in one.torque]
             lower, upper = one.layout.lower[i] - u, one.layout.upper[i] - u
             if slot.parameter.log:
                 lower, upper = max(lower, -FARTHEST), min(upper, FARTHEST)
             place = wanted.ask(torques, joint)
-            columns.append(Column(place, slot.parameter.name, slot.joint, lower, upper))
-    joints = one.term.joints if joint is None else (joint,)
-    if one.apart:
-        joints = tuple(one.new_joints)
+            on = None if as_one else slot.joint
+            columns.append(Column(place, slot.parameter.name, on, lower, upper))
+    joints = (joint,) if joint is not None else tuple(one.new_joints) or one.term.joints
     return Candidate(one.effect, joints, one.setting(s, joint), (constant,), tuple(columns))
 
 

@@ -134,8 +134,9 @@ def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[
         for (parameter, joint), start in member.setting.items():
             new.setdefault((name, parameter, joint), start)
         for column in member.columns:
-            if column.parameter is not None:
-                new[name, column.parameter, column.joint] += weights[at]
+            for parameter, joint in member.setting:
+                if parameter == column.parameter and column.joint in (joint, None):
+                    new[name, parameter, joint] += weights[at]
             at += 1
     whole = Layout([Term(effects[name], tuple(sorted(of))) for name, of in joints.items()])
     start = np.array([values[s.key] if s.key in values else new[s.key] for s in whole.slots])

@@ -1,12 +1,14 @@
 """A model with more terms: where its fit begins, and what it left."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from t2l.detective.screen import independent
-from t2l.effects.term import Layout
+from t2l.detective.screen import ALIKE, TINY, independent
+from t2l.effects.term import Layout, Slot, Term
+from t2l.identify.levels import MATERIAL
 
 NOT_ZERO = 1e-9  # numerics: of a parameter's scale
 
@@ -77,11 +79,35 @@ class FittedSet:
 
     @cached_property
     def complexity(self) -> int:
-        """How many numbers the samples tell of those that were chosen; a name counts as one."""
+        """How many numbers the samples tell of those that were chosen; a name counts as one.
+
+        What joints may share counts as one where values of their own do not matter.
+        """
         fixed = self.layout.lower >= self.layout.upper
         rough = int((~self.free & ~fixed).sum())
-        told = independent(self.jacobian[:, self.free].T @ self.jacobian[:, self.free])
+        own, of = np.unique(self._alike, return_inverse=True)
+        together = self._products @ np.eye(len(own))[of]
+        told = independent(np.eye(len(own))[of].T @ together)
         return told + rough + len(self.layout.terms)
+
+    @cached_property
+    def _products(self) -> np.ndarray:
+        jacobian = self.jacobian[:, self.free]
+        return jacobian.T @ jacobian
+
+    @cached_property
+    def _alike(self) -> np.ndarray:
+        """Of each number that was fitted the first of those that it is alike to."""
+        slots = [slot for slot, is_free in zip(self.layout.slots, self.free, strict=True) if is_free]
+        allowed = ((1 + MATERIAL) ** 2 - 1) * float(self.residual @ self.residual)
+        return alike(slots, self.u[self.free], self._products, allowed)
+
+    def shares(self, term: Term) -> bool:
+        """Whether all joints of a term have the same numbers, or as good as that."""
+        slots = [slot for slot, is_free in zip(self.layout.slots, self.free, strict=True) if is_free]
+        own = zip(slots, self._alike, strict=True)
+        found = {(slot.parameter.name, i) for slot, i in own if slot.term is term}
+        return len(term.joints) > 1 and len(found) <= len({name for name, _ in found})
 
     @property
     def columns(self) -> dict[tuple, np.ndarray]:
@@ -93,6 +119,34 @@ class FittedSet:
     def names(self) -> set[tuple[str, tuple[int, ...]]]:
         """Effects and the joints that have them."""
         return names_of(self.layout)
+
+
+def alike(
+    slots: Sequence[Slot], u: np.ndarray, products: np.ndarray, allowed: float
+) -> np.ndarray:
+    """(n,) of each of some numbers u (n,) the first of those that one number may stand for.
+
+    That is a parameter of several joints, if it has no scale that is a joint's own.
+
+    Args:
+        products: (n, n) of the derivatives by u.
+        allowed: by how much the sum of squares may rise.
+    """
+    n = len(slots)
+    groups: dict[tuple, list[int]] = {}
+    for i, slot in enumerate(slots):
+        groups.setdefault((*slot.key[:2], slot.parameter.scale and slot.joint), []).append(i)
+    size = np.sqrt(np.diag(products)) + TINY
+    inverse = np.linalg.pinv(products / np.outer(size, size), ALIKE, hermitian=True)
+    ties, of = np.zeros((0, n)), np.arange(n)
+    for group in groups.values():
+        more = (np.eye(n)[group[1:]] - np.eye(n)[group[0]]) / size
+        both = np.concatenate([ties, more])
+        apart = both @ (size * u)
+        rise = apart @ np.linalg.pinv(both @ inverse @ both.T, hermitian=True) @ apart
+        if rise <= allowed:
+            ties, of[group] = both, group[0]
+    return of
 
 
 def sizes(start: Start) -> np.ndarray:

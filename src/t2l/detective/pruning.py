@@ -103,13 +103,14 @@ def worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> li
 
 
 def without_one(whole: FittedSet) -> list[Start]:
-    """A set without each of its terms, joint by joint where it has a number for each."""
+    """A set without each of its terms, joint by joint where each has numbers of its own."""
     old = {s.key: v for s, v in zip(whole.layout.slots, whole.u, strict=True)}
     known, trials = whole.columns, []
     for term in whole.layout.terms:
         others = [t for t in whole.layout.terms if t is not term]
         fewer = [tuple(j for j in term.joints if j != gone) for gone in term.joints]
-        if not any(p.per_joint for p in term.effect.parameters) or len(term.joints) == 1:
+        per_joint = any(p.per_joint for p in term.effect.parameters)
+        if not per_joint or len(term.joints) == 1 or whole.shares(term):
             fewer = [()]
         for joints in fewer:
             layout = Layout([*others, Term(term.effect, joints)] if joints else others)
