@@ -98,13 +98,17 @@ class FittedSet:
     @cached_property
     def _alike(self) -> np.ndarray:
         """Of each number that was fitted the first of those that it is alike to."""
-        slots = [slot for slot, is_free in zip(self.layout.slots, self.free, strict=True) if is_free]
+        slots = [
+            slot for slot, is_free in zip(self.layout.slots, self.free, strict=True) if is_free
+        ]
         allowed = ((1 + MATERIAL) ** 2 - 1) * float(self.residual @ self.residual)
         return alike(slots, self.u[self.free], self._products, allowed)
 
     def shares(self, term: Term) -> bool:
         """Whether all joints of a term have the same numbers, or as good as that."""
-        slots = [slot for slot, is_free in zip(self.layout.slots, self.free, strict=True) if is_free]
+        slots = [
+            slot for slot, is_free in zip(self.layout.slots, self.free, strict=True) if is_free
+        ]
         own = zip(slots, self._alike, strict=True)
         found = {(slot.parameter.name, i) for slot, i in own if slot.term is term}
         return len(term.joints) > 1 and len(found) <= len({name for name, _ in found})
@@ -121,9 +125,7 @@ class FittedSet:
         return names_of(self.layout)
 
 
-def alike(
-    slots: Sequence[Slot], u: np.ndarray, products: np.ndarray, allowed: float
-) -> np.ndarray:
+def alike(slots: Sequence[Slot], u: np.ndarray, products: np.ndarray, allowed: float) -> np.ndarray:
     """(n,) of each of some numbers u (n,) the first of those that one number may stand for.
 
     That is a parameter of several joints, if it has no scale that is a joint's own.

@@ -37,7 +37,7 @@ def added_torques(
     so_far = base[0], base[1][None]
     schedule, poses = section.motion.group.schedule, section.poses
     found: dict[int, np.ndarray] = {}
-    remembering: dict[tuple[int, bool], list[int]] = {}
+    remembering: dict[int, list[int]] = {}
     bodies = [added_by_bodies(predictor, schedule, poses, so_far, one) for one in variants]
     known: dict[int, np.ndarray] = {}
     for i, (layout, u) in enumerate(variants):
@@ -45,9 +45,7 @@ def added_torques(
         if _only_bodies(predictor, section, model, base, layout, u):
             found[i] = _whole(bodies[i], section, len(u))
         elif any(term.effect.remembers for term in (*base[0].terms, *layout.terms)):
-            # what goes tick by tick holds up none that does not
-            in_order = any(term.effect.in_order for term in layout.terms)
-            remembering.setdefault((id(model), in_order), []).append(i)
+            remembering.setdefault(id(model), []).append(i)
         else:
             if id(model) not in known:
                 known[id(model)] = _at_once(predictor, section, model, so_far)

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class ActuatorBandwidth(Effect):
@@ -27,8 +28,10 @@ class ActuatorBandwidth(Effect):
         shares = shares_of_gap(values["cutoff"], loop.plant_period_s)
         state, at = {}, (rows, loop.columns(joints))
 
+        @over_ticks
         def change(tick, torque):
-            torque[at] = lagging(torque[at].copy(), state, *shares)
+            for now in each_tick(torque):
+                now[at] = lagging(now[at].copy(), state, *shares)
 
         loop.motor_filters.append(change)
 

@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from t2l.effects.effect import AT_REST_RAD_S
+from t2l.sim.loop import each_tick, over_ticks
 from t2l.sim.servo import ServoLoop
 
 LEAST = 1e-12  # numerics: N·m and rad, in place of zero
@@ -36,32 +37,26 @@ def install_bristles(
         level: g (nrow, k) in N·m from the velocity (nrow, k) in rad/s.
         damping: σ1, N·m·s/rad.
     """
-    batch, ids, dofs = loop.batch, loop.ids[joints], loop.dofs[joints]
-    qpos, at = loop.qpos[joints], (rows, loop.columns(joints))
-    position, velocity = batch.qpos, batch.qvel
-    spring, damper = batch.expand("jnt_stiffness"), batch.expand("dof_damping")
-    rest = batch.expand("qpos_spring")
+    batch, dofs, at = loop.batch, loop.dofs[joints], (..., rows, loop.columns(joints))
+    give = loop.springs(rows, joints)
     passive, bias = batch.bind("qfrc_passive"), batch.bind("qfrc_bias")
     resolved = 1 / (batch.model.dof_invweight0[dofs] * batch.model.opt.timestep**2)
     sigma = np.minimum(stiffness, resolved)
-    own, state = {}, {}
+    state: dict[str, np.ndarray] = {}
 
+    @over_ticks
     def add(tick, q, dq, torque):
         # at the tick: what bends them in the meantime is integrated here
-        here, speed = position[rows, qpos], velocity[rows, dofs]
+        here, speed = loop.q[at], loop.dq[at]
         g = np.maximum(level(speed), LEAST)
-        if tick == 0:
-            # copies: what all other effects have written
-            own.update(k=spring[rows, ids], d=damper[rows, dofs], rest=rest[rows, qpos])
-            missing = torque[at] + passive[rows, dofs] - bias[rows, dofs]
-            state.update(q=here, z=bent_at_start(missing, speed, g, sigma))
+        if not state:
+            missing = each_tick(torque)[0][at] + passive[rows, dofs] - bias[rows, dofs]
+            start, dq_start = each_tick(here)[0], each_tick(speed)[0]
+            least = each_tick(np.broadcast_to(g, here.shape))[0]
+            state.update(q=start, z=bent_at_start(missing, dq_start, least, sigma))
         z, share = deflection(here, speed, state, g, sigma, loop.plant_period_s)
         torque[at] -= sigma * z
-        added = sigma * share
-        total = np.maximum(own["k"] + added, LEAST)
-        spring[rows, ids] = own["k"] + added
-        rest[rows, qpos] = (own["k"] * own["rest"] + added * here) / total
-        damper[rows, dofs] = own["d"] + damping * share
+        give(torque, sigma * share, damping * share)
 
     loop.joint_torques.append(add)
 
@@ -89,9 +84,19 @@ def bent_at_start(missing, dq, level, sigma):
 
 
 def deflection(q, dq, state, level, sigma, period_s):
-    """Deflection, rad, at a tick, and the share of the motion ahead that bends it."""
-    z = bent_by(q - state["q"], state["z"], level, sigma)
-    state["q"], state["z"] = q, z
+    """Deflection, rad, at a tick, and the share of the motion ahead that bends it.
+
+    Args:
+        q, dq, level: (…, k), or of ticks that follow each other (n, …, k).
+        state: q and z, (…, k), of the tick before them.
+    """
+    several = q.reshape(-1, *np.shape(state["q"]))
+    moved = np.diff(several, axis=0, prepend=state["q"][None]).reshape(q.shape)
+    limit, left = (one.reshape(several.shape) for one in slipping(moved, level, sigma))
+    now, bent = state["z"], np.empty_like(several)
+    for i, end, share in zip(range(len(bent)), limit, left, strict=True):
+        now = bent[i] = end + (now - end) * share
+    state["q"], state["z"], z = several[-1], now, bent.reshape(q.shape)
     ahead = dq * period_s
     moves = np.abs(ahead) > LEAST
     share = (bent_by(ahead, z, level, sigma) - z) / np.where(moves, ahead, 1.0)
@@ -100,5 +105,11 @@ def deflection(q, dq, state, level, sigma, period_s):
 
 def bent_by(moved, z, level, sigma):
     """Deflection (…) rad after a motion in rad, from a deflection z."""
+    limit, left = slipping(moved, level, sigma)
+    return limit + (z - limit) * left
+
+
+def slipping(moved, level, sigma):
+    """Deflection, rad, to which a motion tends, and what is left of the way there after it."""
     limit = level * np.sign(moved) / np.maximum(sigma, LEAST)
-    return limit + (z - limit) * np.exp(-sigma * np.abs(moved) / level)
+    return limit, np.exp(-sigma * np.abs(moved) / level)

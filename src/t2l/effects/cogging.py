@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 FEWEST, MOST = 3.0, 500.0  # bound: periods in a turn
 # numerics: rad by which the ends of the motion shift between periods that are tried
@@ -35,8 +36,9 @@ class Cogging(Effect):
         to.call(self.name, ripple_over_angle, joints, values)
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def add(tick, q, dq, torque):
             angle = values["periods"] * q[at] + values["phase"]
             torque[at] += values["amplitude"] * np.sin(angle)

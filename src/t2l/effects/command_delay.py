@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.sim.delay import DelayLine
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class CommandDelay(Effect):
@@ -33,7 +34,9 @@ class CommandDelay(Effect):
 
 
 def _delay(delayed, at):
+    @over_ticks
     def change(tick, command):
-        command[at] = delayed(command[at])
+        for now in each_tick(command):
+            now[at] = delayed(now[at])
 
     return change

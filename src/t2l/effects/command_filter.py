@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class CommandFilter(Effect):
@@ -39,9 +40,11 @@ class CommandFilter(Effect):
 def _low_pass(keep, at):
     state = {}
 
+    @over_ticks
     def change(tick, command):
-        raw = command[at].copy()
-        value = raw + (state.get("x", raw) - raw) * keep
-        state["x"] = command[at] = value
+        for now in each_tick(command):
+            raw = now[at].copy()
+            value = raw + (state.get("x", raw) - raw) * keep
+            state["x"] = now[at] = value
 
     return change

@@ -23,7 +23,6 @@ class DahlFriction(Effect):
     source = "Dahl, A solid friction model, 1968, with exponent 1"
     contains = ("coulomb_friction",)
     follows = "direction"
-    in_order = True
     order = 50  # at the start bristles hold what all other torques leave
 
     def export(self, to, joints, values):

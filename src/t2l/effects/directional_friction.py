@@ -4,6 +4,7 @@ import math
 
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class DirectionalFriction(Effect):
@@ -37,8 +38,9 @@ class DirectionalFriction(Effect):
         both = 0.5 * (values["forward"] + values["backward"])
         offset = 0.5 * (values["backward"] - values["forward"])
         loop.added_friction[rows, joints] += both
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def add(tick, q, dq, torque):
             torque[at] += offset
 

@@ -144,7 +144,6 @@ class Effect(ABC):
             have one: of torques alone, a late command cannot be told from a late torque.
         least_joints: how many driven joints it takes.
         remembers: what it does at a tick depends on ticks before.
-        in_order: it changes fields of the batch from tick to tick, see `Loop.in_order`.
         hides_state: it has a far side that no encoder sees, which need not start at rest.
         reads_motor: `read_off` takes a further argument `motor`: the motor torque (n,) of the
             logged commands and gains, N·m.
@@ -168,7 +167,6 @@ class Effect(ABC):
     acts_through: tuple[str, ...] = ()
     least_joints: int = 1
     remembers: bool = True
-    in_order: bool = False
     hides_state: bool = False
     reads_motor: bool = False
     names_joints: bool = False

@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 NEWTON = 8  # numerics: steps, each of which doubles the digits
 
@@ -28,13 +29,14 @@ class EncoderEccentricity(Effect):
         to.cannot_carry(self.name, "MuJoCo's actuators read the true position of a joint")
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
         amplitude, phase = values["amplitude"], values["phase"]
         true = true_angle(loop.start_q[at], amplitude, phase)
         # the measured start is the reading there
         start = loop.start_q[at] - true
         loop.encoder_offset[at] += start
 
+        @over_ticks
         def change(tick, q, dq):
             angle = q[at] - start
             q[at] = angle + amplitude * np.sin(angle + phase)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class EncoderScale(Effect):
@@ -24,10 +25,11 @@ class EncoderScale(Effect):
         to.cannot_carry(self.name, "MuJoCo's actuators read the true position of a joint")
 
     def install(self, loop, rows, joints, values):
-        at, factor = (rows, loop.columns(joints)), 1 + values["error"]
+        at, factor = (..., rows, loop.columns(joints)), 1 + values["error"]
         # measured, whatever other effects make of it
         start = loop.start_q[at]
 
+        @over_ticks
         def change(tick, q, dq):
             q[at] = start + factor * (q[at] - start)
             dq[at] *= factor

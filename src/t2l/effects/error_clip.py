@@ -5,6 +5,7 @@ import numpy as np
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import error_at, error_of_torque
+from t2l.sim.loop import over_ticks
 
 
 class ErrorClip(Effect):
@@ -30,8 +31,9 @@ class ErrorClip(Effect):
         to.call(self.name, cut_error, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        at, limit = (rows, loop.columns(joints)), values["limit"]
+        at, limit = (..., rows, loop.columns(joints)), values["limit"]
 
+        @over_ticks
         def change(tick, torque):
             error = error_at(loop, at)
             torque[at] -= loop.kp[at] * (error - np.minimum(np.maximum(error, -limit), limit))

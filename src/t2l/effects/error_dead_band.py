@@ -5,6 +5,7 @@ import numpy as np
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import error_at, error_of_torque
+from t2l.sim.loop import over_ticks
 
 
 class ErrorDeadBand(Effect):
@@ -27,8 +28,9 @@ class ErrorDeadBand(Effect):
         to.call(self.name, ignore_small_error, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        at, band = (rows, loop.columns(joints)), values["band"]
+        at, band = (..., rows, loop.columns(joints)), values["band"]
 
+        @over_ticks
         def change(tick, torque):
             torque[at] -= loop.kp[at] * np.minimum(np.maximum(error_at(loop, at), -band), band)
 

@@ -7,6 +7,7 @@ import numpy as np
 from t2l.effects import warming
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class FrictionDrift(Effect):
@@ -37,8 +38,9 @@ class FrictionDrift(Effect):
         to.call(self.name, friction_that_drifts, joints, values)
 
     def install(self, loop, rows, joints, values):
-        here = rows, loop.columns(joints)
+        here = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def add(tick, dq, motor, level):
             level[here] += warming.at(loop, rows, tick, values)
 

@@ -4,6 +4,7 @@ import math
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.warming import REFERENCE_C
+from t2l.sim.loop import over_ticks
 
 
 class FrictionTemperature(Effect):
@@ -30,8 +31,9 @@ class FrictionTemperature(Effect):
         to.cannot_carry(self.name, "a simulator has no temperature")
 
     def install(self, loop, rows, joints, values):
-        here = rows, loop.columns(joints)
+        here = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def add(tick, dq, motor, level):
             warmer = loop.logged("temperature", tick, self.name)[here] - REFERENCE_C
             level[here] += values["torque"] + values["per_kelvin"] * warmer

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import AT_REST_RAD_S, Effect, Parameter
 from t2l.effects.exported import CONTROLLER
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class IntegralAction(Effect):
@@ -41,20 +42,16 @@ class IntegralAction(Effect):
         first = 0.5 * (period + loop.real_period_s)
         passive, bias = loop.batch.bind("qfrc_passive"), loop.batch.bind("qfrc_bias")
 
+        @over_ticks
         def change(tick, torque):
-            error = loop.command[at] - loop.measured[at]
-            if tick == 0:
-                dofs = loop.dofs[joints]
-                load = bias[rows, dofs] - passive[rows, dofs]
-                state["sum"] = first_sum(
-                    load,
-                    torque[at],
-                    loop.kp[at] * error,
-                    loop.measured_dq[at],
-                    gain,
-                    gain * first * error,
-                )
-            torque[at] += integrated(state, gain * error, first, period, limit)
+            signals = loop.command, loop.measured, loop.measured_dq, torque
+            for command, measured, dq, now in zip(*map(each_tick, signals), strict=True):
+                error = command[at] - measured[at]
+                if not state:
+                    dofs, pulled = loop.dofs[joints], loop.kp[at] * error
+                    load, added = bias[rows, dofs] - passive[rows, dofs], gain * first * error
+                    state["sum"] = first_sum(load, now[at], pulled, dq[at], gain, added)
+                now[at] += integrated(state, gain * error, first, period, limit)
 
         loop.controller_filters.append(change)
 

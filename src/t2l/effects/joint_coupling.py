@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class JointCoupling(Effect):
@@ -51,12 +52,13 @@ class JointCoupling(Effect):
             own[name] for name in ("stiffness", "damping", "ratio", "rest")
         )
 
+        @over_ticks
         def add(tick, q, dq, torque):
-            rate = dq[rows][:, here] + ratio * dq[rows][:, here - 1]
-            length = q[rows][:, here] + ratio * q[rows][:, here - 1]
+            rate = dq[..., rows, here] + ratio * dq[..., rows, here - 1]
+            length = q[..., rows, here] + ratio * q[..., rows, here - 1]
             pull = -stiffness * (length - rest) - damping * rate
-            torque[rows, here] += pull
-            torque[rows, here - 1] += ratio * pull
+            torque[..., rows, here] += pull
+            torque[..., rows, here - 1] += ratio * pull
 
         loop.joint_torques.append(add)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class LowRateLoop(Effect):
@@ -36,10 +37,11 @@ class LowRateLoop(Effect):
         loop.ahead[rows] = late / 2
         state, at = {}, (rows, loop.columns(joints))
 
+        @over_ticks
         def change(tick, torque):
-            torque[at] = renewed(
-                torque[at].copy(), state, tick * per_tick + values["phase"], per_tick
-            )
+            for i, now in zip(np.ravel(tick), each_tick(torque), strict=True):
+                periods = i * per_tick + values["phase"]
+                now[at] = renewed(now[at].copy(), state, periods, per_tick)
 
         loop.controller_filters.append(change)
 

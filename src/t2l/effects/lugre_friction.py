@@ -35,7 +35,6 @@ class LugreFriction(Effect):
     source = "Canudas de Wit et al., A new model for control of systems with friction, 1995"
     contains = ("coulomb_friction", "stribeck_friction", "dahl_friction")
     follows = "direction"
-    in_order = True
     order = 50
 
     def export(self, to, joints, values):

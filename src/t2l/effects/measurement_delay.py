@@ -6,6 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import delayed
 from t2l.sim.delay import DelayLine
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class MeasurementDelay(Effect):
@@ -30,8 +31,10 @@ class MeasurementDelay(Effect):
         ticks, at = values["delay"] / loop.period_s, (rows, loop.columns(joints))
         late = DelayLine(ticks), DelayLine(ticks)
 
+        @over_ticks
         def change(tick, q, dq):
-            q[at], dq[at] = late[0](q[at]), late[1](dq[at])
+            for here, speed in zip(each_tick(q), each_tick(dq), strict=True):
+                here[at], speed[at] = late[0](here[at]), late[1](speed[at])
 
         loop.feedback_filters.append(change)
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 # bound: a period longer than most logs, and faster than a joint follows
 SLOWEST_HZ, FASTEST_HZ = 0.02, 50.0
@@ -30,10 +31,11 @@ class PeriodicTorque(Effect):
         to.call(self.name, swing_in_time, joints, values)
 
     def install(self, loop, rows, joints, values):
-        at, turn = (rows, loop.columns(joints)), 2 * np.pi * values["frequency"]
+        at, turn = (..., rows, loop.columns(joints)), 2 * np.pi * values["frequency"]
 
+        @over_ticks
         def add(tick, q, dq, torque):
-            clock = loop.clock_s(tick)[rows]
+            clock = loop.clock_s(tick)[..., rows, :]
             torque[at] += values["amplitude"] * np.sin(turn * clock + values["phase"])
 
         loop.joint_torques.append(add)

@@ -6,6 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import delayed
 from t2l.sim.delay import DelayLine
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class SetPointInterpolation(Effect):
@@ -41,13 +42,15 @@ class SetPointInterpolation(Effect):
             state["sum"] = state["sum"] + (command - state["first"]) * period
             return state["first"] + (state["sum"] - before(state["sum"])) / ramp
 
+        @over_ticks
         def change(tick, target):
-            command = target[at].copy()
-            if not state:
-                state.update(first=command, sum=0.0 * command)
-            # a tick may hold several of the real loop, of which the torque sees the mean
-            steps = [follow(command) for _ in range(loop.schedule.coarseness)]
-            target[at] = sum(steps) / len(steps)
+            for now in each_tick(target):
+                command = now[at].copy()
+                if not state:
+                    state.update(first=command, sum=0.0 * command)
+                # a tick may hold several of the real loop, of which the torque sees the mean
+                steps = [follow(command) for _ in range(loop.schedule.coarseness)]
+                now[at] = sum(steps) / len(steps)
 
         loop.command_filters.append(change)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class SetPointProfile(Effect):
@@ -35,11 +36,14 @@ class SetPointProfile(Effect):
         state, at = {}, (rows, loop.columns(joints))
         velocity, acceleration = values["velocity"], values["acceleration"]
 
+        @over_ticks
         def change(tick, target):
-            # a tick may hold several of the real loop, of which the torque sees the mean
-            command, limits = target[at].copy(), (velocity, acceleration, loop.real_period_s)
-            steps = [profiled(command, state, *limits) for _ in range(loop.schedule.coarseness)]
-            target[at] = sum(steps) / len(steps)
+            limits = velocity, acceleration, loop.real_period_s
+            for now in each_tick(target):
+                # a tick may hold several of the real loop, of which the torque sees the mean
+                command = now[at].copy()
+                steps = [profiled(command, state, *limits) for _ in range(loop.schedule.coarseness)]
+                now[at] = sum(steps) / len(steps)
 
         loop.command_filters.append(change)
 

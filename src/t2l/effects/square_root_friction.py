@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class SquareRootFriction(Effect):
@@ -31,9 +32,10 @@ class SquareRootFriction(Effect):
         to.call(self.name, grow_by_root, joints, values)
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
 
         # as dry friction, which never turns a joint back
+        @over_ticks
         def add(tick, dq, motor, level):
             level[at] += values["coefficient"] * np.sqrt(np.abs(dq[at]))
 

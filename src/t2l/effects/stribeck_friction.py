@@ -6,6 +6,7 @@ import numpy as np
 
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class StribeckFriction(Effect):
@@ -39,8 +40,9 @@ class StribeckFriction(Effect):
         to.call(self.name, fade_with_velocity, joints, values)
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def add(tick, dq, motor, level):
             speed = dq[at] / values["velocity"]
             level[at] += values["coulomb"] + values["extra_at_rest"] * np.exp(-(speed**2))

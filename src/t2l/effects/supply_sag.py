@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import over_ticks
 
 
 class SupplySag(Effect):
@@ -36,10 +37,11 @@ class SupplySag(Effect):
         to.call(self.name, sag, joints, values, MOTOR)
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def change(tick, torque):
-            work = np.abs(torque[rows]).sum(axis=1, keepdims=True)
+            work = np.abs(torque[..., rows, :]).sum(axis=-1, keepdims=True)
             torque[at] /= 1 + values["drop"] * work
 
         loop.motor_filters.append(change)

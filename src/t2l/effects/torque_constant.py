@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import over_ticks
 
 
 class TorqueConstant(Effect):
@@ -34,8 +35,9 @@ class TorqueConstant(Effect):
         to.call(self.name, scale_torque, joints, values, MOTOR, element)
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def change(tick, torque):
             torque[at] *= values["factor"]
 

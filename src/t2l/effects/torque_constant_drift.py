@@ -5,6 +5,7 @@ import numpy as np
 from t2l.effects import warming
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import over_ticks
 
 
 class TorqueConstantDrift(Effect):
@@ -34,8 +35,9 @@ class TorqueConstantDrift(Effect):
         to.call(self.name, torque_that_drifts, joints, values, MOTOR)
 
     def install(self, loop, rows, joints, values):
-        here = rows, loop.columns(joints)
+        here = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def change(tick, torque):
             torque[here] *= warming.at(loop, rows, tick, values)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.warming import REFERENCE_C
+from t2l.sim.loop import over_ticks
 
 
 class TorqueConstantTemperature(Effect):
@@ -28,8 +29,9 @@ class TorqueConstantTemperature(Effect):
         to.cannot_carry(self.name, "a simulator has no temperature")
 
     def install(self, loop, rows, joints, values):
-        here = rows, loop.columns(joints)
+        here = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def change(tick, torque):
             warmer = loop.logged("temperature", tick, self.name)[here] - REFERENCE_C
             share = np.maximum(1 + values["per_kelvin"] * warmer, 0.0)

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import over_ticks
 
 
 class TorqueDeadZone(Effect):
@@ -28,8 +29,9 @@ class TorqueDeadZone(Effect):
         to.call(self.name, leave_out_zone, joints, values, MOTOR)
 
     def install(self, loop, rows, joints, values):
-        at, zone = (rows, loop.columns(joints)), values["zone"]
+        at, zone = (..., rows, loop.columns(joints)), values["zone"]
 
+        @over_ticks
         def change(tick, torque):
             torque[at] -= np.minimum(np.maximum(torque[at], -zone), zone)
 

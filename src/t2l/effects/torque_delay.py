@@ -6,6 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import delayed
 from t2l.sim.delay import DelayLine
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class TorqueDelay(Effect):
@@ -28,8 +29,10 @@ class TorqueDelay(Effect):
     def install(self, loop, rows, joints, values):
         late, at = DelayLine(values["delay"] / loop.period_s), (rows, loop.columns(joints))
 
+        @over_ticks
         def change(tick, torque):
-            torque[at] = late(torque[at])
+            for now in each_tick(torque):
+                now[at] = late(now[at])
 
         loop.controller_filters.append(change)
 

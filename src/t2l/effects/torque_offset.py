@@ -1,6 +1,7 @@
 """A constant torque."""
 
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class TorqueOffset(Effect):
@@ -21,8 +22,9 @@ class TorqueOffset(Effect):
         to.constant[joints] += values["torque"]
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def add(tick, q, dq, torque):
             torque[at] += values["torque"]
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class TorqueRateLimit(Effect):
@@ -35,8 +36,10 @@ class TorqueRateLimit(Effect):
         delay = values["ramp"] / (2 * largest)
         state, at = {}, (rows, loop.columns(joints))
 
+        @over_ticks
         def change(tick, torque):
-            torque[at] = slewed(torque[at].copy(), state, largest, delay)
+            for now in each_tick(torque):
+                now[at] = slewed(now[at].copy(), state, largest, delay)
 
         loop.motor_filters.append(change)
 

@@ -5,6 +5,7 @@ import numpy as np
 from t2l.effects.cogging import FEWEST, MOST, strongest_ripple
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import over_ticks
 
 LARGEST = 0.9  # bound: of a first guess: the motor does not change its direction
 
@@ -38,12 +39,12 @@ class TorqueRippleWithPosition(Effect):
         to.call(self.name, wobble, joints, values, MOTOR)
 
     def install(self, loop, rows, joints, values):
-        at, qpos, dofs = (rows, loop.columns(joints)), loop.qpos[joints], loop.dofs[joints]
-        position, velocity = loop.batch.qpos, loop.batch.qvel
+        at = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def change(tick, torque):
             # the angle in the middle of the period for which the torque is held
-            q = position[rows, qpos] + 0.5 * loop.plant_period_s * velocity[rows, dofs]
+            q = loop.q[at] + 0.5 * loop.plant_period_s * loop.dq[at]
             ripple = np.sin(values["periods"] * q + values["phase"])
             torque[at] *= 1 + values["amplitude"] * ripple
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import over_ticks
 
 
 class TorqueSaturation(Effect):
@@ -32,8 +33,9 @@ class TorqueSaturation(Effect):
         to.call(self.name, cut_torque, joints, both, MOTOR, element=limit)
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
 
+        @over_ticks
         def change(tick, torque):
             torque[at] = np.minimum(np.maximum(torque[at], -values["limit"]), values["limit"])
 

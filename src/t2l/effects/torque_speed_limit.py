@@ -6,6 +6,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
+from t2l.sim.loop import over_ticks
 from t2l.sim.servo import ServoLoop
 
 RATED_V = 12.0  # format: of the parameters, and of a log without `supply_voltage`
@@ -41,7 +42,7 @@ class TorqueSpeedLimit(Effect):
 
     def install(self, loop, rows, joints, values):
         stall, slope = values["stall_torque"], values["stall_torque"] / values["no_load_speed"]
-        at = (rows, loop.columns(joints))
+        at = ..., rows, loop.columns(joints)
 
         def most(tick, dq):
             volts = loop.logged("supply_voltage", tick)
@@ -64,10 +65,11 @@ def limit_by_velocity(loop: ServoLoop, rows: slice, joints: np.ndarray, most: Ca
     Args:
         most: called with (tick, velocity), both (nrow, njoint): the greatest torque there.
     """
-    velocity, dofs, at = loop.batch.qvel, loop.dofs[joints], (rows, loop.columns(joints))
+    at = ..., rows, loop.columns(joints)
 
+    @over_ticks
     def change(tick, torque):
-        dq = velocity[rows, dofs]  # the motor's own, not what an encoder reads
+        dq = loop.dq[at]  # the motor's own, not what an encoder reads
         torque[at] = np.minimum(np.maximum(torque[at], -most(tick, -dq)), most(tick, dq))
 
     loop.motor_filters.append(change)

@@ -5,6 +5,7 @@ import numpy as np
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.sim.delay import DelayLine
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class VelocityFeedForward(Effect):
@@ -33,10 +34,12 @@ class VelocityFeedForward(Effect):
         # a command that is held for a period is the one before it a period ago
         before = DelayLine(period / loop.period_s)
 
+        @over_ticks
         def change(tick, torque):
-            target = loop.command[at]
-            velocity = (target - before(target)) / period
-            torque[at] += values["factor"] * loop.kd[at] * velocity
+            both = zip(each_tick(torque), each_tick(loop.command), strict=True)
+            for now, command in both:
+                velocity = (command[at] - before(command[at])) / period
+                now[at] += values["factor"] * loop.kd[at] * velocity
 
         loop.controller_filters.append(change)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class VelocityFilter(Effect):
@@ -31,9 +32,11 @@ class VelocityFilter(Effect):
         keep = np.exp(-2 * np.pi * values["cutoff"] * loop.period_s)
         state, at = {}, (rows, loop.columns(joints))
 
+        @over_ticks
         def change(tick, torque):
-            velocity = loop.measured_dq[at]
-            torque[at] += loop.kd[at] * (velocity - smoothed(velocity, state, keep))
+            both = zip(each_tick(torque), each_tick(loop.measured_dq), strict=True)
+            for now, speed in both:
+                now[at] += loop.kd[at] * (speed[at] - smoothed(speed[at], state, keep))
 
         loop.controller_filters.append(change)
 

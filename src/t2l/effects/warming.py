@@ -17,5 +17,5 @@ REFERENCE_C = 25.0  # format: at which a parameter has its stated value
 
 def at(loop: ServoLoop, rows: slice, tick: int, values: Values) -> np.ndarray:
     """x (nrow, k) at a tick."""
-    left = np.exp(-loop.clock_s(tick)[rows] / values["time_constant"])
+    left = np.exp(-loop.clock_s(tick)[..., rows, :] / values["time_constant"])
     return values["at_end"] + (values["at_start"] - values["at_end"]) * left

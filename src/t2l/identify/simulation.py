@@ -189,7 +189,7 @@ def install(loop: Loop, variants: Sequence[tuple[Layout, np.ndarray]]) -> None:
             before = {name: len(acting) for name, acting in loop.places.items()}
             term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
             new = sum(len(acting) > before[name] for name, acting in loop.places.items())
-            loop.in_order |= term.effect.in_order or new > 1
+            loop.in_order |= new > 1
         for i in np.flatnonzero(having):
             del left[i][0]
 

@@ -10,6 +10,7 @@ What remembers nothing needs no order of ticks, so that all of them are one call
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import mujoco
 import numpy as np
@@ -172,7 +173,7 @@ class DrivenLoop(Loop):
     def _torque(self, path: Path, ticks: range, target, added, bodies) -> np.ndarray:
         """At some ticks that follow each other, (k, nsim, njoint): what is asked for, then given.
 
-        What acts at one place is called tick by tick, before what acts at the next.
+        What acts at one place is called for all of them, before what acts at the next.
         """
         some, k = slice(ticks.start, ticks.stop), len(ticks)
         schedule, half = self.schedule, 0.5 * self.period_s
@@ -183,12 +184,17 @@ class DrivenLoop(Loop):
             measured = measured.copy()
 
         def each(callbacks: list[Callable], *signals: np.ndarray, reaching=()) -> None:
-            for i, tick in enumerate(ticks) if callbacks else ():
-                self._show(path, tick, q[i], dq[i])
-                if reaching:
-                    self.command, self.measured, self.measured_dq = (one[i] for one in reaching)
-                for change in callbacks:
-                    change(tick, *(signal[i] for signal in signals))
+            for at_once, some in groupby(callbacks, lambda change: hasattr(change, "over_ticks")):
+                if at_once:
+                    self._show(path, ticks.start, q, dq, 0, reaching)
+                    for change in some:
+                        change(np.arange(ticks.start, ticks.stop), *signals)
+                    continue
+                some = list(some)
+                for i, tick in enumerate(ticks):
+                    self._show(path, tick, q[i], dq[i], ..., [one[i] for one in reaching])
+                    for change in some:
+                        change(tick, *(signal[i] for signal in signals))
 
         each(self.sensor_filters, measured, measured_dq)
         if schedule.hold is not None:
@@ -242,13 +248,31 @@ class DrivenLoop(Loop):
             torque -= _dry_friction(level, dq, path.at_rest, excess)
         return torque
 
+    def springs(self, rows: slice, joints: np.ndarray) -> Callable:
+        """As `ServoLoop.springs`, also of several ticks: the mean torque until the next tick."""
+        at, half = (..., rows, self.columns(joints)), 0.5 * self.period_s
+
+        def give(torque: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> None:
+            torque[at] -= (half * stiffness + damping) * self.dq[at]
+
+        return give
+
     def _every(self, values: np.ndarray) -> np.ndarray:
         """A copy (…, nsim, k) of what all variants share, (…, nrec, k)."""
         return values.take(self.recording, axis=-2)
 
-    def _show(self, path: Path, tick: int, q: np.ndarray, dq: np.ndarray) -> None:
-        """Let the batch be where the motion is at a tick; q and dq are (nsim, njoint)."""
+    def _show(self, path: Path, tick: int, q: np.ndarray, dq: np.ndarray, first, reaching) -> None:
+        """Let loop and batch be where the motion is at a tick, or the loop at several.
+
+        Args:
+            q, dq: (nsim, njoint) or (k, nsim, njoint); at `first` of these, the batch.
+            reaching: likewise `Loop.command`, `measured` and `measured_dq`, where they are asked.
+        """
+        self.q, self.dq = q, dq
+        if reaching:
+            self.command, self.measured, self.measured_dq = reaching
         batch, (qpos, dofs) = self.batch, self.at
+        q, dq = q[first], dq[first]
         batch.qpos[:, qpos], batch.qvel[:, dofs] = q, dq
         for name, values in (("qfrc_bias", path.load), ("qfrc_gravcomp", path.weight)):
             if name in batch.bound:

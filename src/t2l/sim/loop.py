@@ -1,11 +1,26 @@
 """What every control loop of a plant's variants has: signals, and the places where effects act."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import mujoco
 import numpy as np
 
 from t2l.sim.schedule import Schedule
+
+
+def over_ticks(change: Callable) -> Callable:
+    """Mark what acts in a loop as fit for several ticks that follow each other, in one call.
+
+    It gets the ticks (k,), and signals (k, nsim, njoint) in place of (nsim, njoint). What it asks
+    the batch is of the first tick.
+    """
+    change.over_ticks = True
+    return change
+
+
+def each_tick(signal: np.ndarray) -> Iterable[np.ndarray]:
+    """A signal at each tick, (nsim, njoint), that can be written to."""
+    return signal.reshape(-1, *signal.shape[-2:])
 
 
 class Loop:
@@ -19,8 +34,8 @@ class Loop:
         real_period_s: of the loop that is simulated, by a coarser one or by itself.
         plant_ticks: how often between two ticks what acts between controller and joint is computed;
             the torque that the controller asks for is held meanwhile.
-        in_order: whether an effect acts at several places of which one knows of another, or changes
-            fields of the batch from tick to tick, so that a tick is done before the next begins.
+        in_order: whether an effect acts at several places of which one knows of another, so that a
+            tick is done before the next begins.
         recording: (nsim,) index of the recording of each simulation.
         ids, dofs, qpos: (njoint,) indices and addresses of the driven joints.
         kp, kd: (nsim, njoint) gains the loop really uses.
@@ -29,6 +44,7 @@ class Loop:
         ahead: (nsim, njoint) s, how far the loop looks ahead to be no later than the real one.
         hidden_start: (nsim, njoint, 3) angle and velocity with which what no encoder sees starts,
             beyond its rest under load, rad and rad/s, and what to add to `Schedule.start_dq`.
+        q, dq: (nsim, njoint) rad and rad/s of the joints at the present plant tick.
         command, measured, measured_dq: (nsim, njoint) rad and rad/s of the present tick, as they
             reach the controller after all filters; for what changes what it makes of them.
         play: (nsim, njoint) rad, within which it is free.
@@ -103,24 +119,27 @@ class Loop:
         """From plant tick to plant tick."""
         return self.period_s / self.plant_ticks
 
-    def clock_s(self, tick: int) -> np.ndarray:
-        """What the log's clock shows in the middle of a plant tick, (nsim, 1) s."""
+    def clock_s(self, tick: int | np.ndarray) -> np.ndarray:
+        """What the log's clock shows in the middle of a plant tick, (nsim, 1) s; or of several."""
         return self._since(self.schedule.clock_s, tick)
 
-    def elapsed_s(self, tick: int) -> np.ndarray:
-        """Time since the start in the middle of a plant tick, (nsim, 1) s."""
+    def elapsed_s(self, tick: int | np.ndarray) -> np.ndarray:
+        """Time since the start in the middle of a plant tick, (nsim, 1) s; or of several."""
         return self._since(self.schedule.elapsed_s, tick)
 
-    def _since(self, start: np.ndarray | None, tick: int) -> np.ndarray:
+    def _since(self, start: np.ndarray | None, tick: int | np.ndarray) -> np.ndarray:
         begin = np.zeros(self.nrec) if start is None else start
-        return (begin + (tick + 0.5) * self.plant_period_s)[self.recording, None]
+        passed = (np.asarray(tick)[..., None] + 0.5) * self.plant_period_s
+        return (begin + passed)[..., self.recording, None]
 
-    def logged(self, column: str, tick: int, needed_by: str | None = None) -> np.ndarray | None:
-        """An optional column at a plant tick, (nsim, njoint); as `Schedule.column`."""
+    def logged(
+        self, column: str, tick: int | np.ndarray, needed_by: str | None = None
+    ) -> np.ndarray | None:
+        """An optional column at a plant tick, (nsim, njoint), or several; as `Schedule.column`."""
         values = self.schedule.column(column, needed_by)
         if values is None:
             return None
-        return values[tick // self.plant_ticks].take(self.recording, axis=0)
+        return values[tick // self.plant_ticks].take(self.recording, axis=-2)
 
     @property
     def places(self) -> dict[str, list[Callable]]:

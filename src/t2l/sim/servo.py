@@ -44,6 +44,7 @@ from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
 PLANT_PERIOD_S = 0.002  # numerics: of a slow loop, at most, from plant tick to plant tick
+LEAST_STIFFNESS = 1e-12  # numerics: N·m/rad, in place of zero
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
 
 
@@ -145,6 +146,7 @@ class ServoLoop(Loop):
                 now = tick * self.plant_ticks + part
                 if part:
                     q, dq = qpos[:, at_qpos].copy(), qvel[:, dofs].copy()
+                self.q, self.dq = q, dq
                 middle_q, middle_dq = q + half * dq, 1.5 * dq - 0.5 * last_dq
                 torque = demand.copy()
                 if balance is not None:
@@ -193,6 +195,30 @@ class ServoLoop(Loop):
             out_q.reshape(order).transpose(1, 2, 0, 3),
             out_dq.reshape(order).transpose(1, 2, 0, 3),
         )
+
+    def springs(self, rows: slice, joints: np.ndarray) -> Callable:
+        """What gives joints a spring and a damper more until the next plant tick.
+
+        Called with (torque, stiffness, damping), the last two (nrow, k) in N·m/rad and N·m·s/rad:
+        MuJoCo steps both with the joint, the spring from where the joint is.
+        """
+        batch, ids, dofs = self.batch, self.ids[joints], self.dofs[joints]
+        stiffness, damping, rest = (
+            batch.expand(name) for name in ("jnt_stiffness", "dof_damping", "qpos_spring")
+        )
+        at, qpos, own = (rows, self.columns(joints)), self.qpos[joints], []
+
+        def give(torque: np.ndarray, more: np.ndarray, damper: np.ndarray) -> None:
+            if not own:
+                # copies: what all other effects have written
+                own.extend((stiffness[rows, ids], damping[rows, dofs], rest[rows, qpos]))
+            k, d, slack = own
+            total = np.maximum(k + more, LEAST_STIFFNESS)
+            stiffness[rows, ids] = k + more
+            rest[rows, qpos] = (k * slack + more * self.q[at]) / total
+            damping[rows, dofs] = d + damper
+
+        return give
 
     def _balance(self) -> np.ndarray | None:
         """What carries the weight continuously, (nsim, nv) N·m, kept up to date, or None."""
