@@ -59,7 +59,7 @@ class Environment:
     they do not all end at once.
 
     Args:
-        kp, kd: that the robot's own controller is given, one number or (rows, 1).
+        kp, kd: of the cell, that the robot's own controller is given, one number or (rows, 1).
         parameters: of the simulator, each broadcasting to (rows, njoint).
         actions: what actions mean to the joints; `scale` may have a row a robot. The last elements
             of an action are the grippers', see `t2l.actions.gripper`.
@@ -120,7 +120,7 @@ class Environment:
         self.actions = actions.like(self.simulator.q)
         self.grippers = BinaryGrippers(task.commanded_grippers)
         self.action_names = (*actions.names, *self.grippers.names)
-        self._kp, self._kd = (self.array(gain) for gain in (kp, kd))
+        self._kp, self._kd = (self.array(gain) for gain in task.robot.gains(kp, kd))
         self._limits = Limits.of(task.robot, self.simulator.timestep_s).like(self.simulator.q)
         self._goal = self._zeros(task.goal_size)
         # the same twice: what is on the device need not wait for what is not
