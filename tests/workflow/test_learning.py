@@ -38,5 +38,5 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     assert {"reward_reaching", "reward_lifting", "reward_goal"} <= set(history.columns)
     # a user sees which term fails while it trains
     log = next((results / "logs/learn").iterdir()).read_text()
-    assert "update 2: success 0.00; reward" in log
+    assert "update 2: success 0.00, ended early 0.00; reward" in log
     assert "reaching" in log

@@ -191,9 +191,8 @@ class TrackVelocity(Rewarded):
         spec.option.timestep = TIMESTEP_S
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
         spec.worldbody.add_geom(
-            name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0, 0, 0.05),
-            rgba=(0.93, 0.92, 0.90, 1), **STANDS,
-        )  # fmt: skip
+            name=GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0, 0, 0.05), **STANDS
+        )
         for body in (*walker.feet, walker.trunk):
             # the force of all contacts together, as IsaacLab's sensor has it
             spec.add_sensor(
@@ -206,8 +205,7 @@ class TrackVelocity(Rewarded):
                 objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=body,
             )  # fmt: skip
         if visual:
-            stage_lights(spec)
-            _follow_with_camera(spec, spec.joint(walker.base).parent)
+            _stage(spec, spec.joint(walker.base).parent)
         return spec
 
     def sample_starts(self, rng, n):
@@ -315,6 +313,7 @@ class _Legs(NamedTuple):
     actuators: np.ndarray | slice
 
 
+GROUND = "ground"
 # format: of MuJoCo's contact sensor, what it tells (bit of the force) and how contacts are reduced
 FORCE, NET = 2, 3
 
@@ -334,9 +333,20 @@ def _into(rows: tuple[Array, Array, Array], vector: Array) -> Array:
     return sum(row * vector[:, i, None] for i, row in enumerate(rows))
 
 
-def _follow_with_camera(spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
-    """A camera in front of a body, to its right, that goes where it goes."""
+def _stage(spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+    """Light, tiles of half a metre, and a camera before a body, to its right, that goes with it."""
+    stage_lights(spec)
+    # it is to shine wherever the robot goes
+    spec.lights[-1].type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    spec.add_texture(
+        name=GROUND, type=mujoco.mjtTexture.mjTEXTURE_2D, width=128, height=128,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=(0.93, 0.92, 0.90), rgb2=(0.86, 0.85, 0.83),
+    )  # fmt: skip
+    tiles = spec.add_material(name=GROUND, texuniform=True, texrepeat=(1, 1))
+    tiles.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = GROUND
+    spec.geom(GROUND).material = GROUND
     body.add_camera(
-        name="overview", mode=mujoco.mjtCamLight.mjCAMLIGHT_TRACK, pos=(2.0, -1.6, 0.35),
+        name="overview", mode=mujoco.mjtCamLight.mjCAMLIGHT_TRACK, pos=(1.7, -1.35, 0.2),
         xyaxes=(0.62, 0.78, 0, -0.1, 0.08, 0.99), fovy=42,
     )  # fmt: skip
