@@ -124,7 +124,7 @@ class TrackVelocity(Rewarded):
 
     Raises:
         ConfigurationError: no such robot.
-        ValueError: it does not walk; or a range is empty, or holds no velocity.
+        ValueError: it does not walk; or a range is empty.
     """
 
     name = "track_velocity"
