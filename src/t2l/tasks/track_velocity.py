@@ -5,6 +5,7 @@ Terms, weights, goals and the ending are those of IsaacLab's manager-based veloc
 """
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from typing import Annotated, NamedTuple
 
@@ -14,8 +15,9 @@ from pydantic import Field
 
 from t2l.robots import make_robot
 from t2l.sim.arrays import Array, columns, like, namespace
-from t2l.sim.batch import TIMESTEP_S
-from t2l.tasks.table_top import STANDS, check_range, stage_lights
+from t2l.tasks.flat_ground import felt, ground_scene
+from t2l.tasks.poses import into_frame, rotation_rows
+from t2l.tasks.table_top import check_range
 from t2l.tasks.task import Rewarded
 from t2l.tasks.terms import (
     Moment,
@@ -59,7 +61,8 @@ class Measured(NamedTuple):
 
     Attributes:
         velocity: (n, 2) of the base over ground, ahead and to the left, m/s.
-        linear, angular, gravity: (n, 3) of the base in its own frame: m/s, rad/s, and where down is.
+        linear, angular: (n, 3) of the base in its own frame, m/s and rad/s.
+        gravity: (n, 3) where down is, in that frame.
         turning: (n,) of the base about the vertical, rad/s.
         command: (n, 3) velocity ahead and to the left, m/s, and turn rate, rad/s.
         stands: (n, nfoot) bool, whether a foot touches the ground.
@@ -84,9 +87,24 @@ class Measured(NamedTuple):
     held_s: Array = None
 
 
+def squares(vectors: Array) -> Array:
+    """Σ v² of each row, (n,)."""
+    return (vectors**2).sum(axis=1)
+
+
+def too_slow(at: Moment) -> Array:
+    """(n, 2) m/s, how the velocity over ground differs from the command."""
+    return at.now.velocity - at.now.command[:, :2]
+
+
+def too_little_turned(at: Moment) -> Array:
+    """(n, 1) rad/s, how the turn rate does."""
+    return (at.now.turning - at.now.command[:, 2])[:, None]
+
+
 def tracked(error: Array) -> Array:
     """exp(−‖error‖² / 0.25) of (n, k) errors: 1 where there is none."""
-    return namespace(error).exp(-(error**2).sum(axis=1) / OVER**2)
+    return namespace(error).exp(-squares(error) / OVER**2)
 
 
 def stepping(at: Moment) -> Array:
@@ -97,13 +115,13 @@ def stepping(at: Moment) -> Array:
     return indicator(single & asked) * xp.clip(xp.min(now.held_s, axis=1), None, STEP_S)
 
 
-def off_home(joints: str):
-    """Σ |q − home| of joints of the robot's walker, rad: what costs."""
+def off_home(joints: str) -> Callable[[Moment], Array]:
+    """Σ |q − home| of joints of the robot's walker, rad."""
 
     def value(at: Moment) -> Array:
         own = at.task.columns_of(joints)
         home = like(at.task.robot.home[own], at.q)
-        return -namespace(at.q).abs(at.q[:, own] - home).sum(axis=1)
+        return namespace(at.q).abs(at.q[:, own] - home).sum(axis=1)
 
     return value
 
@@ -134,29 +152,26 @@ class TrackVelocity(Rewarded):
     steady = False
     # the template's
     least_rate_hz = 200.0
+    on_gpu = True
     goal_size = 3
     rewards = (
-        RewardTerm("velocity", 1.0, lambda at: tracked(at.now.velocity - at.now.command[:, :2]),
-                   TEMPLATE),
-        RewardTerm("turn", 1.0, lambda at: tracked((at.now.turning - at.now.command[:, 2])[:, None]),
-                   TEMPLATE),
+        RewardTerm("velocity", 1.0, lambda at: tracked(too_slow(at)), TEMPLATE),
+        RewardTerm("turn", 1.0, lambda at: tracked(too_little_turned(at)), TEMPLATE),
         RewardTerm("stepping", 0.75, stepping, TEMPLATE),
         RewardTerm("fall", 200.0, minus(lambda at: indicator(at.now.fallen)), TEMPLATE),
         RewardTerm("slip", 0.1, minus(lambda at: at.now.slip.sum(axis=1)), TEMPLATE),
         RewardTerm("ankles", 1.0, minus(beyond_soft), TEMPLATE),
-        RewardTerm("hips", 0.1, off_home("sideways"), TEMPLATE),
-        RewardTerm("arms", 0.1, off_home("arms"), TEMPLATE),
-        RewardTerm("fingers", 0.05, off_home("fingers"), TEMPLATE),
-        RewardTerm("waist", 0.1, off_home("waist"), TEMPLATE),
-        RewardTerm("upright", 1.0, minus(lambda at: (at.now.gravity[:, :2] ** 2).sum(axis=1)),
-                   TEMPLATE),
+        RewardTerm("hips", 0.1, minus(off_home("sideways")), TEMPLATE),
+        RewardTerm("arms", 0.1, minus(off_home("arms")), TEMPLATE),
+        RewardTerm("fingers", 0.05, minus(off_home("fingers")), TEMPLATE),
+        RewardTerm("waist", 0.1, minus(off_home("waist")), TEMPLATE),
+        RewardTerm("upright", 1.0, minus(lambda at: squares(at.now.gravity[:, :2])), TEMPLATE),
         RewardTerm("bouncing", 0.2, minus(lambda at: at.now.linear[:, 2] ** 2), TEMPLATE),
-        RewardTerm("tilting", 0.05, minus(lambda at: (at.now.angular[:, :2] ** 2).sum(axis=1)),
-                   TEMPLATE),
+        RewardTerm("tilting", 0.05, minus(lambda at: squares(at.now.angular[:, :2])), TEMPLATE),
         RewardTerm("torque", 2e-6, minus(lambda at: at.now.effort), TEMPLATE),
         RewardTerm("acceleration", 1e-7, minus(lambda at: at.now.jerking), TEMPLATE),
         RewardTerm("change", 5e-3, minus(action_change), TEMPLATE),
-    )  # fmt: skip
+    )
     terminations = (TerminationTerm("fallen", lambda at: at.now.fallen),)
 
     def __init__(
@@ -187,26 +202,7 @@ class TrackVelocity(Rewarded):
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         """The robot on flat ground, with sensors of its feet and its trunk."""
-        spec, walker = self.robot.spec(gravity_compensation=False, visual=visual), self.walker
-        spec.option.timestep = TIMESTEP_S
-        spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
-        spec.worldbody.add_geom(
-            name=GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0, 0, 0.05), **STANDS
-        )
-        for body in (*walker.feet, walker.trunk):
-            # the force of all contacts together, as IsaacLab's sensor has it
-            spec.add_sensor(
-                name=f"contact.{body}", type=mujoco.mjtSensor.mjSENS_CONTACT,
-                objtype=mujoco.mjtObj.mjOBJ_BODY, objname=body, intprm=(FORCE, NET, 1),
-            )  # fmt: skip
-        for body in walker.feet:
-            spec.add_sensor(
-                name=f"velocity.{body}", type=mujoco.mjtSensor.mjSENS_FRAMELINVEL,
-                objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=body,
-            )  # fmt: skip
-        if visual:
-            _stage(spec, spec.joint(walker.base).parent)
-        return spec
+        return ground_scene(self.robot, visual)
 
     def sample_starts(self, rng, n):
         """See `Task.sample_starts`: upright at home, all the same, as in the template."""
@@ -225,9 +221,9 @@ class TrackVelocity(Rewarded):
         sensed = batch.bind("sensordata")
         xp = namespace(sensed)
         twist = batch.qvel[:, self.base_dofs]
-        rows = _rotation(batch.qpos[:, self.base_qpos][:, 3:])
+        rows = rotation_rows(batch.qpos[:, self.base_qpos][:, 3:])
         # MuJoCo has the base's velocity in the world's frame, and its turning in its own
-        linear, angular = _into(rows, twist[:, :3]), xp.asarray(twist[:, 3:], copy=True)
+        linear, angular = into_frame(rows, twist[:, :3]), xp.asarray(twist[:, 3:], copy=True)
         yaw = xp.atan2(rows[1][:, 0], rows[0][:, 0])
         cos, sin = xp.cos(yaw), xp.sin(yaw)
         velocity = xp.stack(
@@ -235,19 +231,17 @@ class TrackVelocity(Rewarded):
         )
         away = goal[:, 2] - yaw
         turn = xp.clip(TURNING * xp.atan2(xp.sin(away), xp.cos(away)), -FASTEST, FASTEST)
-        feet = len(self.walker.feet)
-        pushed = xp.reshape(sensed[:, : 3 * (feet + 1)], (-1, feet + 1, 3))
-        touches = xp.linalg.vector_norm(pushed, axis=2) > CONTACT_N
-        moving = xp.reshape(sensed[:, 3 * (feet + 1) :], (-1, feet, 3))[:, :, :2]
+        force, moving = felt(sensed, len(self.walker.feet))
+        touches = xp.linalg.vector_norm(force, axis=2) > CONTACT_N
+        stands = touches[:, :-1]
+        slip = indicator(stands) * xp.linalg.vector_norm(moving[:, :, :2], axis=2)
         legs = self._legs
         return Measured(
             velocity, linear, angular, -rows[2], (rows[2] * angular).sum(axis=1),
             xp.concat([goal[:, :2], turn[:, None]], axis=1),
-            touches[:, :feet],
-            indicator(touches[:, :feet]) * xp.linalg.vector_norm(moving, axis=2),
-            touches[:, feet],
-            (batch.bind("actuator_force")[:, legs.actuators] ** 2).sum(axis=1),
-            (batch.bind("qacc")[:, legs.dofs] ** 2).sum(axis=1),
+            stands, slip, touches[:, -1],
+            squares(batch.bind("actuator_force")[:, legs.actuators]),
+            squares(batch.bind("qacc")[:, legs.dofs]),
         )  # fmt: skip
 
     def follow(self, now, before, elapsed_s, began):
@@ -311,42 +305,3 @@ class TrackVelocity(Rewarded):
 class _Legs(NamedTuple):
     dofs: np.ndarray | slice
     actuators: np.ndarray | slice
-
-
-GROUND = "ground"
-# format: of MuJoCo's contact sensor, what it tells (bit of the force) and how contacts are reduced
-FORCE, NET = 2, 3
-
-
-def _rotation(quaternion: Array) -> tuple[Array, Array, Array]:
-    """Rows (n, 3) of the rotation of (n, 4) quaternions, w first."""
-    xp, (w, x, y, z) = namespace(quaternion), (quaternion[:, i] for i in range(4))
-    return (
-        xp.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1),
-        xp.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1),
-        xp.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1),
-    )
-
-
-def _into(rows: tuple[Array, Array, Array], vector: Array) -> Array:
-    """(n, 3) vectors of the world in the frame whose rotation has these rows."""
-    return sum(row * vector[:, i, None] for i, row in enumerate(rows))
-
-
-def _stage(spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
-    """Light, tiles of half a metre, and a camera before a body, to its right, that goes with it."""
-    stage_lights(spec)
-    # it is to shine wherever the robot goes
-    spec.lights[-1].type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    spec.add_texture(
-        name=GROUND, type=mujoco.mjtTexture.mjTEXTURE_2D, width=128, height=128,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=(0.93, 0.92, 0.90), rgb2=(0.86, 0.85, 0.83),
-    )  # fmt: skip
-    tiles = spec.add_material(name=GROUND, texuniform=True, texrepeat=(1, 1))
-    tiles.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = GROUND
-    spec.geom(GROUND).material = GROUND
-    body.add_camera(
-        name="overview", mode=mujoco.mjtCamLight.mjCAMLIGHT_TRACK, pos=(1.7, -1.35, 0.2),
-        xyaxes=(0.62, 0.78, 0, -0.1, 0.08, 0.99), fovy=42,
-    )  # fmt: skip
