@@ -47,4 +47,5 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     # a user sees which term fails while it trains
     logs = [log.read_text() for log in sorted((results / "logs/learn").iterdir())]
     assert all("update 2: success 0.00, ended early 0.00; reward" in log for log in logs)
-    assert [["reaching" in log, "stepping" in log] for log in logs] == [[True, False], [False, True]]
+    assert ["stepping" in log for log in logs] == [False, True]
+    assert "reaching" in logs[0]
