@@ -36,7 +36,7 @@ def test_what_each_term_paid_is_told_and_kept(caplog):
     terms = {"reaching": 0.75, "change": -0.25}
     with caplog.at_level("INFO"):
         progress.take(0, found, update=3, steps=9, reward=0.5, terms=terms)
-    told = "update 3: success 0.50; reward 0.5 = reaching 0.75 + change -0.25"
+    told = "update 3: success 0.50, ended early 0.00; reward 0.5 = reaching 0.75 + change -0.25"
     assert told in caplog.messages
     row = progress.trained().history.iloc[0]
     assert (row.reward_reaching, row.reward_change) == (0.75, -0.25)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import torch
 
+from t2l.environment.vector import make_vector
+from t2l.gains import Cell
 from t2l.robots import make_robot
 from t2l.robots.plant import position_controlled
 from t2l.sim.arrays import to_numpy
@@ -112,6 +114,34 @@ def test_a_hand_lifts_a_cube_as_in_mujoco(grasps):
     expected, found = (to_numpy(environment.simulator.batch.qpos) for environment in two)
     assert (expected[:, task.cube_qpos][:, 2] > starts[:, task.cube_qpos][:, 2] + 0.03).all()
     np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_a_humanoid_falls_as_in_mujoco_and_its_feet_feel_the_same():
+    task = shipped("track_velocity")
+    meaning = {"kind": "joint_delta", "reference": "home"}
+    two = [
+        make_vector(task, Cell(1, 1), (0.5, 0.5), 2, actions=meaning, device=device).environment
+        for device in ("mujoco", "cpu")
+    ]
+    rng = np.random.default_rng(0)
+    starts, goals = task.sample_starts(rng, 2), task.sample_goals(rng, 2)
+    for environment in two:
+        environment.place(environment.array(starts), environment.array(goals))
+    for _ in range(30):
+        action = rng.uniform(-1, 1, (2, len(task.robot.joints)))
+        rewards = [to_numpy(e.advance(e.array(action))[1]) for e in two]
+        np.testing.assert_allclose(*rewards, atol=1e-4)
+    states = [to_numpy(environment.simulator.batch.qpos) for environment in two]
+    # 120 steps of the physics: it has moved, and stands
+    assert np.abs(states[0] - starts).max() > 0.2
+    np.testing.assert_allclose(states[1], states[0], atol=1e-4)
+    seen, other = (environment._before for environment in two)
+    assert seen.stands.any()
+    np.testing.assert_array_equal(to_numpy(other.stands), seen.stands)
+    np.testing.assert_allclose(to_numpy(other.held_s), seen.held_s, atol=1e-6)
+    for name in ("slip", "effort", "jerking"):
+        own = getattr(seen, name)
+        np.testing.assert_allclose(to_numpy(getattr(other, name)), own, rtol=1e-3, atol=1e-4)
 
 
 def test_contacts_without_room_are_told(grasps):

@@ -8,7 +8,8 @@ def test_a_policy_is_a_row_with_the_interval_of_its_own_share():
     policies = pd.DataFrame(
         {
             "task": "lift_cube", "kp": [512.0, 16.0], "kd": 24.0, "seed": 1, "episodes": 100,
-            "successes": [99, 50], "jitter": 0.0, "steps": 1_000_000, "seconds": 600.0,
+            "successes": [99, 50], "failed": [0.0, 0.3], "jitter": 0.0,
+            "steps": 1_000_000, "seconds": 600.0,
         }
     )  # fmt: skip
     table = learning_table(policies)
@@ -19,4 +20,5 @@ def test_a_policy_is_a_row_with_the_interval_of_its_own_share():
     assert table.exists.tolist() == [False, True]
     printed = printable(table)
     assert printed.Success.tolist() == ["50.0 % (40 to 60)", "99.0 % (95 to 100)"]
+    assert printed["Ended early"].tolist() == ["30.0 %", "0.0 %"]
     assert printed["At least 99 %"].tolist() == ["no", "yes"]

@@ -14,7 +14,13 @@ LEARNING = {
                 "task": "lift_cube",
                 "action_scales": [{"kp": 16, "kd": 24, "rad": [2.0, 1.0]}],
                 **SMALL,
-            }
+            },
+            {
+                "task": "track_velocity",
+                "actions": {"kind": "joint_delta", "reference": "home"},
+                "action_scales": [{"kp": 0.25, "kd": 4, "rad": [1.0, 0.5]}],
+                **SMALL,
+            },
         ]
     },
     "sim_to_real": {"conditions": []},
@@ -25,11 +31,13 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     done = empty_project.run("--", "learning", config=LEARNING)
     assert done.returncode == 0, done.stdout
     results = empty_project.folder / "results/learned"
-    (row,) = pd.read_csv(results / "tables/learning.csv").to_dict("records")
-    assert (row["task"], row["kp"], row["episodes"], row["exists"]) == (
+    lift, walk = pd.read_csv(results / "tables/learning.csv").to_dict("records")
+    assert (lift["task"], lift["kp"], lift["episodes"], lift["exists"]) == (
         "lift_cube", 16, 100, False,
     )  # fmt: skip
-    for figure in ("learning", "lift_cube_learned"):
+    # in a fifth of a second nobody falls
+    assert (walk["task"], walk["kp"], walk["kd"], walk["failed"]) == ("track_velocity", 0.25, 4, 0)
+    for figure in ("learning", "lift_cube_learned", "track_velocity_learned"):
         assert imread(results / f"figures/{figure}.png")[..., :3].std() > 0.02
     policy = results / "learning/lift_cube/kp16_kd24/seed1"
     assert checkpoint.load(policy / "policy.safetensors").action_size == 8
@@ -37,6 +45,7 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     assert history.steps.tolist() == [24 * 8, 2 * 24 * 8]
     assert {"reward_reaching", "reward_lifting", "reward_goal"} <= set(history.columns)
     # a user sees which term fails while it trains
-    log = next((results / "logs/learn").iterdir()).read_text()
-    assert "update 2: success 0.00; reward" in log
-    assert "reaching" in log
+    logs = [log.read_text() for log in sorted((results / "logs/learn").iterdir())]
+    assert all("update 2: success 0.00, ended early 0.00; reward" in log for log in logs)
+    assert ["stepping" in log for log in logs] == [False, True]
+    assert "reaching" in logs[0]

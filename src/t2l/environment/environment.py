@@ -30,6 +30,7 @@ from t2l.tasks.terms import Moment
 STAGGER = 10  # steps between instants at which episodes end: resets are dear one by one
 # actions are not clipped at it: stable-baselines3 takes no infinite bounds
 UNBOUNDED = 100.0
+NOBODY = np.zeros(0, int)
 
 
 class Ended(NamedTuple):
@@ -59,7 +60,7 @@ class Environment:
     they do not all end at once.
 
     Args:
-        kp, kd: that the robot's own controller is given, one number or (rows, 1).
+        kp, kd: of the cell, that the robot's own controller is given, one number or (rows, 1).
         parameters: of the simulator, each broadcasting to (rows, njoint).
         actions: what actions mean to the joints; `scale` may have a row a robot. The last elements
             of an action are the grippers', see `t2l.actions.gripper`.
@@ -120,9 +121,9 @@ class Environment:
         self.actions = actions.like(self.simulator.q)
         self.grippers = BinaryGrippers(task.commanded_grippers)
         self.action_names = (*actions.names, *self.grippers.names)
-        self._kp, self._kd = (self.array(gain) for gain in (kp, kd))
+        self._kp, self._kd = (self.array(gain) for gain in task.robot.gains(kp, kd))
         self._limits = Limits.of(task.robot, self.simulator.timestep_s).like(self.simulator.q)
-        self._goal = self._zeros(task.goal_size)
+        self._goal, self._before = self._zeros(task.goal_size), None
         # the same twice: what is on the device need not wait for what is not
         self._elapsed, self._age = np.zeros(self.rows, int), self._zeros(1)
         self._action = self._zeros(len(self.action_names))
@@ -167,7 +168,7 @@ class Environment:
         if self.disturbance is not None:
             self.disturbance.apply(self._elapsed * self.period_s)
         self._advance(self._command)
-        at = self._moment(self._measure(), change)
+        at = self._moment(self._measure(self.period_s), change)
         failed, lost = self._failed(at)
         reward = self._pay(at, lost)
         self._before = at.now
@@ -265,7 +266,7 @@ class Environment:
         self._moments[:, ids] = 0.0
         if self.disturbance is not None:
             self.disturbance.begin(ids)
-        self._before = self._measure()
+        self._before = self._measure(began=ids)
         return self._before
 
     @property
@@ -294,8 +295,9 @@ class Environment:
         drawn = [sample(g, k) for g, k in zip(self.generators, counts, strict=True) if k]
         return np.concatenate(drawn) if len(drawn) > 1 else drawn[0]
 
-    def _measure(self) -> Any:
-        return self.task.measure(self.simulator.batch, self._goal)
+    def _measure(self, elapsed_s: float = 0.0, began: np.ndarray = NOBODY) -> Any:
+        now = self.task.measure(self.simulator.batch, self._goal)
+        return self.task.follow(now, self._before, elapsed_s, began)
 
     def _moment(self, now: Any, change: Array | None = None, **measured: Array) -> Moment:
         """All that terms see.

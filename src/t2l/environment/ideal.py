@@ -13,9 +13,10 @@ def ideal_plant(task: Task, cell: Cell) -> Parameters:
     Friction would hold an arm against a part of every force, and be taken for stiffness.
     """
     joints = np.zeros(len(task.robot.joints))
+    stiffness, damping = task.robot.gains(cell.kp, cell.kd)
     return {
-        "stiffness": joints + cell.kp,
-        "damping": joints + cell.kd,
+        "stiffness": stiffness,
+        "damping": damping,
         "armature": task.model.dof_armature[task.arm_dofs],
         "static_friction": joints,
         "dynamic_friction_ratio": joints,

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 COLUMNS = (
-    "task", "kp", "kd", "seed", "episodes", "successes", "jitter", "steps", "seconds",
+    "task", "kp", "kd", "seed", "episodes", "successes", "failed", "jitter", "steps", "seconds",
 )  # fmt: skip
 
 SHOWN_EPISODES = 20  # that a success and a failure are looked for in
@@ -103,7 +103,8 @@ def train_alone(
     row = {
         "task": name, "kp": cell.kp, "kd": cell.kd, "seed": seed,
         "episodes": EPISODES, "successes": round(found.success * EPISODES),
-        "jitter": found.rates["jitter"], "steps": int(last.steps), "seconds": float(last.seconds),
+        "failed": found.failed, "jitter": found.rates["jitter"],
+        "steps": int(last.steps), "seconds": float(last.seconds),
     }  # fmt: skip
     return trained, row, shown(problem, choice, own, trained.policy)
 

@@ -17,10 +17,12 @@ class Evaluation:
     Attributes:
         success: share of episodes at the goal at their end, without jitter.
         rates: by name in `NAMES`, the share of episodes that violated it at any instant.
+        failed: share of episodes that ended before their time, such as by a fall.
     """
 
     success: float
     rates: Mapping[str, float]
+    failed: float = 0.0
 
     @property
     def feasible(self) -> bool:

@@ -27,6 +27,7 @@ def evaluate(policy: Policy, environments: "Environments") -> Evaluation:
     return Evaluation(
         success=float(np.mean([info["success"] for info in infos])),
         rates={name: float(np.mean([info[name] for info in infos])) for name in NAMES},
+        failed=float(np.mean([not info["TimeLimit.truncated"] for info in infos])),
     )
 
 
@@ -35,18 +36,19 @@ def evaluate_side_by_side(
 ) -> list[Evaluation]:
     """Each policy in the robots of its generator, which must not be staggered, an episode each."""
     observation, act = world.begin(), _Together(policies, world)
-    success, seen = np.zeros(world.rows, bool), np.zeros(world.rows, bool)
+    success, failed, seen = np.zeros((3, world.rows), bool)
     violated = np.zeros((world.rows, len(NAMES)), bool)
     for _ in range(world.horizon):
         observation, _, ended = world.advance(act(observation))
         first = ~seen[ended.ids]
         ids = ended.ids[first]
         success[ids], violated[ids], seen[ids] = ended.success[first], ended.violated[first], True
-    success = success.reshape(len(policies), -1).mean(axis=1)
+        failed[ids] = ended.failed[first]
+    success, failed = (own.reshape(len(policies), -1).mean(axis=1) for own in (success, failed))
     rates = violated.reshape(len(policies), -1, len(NAMES)).mean(axis=1)
     return [
-        Evaluation(float(share), dict(zip(NAMES, own.tolist(), strict=True)))
-        for share, own in zip(success, rates, strict=True)
+        Evaluation(float(share), dict(zip(NAMES, own.tolist(), strict=True)), float(early))
+        for share, own, early in zip(success, rates, failed, strict=True)
     ]
 
 

@@ -56,8 +56,8 @@ class Progress:
         """
         terms = terms or {}
         log.info(
-            "update %d: success %.2f; reward %.4g%s",
-            *(update, found.success, reward),
+            "update %d: success %.2f, ended early %.2f; reward %.4g%s",
+            *(update, found.success, found.failed, reward),
             " = " + " + ".join(f"{name} {value:.3g}" for name, value in terms.items())
             if terms
             else "",
@@ -69,6 +69,7 @@ class Progress:
                 "seconds": time.perf_counter() - self._began,
                 "reward": reward,
                 "success": found.success,
+                "failed": found.failed,
                 **found.rates,
                 "objective": found.objective,
                 **more,

@@ -53,7 +53,8 @@ def first_guess(problem: Problem, search: Search) -> dict[str, float]:
     resistance = p["static_friction"] + (p["damping"] + p["viscous_friction"]) * CRUISE_RAD_S
     wanted = (ACCELERATING * limit + resistance) / p["stiffness"]
     most = np.minimum(MOST * limit, robot.torque_rate_limit / problem.rate_hz)
-    scale = np.minimum(wanted, most / problem.cell.kp)
+    stiffness, _ = robot.gains(problem.cell.kp, problem.cell.kd)
+    scale = np.minimum(wanted, most / stiffness)
     names = scale_names(robot)
     scales = [scale[robot.scale_group == group].max() for group in range(len(names))]
     return dict(zip(names, np.clip(scales, *search.action_scale).tolist(), strict=True))

@@ -14,6 +14,7 @@ ROBOTS: Registry[Robot] = Registry(
         "fr3_duo": "t2l.robots.fr3_duo:FR3Duo",
         "ur5e": "t2l.robots.ur5e:UR5e",
         "ur5e_2f85": "t2l.robots.ur5e:UR5e2F85",
+        "unitree_g1": "t2l.robots.unitree_g1:UnitreeG1",
     },
 )
 

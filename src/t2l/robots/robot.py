@@ -8,6 +8,7 @@ from typing import Self
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from t2l.sim.controllers import Arm
 
@@ -53,6 +54,8 @@ class JointGroup:
         torque_rate_limit: N·m/s, infinite where the maker states none.
         tool_site: site of the MJCF that a task moves; z is the approach direction.
         gripper: at the tool, if there is one.
+        stiffness, damping: N·m/rad and N·m·s/rad, if gains of a cell are factors on them; without,
+            gains of a cell are those of every joint.
     """
 
     name: str
@@ -64,6 +67,8 @@ class JointGroup:
     torque_rate_limit: tuple[float, ...]
     tool_site: str
     gripper: Gripper | None = None
+    stiffness: tuple[float, ...] = ()
+    damping: tuple[float, ...] = ()
 
     def prefixed(self, prefix: str) -> Self:
         """The group of an arm whose names have a prefix, as MuJoCo attaches it."""
@@ -75,6 +80,33 @@ class JointGroup:
         )
 
 
+@dataclass(frozen=True)
+class Walker:
+    """What of a robot walks; joints and bodies by name.
+
+    Attributes:
+        base: the joint by which the robot floats, a MuJoCo free joint.
+        height_m: of the base, where the robot stands at home on flat ground.
+        feet: bodies that it walks on.
+        trunk: the body that meets the ground in a fall alone.
+        legs: joints that carry it, ankles left out.
+        ankles: joints of the feet.
+        sideways: joints of the legs that walking straight ahead does not need.
+        arms, fingers, waist: other joints.
+    """
+
+    base: str
+    height_m: float
+    feet: tuple[str, ...]
+    trunk: str
+    legs: tuple[str, ...]
+    ankles: tuple[str, ...]
+    sideways: tuple[str, ...]
+    arms: tuple[str, ...] = ()
+    fingers: tuple[str, ...] = ()
+    waist: tuple[str, ...] = ()
+
+
 class Robot(ABC):
     """A position-controlled robot: one group of joints, or several, such as two arms.
 
@@ -84,10 +116,12 @@ class Robot(ABC):
     Attributes:
         name: what configurations write.
         groups: its joints, by tool.
+        walker: its base and feet, if it walks.
     """
 
     name: str
     groups: tuple[JointGroup, ...]
+    walker: Walker | None = None
 
     @abstractmethod
     def mjcf(self) -> Path:
@@ -188,6 +222,19 @@ class Robot(ABC):
         return np.concatenate(
             [np.arange(len(group.joints)) < group.proximal for group in self.groups]
         )
+
+    def gains(self, kp: ArrayLike, kd: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness and damping of each joint, (…, njoint), N·m/rad and N·m·s/rad.
+
+        Args:
+            kp, kd: of a cell, one number or (…, 1).
+        """
+        return np.asarray(kp) * self._unit("stiffness"), np.asarray(kd) * self._unit("damping")
+
+    def _unit(self, name: str) -> np.ndarray:
+        """(njoint,) what gains of a cell are factors on."""
+        units = [getattr(group, name) or np.ones(len(group.joints)) for group in self.groups]
+        return np.concatenate(units)
 
     def _joined(self, name: str) -> np.ndarray:
         values = np.concatenate([getattr(group, name) for group in self.groups])

@@ -34,6 +34,8 @@ CONTACTS, ROWS = 32, 6
 LOST = OverflowType.NEFC | OverflowType.BROADPHASE | OverflowType.NARROWPHASE | OverflowType.CCD
 # what kinematics alone bring up to date
 POSITIONS = ("xpos", "xquat", "xmat", "site_xpos", "site_xmat")
+# what a step leaves, of the state before it, as in MuJoCo
+STEPPED = ("sensordata", "qacc", "actuator_force")
 
 
 class ContactOverflowError(T2LError):
@@ -128,15 +130,15 @@ class WarpBatch:
             values[ids] = 0.0
 
     def bind(self, name: str) -> torch.Tensor:
-        """A field of `mujoco.batch.Batch.bind`, (nsim, …): state, or one of `POSITIONS`.
+        """A field of `mujoco.batch.Batch.bind`, (nsim, …): state, `POSITIONS` or `STEPPED`.
 
         Raises:
             ValueError: nothing here brings it up to date.
         """
         if name in ("qpos", "qvel", "ctrl"):
             return getattr(self, name)
-        if name not in POSITIONS:
-            allowed = ", ".join(("qpos", "qvel", "ctrl", *POSITIONS))
+        if name not in (*POSITIONS, *STEPPED):
+            allowed = ", ".join(("qpos", "qvel", "ctrl", *POSITIONS, *STEPPED))
             raise ValueError(f"field: found {name}; allowed on {self._device}: {allowed}")
         field = warp.to_torch(getattr(self._data, name))
         return field.flatten(2) if name.endswith("mat") else field

@@ -43,6 +43,7 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
             "Fresh episodes": table.episodes.astype(str),
             "Success": [f"{rate(s)} ({100 * a:.0f} to {100 * b:.0f})" for s, a, b in spans],
             "At least 99 %": ["yes" if exists else "no" for exists in table.exists],
+            "Ended early": [rate(share) for share in table.failed],
             "Jitter": [rate(share) for share in table.jitter],
             "Steps [million]": [f"{steps / 1e6:.2f}" for steps in table.steps],
             "Minutes": [f"{seconds / 60:.0f}" for seconds in table.seconds],

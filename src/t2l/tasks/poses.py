@@ -23,3 +23,18 @@ def position_and_axes(pose: Array) -> Array:
     first = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
     second = 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
     return xp.concat([pose[:, :3], xp.stack([*first, *second], axis=1)], axis=1)
+
+
+def rotation_rows(quaternion: Array) -> tuple[Array, Array, Array]:
+    """Rows (n, 3) of the rotation of (n, 4) quaternions, w first."""
+    xp, (w, x, y, z) = namespace(quaternion), (quaternion[:, i] for i in range(4))
+    return (
+        xp.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1),
+        xp.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1),
+        xp.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1),
+    )
+
+
+def into_frame(rows: tuple[Array, Array, Array], vector: Array) -> Array:
+    """(n, 3) vectors of the world in the frame whose rotation has these rows."""
+    return sum(row * vector[:, i, None] for i, row in enumerate(rows))

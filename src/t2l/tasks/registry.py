@@ -20,6 +20,7 @@ TASKS: Registry[Task] = Registry(
         "end_effector_reach": "t2l.tasks.reach:EndEffectorReach",
         "lift_cube": "t2l.tasks.lift_cube:LiftCube",
         "open_drawer": "t2l.tasks.open_drawer:OpenDrawer",
+        "track_velocity": "t2l.tasks.track_velocity:TrackVelocity",
         "reorient_cube": "t2l.tasks.reorient_cube:ReorientCube",
         "pose_hold": "t2l.tasks.pose_hold:PoseHold",
     },

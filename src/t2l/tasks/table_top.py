@@ -132,7 +132,7 @@ def table_scene(
         **STANDS,
     )
     if visual:
-        _stage_lights(spec)
+        stage_lights(spec)
         for name, (position, axes) in {"overview": overview, "global": near}.items():
             spec.worldbody.add_camera(name=name, pos=position, xyaxes=axes, fovy=42)
     return spec
@@ -278,7 +278,8 @@ def _robot_names(robot: Robot) -> tuple[str, ...]:
     )
 
 
-def _stage_lights(spec: mujoco.MjSpec) -> None:
+def stage_lights(spec: mujoco.MjSpec) -> None:
+    """Light and sky of a scene that is to be seen."""
     spec.visual.headlight.ambient = (0.45, 0.45, 0.45)
     spec.visual.headlight.diffuse = (0.5, 0.5, 0.5)
     spec.visual.headlight.specular = (0.1, 0.1, 0.1)

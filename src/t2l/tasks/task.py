@@ -225,6 +225,17 @@ class Rewarded(Task):
         on. What needs derived fields calls `batch.forward` first.
         """
 
+    def follow(self, now: Any, before: Any, elapsed_s: float, began: np.ndarray) -> Any:
+        """What was measured, with what it carries on from the moment before: nothing, unless said.
+
+        Args:
+            now: what `measure` made.
+            before: what this made of the moment before; None at the beginning of all.
+            elapsed_s: since then.
+            began: (k,) which robots begin an episode: they have nothing before.
+        """
+        return now
+
     @abstractmethod
     def success(self, at: Moment) -> np.ndarray:
         """(n,) bool."""

@@ -34,7 +34,7 @@ class Moment:
         batch: all there is of them: bodies, objects, contacts, sensors.
         q, dq: (n, njoint) rad and rad/s, of the robot; as they are measured in what is observed.
         goal: (n, goal_size).
-        now, before: what `Rewarded.measure` made of the simulations, and a period ago.
+        now, before: what `Rewarded.measure` and `follow` made of the simulations, and a period ago.
         action, change: (n, naction) the last action, and how it differs from the one before.
         period_s: of the policy.
         steps: of the training until then, of all its robots.

@@ -117,9 +117,8 @@ class _Run:
         self.found = [""] * robot.n
 
     def through(self, starts: np.ndarray, hold: int, decisions: int) -> Rollouts:
-        kp, kd = self.cell.kp, self.cell.kd
-        ones = np.ones(starts.shape[1])
-        state = self.robot.start(starts, kp * ones, kd * ones)
+        kp, kd = self.task.robot.gains(self.cell.kp, self.cell.kd)
+        state = self.robot.start(starts, kp, kd)
         limits = Limits.of(self.task.robot, 1 / LOG_RATE_HZ)
         before = np.zeros_like(state.q)
         previous = np.zeros((self.robot.n, len(self.actions.names)))

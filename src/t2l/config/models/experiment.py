@@ -12,8 +12,8 @@ from t2l.typed import Integer, Name, Number, Typed, Unique
 class GivenScale(Typed):
     """Action scales that are known for a cell."""
 
-    kp: Gain = Field(description="stiffness of the cell, N·m/rad")
-    kd: Gain = Field(description="damping of the cell, N·m·s/rad")
+    kp: Gain = Field(description="stiffness of the cell, N·m/rad, or a factor on the robot's own")
+    kd: Gain = Field(description="damping of the cell, N·m·s/rad, or a factor likewise")
     rad: Annotated[list[Positive], Field(min_length=1, max_length=100)] = Field(
         description="the action scale of each group of joints, rad"
     )
