@@ -90,8 +90,13 @@ def test_collections_drawn_anew_are_the_unit_where_there_are_five(key):
     found = CLAIMS[key].finding(of(cloning_grid=one, collections=five))
     assert (found.verdict, found.n, found.results) == (Verdict.REPRODUCED, 5, "collections")
     assert np.isnan(found.p)
+    assert found.unit.startswith("collection")
+    board = scoreboard(of(cloning_grid=one, collections=five)).set_index("id")
+    assert (board.unit[key], board.n[key]) == (found.unit, 5)
     found = CLAIMS[key].finding(of(cloning_grid=one, collections=four))
-    assert found.results == "cloning_grid"
+    assert (found.results, found.unit) == ("cloning_grid", "")
+    board = scoreboard(of(cloning_grid=one, collections=four)).set_index("id")
+    assert board.unit[key].startswith("cell")
 
 
 def test_collections_that_disagree_tell_nothing_however_many_cells_they_have():

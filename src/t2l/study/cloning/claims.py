@@ -11,6 +11,7 @@ import pandas as pd
 from t2l.stats.collections import (
     COLUMNS,
     FEWEST,
+    UNIT,
     by_collection,
     contrast,
     over_collections,
@@ -107,9 +108,8 @@ def of_each(
 def _over_collections(own: pd.DataFrame, outside: Sequence[str], tests: int) -> Finding:
     """CO against other regions, with the collection as the unit."""
     if own.groupby(["kp", "kd"]).success.mean().max() < WORKS:
-        return cannot_tell(
-            Finding(Verdict.CANNOT_TELL, own.collection.nunique()), "no policy works"
-        )
+        nothing = Finding(Verdict.CANNOT_TELL, own.collection.nunique(), unit=UNIT)
+        return cannot_tell(nothing, "no policy works")
     found = over_collections(contrast(own, outside), tests=tests)
     groups = (own[own.region.isin(regions)] for regions in (["CO"], outside))
     means = [group.groupby("collection").success.mean() for group in groups]
