@@ -3,11 +3,14 @@ from collections import Counter
 import pandas as pd
 import pytest
 
+from t2l.report.kept import registered
 from t2l.report.scoreboard import render
 from t2l.stats.verdict import Verdict
+from t2l.study.kept.evidence import evidence as kept
 from t2l.study.published.numbers import claims
 from t2l.study.scoreboard.table import scoreboard
 from t2l.study.scoreboard.weight import AFTERWARDS, FINDINGS, FORESEEABLE, by_finding, independent
+from tests.conftest import ROOT
 from tests.study.planted import CLONING, cloning, evidence
 
 
@@ -16,6 +19,21 @@ def test_every_row_is_evidence_of_one_finding():
     assert set(keys) == set(claims())
     assert set(keys.values()) == {1}
     assert set(AFTERWARDS) | set(FORESEEABLE) <= set(keys)
+
+
+def test_no_row_that_is_judged_hides_what_chose_its_policies_or_robot():
+    """Kept data: how policies are trained, and the robot they run on, followed a null result."""
+    rule = registered(ROOT / "config/studies/transfer_decision.yaml")
+    table = scoreboard(kept(ROOT / "docs/data", rule))
+    judged = table[table.verdict != Verdict.NOT_RUN].set_index("id")
+    for key, row in judged.iterrows():
+        if row.chain in ("Identification", "Transfer"):
+            assert "second version" in row.afterwards, key
+        elif "behaviour cloning" in row.finding:
+            assert row.afterwards, key
+        # where the unit is the collection, when that was decided
+        elif row.unit.startswith("collection ("):
+            assert "collections" in row.afterwards, key
 
 
 def test_rows_of_one_contrast_are_one_finding():
