@@ -21,8 +21,8 @@ from tests.conftest import ROOT
 
 DATA = ROOT / "docs/data"
 RULE = registered(ROOT / "config/studies/transfer_decision.yaml")
-# what is rendered, simulated or a course of training is not kept
-NOT_DRAWN = re.compile(r".*_frames|responses|decoupling|diagnosis_report")
+# what is rendered is not kept
+NOT_DRAWN = re.compile(r".*_frames|diagnosis_report")
 # rows of the page on cloning: its words, the file, the variant
 ROWS = {
     "10 Hz": ("ablations", "rate_10_hz"),
