@@ -9,13 +9,14 @@ import pandas as pd
 import pytest
 
 from t2l.figures.kept import DPI, FIGURES
-from t2l.gains import Grid
+from t2l.gains import Cell, Grid
 from t2l.names import with_minus
 from t2l.plotting.style import write
 from t2l.report.kept import pages, registered, with_counts
 from t2l.stats.regions import region_table
 from t2l.study.kept.evidence import evidence
-from t2l.study.kept.tables import collections, tables
+from t2l.study.kept.tables import COMPARED, collections, tables
+from t2l.study.published.numbers import grid_of
 from t2l.study.scoreboard.table import counts, scoreboard
 from tests.conftest import ROOT
 
@@ -102,6 +103,26 @@ def test_a_row_of_the_page_on_cloning_is_that_of_the_data(words):
     assert [re.sub(r" \(.*", "", cell) for cell in told[:4]] == shares
     for cell, p in zip(told[4:], (row.p_co_rest, row.p_co_so), strict=True):
         assert cell == ("< 0.001" if p < 0.001 else f"{p:.3f}")
+
+
+@pytest.mark.parametrize("words", list(COMPARED)[:6])
+def test_a_task_of_the_page_on_cloning_is_that_of_the_data(words):
+    file, variant = COMPARED[words]
+    policies = pd.read_csv(DATA / f"{file}.csv").query("variant == @variant")
+    grid = grid_of(policies, "cloning")
+    row = region_table({variant: policies}, grid).iloc[0]
+    gains = zip(policies.kp, policies.kd, strict=True)
+    others = policies[[grid.region(Cell(*both)) != "CO" for both in gains]]
+    shares = [row.success_co, row.success_so, others.success.mean()]
+    p = min(1.0, 6 * row.p_co_rest)  # for six tasks, as the study corrects
+    told = [*(f"{100 * share:.1f} %" for share in shares), "< 0.001" if p < 0.001 else f"{p:.3f}"]
+    text = (ROOT / "docs/results_cloning.md").read_text()
+    (shown,) = re.findall(rf"^\| \[?{words}[^|]*`[a-z_]+` \|(.*)\|$", text, flags=re.M)
+    cells = [cell.strip() for cell in shown.split("|")]
+    assert cells[:4] == told
+    assert [re.match(r"[+−].\.\d\d", cell)[0] for cell in cells[4:6]] == [
+        with_minus(f"{beta:+.2f}") for beta in (row.beta_kp, row.beta_kd)
+    ]
 
 
 def test_the_table_of_the_decision_is_that_of_the_data():
