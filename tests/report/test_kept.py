@@ -55,6 +55,12 @@ def board():
     return scoreboard(evidence(DATA, RULE))
 
 
+@pytest.fixture(scope="module")
+def made():
+    """Each table by its name: numbers, and as text."""
+    return {name: (table, text) for name, table, text in tables(DATA, RULE)}
+
+
 def test_the_pages_tell_the_scoreboard_that_the_data_give(board):
     for name, text in pages(ROOT, board):
         assert text == (ROOT / name).read_text(), f"{name}: python -m t2l.report.kept"
@@ -125,8 +131,8 @@ def test_a_task_of_the_page_on_cloning_is_that_of_the_data(words):
     ]
 
 
-def test_the_table_of_the_decision_is_that_of_the_data():
-    decision = next(table for name, table, _ in tables(DATA, RULE) if name == "transfer_decision")
+def test_the_table_of_the_decision_is_that_of_the_data(made):
+    decision, _ = made["transfer_decision"]
     text = (ROOT / "docs/results_transfer.md").read_text()
     kp, kd, jitter = decision.iloc[:3].itertuples()
     assert f"| +{kp.found:.2f} ± {kp.error:.2f} | {kp.p:.3f} | yes |" in text
@@ -134,19 +140,40 @@ def test_the_table_of_the_decision_is_that_of_the_data():
     assert f"| +{100 * jitter.found:.0f} point | {jitter.p:.3f} | no |" in text
 
 
-def test_the_page_on_errors_has_what_is_known_before_training():
+def test_the_page_on_errors_has_what_is_known_before_training(made):
     page = (ROOT / "docs/results_errors.md").read_text()
-    printed = {name: text for name, _, text in tables(DATA, RULE) if name.startswith("beforehand")}
+    printed = {name: text for name, (_, text) in made.items() if name.startswith("beforehand")}
     assert len(printed) == 2
     for text in printed.values():
         assert text.to_markdown(index=False, disable_numparse=True) in page
 
 
-def test_the_page_on_errors_says_how_much_difficulty_and_loss_differ():
+@pytest.mark.parametrize(
+    ("words", "grid"),
+    [
+        ("Block Stack", "cloning_grid"), ("Dishwasher", "dishwasher"), ("Mug", "mug_hanging"),
+        ("Dishrack, loading", "dishrack_loading"), ("Handover", "bimanual_handover"),
+        ("Dishrack, unloading", "dishrack_unloading"), ("Block Stack, UR5e", "ur5e"),
+    ],
+)  # fmt: skip
+def test_what_tells_success_in_each_grid_is_that_of_the_data(made, words, grid):
+    table, _ = made["effective_error"]
+    own = table[table.grid == grid].set_index("predictor")
+    error, loss, ratio = own.loc[["effective_error", "loss", "damping_over_stiffness"]].itertuples()
+    page = (ROOT / "docs/results_errors.md").read_text()
+    (shown,) = re.findall(rf"^\| {words} \| (\d+) \|(.*)\|$", page, flags=re.M)
+    cells = [cell.strip() for cell in shown[1].split("|")]
+    spans = [f"{r.rho:+.2f} ({r.low:+.2f} to {r.high:+.2f})" for r in (error, ratio)]
+    told = [spans[0], f"{loss.rho:+.2f}", spans[1]]
+    assert cells == [with_minus(text) for text in told]
+    assert int(shown[0]) == error.cells
+
+
+def test_the_page_on_errors_says_how_much_difficulty_and_loss_differ(made):
     page = " ".join((ROOT / "docs/results_errors.md").read_text().split())
     of_kind = [
         table.query("predictor == 'label_difficulty' and task != 'mean over tasks'")
-        for name, table, _ in tables(DATA, RULE)
+        for name, (table, _) in made.items()
         if name.startswith("beforehand")
     ]
     positions, displacements = of_kind
