@@ -199,7 +199,11 @@ AFTERWARDS: Mapping[str, str] = {
 
 
 def by_finding(table: pd.DataFrame) -> pd.DataFrame:
-    """A row a finding: how its claims came out, columns `finding`, `rows`, a verdict each, `why`.
+    """A row a finding: how its claims came out.
+
+    Columns `finding`, `rows`, a verdict each, `why`; and of those that are reproduced `numbers`,
+    how many have a number in the study, and `contestable`, of how many another verdict was
+    possible.
 
     Args:
         table: as `t2l.study.scoreboard.table.scoreboard` makes it.
@@ -208,8 +212,12 @@ def by_finding(table: pd.DataFrame) -> pd.DataFrame:
     for finding in FINDINGS:
         own = table[table.id.isin(finding.keys)]
         verdicts = {str(verdict): int((own.verdict == verdict).sum()) for verdict in Verdict}
-        numbers = int(((own.verdict == Verdict.REPRODUCED) & own.number).sum())
-        rows.append({"finding": finding.words, "rows": len(own), **verdicts, "numbers": numbers,
+        won = own[own.verdict == Verdict.REPRODUCED]
+        counted = {
+            "numbers": int(won.number.sum()),
+            "contestable": int((won.foreseeable == "").sum()),
+        }
+        rows.append({"finding": finding.words, "rows": len(own), **verdicts, **counted,
                      "why": finding.why})  # fmt: skip
     return pd.DataFrame(rows)
 
@@ -217,3 +225,8 @@ def by_finding(table: pd.DataFrame) -> pd.DataFrame:
 def independent(table: pd.DataFrame) -> int:
     """How many findings have a row that is reproduced."""
     return int((by_finding(table)[str(Verdict.REPRODUCED)] > 0).sum())
+
+
+def contestable(table: pd.DataFrame) -> int:
+    """How many findings have a row that is reproduced and could have come out otherwise."""
+    return int((by_finding(table).contestable > 0).sum())
