@@ -194,7 +194,7 @@ AFTERWARDS: Mapping[str, str] = {
     "oscillation_modes": f"{_STOPS}; that both modes must be there was added; {_ROBOT}",
     **dict.fromkeys(
         ("stiff_behaviour", "stiffness_ratio"),
-        "that poses are held, and tools rest, was added after it was known that neither is so"),
+        "that poses are held, and tools rest, was added after it was known that no tool rests"),
 }  # fmt: skip
 
 
