@@ -1,11 +1,12 @@
 """What is kept of demonstrations and starts drawn anew.
 
-`python -m benchmarks collections [RESULTS]` writes docs/data/collections.csv, one row a policy, of
-what config/studies/collections.yaml and collections_900.yaml left in results/. Only variants of
-which a collection has all cells are taken.
+`python -m benchmarks collections [RESULTS]` brings collections.csv and end_to_end.csv of docs/data,
+one row a policy, up to what the studies collections, collections_900, collections_tasks and
+end_to_end left in results/. Only collections that have all cells are taken. What is kept of
+variants that are not there stays.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -13,28 +14,60 @@ import pandas as pd
 from benchmarks.scene import ROOT
 from t2l.artefacts import read_table, write_text
 from t2l.bc.collections import collection
+from t2l.study.cloning.claims import ANEW_TASKS, OPERATED_TASK, TASK
 
-TABLE = ROOT / "docs/data/collections.csv"
+DATA = ROOT / "docs/data"
 COLUMNS = [
-    "variant", "collection", "kp", "kd", "seed", "success", "rollouts", "validation_loss",
+    "task", "variant", "collection", "kp", "kd", "seed", "success", "rollouts", "validation_loss",
     "validation_mse_rad2",
 ]  # fmt: skip
-# studies, and how many cells each has
-STUDIES = {"collections": 16, "collections_900": 8}
+# by name of a file: studies, how many cells each has, and tasks
+KEPT: Mapping[str, Sequence[tuple[str, int, Sequence[str]]]] = {
+    "collections": (
+        ("collections", 16, [TASK]),
+        ("collections_900", 8, [TASK]),
+        ("collections_tasks", 16, ANEW_TASKS),
+    ),
+    "end_to_end": (("end_to_end", 4, [OPERATED_TASK]),),
+}
 
 
 def main(arguments: Sequence[str]) -> pd.DataFrame:
-    """Gather the tables of all variants and collections; how many of these each variant has."""
-    results, rows = Path(*arguments or ["results"]), []
-    for study, cells in STUDIES.items():
-        for number in range(100):
-            folder = Path(results, study, collection("block_stack", number))
-            for path in sorted(folder.glob("*/cells.parquet")):
-                variant = path.parent.name if study == "collections" else "demonstrations_900"
-                table = read_table(path, tuple(COLUMNS[2:]))
-                if len(table) >= cells:
-                    rows.append(table.assign(variant=variant, collection=number))
-    table = pd.concat(rows)[COLUMNS].sort_values(COLUMNS[:5])
-    table = table.round({"validation_loss": 6, "validation_mse_rad2": 8})
-    write_text(table.to_csv(index=False), TABLE)
-    return table.groupby("variant").collection.nunique().reset_index()
+    """Bring what is kept up to what is found; how many collections of each variant were found."""
+    results, all_found = Path(*arguments or ["results"]), []
+    for name, studies in KEPT.items():
+        found = gather(results, studies)
+        if found.empty:
+            continue
+        path = DATA / f"{name}.csv"
+        table = merged(pd.read_csv(path), found)
+        write_text(table.to_csv(index=False), path)
+        all_found.append(found)
+    if not all_found:
+        raise SystemExit(f"{results} has no collections; make them with one of {[*KEPT]}")
+    found = pd.concat(all_found)
+    return found.groupby(["task", "variant"]).collection.nunique().reset_index()
+
+
+def gather(results: Path, studies: Sequence[tuple[str, int, Sequence[str]]]) -> pd.DataFrame:
+    """One row a policy, columns `COLUMNS`, of all collections of some studies that are whole."""
+    rows = []
+    for study, cells, tasks in studies:
+        for task in tasks:
+            for number in range(100):
+                folder = Path(results, study, collection(task, number))
+                for path in sorted(folder.glob("*/cells.parquet")):
+                    table = read_table(path, tuple(COLUMNS[3:]))
+                    if len(table[["kp", "kd"]].drop_duplicates()) >= cells:
+                        apart = study == "collections_900"
+                        variant = "demonstrations_900" if apart else path.parent.name
+                        rows.append(table.assign(task=task, variant=variant, collection=number))
+    table = pd.concat(rows) if rows else pd.DataFrame(columns=COLUMNS)
+    return table[COLUMNS].round({"validation_loss": 6, "validation_mse_rad2": 8})
+
+
+def merged(kept: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
+    """What is found, and what is kept of other tasks and variants."""
+    both = ["task", "variant"]
+    again = kept.set_index(both).index.isin(found.set_index(both).index)
+    return pd.concat([kept[~again], found]).sort_values(COLUMNS[:6], ignore_index=True)

@@ -80,8 +80,9 @@ def seconds_of(root: Path, log: Path, effects: Sequence[str]) -> float:
 
 
 def said(root: Path, *arguments: str) -> str:
-    """What `benchmarks/timed_diagnosis.py` prints last when it imports a checkout's t2l."""
+    """What `benchmarks.timed_diagnosis` of here prints last when it imports a checkout's t2l."""
     env = os.environ | {"PYTHONPATH": str(root / "src"), "OMP_NUM_THREADS": "1"}
-    line = [sys.executable, str(ROOT / "benchmarks/timed_diagnosis.py"), *arguments]
-    done = subprocess.run(line, env=env, check=True, capture_output=True, text=True)
+    # as a module: beside a script its folder would come first, whose collections.py is not Python's
+    line = [sys.executable, "-m", "benchmarks.timed_diagnosis", *arguments]
+    done = subprocess.run(line, env=env, cwd=ROOT, check=True, capture_output=True, text=True)
     return done.stdout.strip().splitlines()[-1]

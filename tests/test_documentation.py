@@ -41,6 +41,14 @@ def test_every_key_of_a_task_is_explained(task):
     assert not missing, f"{missing} stand in no table of config/README.md"
 
 
+def test_every_study_is_listed_with_its_time():
+    text = (ROOT / "config/README.md").read_text()
+    missing = [
+        p.stem for p in ROOT.glob("config/studies/*.yaml") if f"`studies/{p.name}`" not in text
+    ]
+    assert not missing, f"{missing} stand in no table of config/README.md"
+
+
 def _code_lines(text: str) -> Iterator[str]:
     """Lines of code blocks, indented or fenced."""
     fenced = False

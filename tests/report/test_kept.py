@@ -9,20 +9,21 @@ import pandas as pd
 import pytest
 
 from t2l.figures.kept import DPI, FIGURES
-from t2l.gains import Grid
+from t2l.gains import Cell, Grid
 from t2l.names import with_minus
 from t2l.plotting.style import write
 from t2l.report.kept import pages, registered, with_counts
 from t2l.stats.regions import region_table
 from t2l.study.kept.evidence import evidence
-from t2l.study.kept.tables import collections, tables
+from t2l.study.kept.tables import COMPARED, collections, tables
+from t2l.study.published.numbers import grid_of
 from t2l.study.scoreboard.table import counts, scoreboard
 from tests.conftest import ROOT
 
 DATA = ROOT / "docs/data"
 RULE = registered(ROOT / "config/studies/transfer_decision.yaml")
-# what is rendered, simulated or a course of training is not kept
-NOT_DRAWN = re.compile(r".*_frames|responses|decoupling|diagnosis_report")
+# what is rendered is not kept
+NOT_DRAWN = re.compile(r".*_frames|diagnosis_report")
 # rows of the page on cloning: its words, the file, the variant
 ROWS = {
     "10 Hz": ("ablations", "rate_10_hz"),
@@ -52,6 +53,12 @@ ROWS = {
 @pytest.fixture(scope="module")
 def board():
     return scoreboard(evidence(DATA, RULE))
+
+
+@pytest.fixture(scope="module")
+def made():
+    """Each table by its name: numbers, and as text."""
+    return {name: (table, text) for name, table, text in tables(DATA, RULE)}
 
 
 def test_the_pages_tell_the_scoreboard_that_the_data_give(board):
@@ -104,8 +111,28 @@ def test_a_row_of_the_page_on_cloning_is_that_of_the_data(words):
         assert cell == ("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
-def test_the_table_of_the_decision_is_that_of_the_data():
-    decision = next(table for name, table, _ in tables(DATA, RULE) if name == "transfer_decision")
+@pytest.mark.parametrize("words", list(COMPARED)[:6])
+def test_a_task_of_the_page_on_cloning_is_that_of_the_data(words):
+    file, variant = COMPARED[words]
+    policies = pd.read_csv(DATA / f"{file}.csv").query("variant == @variant")
+    grid = grid_of(policies, "cloning")
+    row = region_table({variant: policies}, grid).iloc[0]
+    gains = zip(policies.kp, policies.kd, strict=True)
+    others = policies[[grid.region(Cell(*both)) != "CO" for both in gains]]
+    shares = [row.success_co, row.success_so, others.success.mean()]
+    p = min(1.0, 6 * row.p_co_rest)  # for six tasks, as the study corrects
+    told = [*(f"{100 * share:.1f} %" for share in shares), "< 0.001" if p < 0.001 else f"{p:.3f}"]
+    text = (ROOT / "docs/results_cloning.md").read_text()
+    (shown,) = re.findall(rf"^\| \[?{words}[^|]*`[a-z_]+` \|(.*)\|$", text, flags=re.M)
+    cells = [cell.strip() for cell in shown.split("|")]
+    assert cells[:4] == told
+    assert [re.match(r"[+−].\.\d\d", cell)[0] for cell in cells[4:6]] == [
+        with_minus(f"{beta:+.2f}") for beta in (row.beta_kp, row.beta_kd)
+    ]
+
+
+def test_the_table_of_the_decision_is_that_of_the_data(made):
+    decision, _ = made["transfer_decision"]
     text = (ROOT / "docs/results_transfer.md").read_text()
     kp, kd, jitter = decision.iloc[:3].itertuples()
     assert f"| +{kp.found:.2f} ± {kp.error:.2f} | {kp.p:.3f} | yes |" in text
@@ -113,19 +140,40 @@ def test_the_table_of_the_decision_is_that_of_the_data():
     assert f"| +{100 * jitter.found:.0f} point | {jitter.p:.3f} | no |" in text
 
 
-def test_the_page_on_errors_has_what_is_known_before_training():
+def test_the_page_on_errors_has_what_is_known_before_training(made):
     page = (ROOT / "docs/results_errors.md").read_text()
-    printed = {name: text for name, _, text in tables(DATA, RULE) if name.startswith("beforehand")}
+    printed = {name: text for name, (_, text) in made.items() if name.startswith("beforehand")}
     assert len(printed) == 2
     for text in printed.values():
         assert text.to_markdown(index=False, disable_numparse=True) in page
 
 
-def test_the_page_on_errors_says_how_much_difficulty_and_loss_differ():
+@pytest.mark.parametrize(
+    ("words", "grid"),
+    [
+        ("Block Stack", "cloning_grid"), ("Dishwasher", "dishwasher"), ("Mug", "mug_hanging"),
+        ("Dishrack, loading", "dishrack_loading"), ("Handover", "bimanual_handover"),
+        ("Dishrack, unloading", "dishrack_unloading"), ("Block Stack, UR5e", "ur5e"),
+    ],
+)  # fmt: skip
+def test_what_tells_success_in_each_grid_is_that_of_the_data(made, words, grid):
+    table, _ = made["effective_error"]
+    own = table[table.grid == grid].set_index("predictor")
+    error, loss, ratio = own.loc[["effective_error", "loss", "damping_over_stiffness"]].itertuples()
+    page = (ROOT / "docs/results_errors.md").read_text()
+    (shown,) = re.findall(rf"^\| {words} \| (\d+) \|(.*)\|$", page, flags=re.M)
+    cells = [cell.strip() for cell in shown[1].split("|")]
+    spans = [f"{r.rho:+.2f} ({r.low:+.2f} to {r.high:+.2f})" for r in (error, ratio)]
+    told = [spans[0], f"{loss.rho:+.2f}", spans[1]]
+    assert cells == [with_minus(text) for text in told]
+    assert int(shown[0]) == error.cells
+
+
+def test_the_page_on_errors_says_how_much_difficulty_and_loss_differ(made):
     page = " ".join((ROOT / "docs/results_errors.md").read_text().split())
     of_kind = [
         table.query("predictor == 'label_difficulty' and task != 'mean over tasks'")
-        for name, table, _ in tables(DATA, RULE)
+        for name, (table, _) in made.items()
         if name.startswith("beforehand")
     ]
     positions, displacements = of_kind

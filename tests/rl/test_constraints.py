@@ -43,6 +43,9 @@ def test_the_objective_has_the_study_s_four_limits_and_no_other():
     shaking = Evaluation(0.7, dict.fromkeys(LIMITS, 0.0) | {"jitter": 0.3})
     assert shaking.feasible
     assert shaking.objective == pytest.approx(1.7)
+    # nor does it take anything from a policy that breaks a limit
+    fast = Evaluation(0.7, dict.fromkeys(LIMITS, 0.0) | {"velocity": 0.5, "jitter": 0.3})
+    assert fast.objective == pytest.approx(0.7 * 0.5)
 
 
 def test_a_torque_rate_within_its_allowance_costs_nothing():

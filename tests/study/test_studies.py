@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from t2l.config.study import read_study
+from t2l.stats.collections import FEWEST, UNIT
 from t2l.stats.verdict import Verdict
 from t2l.study.claim import nothing
 from t2l.study.cloning import ablations
@@ -90,8 +91,31 @@ def test_collections_drawn_anew_are_the_unit_where_there_are_five(key):
     found = CLAIMS[key].finding(of(cloning_grid=one, collections=five))
     assert (found.verdict, found.n, found.results) == (Verdict.REPRODUCED, 5, "collections")
     assert np.isnan(found.p)
+    assert found.unit.startswith("collection")
+    board = scoreboard(of(cloning_grid=one, collections=five)).set_index("id")
+    assert (board.unit[key], board.n[key]) == (found.unit, 5)
     found = CLAIMS[key].finding(of(cloning_grid=one, collections=four))
-    assert found.results == "cloning_grid"
+    assert (found.results, found.unit) == ("cloning_grid", "")
+    board = scoreboard(of(cloning_grid=one, collections=four)).set_index("id")
+    assert board.unit[key].startswith("cell")
+
+
+@pytest.mark.parametrize(
+    ("key", "task"), [("co_unloading", "dishrack_unloading"), ("co_dishwasher", "dishwasher")]
+)
+def test_collections_of_other_tasks_are_their_unit_too(key, task):
+    study = CLAIMS[key].anew
+    assert SHIPPED[study]["collections"] >= FEWEST
+    assert task in SHIPPED[study]["tasks"]
+    names = [task, *(f"{task}__collection{i}" for i in range(1, FEWEST))]
+    anew = {
+        f"{name}__nominal__cells": planted.cloning(CO=0.7 + 0.01 * i)
+        for i, name in enumerate(names)
+    }
+    one = {f"{task}__nominal__cells": planted.cloning()}
+    found = CLAIMS[key].finding(of(**{cloning.STUDY_TASKS[task]: one, study: anew}))
+    assert (found.verdict, found.n) == (Verdict.REPRODUCED, FEWEST)
+    assert (found.results, found.unit) == (study, UNIT)
 
 
 def test_collections_that_disagree_tell_nothing_however_many_cells_they_have():

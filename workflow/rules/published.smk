@@ -15,6 +15,7 @@ rule published:
         study="config/studies/transfer_decision.yaml",
     output:
         scoreboard=multiext("results/published/scoreboard", ".csv", ".md", ".tex", ".html"),
+        findings="results/published/findings.md",
         tables=directory("results/published/tables"),
         figures=directory("results/published/figures"),
         pages=directory("results/published/pages"),

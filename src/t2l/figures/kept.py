@@ -1,7 +1,6 @@
 """Figures of the documentation, drawn from the tables that the repository keeps.
 
-A figure is a function of the folder docs/data. What needs a simulation, such as frames and steps,
-or a training, such as its course, is not among them.
+A figure is a function of the folder docs/data. What is rendered, such as frames, is not among them.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,6 +14,7 @@ from t2l.figures import ablation, fidelity, identification, transfer
 from t2l.figures.collections import collections
 from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.learning import landscape
+from t2l.figures.responses import responses
 from t2l.figures.scaling import scaling
 from t2l.figures.success import success_and_loss
 from t2l.figures.variants import variants
@@ -31,6 +31,7 @@ from t2l.study.attenuation.noise import magnitudes
 from t2l.study.attenuation.statistics import effective_error_table
 from t2l.study.attenuation.success import by_cell as means_by_cell
 from t2l.study.attenuation.success import predictors
+from t2l.study.decoupling.figures import stiffness_at_the_end
 from t2l.study.kept.evidence import HOLD_S, demonstrations, deployed, named_collections, replays
 from t2l.study.landscape.figures import sample_efficiency
 from t2l.study.published.numbers import grid_of
@@ -38,7 +39,11 @@ from t2l.study.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 from t2l.transfer.summary import over_seeds
 
 SIMULATION_RATE_HZ = 500
-DPI = {"": 100, "identified_over_true": 200}  # format: of PNG beside text; small print needs more
+DPI = {
+    "": 100,
+    "identified_over_true": 200,
+    "responses": 200,
+}  # format: of PNG beside text; small print needs more
 TASKS = (
     "bimanual_handover", "dishrack_loading", "dishrack_unloading", "dishwasher", "mug_hanging",
 )  # fmt: skip
@@ -158,6 +163,23 @@ def _identified(folder: Path) -> Figure:
     return identification.over_true(_read(folder, "identified_published"))
 
 
+def _decoupling(folder: Path) -> Figure:
+    return stiffness_at_the_end(_read(folder, "decoupling"))
+
+
+def _responses(folder: Path) -> Figure:
+    """Of the virtual FR3: steps, and the motion of identification, rad from home."""
+    table = _read(folder, "responses")
+    grid = grid_of(table, "transfer")
+    motions = {
+        str(name): {
+            cell: part[(part.kp == cell.kp) & (part.kd == cell.kd)] for cell in grid.corners
+        }
+        for name, part in table.groupby("motion", sort=False)
+    }
+    return responses(motions, grid)
+
+
 def _learned(folder: Path) -> Figure:
     return learned_tasks({"lift_cube": _read(folder, "learning_lift_cube")})
 
@@ -183,5 +205,7 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "action_scales": _scales,
     "sample_efficiency": _efficiency,
     "learning_lift_cube": _learned,
+    "decoupling": _decoupling,
+    "responses": _responses,
     "identified_over_true": _identified,
 }

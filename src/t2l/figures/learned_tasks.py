@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 TERM = "reward_"  # and the name of a term
 SMALL = 0.01  # what is paid below it is drawn to scale, above it by its logarithm
-BELOW = (0.5, -0.16)  # a panel, clear of its label
+BELOW = (0.5, -0.2)  # a panel, clear of its label
 COLUMNS = ("steps", "success", "kp", "kd", "seed")
 
 

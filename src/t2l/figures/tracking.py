@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from t2l.gains import Cell
+from t2l.plotting.over_time import panels_over_time
 from t2l.plotting.style import COLOURS, styled
 
 
@@ -24,17 +24,10 @@ def tracking(
         rate_hz: rate of the rows.
     """
     with styled():
-        figure, axes = plt.subplots(
-            *(len(shown), len(episodes)),
-            figsize=(2.4 * len(episodes) + 0.8, 1.7 * len(shown) + 0.9),
-            sharex=True,
-            sharey="row",
-            squeeze=False,
-        )
-        for column, (cell, (command, achieved)) in enumerate(episodes.items()):
+        figure, axes = panels_over_time(list(shown), [str(cell) for cell in episodes], 2.4, 1.7)
+        for column, (command, achieved) in zip(axes.T, episodes.values(), strict=True):
             time = np.arange(len(command)) / rate_hz
-            for row, (label, joint) in enumerate(shown.items()):
-                panel = axes[row, column]
+            for panel, joint in zip(column, shown.values(), strict=True):
                 panel.step(
                     *(time, command[:, joint]),
                     where="post",
@@ -43,10 +36,6 @@ def tracking(
                     label="commanded",
                 )
                 panel.plot(time, achieved[:, joint], color=COLOURS[0], lw=1.3, label="achieved")
-                if column == 0:
-                    panel.set_ylabel(label)
-            axes[0, column].set_title(str(cell))
-            axes[-1, column].set_xlabel("time [s]")
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
         figure.suptitle(title, fontsize=11)
     return figure

@@ -21,7 +21,7 @@ from t2l.stats.verdict import Verdict
 from t2l.study.kept.evidence import evidence
 from t2l.study.kept.tables import collections, compliance, printable_compliance, tables
 from t2l.study.scoreboard.table import counts, printable_scoreboard, scoreboard, to_latex
-from t2l.study.scoreboard.weight import by_finding, independent
+from t2l.study.scoreboard.weight import by_finding, contestable, independent
 from t2l.study.transfer.rule import Rule
 
 PAGES = (
@@ -38,6 +38,7 @@ COUNTS = re.compile(
 INDEPENDENT = re.compile(
     r"\d+(\s+rows\s+that\s+are\s+reproduced\s+are\s+)\d+(\s+independent\s+findings)"
 )
+CONTESTABLE = re.compile(r"In(\s+)\d+(\s+of\s+them\s+another\s+verdict\s+was\s+possible)")
 
 
 def registered(path: Path) -> Rule:
@@ -61,6 +62,7 @@ def printable_findings(table: pd.DataFrame) -> pd.DataFrame:
             "Finding": found.finding,
             **{head: [str(n or "") for n in found[key]] for head, key in shown.items()},
             "Reproduced, with a number in the study": [str(n or "") for n in found.numbers],
+            "… where another verdict was possible": [str(n or "") for n in found.contestable],
             "Rows are one, as they rest on": found.why,
         }
     )
@@ -97,6 +99,7 @@ def with_counts(text: str, table: pd.DataFrame) -> str:
         return re.sub(r"\d+", lambda _: str(next(number)), match[0])
 
     text = COUNTS.sub(told, text)
+    text = CONTESTABLE.sub(lambda match: f"In{match[1]}{contestable(table)}{match[2]}", text)
     reproduced = found.get(str(Verdict.REPRODUCED), 0)
     return INDEPENDENT.sub(
         lambda match: f"{reproduced}{match[1]}{independent(table)}{match[2]}", text

@@ -16,7 +16,8 @@ class Evaluation:
 
     Attributes:
         success: share of episodes at the goal at their end, without jitter.
-        rates: by name in `NAMES`, the share of episodes that violated it at any instant.
+        rates: by name in `t2l.environment.limits.NAMES`, the share of episodes that violated it at
+            any instant.
         failed: share of episodes that ended before their time, such as by a fall.
     """
 

@@ -26,6 +26,7 @@ from t2l.stats.verdict import ALPHA, Finding, Verdict
 
 COLUMNS = ("collection", "kp", "kd", "success", "rollouts")
 FEWEST = 5  # collections: with fewer, Student's t asks for more than three errors
+UNIT = "collection (mean over training seeds)"
 VERY_STIFF_KP = 1024  # N·m/rad, the columns that the lead over SO rested on in one collection
 
 
@@ -41,7 +42,7 @@ def over_collections(values: np.ndarray, sign: int = 1, tests: int = 1) -> Findi
     """
     n = len(values)
     if n < FEWEST or not np.isfinite(values).all():
-        return Finding(Verdict.CANNOT_TELL, n, float(np.mean(values)) if n else nan)
+        return Finding(Verdict.CANNOT_TELL, n, float(np.mean(values)) if n else nan, unit=UNIT)
     error = float(values.std(ddof=1) / np.sqrt(n))
     return _by_interval(float(values.mean()), error, n - 1, n, sign, tests)
 
@@ -57,7 +58,7 @@ def _by_interval(
         verdict = Verdict.NOT_REPRODUCED
     else:
         verdict = Verdict.CANNOT_TELL
-    return Finding(verdict, n, value, lower, upper)
+    return Finding(verdict, n, value, lower, upper, unit=UNIT)
 
 
 def by_collection(cells: pd.DataFrame, grid: Grid, *more: str) -> pd.DataFrame:

@@ -1,5 +1,6 @@
 """Numbers of tables as people read them, and tables as LaTeX."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -37,12 +38,11 @@ def p_over_cells(p: float) -> str:
 
 
 def latex(printed: pd.DataFrame, headers: Mapping[str, str]) -> str:
-    """A booktabs tabular of a table of text, with some headers replaced."""
-    cells = printed.replace(
-        {"%": r"\\%", "±": r"$\\pm$", "< ": r"$<$ ", r"([+-])(\d)": r"$\1$\2"}, regex=True
-    )
+    """A booktabs tabular of a table of text, with some headers replaced by LaTeX of their own."""
+    marks = {"±": r"$\\pm$", "< ": r"$<$ ", r"([+-])(\d)": r"$\1$\2"}
+    cells = printed.replace({r"([%_&#])": r"\\\1", **marks}, regex=True)
     columns = "l" + "r" * (len(printed.columns) - 1)
-    escaped = {name: name.replace("%", r"\%").replace("^", r"\^{}") for name in printed.columns}
+    escaped = {name: re.sub(r"([%_&#])", r"\\\1", name).replace("^", r"\^{}") for name in printed}
     return cells.rename(columns={**escaped, **headers}).to_latex(index=False, column_format=columns)
 
 
@@ -62,4 +62,4 @@ def write_printed(
     csv, markdown, tex = paths
     write_text(table.to_csv(index=False), csv)
     write_text(printed.to_markdown(index=False, disable_numparse=True) + "\n", markdown)
-    write_text(latex(printed.replace("_", r"\\_", regex=True), headers or {}), tex)
+    write_text(latex(printed, headers or {}), tex)

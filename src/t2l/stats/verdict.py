@@ -49,6 +49,7 @@ class Finding:
         p: corrected; NaN where none was computed, or where the least attainable exceeds α.
         ours: our numbers as a person reads them.
         results: whose they are, a folder below results/; empty where they are of several.
+        unit: of replication, where it is another than the claim names.
     """
 
     verdict: Verdict
@@ -59,6 +60,7 @@ class Finding:
     p: float = nan
     ours: str = ""
     results: str = ""
+    unit: str = ""
 
 
 def greater(

@@ -57,6 +57,8 @@ class PoseHold(Rewarded):
 
     name = "pose_hold"
     instruction = "Hold the pose."
+    # it is pushed to the end, so a behaviour that yields moves
+    steady = False
     parameters = PoseHoldParameters
     rewards = (
         RewardTerm("hold", 1.0, near_the_pose, "the study, section III"),

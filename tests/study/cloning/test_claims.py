@@ -90,16 +90,18 @@ def test_the_project_s_own_first_grid_is_told_as_it_is():
 
 
 @pytest.mark.parametrize(
-    ("key", "variant"),
+    ("key", "folder"),
     [
-        ("ablation_chunk", "chunk_1"),
-        ("ablation_history", "history_1"),
-        ("ablation_10_hz", "rate_10_hz"),
-        ("ablation_joint_delta", "joint_deltas"),
+        ("ablation_chunk", "block_stack__chunk_1"),
+        ("ablation_history", "block_stack__history_1"),
+        ("ablation_10_hz", "block_stack__rate_10_hz"),
+        ("ablation_joint_delta", "block_stack__joint_deltas"),
+        ("another_robot", "block_stack_ur5e__nominal"),
+        ("ablation_no_gravity_compensation", "block_stack_no_gravity_compensation__nominal"),
     ],
 )
-def test_a_variant_has_a_row_of_its_own(key, variant):
-    tables = {f"block_stack__{variant}__cells": cloning(CO=0.8)}
+def test_a_variant_or_another_task_has_a_row_of_its_own(key, folder):
+    tables = {f"{folder}__cells": cloning(CO=0.8)}
     assert verdict(key, **tables) is YES
     assert verdict("co_block_stack", **tables) is NOT_RUN
 
@@ -142,19 +144,6 @@ def test_of_pictures_the_cells_tell_and_no_number_of_seeds_on_five_of_them():
 
     assert verdict("ablation_images", **images(few, 20)) is OPEN
     assert verdict("ablation_images", **images(CLONING, 1)) is YES
-
-
-@pytest.mark.parametrize(
-    ("key", "task"),
-    [
-        ("another_robot", "block_stack_ur5e"),
-        ("ablation_no_gravity_compensation", "block_stack_no_gravity_compensation"),
-    ],
-)
-def test_another_task_has_a_row_of_its_own(key, task):
-    tables = {f"{task}__nominal__cells": cloning(CO=0.8)}
-    assert verdict(key, **tables) is YES
-    assert verdict("co_block_stack", **tables) is NOT_RUN
 
 
 def test_data_that_agree_with_the_study_and_with_nothing_cannot_tell():

@@ -1,8 +1,10 @@
 """Planted tables come out each way: a trend is found, so is its absence, few cells cannot tell."""
 
+import numpy as np
 import pandas as pd
 
-from tests.study.judged import NO, OPEN, YES, verdict
+from tests.study.judged import CLAIMS, NO, OPEN, YES, verdict
+from tests.study.planted import evidence
 
 
 def test_stiffness_is_not_the_gain():
@@ -25,3 +27,9 @@ def test_stiffness_is_not_the_gain():
     for key in ("stiff_behaviour", "stiffness_ratio"):
         assert verdict(key, **stiffness(5, success=0.0)) is OPEN
         assert verdict(key, **stiffness(5, drift=1.6)) is OPEN
+        # nor do policies of which it is not known
+        assert verdict(key, **stiffness(5, success=np.nan)) is OPEN
+    found = CLAIMS["stiff_behaviour"].finding(evidence(**stiffness(5, drift=1.6)))
+    assert found.ours.endswith("of 6 policies 0 rest when measured, 6 hold the pose")
+    found = CLAIMS["stiff_behaviour"].finding(evidence(**stiffness(5, drift=1.6, success=np.nan)))
+    assert found.ours.endswith("of 6 policies 0 rest when measured")

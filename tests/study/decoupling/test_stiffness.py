@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 import yaml
 
+from t2l.rl.evaluate import evaluate
 from t2l.study.decoupling.pairing import Pairing
 from t2l.study.decoupling.stiffness import Probe, measure
 from t2l.study.decoupling.training import make_probe, passive, train
@@ -32,6 +33,23 @@ def test_the_bare_controller_is_as_stiff_as_its_gains_say():
     moved = np.linalg.norm(GENTLE.force @ compliance(), axis=1)
     np.testing.assert_allclose(found.stiffness_n_m, 0.05 / moved, rtol=0.01)
     assert found.drift.max() < 0.01
+
+
+@pytest.mark.parametrize(("kp", "kd", "held"), [(512, 24, True), (16, 8, False)])
+def test_a_pose_is_held_by_what_stays_near_it_though_pushes_move_it(kp, kd, held):
+    """The bare controller, which is soft or stiff enough; pushes go on to an episode's end."""
+    pairing = Pairing("bare", kp, kd, HOME, 0.01, 0.0)
+    problem = pairing.problem("pose_hold", FILE, 4.0)
+    environments = problem.environments(pairing.choice(problem.task, 0.4), learning(), 50, 1)
+
+    class Still:
+        def action(self, observation):
+            return np.zeros((len(observation), 7))
+
+    found = evaluate(Still(), environments)
+    assert (found.success == 1) == held
+    # at rest it is not
+    assert found.rates["jitter"] > 0.3
 
 
 def test_a_policy_that_pulls_back_adds_its_own_stiffness():

@@ -9,7 +9,7 @@ class Landscape(Typed):
     """Of trials at the corners of `recording_grid`."""
 
     passed: Number = Field(
-        0.95, gt=0, le=1, description="success rate from which a trial passes, the study's"
+        0.95, gt=0, lt=1, description="success rate above which a trial passes, the study's"
     )
     exists: Number = Field(
         0.99, gt=0, le=1, description="success rate from which a solution exists, the study's"

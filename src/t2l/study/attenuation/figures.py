@@ -13,6 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from t2l.gains import Cell, Grid
 from t2l.plotting.heatmap import heatmap, height, matrix, width
+from t2l.plotting.over_time import panels_over_time
 from t2l.plotting.style import COLOURS, styled, title
 from t2l.stats.text import interval
 from t2l.study.attenuation.theory import SMALL
@@ -169,20 +170,12 @@ def noise_traces(
         shown: label and column of the joints to show.
     """
     with styled():
-        figure, axes = plt.subplots(
-            *(len(shown), len(traces)),
-            figsize=(3.6 * len(traces) + 0.8, 1.6 * len(shown) + 0.9),
-            sharex=True,
-            sharey="row",
-            squeeze=False,
-        )
-        for column, (cell, table) in enumerate(traces.items()):
-            for row, (label, name) in enumerate(shown.items()):
-                _lines(axes[row, column], table, name)
-                if column == 0:
-                    axes[row, column].set_ylabel(f"{label} [rad]")
-            axes[0, column].set_title(f"{grid.region(cell)}: {cell}")
-            axes[-1, column].set_xlabel("time [s]")
+        columns = [f"{grid.region(cell)}: {cell}" for cell in traces]
+        rows = [f"{label} [rad]" for label in shown]
+        figure, axes = panels_over_time(rows, columns, 3.6, 1.6)
+        for column, table in zip(axes.T, traces.values(), strict=True):
+            for panel, name in zip(column, shown.values(), strict=True):
+                _lines(panel, table, name)
         figure.legend(
             [Line2D([], [], color="black"), Line2D([], [], color=COLOURS[1])],
             ["without noise", "with noise on every command"],

@@ -11,6 +11,7 @@ import pandas as pd
 from t2l.stats.collections import (
     COLUMNS,
     FEWEST,
+    UNIT,
     by_collection,
     contrast,
     over_collections,
@@ -51,6 +52,9 @@ STUDY_TASKS = {
 }
 CELLS = "cell (mean over training seeds)"
 ANEW = "collections"  # the study of ours with several
+# tasks of another one: where compliance helped in one collection, and where it did not
+ANEW_TASKS = ("dishrack_unloading", "dishwasher")
+OF_COLLECTIONS = {TASK: ANEW} | dict.fromkeys(ANEW_TASKS, "collections_tasks")
 # how a rule goes on
 OR_COLLECTIONS = (
     "; with five collections or more these are the unit, and their 95 % interval decides"
@@ -107,9 +111,8 @@ def of_each(
 def _over_collections(own: pd.DataFrame, outside: Sequence[str], tests: int) -> Finding:
     """CO against other regions, with the collection as the unit."""
     if own.groupby(["kp", "kd"]).success.mean().max() < WORKS:
-        return cannot_tell(
-            Finding(Verdict.CANNOT_TELL, own.collection.nunique()), "no policy works"
-        )
+        nothing = Finding(Verdict.CANNOT_TELL, own.collection.nunique(), unit=UNIT)
+        return cannot_tell(nothing, "no policy works")
     found = over_collections(contrast(own, outside), tests=tests)
     groups = (own[own.region.isin(regions)] for regions in (["CO"], outside))
     means = [group.groupby("collection").success.mean() for group in groups]
@@ -245,7 +248,7 @@ def _end_to_end(evidence: Evidence, published: Published, tests: int) -> Finding
 def _task(key: str, what: str, task: str) -> Claim:
     statement = f"{what}: compliant, overdamped gains succeed more often than all others."
     judged = {"judge": co_beats_rest(task=task), "tests": len(STUDY_TASKS)}
-    own = {"about": STUDY_TASKS[task], "anew": ANEW if task == TASK else ""}
+    own = {"about": STUDY_TASKS[task], "anew": OF_COLLECTIONS.get(task, "")}
     return Claim(key, statement, CELLS, CO_REST + OR_COLLECTIONS, CO_REST_NULL, **judged, **own)
 
 

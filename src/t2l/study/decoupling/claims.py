@@ -39,8 +39,10 @@ def _judged(decide: Callable[[np.ndarray, np.ndarray], Finding], evidence: Evide
     if holding(trainings).all():
         return decide(soft, hard)
     found = among(Finding(Verdict.CANNOT_TELL, len(trainings)), FORM, soft, hard)
-    held, rest = int((trainings.success > 0).sum()), int((trainings.drift <= AT_REST).sum())
-    why = f"of {found.n} policies {held} hold the pose, {rest} rest when measured"
+    rest = int((trainings.drift <= AT_REST).sum())
+    why = f"of {found.n} policies {rest} rest when measured"
+    if trainings.success.notna().all():
+        why += f", {int((trainings.success > 0).sum())} hold the pose"
     return cannot_tell(found, why)
 
 

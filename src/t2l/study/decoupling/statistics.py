@@ -80,7 +80,9 @@ def printable_decoupling(table: pd.DataFrame) -> pd.DataFrame:
             "Seeds": table.seeds.astype(str),
             "Bare controller [N/m]": [f"{k:.0f}" for k in table.passive_n_m],
             "Trained [N/m]": [f"{k:.0f} ({a:.0f} to {b:.0f})" for k, a, b in stiffness],
-            "Holds the pose": [f"{100 * share:.0f} %" for share in table.success],
+            "Holds the pose": [
+                "not known" if pd.isna(share) else f"{100 * share:.0f} %" for share in table.success
+            ],
             "Drift when measured": [f"{100 * drift:.0f} %" for drift in table.drift],
             "Gain, over the last": [_times(r) for r in table.gain_ratio],
             "Stiffness, over the last": [

@@ -22,7 +22,7 @@ def holding(trainings: "pd.DataFrame") -> "pd.Series":
     drifts has no steady displacement, which K_eff is defined by.
 
     Args:
-        trainings: columns `drift` and `success`.
+        trainings: columns `drift` and `success`; of a success that is not known none holds.
     """
     return (trainings.success > 0) & (trainings.drift <= AT_REST)
 

@@ -12,6 +12,8 @@ import numpy as np
 import pandas as pd
 
 from t2l.bc.collections import collection
+from t2l.names import heading
+from t2l.study.cloning.claims import ANEW_TASKS, OF_COLLECTIONS, TASK
 from t2l.study.evidence import Evidence, Source, source_of
 from t2l.study.transfer.decision import decide
 from t2l.study.transfer.rule import Rule
@@ -21,11 +23,15 @@ Shaped = Iterator[tuple[str, pd.DataFrame]]  # where below results/ a table woul
 RATES = {10: "joint_reach_10_hz", 20: "joint_reach_20_hz", 50: "joint_reach",
          100: "joint_reach_100_hz"}  # fmt: skip
 
-# variants of the collections, as pages and figures tell them
+# tasks and variants of the collections, as pages and figures tell them
 ANEW = {
-    "epochs_50": "50 epochs", "nominal": "150 epochs", "epochs_400": "400 epochs",
-    "observation_noise_0": "no noise on observations", "demonstrations_900": "900 demonstrations",
-}  # fmt: skip
+    (TASK, "epochs_50"): "50 epochs",
+    (TASK, "nominal"): "150 epochs",
+    (TASK, "epochs_400"): "400 epochs",
+    (TASK, "observation_noise_0"): "no noise on observations",
+    (TASK, "demonstrations_900"): "900 demonstrations",
+    **{(task, "nominal"): heading(task) for task in ANEW_TASKS},
+}
 
 
 def evidence(folder: Path, rule: Rule) -> Evidence:
@@ -53,18 +59,20 @@ def _cloning(table: pd.DataFrame, study: str, task: str) -> Shaped:
 
 
 def named_collections(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """Policies of collections that were drawn anew, by the words for their variant."""
-    found = dict(iter(table.groupby("variant")))
-    return {words: found[name] for name, words in ANEW.items() if name in found}
+    """Policies of collections that were drawn anew, by the words for their task and variant."""
+    found = dict(iter(table.groupby(["task", "variant"])))
+    return {words: found[names] for names, words in ANEW.items() if names in found}
 
 
 def _collections(table: pd.DataFrame) -> Shaped:
-    for (variant, number), rows in table.groupby(["variant", "collection"]):
-        own = collection("block_stack", int(number))
+    for (task, variant, number), rows in table.groupby(["task", "variant", "collection"]):
+        own = collection(task, int(number))
         # a study of its own, as its demonstrations are others
         apart = variant == "demonstrations_900"
-        study = "collections_900/{}/nominal" if apart else f"collections/{{}}/{variant}"
-        yield f"{study.format(own)}/cells.parquet", rows
+        study, variant = (
+            ("collections_900", "nominal") if apart else (OF_COLLECTIONS[task], variant)
+        )
+        yield f"{study}/{own}/{variant}/cells.parquet", rows
 
 
 def _ablations(table: pd.DataFrame) -> Shaped:

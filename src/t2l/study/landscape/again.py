@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from t2l.rl.choice import Choice, scale_names
 from t2l.robots import Robot
+from t2l.study.passing import passes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -15,14 +16,14 @@ CURVE_COLUMNS = (
 
 
 def passed(trials: "pd.DataFrame", success: float, most: int) -> "pd.DataFrame":
-    """The complete trials with a success rate of at least `success`: the first `most` of them.
+    """The complete trials that pass a success rate: the first `most` of them.
 
     The first, and not the best: these would be the luckiest.
 
     Args:
         trials: columns `COLUMNS` and those of what was chosen.
     """
-    good = trials[(trials.state == "complete") & (trials.success >= success)]
+    good = trials[(trials.state == "complete") & passes(trials.success, success)]
     return good.sort_values("number").head(most)
 
 

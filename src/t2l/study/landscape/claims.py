@@ -17,6 +17,7 @@ from t2l.stats.verdict import (
 )
 from t2l.study.claim import Claim, Judge
 from t2l.study.evidence import AbsentError, Evidence
+from t2l.study.passing import passes
 from t2l.study.published.numbers import REGIONS, Published, splits
 from t2l.study.words import among
 
@@ -94,11 +95,11 @@ def _chosen_by_others(runs: pd.DataFrame) -> np.ndarray:
 
 
 def _counts(evidence: Evidence, condition: str, share: float) -> tuple[list[int], list[int]]:
-    """Trials above a success rate at each corner in `REGIONS`, and how many were completed."""
+    """Trials that pass a success rate at each corner in `REGIONS`, and how many were completed."""
     table = evidence.table("trials", ("kp", "kd", "state", "success"), condition=condition)
     done = table[table.state == "complete"]
     rows = corners(done).values()
-    return [int((part.success > share).sum()) for part in rows], [len(part) for part in rows]
+    return [int(passes(part.success, share).sum()) for part in rows], [len(part) for part in rows]
 
 
 def _landscape(evidence: Evidence, published: Published, tests: int) -> Finding:

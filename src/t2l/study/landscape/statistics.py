@@ -8,6 +8,7 @@ import pandas as pd
 from t2l.gains import Cell, Grid
 from t2l.names import heading
 from t2l.stats.text import rate
+from t2l.study.passing import passes
 from t2l.study.published.cells import passed_trials
 
 
@@ -32,7 +33,7 @@ def landscape_table(
     """One row a condition and cell.
 
     Args:
-        passed: success rate from which a trial passes.
+        passed: success rate that a trial passes, see `t2l.study.passing`.
         exists: success rate from which a solution exists, the study's 0.99.
 
     Returns:
@@ -46,7 +47,7 @@ def landscape_table(
     rows = []
     for one in searched:
         complete = one.trials[one.trials.state == "complete"]
-        runs = one.again.groupby(["configuration", "seed"]).success.max() >= passed
+        runs = passes(one.again.groupby(["configuration", "seed"]).success.max(), passed)
         best = complete.success.max() if len(complete) else float("nan")
         rows.append(
             {
@@ -55,7 +56,7 @@ def landscape_table(
                 "kd": one.cell.kd,
                 "region": grid.region(one.cell),
                 "trials": len(complete),
-                "passed": int((complete.success >= passed).sum()),
+                "passed": int(passes(complete.success, passed).sum()),
                 "best_success": best,
                 "exists": bool(best >= exists),
                 "configurations": one.again.configuration.nunique(),

@@ -47,10 +47,10 @@ def scoreboard(evidence: Evidence) -> pd.DataFrame:
             published, found = claim.published, claim.finding(evidence)
             rows.append(
                 (chain, claim.key, published.section, claim.statement, published.theirs,
-                 found.ours, found.value, found.lower, found.upper, claim.unit, found.n,
-                 claim.rule, claim.null, claim.alpha, claim.tests, found.p, str(found.verdict),
-                 published.note, found.results, OF[claim.key].words, published.number,
-                 FORESEEABLE.get(claim.key, ""), AFTERWARDS.get(claim.key, ""))
+                 found.ours, found.value, found.lower, found.upper, found.unit or claim.unit,
+                 found.n, claim.rule, claim.null, claim.alpha, claim.tests, found.p,
+                 str(found.verdict), published.note, found.results, OF[claim.key].words,
+                 published.number, FORESEEABLE.get(claim.key, ""), AFTERWARDS.get(claim.key, ""))
             )  # fmt: skip
     return pd.DataFrame(rows, columns=list(COLUMNS))
 

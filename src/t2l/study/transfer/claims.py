@@ -20,6 +20,7 @@ from t2l.study import identification
 from t2l.study.both_slopes import both_slopes
 from t2l.study.claim import Claim, Judge
 from t2l.study.evidence import AbsentError, Evidence
+from t2l.study.passing import passes
 from t2l.study.published.numbers import Published, splits
 from t2l.study.words import among, cannot_tell, percents
 
@@ -44,7 +45,6 @@ CELLS = "cell (mean over rollouts and training seeds)"
 NO_LIMITS = "keeps the study's limits"
 NOTHING = "nothing jitters, at no rate"
 FEASIBLE = 1.0  # bound: of the study's objective, from which on a policy keeps its limits
-WORKS = 0.95  # success in its own simulator that the study asks of a trial (V-B)
 
 
 def working(evidence: Evidence, condition: str) -> pd.DataFrame:
@@ -55,7 +55,7 @@ def working(evidence: Evidence, condition: str) -> pd.DataFrame:
     """
     columns = ("kp", "kd", "success_sim_100", "objective")
     policies = evidence.table("policies", columns, condition=condition)
-    policies = policies[policies.success_sim_100 >= WORKS]
+    policies = policies[passes(policies.success_sim_100)]
     keeping = policies[policies.objective >= FEASIBLE]
     return policies if keeping.empty else keeping
 

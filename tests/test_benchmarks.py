@@ -1,0 +1,54 @@
+"""Benchmarks are run by hand and seldom: that they begin at all is tested."""
+
+from importlib import import_module
+from pkgutil import iter_modules
+
+import benchmarks
+import pandas as pd
+import pytest
+from benchmarks import collections, earlier
+from benchmarks.scene import ROOT
+
+from t2l.artefacts import write_table
+from t2l.effects.registry import builtin
+from t2l.study.kept.evidence import FILES, named_collections
+from tests.study.planted import cloning
+
+MODULES = [module.name for module in iter_modules(benchmarks.__path__) if not module.ispkg]
+
+
+@pytest.mark.parametrize("name", sorted(set(MODULES) - {"__main__"}))
+def test_a_benchmark_can_be_imported(name):
+    import_module(f"benchmarks.{name}")
+
+
+def test_a_checkout_says_which_effects_it_knows():
+    assert earlier.names(ROOT) == list(builtin())
+
+
+def test_collections_of_a_run_join_what_is_kept_of_others(tmp_path, monkeypatch):
+    cells = cloning(CO=0.7).assign(seed=0, validation_loss=0.01, validation_mse_rad2=1e-3)
+    for name in ("dishwasher", "dishwasher/collection1", "dishrack_unloading"):
+        folder = tmp_path / "results/collections_tasks" / name / "nominal"
+        folder.mkdir(parents=True)
+        # of the last a cell is missing: it is not whole
+        own = cells if name.startswith("dishwasher") else cells[1:]
+        write_table(own, folder / "cells.parquet")
+    kept = pd.read_csv(collections.DATA / "collections.csv")
+    kept.to_csv(tmp_path / "collections.csv", index=False)
+    monkeypatch.setattr(collections, "DATA", tmp_path)
+    found = collections.main([str(tmp_path / "results")])
+    assert found.to_numpy().tolist() == [["dishwasher", "nominal", 2]]
+    table = pd.read_csv(tmp_path / "collections.csv")
+    assert len(table) == len(kept) + 2 * len(cells)
+    pd.testing.assert_frame_equal(
+        table[table.task == "block_stack"].reset_index(drop=True),
+        kept.sort_values(collections.COLUMNS[:6], ignore_index=True),
+    )
+    # and so the claims read them, as results of the study that made them
+    paths = [path for path, _ in FILES["collections"](table)]
+    assert "collections_tasks/dishwasher/nominal/cells.parquet" in paths
+    assert "collections_tasks/dishwasher/collection1/nominal/cells.parquet" in paths
+    assert "Dishwasher" in named_collections(table)
+    with pytest.raises(SystemExit, match="has no collections"):
+        collections.main([str(tmp_path / "nothing")])
