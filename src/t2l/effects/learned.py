@@ -210,7 +210,7 @@ def acting(
     """
     joint = loop.joints.index(law.joint)
     if law.kind == LIMIT:
-        limit_by_velocity(loop, rows, np.array([joint]), lambda tick, x: says(x[:, 0])[:, None])
+        limit_by_velocity(loop, rows, np.array([joint]), lambda tick, x: says(x[..., 0])[..., None])
         return
     if law.kind == TENDON:
         pull(loop, rows, law, ratio, says)

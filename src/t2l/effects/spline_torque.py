@@ -176,8 +176,8 @@ def _sum(basis: np.ndarray, weights: np.ndarray, find: Callable) -> Callable:
 
     def says(x: np.ndarray) -> np.ndarray:
         below, part = find(x)
-        values = np.einsum("nk,nk->n", basis[below], weights)
-        return values + part * (np.einsum("nk,nk->n", basis[below + 1], weights) - values)
+        values = np.einsum("...nk,nk->...n", basis[below], weights)
+        return values + part * (np.einsum("...nk,nk->...n", basis[below + 1], weights) - values)
 
     return says
 
