@@ -101,6 +101,26 @@ def test_what_remembers_nothing_needs_no_order_of_ticks(swinging, name):
     assert np.allclose(one, other.reshape(one.shape), atol=1e-12)
 
 
+@pytest.mark.parametrize("name", sorted(builtin()))
+def test_ticks_in_blocks_are_as_ticks_in_turn(swinging, name, monkeypatch):
+    predictor, (section, *_) = swinging
+    layout = Layout([Term(builtin()[name], (0,))])
+    model, schedule = predictor.model(layout.terms), section.motion.group.schedule
+    (guess, *_) = first_guesses(builtin()[name], scales(predictor), 1)
+    u = layout.encode({name: guess})[None]
+    if model.nv > 1 or not builtin()[name].may_act(predictor.recordings):
+        pytest.skip("it cannot be led along a motion of a pendulum")
+
+    def torque():
+        loop = DrivenLoop(model, predictor.joints, schedule, 1)
+        install(loop, [(layout, u)])
+        return loop.torque(section.path)
+
+    in_blocks = torque()
+    monkeypatch.setattr("t2l.sim.driven_loop.BLOCK", 1)
+    assert np.allclose(in_blocks, torque(), rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("so_far", [(), ("dahl_friction",)])
 def test_variants_together_are_each_what_they_are_alone(swinging, so_far, monkeypatch):
     predictor, sections = swinging
