@@ -95,21 +95,19 @@ class FittedSet:
         jacobian = self.jacobian[:, self.free]
         return jacobian.T @ jacobian
 
+    @property
+    def _fitted_slots(self) -> list[Slot]:
+        return [self.layout.slots[i] for i in np.flatnonzero(self.free)]
+
     @cached_property
     def _alike(self) -> np.ndarray:
         """Of each number that was fitted the first of those that it is alike to."""
-        slots = [
-            slot for slot, is_free in zip(self.layout.slots, self.free, strict=True) if is_free
-        ]
         allowed = ((1 + MATERIAL) ** 2 - 1) * float(self.residual @ self.residual)
-        return alike(slots, self.u[self.free], self._products, allowed)
+        return alike(self._fitted_slots, self.u[self.free], self._products, allowed)
 
     def shares(self, term: Term) -> bool:
         """Whether all joints of a term have the same numbers, or as good as that."""
-        slots = [
-            slot for slot, is_free in zip(self.layout.slots, self.free, strict=True) if is_free
-        ]
-        own = zip(slots, self._alike, strict=True)
+        own = zip(self._fitted_slots, self._alike, strict=True)
         found = {(slot.parameter.name, i) for slot, i in own if slot.term is term}
         return len(term.joints) > 1 and len(found) <= len({name for name, _ in found})
 
