@@ -49,6 +49,6 @@ def test_collections_of_a_run_join_what_is_kept_of_others(tmp_path, monkeypatch)
     paths = [path for path, _ in FILES["collections"](table)]
     assert "collections_tasks/dishwasher/nominal/cells.parquet" in paths
     assert "collections_tasks/dishwasher/collection1/nominal/cells.parquet" in paths
-    assert "Dishwasher" in named_collections(table)
+    assert "Dishwasher, 150 epochs" in named_collections(table)
     with pytest.raises(SystemExit, match="has no collections"):
         collections.main([str(tmp_path / "nothing")])

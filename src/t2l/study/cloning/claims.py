@@ -52,8 +52,8 @@ STUDY_TASKS = {
 }
 CELLS = "cell (mean over training seeds)"
 ANEW = "collections"  # the study of ours with several
-# tasks of another one: where compliance helped in one collection, and where it did not
-ANEW_TASKS = ("dishrack_unloading", "dishwasher")
+# tasks of another one: all others
+ANEW_TASKS = tuple(task for task in STUDY_TASKS if task != TASK)
 OF_COLLECTIONS = {TASK: ANEW} | dict.fromkeys(ANEW_TASKS, "collections_tasks")
 # how a rule goes on
 OR_COLLECTIONS = (

@@ -30,7 +30,11 @@ ANEW = {
     (TASK, "epochs_400"): "400 epochs",
     (TASK, "observation_noise_0"): "no noise on observations",
     (TASK, "demonstrations_900"): "900 demonstrations",
-    **{(task, "nominal"): heading(task) for task in ANEW_TASKS},
+    **{
+        (task, variant): f"{heading(task)}, {epochs} epochs"
+        for task in ANEW_TASKS
+        for variant, epochs in (("epochs_50", 50), ("nominal", 150), ("epochs_400", 400))
+    },
 }
 
 

@@ -14,6 +14,7 @@ from t2l.stats.transfer import jitter_table, printable_jitter
 from t2l.study.attenuation.ranking import beforehand_table, printable_beforehand
 from t2l.study.attenuation.statistics import effective_error_table, printable_effective_error
 from t2l.study.attenuation.success import by_cell
+from t2l.study.cloning.claims import TASK
 from t2l.study.decoupling.statistics import decoupling_table, printable_decoupling
 from t2l.study.kept.evidence import HOLD_S, deployed, named_collections
 from t2l.study.published.numbers import grid_of
@@ -99,7 +100,11 @@ def collections(folder: Path) -> pd.DataFrame:
     """`t2l.stats.collections.collections_table` of what is kept in docs/data."""
     policies = pd.read_csv(folder / "collections.csv")
     cells = named_collections(policies)
-    lengths = {words: own for words, own in cells.items() if words.endswith("epochs")}
+    lengths = {
+        words: own
+        for words, own in cells.items()
+        if words.endswith("epochs") and set(own.task) == {TASK}
+    }
     best = {"each cell's best length, by the other collections": best_elsewhere(lengths)}
     return collections_table(cells | best, grid_of(policies, "cloning"))
 
