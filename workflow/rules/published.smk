@@ -3,7 +3,7 @@
 KEPT = sorted(str(path) for path in Path("docs/data").glob("*.csv"))
 PAGES = [
     "README.md",
-    *(f"docs/{name}.md" for name in ("scoreboard", "scoreboard_rules", "results_cloning")),
+    *(f"docs/{name}.md" for name in ("scoreboard", "scoreboard_rules", "results_collections")),
 ]
 
 

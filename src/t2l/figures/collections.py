@@ -23,7 +23,7 @@ def collections(table: "pd.DataFrame", cells: "Mapping[str, pd.DataFrame]") -> F
         cells: by name of a variant, as `by_collection` of that module makes it.
     """
     with styled():
-        figure, axes = plt.subplots(figsize=(6.8, 1.2 + 0.45 * len(table)))
+        figure, axes = plt.subplots(figsize=(6.8, 1.2 + 0.32 * len(table)))
         at = np.arange(len(table))[::-1]
         for y, row in zip(at, table.itertuples(), strict=True):
             each = 100 * contrast(cells[row.name], ["SO"])

@@ -25,7 +25,7 @@ from t2l.study.scoreboard.weight import by_finding, contestable, independent
 from t2l.study.transfer.rule import Rule
 
 PAGES = (
-    "README.md", "docs/scoreboard.md", "docs/scoreboard_rules.md", "docs/results_cloning.md",
+    "README.md", "docs/scoreboard.md", "docs/scoreboard_rules.md", "docs/results_collections.md",
 )  # fmt: skip
 ROBOT = "fr3"
 SHOWN = ["Statement", "Section", "The study", "Ours", "n", "p", "Verdict"]

@@ -9,6 +9,7 @@ effects are collection and cell, crossed.
 
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from math import nan
 
 import numpy as np
@@ -132,10 +133,14 @@ def crossed(own: pd.DataFrame) -> Finding:
         warnings.simplefilter("ignore", ConvergenceWarning)
         model = MixedLM.from_formula("success ~ inside", named, groups="all", vc_formula=effects)
         # gradients mislead: L-BFGS stops far from the maximum, and says that it converged
-        fit = max(
-            (model.fit(reml=True, method=method) for method in ("nm", "powell")),
-            key=lambda one: one.llf,
-        )
+        fits = []
+        for method in ("nm", "powell"):
+            # on its way a search may meet variances that leave nothing to solve
+            with suppress(np.linalg.LinAlgError):
+                fits.append(model.fit(reml=True, method=method))
+    if not fits:
+        return Finding(Verdict.CANNOT_TELL, n)
+    fit = max(fits, key=lambda one: one.llf)
     value, error = float(fit.fe_params["inside"]), float(fit.bse_fe["inside"])
     return _by_interval(value, error, int(cells.sum()) - 2, n)
 

@@ -23,18 +23,16 @@ Shaped = Iterator[tuple[str, pd.DataFrame]]  # where below results/ a table woul
 RATES = {10: "joint_reach_10_hz", 20: "joint_reach_20_hz", 50: "joint_reach",
          100: "joint_reach_100_hz"}  # fmt: skip
 
-# tasks and variants of the collections, as pages and figures tell them
+# variants of the collections, as pages and figures tell them
+LENGTHS = {"epochs_50": "50 epochs", "nominal": "150 epochs", "epochs_400": "400 epochs"}
+OF_BLOCKS = {
+    "observation_noise_0": "no noise on observations",
+    "demonstrations_900": "900 demonstrations",
+}
 ANEW = {
-    (TASK, "epochs_50"): "50 epochs",
-    (TASK, "nominal"): "150 epochs",
-    (TASK, "epochs_400"): "400 epochs",
-    (TASK, "observation_noise_0"): "no noise on observations",
-    (TASK, "demonstrations_900"): "900 demonstrations",
-    **{
-        (task, variant): f"{heading(task)}, {epochs} epochs"
-        for task in ANEW_TASKS
-        for variant, epochs in (("epochs_50", 50), ("nominal", 150), ("epochs_400", 400))
-    },
+    (task, variant): f"{heading(task)}, {words}"
+    for task in (TASK, *ANEW_TASKS)
+    for variant, words in (LENGTHS | (OF_BLOCKS if task == TASK else {})).items()
 }
 
 

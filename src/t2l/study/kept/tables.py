@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from t2l.names import with_minus
+from t2l.names import heading, with_minus
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.collections import best_elsewhere, collections_table, printable_collections
 from t2l.stats.regions import printable_regions, region_table
@@ -14,9 +14,9 @@ from t2l.stats.transfer import jitter_table, printable_jitter
 from t2l.study.attenuation.ranking import beforehand_table, printable_beforehand
 from t2l.study.attenuation.statistics import effective_error_table, printable_effective_error
 from t2l.study.attenuation.success import by_cell
-from t2l.study.cloning.claims import TASK
+from t2l.study.cloning.claims import ANEW_TASKS, TASK
 from t2l.study.decoupling.statistics import decoupling_table, printable_decoupling
-from t2l.study.kept.evidence import HOLD_S, deployed, named_collections
+from t2l.study.kept.evidence import HOLD_S, LENGTHS, deployed, named_collections
 from t2l.study.published.numbers import grid_of
 from t2l.study.transfer.decision import decide, printable_decision
 from t2l.study.transfer.rule import Rule
@@ -99,14 +99,16 @@ def tables(folder: Path, rule: Rule) -> Tables:
 def collections(folder: Path) -> pd.DataFrame:
     """`t2l.stats.collections.collections_table` of what is kept in docs/data."""
     policies = pd.read_csv(folder / "collections.csv")
-    cells = named_collections(policies)
-    lengths = {
-        words: own
-        for words, own in cells.items()
-        if words.endswith("epochs") and set(own.task) == {TASK}
-    }
-    best = {"each cell's best length, by the other collections": best_elsewhere(lengths)}
-    return collections_table(cells | best, grid_of(policies, "cloning"))
+    rows = {}
+    for task in (TASK, *ANEW_TASKS):
+        of_task = policies[policies.task == task]
+        lengths = {
+            variant: own for variant, own in of_task.groupby("variant") if variant in LENGTHS
+        }
+        rows |= named_collections(of_task)
+        if len(lengths) == len(LENGTHS):
+            rows[f"{heading(task)}, each cell's best length"] = best_elsewhere(lengths)
+    return collections_table(rows, grid_of(policies, "cloning"))
 
 
 def compliance(folder: Path) -> pd.DataFrame:

@@ -145,6 +145,7 @@ _ELSEWHERE = f"{_EPOCHS}in other collections"
 _THERE = f"{_EPOCHS}with the same demonstrations"
 _BEFORE = f"{_EPOCHS}in Block Stack"
 _ANEW = "collections became the unit when their success was known, these numbers not yet"
+_FIRST = f"collections became the unit after the cells of a first one were known; {_BEFORE}"
 _LIMITS = "that policies keep the limits was added after it was known that none does"
 _STOPS = "stops counted as jitter before"
 _SEARCH = (
@@ -159,8 +160,8 @@ AFTERWARDS: Mapping[str, str] = {
         ("co_block_stack", "stiffness_hurts", "damping_helps", "compliant_once_overdamped",
          "overdamped_once_compliant"), _ELSEWHERE),
     **dict.fromkeys(
-        ("co_handover", "co_unloading", "co_loading", "co_dishwasher", "co_mug", "another_robot",
-         "ablation_no_gravity_compensation"), _BEFORE),
+        ("co_handover", "co_unloading", "co_loading", "co_dishwasher", "co_mug"), _FIRST),
+    **dict.fromkeys(("another_robot", "ablation_no_gravity_compensation"), _BEFORE),
     **dict.fromkeys(
         ("ablation_regression", "ablation_diffusion", "ablation_lerobot_act",
          "ablation_lerobot_diffusion", "ablation_chunk", "ablation_joint_delta",
