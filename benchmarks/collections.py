@@ -3,7 +3,8 @@
 `python -m benchmarks collections [RESULTS]` brings collections.csv and end_to_end.csv of docs/data,
 one row a policy, up to what the studies collections, collections_900, collections_tasks and
 end_to_end left in results/. Only collections that have all cells are taken. What is kept of
-variants that are not there stays.
+variants that are not there stays. end_to_end_operator.csv has the operator's attempts, a row a
+collection and cell.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +15,8 @@ import pandas as pd
 from benchmarks.scene import ROOT
 from t2l.artefacts import read_table, write_text
 from t2l.bc.collections import collection
-from t2l.study.cloning.claims import ANEW_TASKS, OPERATED_TASK, TASK
+from t2l.demos.collect import TABLE_COLUMNS
+from t2l.study.cloning.claims import ANEW_TASKS, OPERATED, OPERATED_TASK, TASK
 
 DATA = ROOT / "docs/data"
 COLUMNS = [
@@ -43,6 +45,8 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
         table = merged(pd.read_csv(path), found)
         write_text(table.to_csv(index=False), path)
         all_found.append(found)
+    if not (tried := attempts(results)).empty:
+        write_text(tried.to_csv(index=False), DATA / "end_to_end_operator.csv")
     if not all_found:
         raise SystemExit(f"{results} has no collections; make them with one of {[*KEPT]}")
     found = pd.concat(all_found)
@@ -64,6 +68,29 @@ def gather(results: Path, studies: Sequence[tuple[str, int, Sequence[str]]]) -> 
                         rows.append(table.assign(task=task, variant=variant, collection=number))
     table = pd.concat(rows) if rows else pd.DataFrame(columns=COLUMNS)
     return table[COLUMNS].round({"validation_loss": 6, "validation_mse_rad2": 8})
+
+
+def attempts(results: Path) -> pd.DataFrame:
+    """How an operator did in each collection and cell; times are of attempts that succeeded."""
+    rows = []
+    for number in range(100):
+        folder = results / "end_to_end" / collection(OPERATED_TASK, number) / OPERATED
+        for path in sorted(folder.glob("*/replays.parquet")):
+            table = read_table(path, TABLE_COLUMNS)
+            times = table.time_s[table.success]
+            rows.append(
+                {
+                    "collection": number,
+                    "kp": table.kp.iloc[0],
+                    "kd": table.kd.iloc[0],
+                    "attempts": len(table),
+                    "successes": int(table.success.sum()),
+                    "time_s": times.mean(),
+                    "time_std_s": times.std(),
+                    "crossover_rad_s": table.crossover_rad_s.iloc[0],
+                }
+            )
+    return pd.DataFrame(rows).round(2)
 
 
 def merged(kept: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from benchmarks import collections, earlier
 from benchmarks.scene import ROOT
 
 from t2l.artefacts import write_table
+from t2l.demos.collect import TABLE_COLUMNS
 from t2l.effects.registry import builtin
 from t2l.study.kept.evidence import FILES, named_collections
 from tests.study.planted import cloning
@@ -50,5 +51,15 @@ def test_collections_of_a_run_join_what_is_kept_of_others(tmp_path, monkeypatch)
     assert "collections_tasks/dishwasher/nominal/cells.parquet" in paths
     assert "collections_tasks/dishwasher/collection1/nominal/cells.parquet" in paths
     assert "Dishwasher, 150 epochs" in named_collections(table)
+    # of an operator, the attempts too; times are of those that succeed
+    folder = tmp_path / "results/end_to_end/block_stack_teleoperated/collection1/operator/kp32_kd2"
+    folder.mkdir(parents=True)
+    tried = pd.DataFrame(
+        [(32.0, 2.0, 0, True, "", 5.0, 2.0), (32.0, 2.0, 1, False, "missed", 12.0, 2.0)],
+        columns=[*TABLE_COLUMNS],
+    )
+    write_table(tried, folder / "replays.parquet")
+    row = collections.attempts(tmp_path / "results").iloc[0]
+    assert (row.collection, row.attempts, row.successes, row.time_s) == (1, 2, 1, 5.0)
     with pytest.raises(SystemExit, match="has no collections"):
         collections.main([str(tmp_path / "nothing")])

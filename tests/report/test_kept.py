@@ -13,6 +13,7 @@ from t2l.gains import Cell, Grid
 from t2l.names import with_minus
 from t2l.plotting.style import write
 from t2l.report.kept import pages, registered, with_counts
+from t2l.stats.collections import over_collections
 from t2l.stats.regions import region_table
 from t2l.study.kept.evidence import evidence
 from t2l.study.kept.tables import COMPARED, collections, tables
@@ -129,6 +130,30 @@ def test_a_task_of_the_page_on_cloning_is_that_of_the_data(words):
     assert [re.match(r"[+−].\.\d\d", cell)[0] for cell in cells[4:6]] == [
         with_minus(f"{beta:+.2f}") for beta in (row.beta_kp, row.beta_kd)
     ]
+
+
+def test_what_the_page_on_cloning_says_of_an_operator_is_in_the_data():
+    policies = pd.read_csv(DATA / "end_to_end.csv")
+    text = (ROOT / "docs/results_cloning.md").read_text()
+    corners = [(32, 128), (2048, 128), (32, 2), (2048, 2)]
+    for variant, words in (("operator", "an operator demonstrates"),
+                           ("nominal", "the expert's demonstrations, retargeted")):  # fmt: skip
+        own = policies[policies.variant == variant]
+        units = 100 * own.groupby(["kp", "kd", "collection"]).success.mean()
+        (shown,) = re.findall(rf"^\| {words} \|(.*)\|$", text, flags=re.M)
+        for cell, corner in zip(shown.split("|"), corners, strict=True):
+            of_corner = units.loc[corner]
+            assert len(of_corner) == 5
+            assert cell.strip().startswith(f"{of_corner.mean():.1f} %")
+            if "(" in cell:
+                assert f"({of_corner.min():.0f} to {of_corner.max():.0f})" in cell
+    operated = policies[policies.variant == "operator"].groupby(["kp", "kd", "collection"])
+    success = operated.success.mean()
+    lead = over_collections((success.loc[32, 128] - success.loc[2048, 128]).to_numpy())
+    ends = with_minus(f"({100 * lead.lower:.1f} to {100 * lead.upper:.1f} by Student's t)")
+    assert f"{100 * lead.value:.1f} points {ends}" in " ".join(text.split())
+    tried = pd.read_csv(DATA / "end_to_end_operator.csv").query("kp == 32 and kd == 2")
+    assert f"in {tried.successes.sum()} of {tried.attempts.sum()} at CU" in text
 
 
 def test_the_table_of_the_decision_is_that_of_the_data(made):
