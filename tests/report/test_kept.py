@@ -13,8 +13,11 @@ from t2l.gains import Cell, Grid
 from t2l.names import with_minus
 from t2l.plotting.style import write
 from t2l.report.kept import pages, registered, with_counts
-from t2l.stats.collections import over_collections
+from t2l.stats.collections import by_collection, over_collections
+from t2l.stats.rank import spearman
 from t2l.stats.regions import region_table
+from t2l.study.attenuation.claims import stronger, with_errors
+from t2l.study.cloning.claims import LOSS
 from t2l.study.kept.evidence import evidence
 from t2l.study.kept.tables import COMPARED, collections, tables
 from t2l.study.published.numbers import grid_of
@@ -154,6 +157,26 @@ def test_what_the_page_on_cloning_says_of_an_operator_is_in_the_data():
     assert f"{100 * lead.value:.1f} points {ends}" in " ".join(text.split())
     tried = pd.read_csv(DATA / "end_to_end_operator.csv").query("kp == 32 and kd == 2")
     assert f"in {tried.successes.sum()} of {tried.attempts.sum()} at CU" in text
+
+
+def test_what_the_page_on_errors_says_of_other_tasks_is_in_the_data():
+    policies = pd.read_csv(DATA / "collections.csv").query("variant == 'nominal'")
+    text = " ".join((ROOT / "docs/results_errors.md").read_text().split())
+    told, leads = [], {}
+    for task, own in policies[policies.task != "block_stack"].groupby("task"):
+        cells = with_errors(by_collection(own, grid_of(own, "cloning"), LOSS))
+        each = [
+            [np.array(column) for column in (one.effective, one.kd / one.kp, one.success)]
+            for _, one in cells.groupby("collection")
+        ]
+        told.append(np.mean([spearman(effective, success) for effective, _, success in each]))
+        leads[task] = over_collections(np.array([stronger(*one) for one in each]))
+    assert with_minus(f"ρ {max(told):.2f} to {min(told):.2f}") in text
+    for task, lead in leads.items():
+        value, *ends = abs(lead.value), abs(lead.lower), abs(lead.upper)
+        assert f"{value:.2f}, {min(ends):.2f} to {max(ends):.2f})" in text, task
+    assert [task for task, lead in leads.items() if lead.upper < 0] == ["dishrack_loading"]
+    assert all(lead.lower > 0 for task, lead in leads.items() if task != "dishrack_loading")
 
 
 def test_the_table_of_the_decision_is_that_of_the_data(made):

@@ -56,7 +56,7 @@ def _mass(evidence: Evidence, published: Published, tests: int) -> Finding:
     return among(found, "differs by at most {:.1%}", [found.value])
 
 
-def _with_errors(cells: pd.DataFrame) -> pd.DataFrame:
+def with_errors(cells: pd.DataFrame) -> pd.DataFrame:
     """Cells with their RMS validation error and the corollary's effective error."""
     # as if held for a second: ranks are the same for every hold
     effective = effective_error(cells.kp, cells.kd, cells[LOSS], hold_s=1.0)
@@ -66,13 +66,13 @@ def _with_errors(cells: pd.DataFrame) -> pd.DataFrame:
 def _anew(evidence: Evidence) -> pd.DataFrame | None:
     """The same of each collection, where there are enough of them."""
     own = anew(evidence, NOMINAL, TASK, LOSS)
-    return None if own is None else _with_errors(own)
+    return None if own is None else with_errors(own)
 
 
 def _effective(evidence: Evidence, published: Published, tests: int) -> Finding:
     if (own := _anew(evidence)) is not None:
         return of_each(own, lambda cells: spearman(cells.effective, cells.success), -1, tests)
-    cells = _with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
+    cells = with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
     x, y = cells.effective, cells.success
     return correlated(x, y, -1, tests=tests, claimed=published.effect)
 
@@ -97,7 +97,7 @@ def _beats(rival: Callable[[pd.DataFrame], pd.Series]) -> Judge:
             each = [columns(cells) for _, cells in own.groupby("collection")]
             both = [[float(spearman(c[i], c[2])) for c in each] for i in (0, 1)]
             return among(found, "ρ {:+.2f} and {:+.2f}", *both)
-        cells = _with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
+        cells = with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
         effective, other, success = columns(cells)
         found = above_zero(stronger, effective, other, success, paired=True)
         both = [[float(spearman(x, success))] for x in (effective, other)]
@@ -109,7 +109,7 @@ def _beats(rival: Callable[[pd.DataFrame], pd.Series]) -> Judge:
 def _loss_and_attenuation(evidence: Evidence, published: Published, tests: int) -> Finding:
     if (own := _anew(evidence)) is not None:
         return of_each(own, lambda cells: spearman(cells.kp / cells.kd, cells.error), -1, tests)
-    cells = _with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
+    cells = with_errors(cells_of(evidence, NOMINAL, TASK, LOSS))
     return correlated(cells.kp / cells.kd, cells.error, -1, tests=tests)
 
 
