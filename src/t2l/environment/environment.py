@@ -228,8 +228,11 @@ class Environment:
         return reward
 
     def paid(self) -> Mapping[str, np.ndarray]:
-        """Of each term of the reward, its mean a step since this was asked last, (ngenerator,)."""
-        means = to_numpy(self._paid) / max(1, self._paid_steps)
+        """What each term of the reward paid a second since this was asked last, (ngenerator,).
+
+        A mean of weight · value, to be held against the weight; a step pays it times the period.
+        """
+        means = to_numpy(self._paid) / (max(1, self._paid_steps) * self.period_s)
         self._paid, self._paid_steps = 0.0 * self._paid, 0
         return dict(zip((term.name for term in self.task.rewards), means, strict=True))
 

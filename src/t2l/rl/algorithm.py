@@ -42,7 +42,7 @@ class Trained:
 
     Attributes:
         policy: with history 1 and the action scale of its environments.
-        history: one row an evaluation: update, steps, seconds, reward a step, success, the
+        history: one row an evaluation: update, steps, seconds, reward a second, success, the
             constraints' shares, objective, and what the algorithm adds.
     """
 
