@@ -148,6 +148,9 @@ def test_training_side_by_side_pays():
     again = learn_side_by_side(trainings(GOOD, BAD, updates=1))
     assert first.history.reward.iloc[-1] > again[0].history.reward.iloc[-1] + 0.1
     assert first.policy.action_scale.tolist() == [0.2] * 4 + [0.1] * 3
+    # of a second, as its terms are
+    terms = first.history.filter(like="reward_").sum(axis=1)
+    np.testing.assert_allclose(first.history.reward, terms, rtol=1e-4)
     assert second.policy.action_scale.tolist() == [0.3] * 4 + [0.2] * 3
 
 

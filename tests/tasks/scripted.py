@@ -9,6 +9,7 @@ from t2l.gains import Cell
 STIFF = Cell(512, 24)
 SCALE = 0.3
 RATE_HZ = 50.0
+PERIOD_S = 1 / RATE_HZ
 
 
 def scene(task, n, **of_environment):

@@ -12,8 +12,8 @@ TASK = shipped("pose_hold")
 
 
 def paid(task, remaining, change):
-    at = Moment(task, None, None, None, None, remaining, change=change)
-    return sum(task.paid(at))
+    at = Moment(task, None, None, None, None, remaining, change=change, period_s=0.02)
+    return sum(task.paid(at)) / at.period_s
 
 
 def test_the_two_rewards_are_the_studys():

@@ -27,7 +27,9 @@ def moment(task, now, before=None, dq=None, change=None, period_s=0.02):
 
 
 def reward(task, *moments, **of_moment):
-    return sum(task.paid(moment(task, *moments, **of_moment)))
+    """What is paid a second."""
+    at = moment(task, *moments, **of_moment)
+    return sum(task.paid(at)) / at.period_s
 
 
 def placed(task, q):
