@@ -11,12 +11,12 @@ from stable_baselines3.common.vec_env import VecNormalize
 from t2l.gains import Cell
 from t2l.rl.adaptive_rate import AdaptiveRate, adapted
 from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
-from t2l.rl.choice import Choice
 from t2l.rl.evaluate import evaluate, evaluate_side_by_side
 from t2l.rl.hyperparameters import COLUMNS, GAMMA, REACH
 from t2l.rl.normaliser import Normaliser
 from t2l.rl.ppo import export, make_model
 from t2l.rl.ppo_side_by_side import Rollout, SideBySide, advantages
+from t2l.rl.problem import Choice
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from tests.defaults import learning, shipped
 from tests.policies.made import Reused

@@ -7,11 +7,10 @@ from t2l.artefacts import write_text
 from t2l.gains import Cell
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
-from t2l.rl.condition import Condition
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Condition, Problem
 from t2l.rl.settings import Search, Settings
 from t2l.rl.trials import open_study
-from t2l.rl.tune import work, work_side_by_side
+from t2l.rl.tuning import work, work_side_by_side
 
 with job(snakemake):
     params, folders = snakemake.params, [Path(path).parent for path in snakemake.output]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 from t2l.errors import T2LError
 from t2l.policies import Policy
-from t2l.rl.constraints import Evaluation
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
 
 if TYPE_CHECKING:

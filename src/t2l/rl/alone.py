@@ -14,10 +14,8 @@ from t2l.environment.ideal import ideal_plant
 from t2l.gains import Cell
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
-from t2l.rl.choice import Choice
-from t2l.rl.condition import Condition
 from t2l.rl.learn import EPISODES
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Choice, Condition, Problem
 from t2l.rl.settings import Settings
 from t2l.rl.side_by_side import Training, device_for, judge_side_by_side, learn_side_by_side
 from t2l.sim.batch import MUJOCO

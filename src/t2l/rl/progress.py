@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
-from t2l.rl.constraints import Evaluation
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
 
 log = logging.getLogger(__name__)

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from t2l.environment.limits import AT_REST_RAD, LIMITS, NAMES, Limits, violations
-from t2l.rl.constraints import TOLERATED, Evaluation
+from t2l.rl.results import TOLERATED, Evaluation
 from t2l.robots import make_robot
 
 ROBOT = make_robot("fr3")
