@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from t2l.environment.limits import NAMES as LIMITS_AND_JITTER
 from t2l.errors import ConfigurationError
+from t2l.figures.frames import CAMERA
 from t2l.sim import make_batch
 from t2l.tasks.terms import Moment
 from tests.defaults import shipped
@@ -94,6 +95,14 @@ def test_a_scripted_arm_is_judged_right(name, way, solved):
     ended = lead(task, starts, goals, targets, way.get("shake_rad", 0.0))
     assert ended.success.tolist() == [solved] * 4
     assert ended.violated[:, LIMITS_AND_JITTER.index("jitter")].tolist() == ["shake_rad" in way] * 4
+
+
+@pytest.mark.parametrize("name", [*NAMES, "pose_hold"])
+def test_what_is_seen_has_a_camera_and_moves_as_what_is_simulated(name):
+    task = shipped(name)
+    assert CAMERA in task.cameras
+    seen = task.spec(visual=True).compile()
+    assert [seen.joint(i).name for i in range(seen.njnt)] == list(task.robot.joints)
 
 
 @pytest.mark.parametrize("name", NAMES)
