@@ -39,14 +39,14 @@ def reaching(
         for sample in (task.sample_starts, task.sample_goals, task.sample_joint_goals)
     )
     with watched() as seen:
-        lead(task, starts, goals, targets + beside, shake_rad)
+        lead(task, starts, goals, targets + beside)
     return PERIOD_S * np.arange(len(seen)), seen
 
 
 def main(folder: Path) -> None:
     """Draw the tasks of a robot alone."""
     task = shipped("end_effector_reach", goal_spread_rad=0.8)
-    strips = {"at its goal": reaching(task, 0.0, 0.0), "beside it": reaching(task, 0.3, 0.0)}
+    strips = {"at its goal": reaching(task, 0.0), "beside it": reaching(task, 0.3)}
     figure = filmstrips(task, strips, 6, f"EE-Reach: {task.instruction}")
     write(figure, [folder / "end_effector_reach_frames.png"], dpi=110)
 
