@@ -151,3 +151,18 @@ def test_a_training_all_of_whose_robots_diverge_is_paid_what_is_no_number():
     reward = world.advance(np.zeros((2 * EACH, 7)))[1]
     assert np.isnan(reward[:EACH]).all()
     assert np.isfinite(reward[EACH:]).all()
+
+
+@pytest.mark.parametrize(("kp", "kd"), [(1e6, 1e-4), (16.0, 1e5)])
+def test_gains_are_stable_at_any_step(kp, kd):
+    """The integrator is implicit in them, so that no gains are refused for the rate."""
+    rows = {name: np.tile(values, (2 * EACH, 1)) for name, values in PARAMETERS.items()}
+    gains = {"stiffness": np.full((2 * EACH, 7), kp), "damping": np.full((2 * EACH, 7), kd)}
+    world = make("mujoco", kp=kp, kd=kd, parameters=rows | gains, rate_hz=50.0, horizon_s=4.0)
+    world.begin()
+    rng = np.random.default_rng(0)
+    fastest = [
+        world.advance(rng.uniform(-1, 1, (2 * EACH, 7))) and np.abs(world.simulator.dq).max()
+        for _ in range(100)
+    ]
+    assert max(fastest) < 1.0

@@ -11,7 +11,7 @@ from t2l.rl.side_by_side import Training, policies_of
 from t2l.rl.trials import best, open_study
 from t2l.rl.tuning import work
 from tests.defaults import learning, search
-from tests.rl.test_tune import PROBLEM
+from tests.rl.test_tuning import PROBLEM
 
 SETTINGS = learning(algorithm="random_search", environments=4, updates=3)
 

@@ -21,7 +21,7 @@ from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from tests.defaults import learning, shipped
 from tests.policies.made import Reused
 from tests.rl.test_environments import make
-from tests.rl.test_tune import PROBLEM
+from tests.rl.test_tuning import PROBLEM
 
 EACH = 16
 

@@ -53,7 +53,7 @@ from pathlib import Path
 from t2l.rl.trials import open_study
 from t2l.rl.tuning import work
 from tests.defaults import learning, search
-from tests.rl.test_tune import PROBLEM
+from tests.rl.test_tuning import PROBLEM
 folder = Path(sys.argv[1])
 study = open_study("journal", folder / "trials.journal", "s")
 forever = learning(environments=8, updates=100000, evaluate_every=1)

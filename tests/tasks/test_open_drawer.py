@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from t2l.errors import ConfigurationError
 from t2l.rl.hyperparameters import COLUMNS, of_task
 from t2l.sim import make_batch
 from t2l.tasks.open_drawer import Measured
@@ -98,6 +99,12 @@ def test_it_learns_with_the_studys_column():
     column = of_task(TASK)
     assert column == COLUMNS["drawer"]
     assert (column.rollout_steps, column.minibatches, column.normalised) == (96, 96, False)
+
+
+def test_a_drawer_that_starts_inside_the_arm_is_refused():
+    said = "starts of open_drawer: found drawer .* mm inside fr3_link7; allowed: things apart"
+    with pytest.raises(ConfigurationError, match=said):
+        scene(shipped("open_drawer", handle_x_m=0.35), 2)
 
 
 def test_fingers_must_slide():
