@@ -193,9 +193,22 @@ def learning_figure(name: str, caption: str) -> list:
     return [pdf, captioned(png, f"../report/{caption}.rst", "Learning in simulation")]
 
 
+def of_learned_cell(artefact: str) -> str:
+    """The path of an artefact that a cell of such a task has."""
+    return result("learning", "{learned}", "{cell}", artefact)
+
+
 def of_learned(artefact: str) -> str:
     """The path of an artefact that every such policy has."""
-    return result("learning", "{learned}", "{cell}", "seed{seed}", artefact)
+    return of_learned_cell(f"seed{{seed}}/{artefact}")
+
+
+def searched_scales(wildcards) -> dict[str, str]:
+    """For `input`: the action scales of a cell, where they are searched."""
+    searched = [Cell(**cell).name for cell in LEARNED[wildcards.learned]["searched"]]
+    if wildcards.cell not in searched:
+        return {}
+    return {"chosen": of_learned_cell("chosen.yaml").format(**wildcards)}
 
 
 def of_every_learned(path: str, task: str = "") -> list[str]:
