@@ -17,7 +17,12 @@ from t2l.rl.normaliser import Normaliser
 from t2l.rl.ppo import export, make_model
 from t2l.rl.ppo_side_by_side import Rollout, SideBySide, advantages
 from t2l.rl.problem import Choice
-from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
+from t2l.rl.side_by_side import (
+    Training,
+    judge_side_by_side,
+    learn_alone,
+    learn_side_by_side,
+)
 from tests.defaults import learning, shipped
 from tests.policies.made import Reused
 from tests.rl.test_environments import make
@@ -236,3 +241,14 @@ def test_a_task_of_another_column_learns_as_by_stable_baselines3_and_is_not_norm
     for policy in (ours, theirs):
         assert not policy.mean.any()
         np.testing.assert_allclose(policy.deviation, 1.0, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_both_reach_the_same_success_from_the_same_table():
+    """At the sizes of the default study; a minute of a core."""
+    problem = replace(PROBLEM, horizon_s=4.0)
+    settings = learning(environments=512, updates=40, evaluate_every=40)
+    own = [Training(problem, GOOD, replace(settings, seed=seed)) for seed in (1000, 2000)]
+    for trained in (learn_side_by_side(own), [learn_alone(one) for one in own]):
+        policies = [one.policy for one in trained]
+        assert all(found.success >= 0.95 for found in judge_side_by_side(own, policies))
