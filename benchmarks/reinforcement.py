@@ -22,17 +22,15 @@ from t2l.gains import Cell
 from t2l.hardware import open_backend
 from t2l.hardware.identification_motion import identification_motion
 from t2l.identify import actuators as identification
-from t2l.rl.choice import Choice
-from t2l.rl.condition import Condition
-from t2l.rl.constraints import Evaluation
 from t2l.rl.hyperparameters import REACH
 from t2l.rl.learn import PROGRESS_EPISODES
 from t2l.rl.ppo import make_model
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Choice, Condition, Problem
 from t2l.rl.registry import ALGORITHMS
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Search, Settings
 from t2l.rl.side_by_side import Training, device_for, learn_alone, learn_side_by_side
-from t2l.rl.tune import first_guess
+from t2l.rl.tuning import first_guess
 from t2l.seeds import seed_sequence
 from t2l.sim.batch import MUJOCO
 

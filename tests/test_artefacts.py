@@ -35,8 +35,8 @@ from t2l.identify.artefacts import read_parameters, summary, write_parameters
 from t2l.plotting import style
 from t2l.policies import checkpoint
 from t2l.policies.gaussian_mlp import GaussianMLP
-from t2l.rl.choice import Choice
-from t2l.rl.chosen import read_chosen, write_chosen
+from t2l.rl.problem import Choice
+from t2l.rl.results import read_chosen, write_chosen
 from tests.policies.made import chunk_policy, gaussian_mlp
 from tests.report.findings import compared
 from tests.rl.test_environments import PARAMETERS

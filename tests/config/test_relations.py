@@ -126,6 +126,11 @@ LIFT = {"task": "lift_cube", "action_scales": [{"kp": 16, "kd": 24, "rad": [2.0,
             {"action_scales": [{"kp": 16, "kd": 24, "rad": [2.0]}]},
             "[0].action_scales[0].rad: found a list of 1; allowed: one for each of proximal, dist",
         ),
+        ({"searched": [{"kp": 16, "kd": 24}]}, "[0].searched[0]: found Kp 16, Kd 24 a second time"),
+        (
+            {"action_scales": []},
+            "[0]: found no cell; allowed: cells under action_scales or searched",
+        ),
     ],
 )
 def test_what_is_learned_in_simulation_alone_is_checked(config, refused, keys, message):

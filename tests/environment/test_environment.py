@@ -67,7 +67,7 @@ def test_states_and_rewards_are_those_of_mujoco(runs):
     (expected, paid, _), (found, paid_too, _) = runs
     # dry friction: MuJoCo's first-order solver stops 3e-4 rad short of Warp's
     np.testing.assert_allclose(found[:, :, :7], expected[:, :, :7], atol=2e-3)
-    np.testing.assert_allclose(paid_too, paid, atol=0.1)
+    np.testing.assert_allclose(paid_too, paid, atol=0.1 * 0.02)
     assert expected[:, :, :7].std() > 0.1
 
 
@@ -107,9 +107,26 @@ def test_what_each_term_pays_is_told_of_each_training_and_sums_to_the_reward():
     paid = world.paid()
     assert list(paid) == [term.name for term in world.task.rewards]
     expected = np.mean(rewards, axis=0).reshape(2, EACH).mean(axis=1)
-    np.testing.assert_allclose(sum(paid.values()), expected, rtol=1e-9)
+    np.testing.assert_allclose(sum(paid.values()) * world.period_s, expected, rtol=1e-9)
     # told once
     assert not any(value.any() for value in world.paid().values())
+
+
+def test_what_is_paid_does_not_depend_on_how_often_the_policy_acts():
+    """Weights are of a second, as IsaacLab's and mjlab's managers of rewards have them."""
+    returns = []
+    for rate in (25.0, 50.0):
+        world = make("mujoco", policy_rate_hz=rate, task=shipped("joint_reach", reward="isaaclab"))
+        home = np.tile(world.task.robot.home, (2 * EACH, 1))
+        world.place(home, home + 0.2)
+        steps = round(0.36 * rate)
+        returns.append(sum(world.advance(np.zeros((2 * EACH, 7)))[1] for _ in range(steps)))
+        # what is told is of a second whatever the rate: 0.2 of the distance, and a little for it
+        away = 0.2 * np.sqrt(7)
+        told = world.paid()
+        np.testing.assert_allclose(told["distance"], -0.2 * away, rtol=1e-4)
+        np.testing.assert_allclose(sum(told.values()) * 0.36, returns[-1][::EACH], rtol=1e-4)
+    np.testing.assert_allclose(*returns, rtol=1e-4)
 
 
 def test_a_simulation_that_diverges_ends_its_episode_as_a_failure_and_the_others_go_on():
@@ -134,3 +151,18 @@ def test_a_training_all_of_whose_robots_diverge_is_paid_what_is_no_number():
     reward = world.advance(np.zeros((2 * EACH, 7)))[1]
     assert np.isnan(reward[:EACH]).all()
     assert np.isfinite(reward[EACH:]).all()
+
+
+@pytest.mark.parametrize(("kp", "kd"), [(1e6, 1e-4), (16.0, 1e5)])
+def test_gains_are_stable_at_any_step(kp, kd):
+    """The integrator is implicit in them, so that no gains are refused for the rate."""
+    rows = {name: np.tile(values, (2 * EACH, 1)) for name, values in PARAMETERS.items()}
+    gains = {"stiffness": np.full((2 * EACH, 7), kp), "damping": np.full((2 * EACH, 7), kd)}
+    world = make("mujoco", kp=kp, kd=kd, parameters=rows | gains, rate_hz=50.0, horizon_s=4.0)
+    world.begin()
+    rng = np.random.default_rng(0)
+    fastest = [
+        world.advance(rng.uniform(-1, 1, (2 * EACH, 7))) and np.abs(world.simulator.dq).max()
+        for _ in range(100)
+    ]
+    assert max(fastest) < 1.0

@@ -6,13 +6,12 @@ import pytest
 from t2l.environment.interface import observation_names, scale_per_joint
 from t2l.policies import POLICIES, checkpoint
 from t2l.rl.learn import gain_of, judge
-from t2l.rl.outcome import best
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.side_by_side import Training, policies_of
-from t2l.rl.trials import open_study
-from t2l.rl.tune import work
+from t2l.rl.trials import best, open_study
+from t2l.rl.tuning import work
 from tests.defaults import learning, search
-from tests.rl.test_tune import PROBLEM
+from tests.rl.test_tuning import PROBLEM
 
 SETTINGS = learning(algorithm="random_search", environments=4, updates=3)
 

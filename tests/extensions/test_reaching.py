@@ -6,9 +6,7 @@ import pytest
 from t2l.environment.limits import NAMES
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
-from t2l.rl.choice import Choice
-from t2l.rl.condition import Condition
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Choice, Condition, Problem
 from t2l.robots import make_robot
 from tests.defaults import learning, shipped
 

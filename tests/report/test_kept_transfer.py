@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.rl.constraints import TOLERATED
+from t2l.rl.results import TOLERATED
 from t2l.study.passing import passes
 from tests.conftest import ROOT
 

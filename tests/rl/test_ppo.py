@@ -30,6 +30,9 @@ def test_training_pays(trained):
     assert list(history.steps) == [24 * 64 * n for n in (10, 20, 30)]
     assert history.reward.iloc[-1] > history.reward.iloc[0] + 0.1
     assert history.objective.max() == trained.evaluation.objective
+    # of a second, as its terms are
+    terms = history.filter(like="reward_").sum(axis=1)
+    np.testing.assert_allclose(history.reward, terms, rtol=1e-4)
 
 
 def test_a_policy_acts_after_a_round_trip_as_it_did(trained, tmp_path):

@@ -11,17 +11,22 @@ from stable_baselines3.common.vec_env import VecNormalize
 from t2l.gains import Cell
 from t2l.rl.adaptive_rate import AdaptiveRate, adapted
 from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
-from t2l.rl.choice import Choice
 from t2l.rl.evaluate import evaluate, evaluate_side_by_side
 from t2l.rl.hyperparameters import COLUMNS, GAMMA, REACH
 from t2l.rl.normaliser import Normaliser
 from t2l.rl.ppo import export, make_model
 from t2l.rl.ppo_side_by_side import Rollout, SideBySide, advantages
-from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
+from t2l.rl.problem import Choice
+from t2l.rl.side_by_side import (
+    Training,
+    judge_side_by_side,
+    learn_alone,
+    learn_side_by_side,
+)
 from tests.defaults import learning, shipped
 from tests.policies.made import Reused
 from tests.rl.test_environments import make
-from tests.rl.test_tune import PROBLEM
+from tests.rl.test_tuning import PROBLEM
 
 EACH = 16
 
@@ -148,6 +153,9 @@ def test_training_side_by_side_pays():
     again = learn_side_by_side(trainings(GOOD, BAD, updates=1))
     assert first.history.reward.iloc[-1] > again[0].history.reward.iloc[-1] + 0.1
     assert first.policy.action_scale.tolist() == [0.2] * 4 + [0.1] * 3
+    # of a second, as its terms are
+    terms = first.history.filter(like="reward_").sum(axis=1)
+    np.testing.assert_allclose(first.history.reward, terms, rtol=1e-4)
     assert second.policy.action_scale.tolist() == [0.3] * 4 + [0.2] * 3
 
 
@@ -233,3 +241,14 @@ def test_a_task_of_another_column_learns_as_by_stable_baselines3_and_is_not_norm
     for policy in (ours, theirs):
         assert not policy.mean.any()
         np.testing.assert_allclose(policy.deviation, 1.0, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_both_reach_the_same_success_from_the_same_table():
+    """At the sizes of the default study; a minute of a core."""
+    problem = replace(PROBLEM, horizon_s=4.0)
+    settings = learning(environments=512, updates=40, evaluate_every=40)
+    own = [Training(problem, GOOD, replace(settings, seed=seed)) for seed in (1000, 2000)]
+    for trained in (learn_side_by_side(own), [learn_alone(one) for one in own]):
+        policies = [one.policy for one in trained]
+        assert all(found.success >= 0.95 for found in judge_side_by_side(own, policies))

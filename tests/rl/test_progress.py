@@ -1,8 +1,8 @@
 from dataclasses import replace
 
 from t2l.environment.limits import NAMES
-from t2l.rl.constraints import Evaluation
 from t2l.rl.progress import Progress
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
 
 SETTINGS = Settings("ppo", 4, 3, 1, 0, 0.0, 0.0, True, True)

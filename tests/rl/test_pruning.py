@@ -3,7 +3,7 @@
 import optuna
 import pytest
 
-from t2l.rl.pruning import HopelessPruner
+from t2l.rl.tuning import HopelessPruner
 
 
 @pytest.fixture

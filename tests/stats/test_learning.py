@@ -1,7 +1,7 @@
 import numpy as np
 import pandas as pd
 
-from t2l.stats.learning import learning_table, printable
+from t2l.stats.learning import learning_table, printable, printable_trials, trials_table
 
 
 def test_a_policy_is_a_row_with_the_interval_of_its_own_share():
@@ -22,3 +22,17 @@ def test_a_policy_is_a_row_with_the_interval_of_its_own_share():
     assert printed.Success.tolist() == ["50.0 % (40 to 60)", "99.0 % (95 to 100)"]
     assert printed["Ended early"].tolist() == ["30.0 %", "0.0 %"]
     assert printed["At least 99 %"].tolist() == ["no", "yes"]
+
+
+def test_trials_that_were_ended_did_not_pass():
+    trials = pd.DataFrame(
+        {
+            "task": "lift_cube", "kp": 16.0, "kd": 24.0, "number": range(4),
+            "state": ["complete", "complete", "complete", "pruned"],
+            "success": [0.5, 0.95, 0.96, 1.0],
+        }
+    )  # fmt: skip
+    table = trials_table(trials, passed=0.95)
+    # the study asks for more than 95 %
+    assert table[["trials", "completed", "passed"]].to_numpy().tolist() == [[4, 3, 1]]
+    assert printable_trials(table)["Best success"].tolist() == ["96.0 %"]

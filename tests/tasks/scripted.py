@@ -9,6 +9,7 @@ from t2l.gains import Cell
 STIFF = Cell(512, 24)
 SCALE = 0.3
 RATE_HZ = 50.0
+PERIOD_S = 1 / RATE_HZ
 
 
 def scene(task, n, **of_environment):
@@ -63,3 +64,19 @@ def play(environment, script):
         if ended.ids.size:
             return ended, np.array(paid)
     raise AssertionError("the episodes did not end")
+
+
+def lead(task, starts, goals, targets, shake_rad=0.0, follows=True):
+    """How episodes end whose joints are led to targets (n, njoint) rad.
+
+    Args:
+        shake_rad: how far commands go to and fro, five times a second.
+        follows: whether the arm is led; else it is commanded to be where it is.
+    """
+    environment = scene(task, len(starts), horizon_s=4.0)
+    environment.place(starts, goals)
+    for step in range(environment.horizon):
+        to_and_fro = shake_rad if step % 10 < 5 else -shake_rad
+        ahead = (targets + to_and_fro - environment.simulator.q) / SCALE
+        ended = environment.advance(np.clip(ahead, -1, 1) if follows else 0 * ahead)[2]
+    return ended

@@ -9,7 +9,7 @@ from t2l.sim import make_batch
 from t2l.tasks.lift_cube import Measured
 from t2l.tasks.terms import Moment
 from tests.defaults import shipped
-from tests.tasks.scripted import play, scene
+from tests.tasks.scripted import PERIOD_S, play, scene
 
 TASK = shipped("lift_cube")
 UP = np.array([0.0, 0.0, 1.0])
@@ -34,9 +34,9 @@ def test_a_scripted_hand_is_judged_right(way, solved):
     assert ended.success.tolist() == [solved] * 4
     assert not ended.failed.any()
     held = way.get("closes", True)
-    # 1 for reaching and 15 for lifting; a goal that is met is worth up to 21 more
-    assert (paid[-1] > 15).tolist() == [held] * 4
-    assert (paid[-1] > 34).tolist() == [solved] * 4
+    # a second, 1 for reaching and 15 for lifting; a goal that is met is worth up to 21 more
+    assert (paid[-1] > 15 * PERIOD_S).tolist() == [held] * 4
+    assert (paid[-1] > 34 * PERIOD_S).tolist() == [solved] * 4
 
 
 def moment(cube, grip, goal, dq=0.0, change=0.0, steps=0):
@@ -46,7 +46,7 @@ def moment(cube, grip, goal, dq=0.0, change=0.0, steps=0):
     none = np.zeros((1, 7))
     return Moment(
         TASK, None, none, none + dq, goal, seen, action=none, change=np.zeros((1, 8)) + change,
-        steps=steps,
+        period_s=PERIOD_S, steps=steps,
     )  # fmt: skip
 
 
@@ -55,11 +55,11 @@ def test_rewards_are_the_published_templates():
     goal = 16 * (1 - np.tanh(1.0)) + 5 * (1 - np.tanh(6.0))
     costs = 1e-4 * (7 * 0.25 + 8 * 0.04)
     paid = 1 - np.tanh(1.0) + 15 + goal - costs
-    assert sum(TASK.paid(at))[0] == pytest.approx(paid)
+    assert sum(TASK.paid(at))[0] == pytest.approx(paid * PERIOD_S)
     later = replace(at, steps=10_000 * 4096)
-    assert sum(TASK.paid(later))[0] == pytest.approx(paid - 999 * costs)
+    assert sum(TASK.paid(later))[0] == pytest.approx((paid - 999 * costs) * PERIOD_S)
     lying = moment([0.5, 0, 0.03], [0.5, 0, 0.03], [0.5, 0, 0.03])
-    assert sum(TASK.paid(lying))[0] == pytest.approx(1.0)
+    assert sum(TASK.paid(lying))[0] == pytest.approx(PERIOD_S)
 
 
 def test_the_cubes_centre_decides_and_nothing_else():

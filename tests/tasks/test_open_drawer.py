@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 
+from t2l.errors import ConfigurationError
 from t2l.rl.hyperparameters import COLUMNS, of_task
 from t2l.sim import make_batch
 from t2l.tasks.open_drawer import Measured
 from t2l.tasks.terms import Moment
 from tests.defaults import shipped
-from tests.tasks.scripted import play, scene
+from tests.tasks.scripted import PERIOD_S, play, scene
 
 TASK = shipped("open_drawer")
 FORWARD, UP = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -33,11 +34,12 @@ def test_a_scripted_hand_is_judged_right(way, solved):
     ended, paid = play(environment, lambda t, seen, goal: pull(t, 3, **way))
     assert ended.success.tolist() == [solved] * 3
     assert not ended.failed.any()
-    # it pays more the further it is open: 7.5 · 2 · 0.2 and the stages at least
-    assert (paid[-1] - paid[100] > 3).tolist() == [solved] * 3
+    # a second, it pays more the further it is open: 7.5 · 2 · 0.2 and the stages at least
+    assert (paid[-1] - paid[100] > 3 * PERIOD_S).tolist() == [solved] * 3
 
 
 def moment(**changes):
+    """What terms see at the end of a second."""
     none = np.zeros(1)
     seen = {
         "open_m": none, "speed_m_s": none, "to_handle": np.zeros((1, 3)), "forward": none,
@@ -47,7 +49,7 @@ def moment(**changes):
     still = np.zeros((1, 7))
     dq = still + changes.get("dq", 0.0)
     change = np.zeros((1, 8)) + changes.get("change", 0.0)
-    return Moment(TASK, None, still, dq, None, Measured(**seen), change=change)
+    return Moment(TASK, None, still, dq, None, Measured(**seen), change=change, period_s=1.0)
 
 
 def test_rewards_are_the_published_templates():
@@ -97,6 +99,12 @@ def test_it_learns_with_the_studys_column():
     column = of_task(TASK)
     assert column == COLUMNS["drawer"]
     assert (column.rollout_steps, column.minibatches, column.normalised) == (96, 96, False)
+
+
+def test_a_drawer_that_starts_inside_the_arm_is_refused():
+    said = "starts of open_drawer: found drawer .* mm inside fr3_link7; allowed: things apart"
+    with pytest.raises(ConfigurationError, match=said):
+        scene(shipped("open_drawer", handle_x_m=0.35), 2)
 
 
 def test_fingers_must_slide():

@@ -7,13 +7,14 @@ from t2l.sim.batch import make_batch
 from t2l.tasks.disturbance import POINT, Forces, RandomPushes
 from t2l.tasks.terms import Moment
 from tests.defaults import shipped
+from tests.tasks.scripted import lead
 
 TASK = shipped("pose_hold")
 
 
 def paid(task, remaining, change):
-    at = Moment(task, None, None, None, None, remaining, change=change)
-    return sum(task.paid(at))
+    at = Moment(task, None, None, None, None, remaining, change=change, period_s=0.02)
+    return sum(task.paid(at)) / at.period_s
 
 
 def test_the_two_rewards_are_the_studys():
@@ -24,6 +25,16 @@ def test_the_two_rewards_are_the_studys():
     soft = TASK.reweighted({"lambda_rad2": 0.5, "change": 0.1})
     found = paid(soft, remaining, change)
     np.testing.assert_allclose(found, [1 - np.tanh(0.02) - 0.05, 1 - np.tanh(0.5) - 0.1])
+
+
+@pytest.mark.parametrize(("beside", "solved"), [(0.0, True), (0.06, False)])
+def test_a_scripted_arm_is_judged_right(beside, solved):
+    home = TASK.sample_goals(np.random.default_rng(0), 4)
+    # 0.06 rad of seven joints are 0.16 rad
+    assert lead(TASK, home, home, home + beside).success.tolist() == [solved] * 4
+    if solved:
+        # an arm that goes where it is pushed does not come back
+        assert not lead(TASK, home, home, home, follows=False).success.all()
 
 
 def test_a_force_acts_at_the_tool_and_not_at_a_centre_of_mass():

@@ -5,10 +5,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from t2l.environment.limits import NAMES as LIMITS_AND_JITTER
 from t2l.errors import ConfigurationError
+from t2l.figures.frames import CAMERA
 from t2l.sim import make_batch
 from t2l.tasks.terms import Moment
 from tests.defaults import shipped
+from tests.tasks.scripted import lead
 
 NAMES = ["joint_reach", "end_effector_reach"]
 
@@ -27,7 +30,9 @@ def moment(task, now, before=None, dq=None, change=None, period_s=0.02):
 
 
 def reward(task, *moments, **of_moment):
-    return sum(task.paid(moment(task, *moments, **of_moment)))
+    """What is paid a second."""
+    at = moment(task, *moments, **of_moment)
+    return sum(task.paid(at)) / at.period_s
 
 
 def placed(task, q):
@@ -71,6 +76,33 @@ def test_what_remains_of_a_pose_is_the_way_and_the_turn_from_here_to_there():
     goal = np.concatenate([data.site_xpos[site] + way, rotation.ravel()])[None]
     remaining = task.measure(placed(task, task.robot.home[None]), goal)
     np.testing.assert_allclose(remaining[0], [*way, *turn])
+
+
+@pytest.mark.parametrize(
+    ("way", "solved"),
+    [({}, True), ({"beside": 0.15}, False), ({"shake_rad": 0.03}, False)],
+    ids=["holds the goal", "holds the last joint beside it", "shakes about it"],
+)
+@pytest.mark.parametrize("name", NAMES)
+def test_a_scripted_arm_is_judged_right(name, way, solved):
+    task = shipped(name)
+    starts, goals, targets = (
+        sample(np.random.default_rng(3), 4)
+        for sample in (task.sample_starts, task.sample_goals, task.sample_joint_goals)
+    )
+    # which turns the tool, and does not move it
+    targets[:, -1] += way.get("beside", 0.0)
+    ended = lead(task, starts, goals, targets, way.get("shake_rad", 0.0))
+    assert ended.success.tolist() == [solved] * 4
+    assert ended.violated[:, LIMITS_AND_JITTER.index("jitter")].tolist() == ["shake_rad" in way] * 4
+
+
+@pytest.mark.parametrize("name", [*NAMES, "pose_hold"])
+def test_what_is_seen_has_a_camera_and_moves_as_what_is_simulated(name):
+    task = shipped(name)
+    assert CAMERA in task.cameras
+    seen = task.spec(visual=True).compile()
+    assert [seen.joint(i).name for i in range(seen.njnt)] == list(task.robot.joints)
 
 
 @pytest.mark.parametrize("name", NAMES)

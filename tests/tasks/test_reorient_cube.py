@@ -78,7 +78,7 @@ def test_rewards_rise_to_the_goal():
     goals = starts[:, TASK.object_qpos].copy()
     goals[1] = TASK.sample_goals(np.random.default_rng(3), 1)[0]
     environment.place(starts, goals)
-    reward = environment.advance(np.zeros((2, 7)))[1]
-    # all but reaching: 8 + 8 + 10
+    reward = environment.advance(np.zeros((2, 7)))[1] / environment.period_s
+    # a second, all but reaching: 8 + 8 + 10
     assert 25.5 < reward[0] < 27
     assert reward[1] < reward[0] - 5

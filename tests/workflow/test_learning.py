@@ -4,6 +4,7 @@ import pandas as pd
 from matplotlib.image import imread
 
 from t2l.policies import checkpoint
+from t2l.rl.results import read_chosen
 
 SMALL = {"environments": 8, "updates": 2, "evaluate_every": 1, "horizon_s": 0.2}
 LEARNING = {
@@ -13,6 +14,11 @@ LEARNING = {
             {
                 "task": "lift_cube",
                 "action_scales": [{"kp": 16, "kd": 24, "rad": [2.0, 1.0]}],
+                **SMALL,
+            },
+            {
+                "task": "joint_reach",
+                "searched": [{"kp": 128, "kd": 16}],
                 **SMALL,
             },
             {
@@ -31,13 +37,18 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     done = empty_project.run("--", "learning", config=LEARNING)
     assert done.returncode == 0, done.stdout
     results = empty_project.folder / "results/learned"
-    lift, walk = pd.read_csv(results / "tables/learning.csv").to_dict("records")
+    reach, lift, walk = pd.read_csv(results / "tables/learning.csv").to_dict("records")
     assert (lift["task"], lift["kp"], lift["episodes"], lift["exists"]) == (
         "lift_cube", 16, 100, False,
     )  # fmt: skip
     # in a fifth of a second nobody falls
     assert (walk["task"], walk["kp"], walk["kd"], walk["failed"]) == ("track_velocity", 0.25, 4, 0)
-    for figure in ("learning", "lift_cube_learned", "track_velocity_learned"):
+    for figure in (
+        "learning",
+        "joint_reach_learned",
+        "lift_cube_learned",
+        "track_velocity_learned",
+    ):
         assert imread(results / f"figures/{figure}.png")[..., :3].std() > 0.02
     policy = results / "learning/lift_cube/kp16_kd24/seed1"
     assert checkpoint.load(policy / "policy.safetensors").action_size == 8
@@ -47,5 +58,14 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     # a user sees which term fails while it trains
     logs = [log.read_text() for log in sorted((results / "logs/learn").iterdir())]
     assert all("update 2: success 0.00, ended early 0.00; reward" in log for log in logs)
-    assert ["stepping" in log for log in logs] == [False, True]
-    assert "reaching" in logs[0]
+    assert ["stepping" in log for log in logs] == [False, False, True]
+    assert "reaching" in logs[1]
+    assert (reach["task"], reach["kp"]) == ("joint_reach", 128)
+    (trials,) = pd.read_csv(results / "tables/learning_trials.csv").to_dict("records")
+    assert (trials["task"], trials["trials"], trials["passed"]) == ("joint_reach", 2, 0)
+    cell = results / "learning/joint_reach/kp128_kd16"
+    _, choice = read_chosen(cell / "chosen.yaml")
+    policy = checkpoint.load(cell / "seed1/policy.safetensors")
+    assert set(policy.action_scale) == set(choice.action_scale)
+    tried = pd.read_parquet(cell / "trials.parquet").filter(like="action_scale_")
+    assert choice.action_scale in set(tried.itertuples(index=False, name=None))

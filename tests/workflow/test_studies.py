@@ -33,7 +33,7 @@ def test_the_profile_of_a_gpu_trains_all_policies_in_one_job(empty_project):
     done = empty_project.run_default("--dry-run", "--profile", profile)
     # six cloned policies; trials and policies of two cells
     assert _planned(done) == JOBS["config"] - 5 - 1 - 1
-    jobs = {"train_side_by_side": 1, "tune_joint_reach": 1, "train_policies_joint_reach": 1}
+    jobs = {"train_side_by_side": 1, "tune_joint_reach": 1, "train_policy_joint_reach": 1}
     for rule, count in jobs.items():
         assert re.search(rf"^{rule} +{count}$", done.stdout, re.MULTILINE)
 

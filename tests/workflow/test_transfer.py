@@ -38,7 +38,7 @@ def test_side_by_side_studies_go_on_and_all_policies_are_trained(copied):
     )
     assert done.returncode == 0, done.stdout[-4000:]
     assert "tune_joint_reach" in done.stdout
-    assert "train_policies_joint_reach" in done.stdout
+    assert "train_policy_joint_reach" in done.stdout
     for path, earlier in zip(trials, before, strict=True):
         after = pd.read_parquet(path)
         assert len(after) == len(earlier) + 2

@@ -33,76 +33,45 @@ EVERY_CELL = [
 ]
 
 
-# the jobs of both rules make the same files; a configuration has one of them
-if not SIDE_BY_SIDE:
+# a job trains one policy, or all of a variant
+TRAINED_TOGETHER = {"cell": CELLS, "seed": SEEDS} if SIDE_BY_SIDE else {}
+TRAIN, TRAIN_FILE = (
+    ("train_side_by_side", "{task}_{variant}")
+    if SIDE_BY_SIDE
+    else ("train", "{task}_{variant}_{cell}_seed{seed}")
+)
 
-    rule train:
-        input:
-            episodes=by_cell("episodes.parquet"),
-            pictures=pictures,
-        output:
-            policies=[of_clone("policy.safetensors")],
-            losses=[of_clone("losses.parquet")],
-        params:
-            version=VERSION,
-            task=task_parameters,
-            observation=of_variant("observation"),
-            actions=of_variant("actions"),
-            seed=SEED,
-            cells=lambda wildcards: [wildcards.cell],
-            seeds=lambda wildcards: [int(wildcards.seed)],
-            demonstrations=of_variant("demonstrations"),
-            settings=of_variant("training"),
-        log:
-            result("logs", "train", "{task}_{variant}_{cell}_seed{seed}.log"),
-        benchmark:
-            result("benchmarks", "train", "{task}_{variant}_{cell}_seed{seed}.tsv")
-        resources:
-            mem_mb=memory,
-        conda:
-            "../envs/t2l.yaml"
-        script:
-            "../scripts/train.py"
 
-else:
-
-    rule train_side_by_side:
-        input:
-            episodes=lambda wildcards: expand(
-                of_cell("episodes.parquet"),
-                variant=like(wildcards.variant, *LABELS),
-                cell=CELLS,
-                allow_missing=True,
-            ),
-            pictures=pictures,
-        output:
-            policies=expand(
-                of_clone("policy.safetensors"), cell=CELLS, seed=SEEDS, allow_missing=True
-            ),
-            losses=expand(
-                of_clone("losses.parquet"), cell=CELLS, seed=SEEDS, allow_missing=True
-            ),
-        params:
-            version=VERSION,
-            task=task_parameters,
-            observation=of_variant("observation"),
-            actions=of_variant("actions"),
-            seed=SEED,
-            cells=CELLS,
-            seeds=SEEDS,
-            demonstrations=of_variant("demonstrations"),
-            settings=of_variant("training"),
-        log:
-            result("logs", "train_side_by_side", "{task}_{variant}.log"),
-        benchmark:
-            result("benchmarks", "train_side_by_side", "{task}_{variant}.tsv")
-        resources:
-            mem_mb=memory_side_by_side,
-            gpu=1,
-        conda:
-            "../envs/t2l.yaml"
-        script:
-            "../scripts/train.py"
+rule:
+    name:
+        TRAIN
+    input:
+        episodes=by_cell("episodes.parquet", **TRAINED_TOGETHER),
+        pictures=pictures,
+    output:
+        policies=in_one_job(of_clone("policy.safetensors"), **TRAINED_TOGETHER),
+        losses=in_one_job(of_clone("losses.parquet"), **TRAINED_TOGETHER),
+    params:
+        version=VERSION,
+        task=task_parameters,
+        observation=of_variant("observation"),
+        actions=of_variant("actions"),
+        seed=SEED,
+        cells=CELLS if SIDE_BY_SIDE else lambda wildcards: [wildcards.cell],
+        seeds=SEEDS if SIDE_BY_SIDE else lambda wildcards: [int(wildcards.seed)],
+        demonstrations=of_variant("demonstrations"),
+        settings=of_variant("training"),
+    log:
+        result("logs", TRAIN, f"{TRAIN_FILE}.log"),
+    benchmark:
+        result("benchmarks", TRAIN, f"{TRAIN_FILE}.tsv")
+    resources:
+        mem_mb=memory_of_training,
+        **GPU,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/train.py"
 
 
 rule roll_out:

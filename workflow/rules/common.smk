@@ -69,11 +69,20 @@ def like(variant: str, *sections: str) -> str:
     )
 
 
-def by_cell(artefact: str):
-    """For `input`: an artefact of a cell, of the variant that makes it."""
+def by_cell(artefact: str, **every):
+    """For `input`: an artefact of a cell, or of `every` cell, of the variant that makes it."""
     return lambda wildcards: expand(
-        of_cell(artefact), variant=like(wildcards.variant, *LABELS), allow_missing=True
+        of_cell(artefact), **every, variant=like(wildcards.variant, *LABELS), allow_missing=True
     )
+
+
+def in_one_job(path: str, **every) -> list[str]:
+    """The paths of an artefact that one job of training reads or makes.
+
+    Args:
+        every: what wildcards are in such a job, where it trains several policies.
+    """
+    return expand(path, **every, allow_missing=True)
 
 
 def by_clone(artefact: str):
@@ -94,6 +103,11 @@ def pictures(wildcards) -> str | list:
 def memory(wildcards) -> int:
     """For `resources`: MB of a job that may hold a variant's pictures."""
     return 4000 if VARIANTS[wildcards.variant]["observation"]["cameras"] else 2000
+
+
+def memory_of_training(wildcards) -> int:
+    """For `resources`: MB of a job that trains one policy, or all of a variant."""
+    return memory_side_by_side(wildcards) if SIDE_BY_SIDE else memory(wildcards)
 
 
 def trained_on(variant: str) -> dict[str, int]:
@@ -179,9 +193,22 @@ def learning_figure(name: str, caption: str) -> list:
     return [pdf, captioned(png, f"../report/{caption}.rst", "Learning in simulation")]
 
 
+def of_learned_cell(artefact: str) -> str:
+    """The path of an artefact that a cell of such a task has."""
+    return result("learning", "{learned}", "{cell}", artefact)
+
+
 def of_learned(artefact: str) -> str:
     """The path of an artefact that every such policy has."""
-    return result("learning", "{learned}", "{cell}", "seed{seed}", artefact)
+    return of_learned_cell(f"seed{{seed}}/{artefact}")
+
+
+def searched_scales(wildcards) -> dict[str, str]:
+    """For `input`: the action scales of a cell, where they are searched."""
+    searched = [Cell(**cell).name for cell in LEARNED[wildcards.learned]["searched"]]
+    if wildcards.cell not in searched:
+        return {}
+    return {"chosen": of_learned_cell("chosen.yaml").format(**wildcards)}
 
 
 def of_every_learned(path: str, task: str = "") -> list[str]:
@@ -280,6 +307,7 @@ NOMINAL = next(iter(VARIANTS))
 SEEDS = list(range(STUDY.sections["training_seeds"]))
 # whether one job trains all policies of a variant, or of a condition
 SIDE_BY_SIDE = STUDY.sections["training_jobs"] == "variant"
+GPU = {"gpu": 1} if SIDE_BY_SIDE else {}
 CELLS = [cell.name for cell in STUDY.grid.cells]
 SEED = STUDY.sections["seed"]
 DEMONSTRATED = STUDY.sections["demonstrations"]["count"]

@@ -31,69 +31,39 @@ wildcard_constraints:
     configuration=r"\d+",
 
 
-if not SIDE_BY_SIDE:
-
-    rule train_again:
-        input:
-            trials=[of_condition("trials.parquet")],
-            parameters=[of_transfer("parameters.yaml")],
-        output:
-            AGAIN,
-        params:
-            version=VERSION,
-            condition=condition_entry,
-            settings=TRAINING_SETTINGS,
-            horizon_s=HORIZON_S,
-            rate_hz=STUDY.sections["identification"]["rate_hz"],
-            tuning={k: v for k, v in TUNING.items() if k != "workers"},
-            landscape={k: LANDSCAPE.get(k) for k in ("passed", "configurations")},
-        threads: 1
-        log:
-            result("logs", "train_again", "{condition}_{cell}_{configuration}_{seed}.log"),
-        benchmark:
-            result("benchmarks", "train_again", "{condition}_{cell}_{configuration}_{seed}.tsv")
-        resources:
-            mem_mb=2000,
-        conda:
-            "../envs/t2l.yaml"
-        script:
-            "../scripts/train_again.py"
-
-
-for CONDITION in SHOWN_OF if SIDE_BY_SIDE else []:
+for CONDITION in jobs_for(SHOWN_OF):
+    ALL = all_of(
+        CONDITION,
+        cell=SHOWN_OF.get(CONDITION),
+        configuration=range(1, 1 + LANDSCAPE.get("configurations", 0)),
+        seed=range(1, 1 + LANDSCAPE.get("seeds", 0)),
+    )
+    FILE = file_of_job(CONDITION, "{cell}_{configuration}_{seed}")
 
     rule:
         name:
-            f"train_again_{CONDITION}"
+            name_of_job("train_again", CONDITION)
         input:
-            trials=expand(
-                of_condition("trials.parquet"), condition=CONDITION, cell=SHOWN_OF[CONDITION]
-            ),
-            parameters=expand(of_transfer("parameters.yaml"), cell=SHOWN_OF[CONDITION]),
+            trials=in_one_job(of_condition("trials.parquet"), **ALL),
+            parameters=in_one_job(of_transfer("parameters.yaml"), **ALL),
         output:
-            expand(
-                AGAIN,
-                condition=CONDITION,
-                cell=SHOWN_OF[CONDITION],
-                configuration=range(1, 1 + LANDSCAPE["configurations"]),
-                seed=range(1, 1 + LANDSCAPE["seeds"]),
-            ),
+            in_one_job(AGAIN, **ALL),
         params:
             version=VERSION,
-            condition=entry_of(CONDITION),
+            condition=entry_for(CONDITION),
             settings=TRAINING_SETTINGS,
             horizon_s=HORIZON_S,
             rate_hz=STUDY.sections["identification"]["rate_hz"],
-            tuning={k: v for k, v in TUNING.items() if k != "workers"},
+            tuning=ONE_WORKER,
             landscape={k: LANDSCAPE.get(k) for k in ("passed", "configurations")},
         threads: 1
         log:
-            result("logs", "train_again", f"{CONDITION}.log"),
+            result("logs", "train_again", f"{FILE}.log"),
         benchmark:
-            result("benchmarks", "train_again", f"{CONDITION}.tsv")
+            result("benchmarks", "train_again", f"{FILE}.tsv")
         resources:
-            mem_mb=8000,
-            gpu=1,
+            mem_mb=MEMORY_OF_JOB,
+            **GPU,
         conda:
             "../envs/t2l.yaml"
         script:

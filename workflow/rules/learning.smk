@@ -6,8 +6,14 @@ LEARNED = {entry["task"]: entry for entry in LEARNING.get("tasks", [])}
 LEARNED_POLICIES = [
     {"learned": task, "cell": Cell(scale["kp"], scale["kd"]).name, "seed": seed}
     for task, entry in LEARNED.items()
-    for scale in entry["action_scales"]
+    for scale in [*entry["action_scales"], *entry["searched"]]
     for seed in range(1, 1 + LEARNING["seeds"])
+]
+# tasks and cells whose action scales are searched
+LEARNING_SEARCHED = [
+    {"learned": task, "cell": Cell(**cell).name}
+    for task, entry in LEARNED.items()
+    for cell in entry["searched"]
 ]
 
 
@@ -15,7 +21,52 @@ wildcard_constraints:
     learned="|".join(LEARNED) or "none",
 
 
+rule search_learned:
+    output:
+        chosen=of_learned_cell("chosen.yaml"),
+        trials=of_learned_cell("trials.parquet"),
+    params:
+        version=VERSION,
+        entry=lambda wildcards: LEARNED[wildcards.learned],
+        task=lambda wildcards: dict(STUDY.tasks[wildcards.learned]),
+        settings=TRAINING_SETTINGS,
+        tuning=TUNING,
+        seed=SEED,
+    threads: 1
+    log:
+        result("logs", "search_learned", "{learned}_{cell}.log"),
+    benchmark:
+        result("benchmarks", "search_learned", "{learned}_{cell}.tsv")
+    resources:
+        mem_mb=2000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/search_learned.py"
+
+
+rule learning_trials:
+    input:
+        [of_learned_cell("trials.parquet").format(**own) for own in LEARNING_SEARCHED],
+    output:
+        captioned_table("learning_trials", category="Learning in simulation"),
+    params:
+        version=VERSION,
+    log:
+        result("logs", "learning_trials.log"),
+    benchmark:
+        result("benchmarks", "learning_trials.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/learning_trials.py"
+
+
 rule learn:
+    input:
+        unpack(searched_scales),
     output:
         policy=of_learned("policy.safetensors"),
         training=of_learned("training.parquet"),
@@ -87,8 +138,11 @@ if LEARNING:
     LEARNING_FIGURES += rules.learning_results.output.figure
     LEARNING_FIGURES += expand(rules.learned_frames.output, learned=LEARNED)
     LEARNING_TABLES += rules.learning_results.output.table
+    if LEARNING_SEARCHED:
+        LEARNING_TABLES += rules.learning_trials.output
     LEARNING_RESULTS += [
         *rules.learning_results.output,
         *of_every_learned(of_learned("policy.safetensors")),
         *LEARNING_FIGURES,
+        *LEARNING_TABLES,
     ]

@@ -24,68 +24,38 @@ wildcard_constraints:
 
 # A worker runs trials until the study has enough; several of them share it. The trials are in
 # Optuna's storage, which outlives a job that was cut short.
-# The jobs of `tune_CONDITION` do the same for all cells; a configuration has one of them.
-if not SIDE_BY_SIDE:
+# One job of a condition does the same as several workers, for all cells together.
+for CONDITION in jobs_for(SEARCHED):
+    ALL = all_of(CONDITION, cell=CELLS_OF.get(CONDITION), worker=0)
+    FILE = file_of_job(CONDITION, "{cell}_{worker}")
 
-    rule tune:
+    rule:
+        name:
+            name_of_job("tune", CONDITION)
         input:
-            parameters=of_transfer("parameters.yaml"),
+            parameters=in_one_job(of_transfer("parameters.yaml"), **ALL),
         output:
-            result("sim_to_real", "{condition}", "{cell}", "worker_{worker}.txt"),
+            in_one_job(of_condition("worker_{worker}.txt"), **ALL),
         params:
             version=VERSION,
-            condition=condition_entry,
+            condition=entry_for(CONDITION),
             settings=TRAINING_SETTINGS,
             horizon_s=HORIZON_S,
             rate_hz=STUDY.sections["identification"]["rate_hz"],
-            tuning={k: v for k, v in TUNING.items() if k != "workers"},
+            tuning=TUNING if SIDE_BY_SIDE else ONE_WORKER,
             seed=SEED,
-            folder=subpath(output[0], parent=True),
         threads: 1
         log:
-            result("logs", "tune", "{condition}_{cell}_{worker}.log"),
+            result("logs", "tune", f"{FILE}.log"),
         benchmark:
-            result("benchmarks", "tune", "{condition}_{cell}_{worker}.tsv")
+            result("benchmarks", "tune", f"{FILE}.tsv")
         resources:
-            mem_mb=2000,
+            mem_mb=MEMORY_OF_JOB,
+            **GPU,
         conda:
             "../envs/t2l.yaml"
         script:
             "../scripts/tune.py"
-
-
-# a rule for each condition: which cells there are is no matter of wildcards
-for CONDITION in SEARCHED if SIDE_BY_SIDE else []:
-
-    rule:
-        name:
-            f"tune_{CONDITION}"
-        input:
-            parameters=expand(of_transfer("parameters.yaml"), cell=CELLS_OF[CONDITION]),
-        output:
-            expand(
-                of_condition("worker_0.txt"), condition=CONDITION, cell=CELLS_OF[CONDITION]
-            ),
-        params:
-            version=VERSION,
-            condition=entry_of(CONDITION),
-            settings=TRAINING_SETTINGS,
-            horizon_s=HORIZON_S,
-            rate_hz=STUDY.sections["identification"]["rate_hz"],
-            tuning=TUNING,
-            seed=SEED,
-        threads: 1
-        log:
-            result("logs", "tune", f"{CONDITION}.log"),
-        benchmark:
-            result("benchmarks", "tune", f"{CONDITION}.tsv")
-        resources:
-            mem_mb=8000,
-            gpu=1,
-        conda:
-            "../envs/t2l.yaml"
-        script:
-            "../scripts/tune_side_by_side.py"
 
 
 rule choose_scales:
@@ -112,61 +82,34 @@ rule choose_scales:
         "../scripts/choose_scales.py"
 
 
-if not SIDE_BY_SIDE:
-
-    rule train_policy:
-        input:
-            chosen=[of_condition("chosen.yaml")],
-            parameters=[of_transfer("parameters.yaml")],
-        output:
-            policies=[of_policy("policy.safetensors")],
-            outcomes=[of_policy("outcome.yaml")],
-            training=[of_policy("training.parquet")],
-        params:
-            version=VERSION,
-            condition=condition_entry,
-            settings=TRAINING_SETTINGS,
-            horizon_s=HORIZON_S,
-            rate_hz=STUDY.sections["identification"]["rate_hz"],
-        threads: 1
-        log:
-            result("logs", "train_policy", "{condition}_{cell}_{seed}.log"),
-        benchmark:
-            result("benchmarks", "train_policy", "{condition}_{cell}_{seed}.tsv")
-        resources:
-            mem_mb=2000,
-        conda:
-            "../envs/t2l.yaml"
-        script:
-            "../scripts/train_policies.py"
-
-
-for CONDITION in CONDITION_NAMES if SIDE_BY_SIDE else []:
+for CONDITION in jobs_for(CONDITION_NAMES):
+    ALL = all_of(CONDITION, cell=CELLS_OF.get(CONDITION), seed=POLICY_SEEDS)
+    FILE = file_of_job(CONDITION, "{cell}_{seed}")
 
     rule:
         name:
-            f"train_policies_{CONDITION}"
+            name_of_job("train_policy", CONDITION)
         input:
-            chosen=of_conditions(of_condition("chosen.yaml"), [CONDITION]),
-            parameters=expand(of_transfer("parameters.yaml"), cell=CELLS_OF[CONDITION]),
+            chosen=in_one_job(of_condition("chosen.yaml"), **ALL),
+            parameters=in_one_job(of_transfer("parameters.yaml"), **ALL),
         output:
-            policies=of_conditions(of_policy("policy.safetensors"), [CONDITION]),
-            outcomes=of_conditions(of_policy("outcome.yaml"), [CONDITION]),
-            training=of_conditions(of_policy("training.parquet"), [CONDITION]),
+            policies=in_one_job(of_policy("policy.safetensors"), **ALL),
+            outcomes=in_one_job(of_policy("outcome.yaml"), **ALL),
+            training=in_one_job(of_policy("training.parquet"), **ALL),
         params:
             version=VERSION,
-            condition=entry_of(CONDITION),
+            condition=entry_for(CONDITION),
             settings=TRAINING_SETTINGS,
             horizon_s=HORIZON_S,
             rate_hz=STUDY.sections["identification"]["rate_hz"],
         threads: 1
         log:
-            result("logs", "train_policies", f"{CONDITION}.log"),
+            result("logs", "train_policy", f"{FILE}.log"),
         benchmark:
-            result("benchmarks", "train_policies", f"{CONDITION}.tsv")
+            result("benchmarks", "train_policy", f"{FILE}.tsv")
         resources:
-            mem_mb=8000,
-            gpu=1,
+            mem_mb=MEMORY_OF_JOB,
+            **GPU,
         conda:
             "../envs/t2l.yaml"
         script:

@@ -1,6 +1,7 @@
 """Which policies there are in the chain of transfer, and where their artefacts live."""
 
 TUNING = STUDY.sections["tuning"]
+ONE_WORKER = {key: value for key, value in TUNING.items() if key != "workers"}
 HORIZON_S = STUDY.sections["reinforcement_learning"]["horizon_s"]
 TRAINING_SETTINGS = {
     key: value
@@ -46,6 +47,36 @@ def workers(wildcards) -> list[str]:
 
 
 SEARCHED = [condition.name for condition in STUDY.conditions if condition.searched]
+
+
+# A job trains one policy, or all of a condition. The latter has a rule of its own, because which
+# cells it has is no matter of wildcards.
+def jobs_for(conditions) -> list[str]:
+    """The conditions that have a rule each; or the wildcard, of the rule that all have."""
+    return list(conditions) if SIDE_BY_SIDE else ["{condition}"]
+
+
+def all_of(condition: str, **every) -> dict:
+    """For `in_one_job`: what wildcards are in a job that trains all policies of a condition."""
+    return {"condition": condition, **every} if SIDE_BY_SIDE else {}
+
+
+def name_of_job(name: str, condition: str) -> str:
+    """Of what trains for a condition."""
+    return f"{name}_{condition}" if SIDE_BY_SIDE else name
+
+
+def file_of_job(condition: str, one: str) -> str:
+    """What its log and benchmark are called: `one` of a policy."""
+    return condition if SIDE_BY_SIDE else f"{condition}_{one}"
+
+
+def entry_for(condition: str):
+    """For `params` of such a job, the condition with the content of its task's file."""
+    return entry_of(condition) if SIDE_BY_SIDE else condition_entry
+
+
+MEMORY_OF_JOB = 8000 if SIDE_BY_SIDE else 2000
 
 
 def of_ablated(path: str, **effect: str) -> list[str]:

@@ -6,10 +6,9 @@ from t2l.artefacts import read_text, write_table
 from t2l.errors import ArtefactError
 from t2l.gains import Cell
 from t2l.jobs import job
-from t2l.rl.chosen import write_chosen
-from t2l.rl.condition import Condition
-from t2l.rl.outcome import UnfinishedError, best
-from t2l.rl.trials import no_trials, open_study, table
+from t2l.rl.problem import Condition
+from t2l.rl.results import write_chosen
+from t2l.rl.trials import UnfinishedError, best, no_trials, open_study, table
 
 workers = snakemake.input.workers
 

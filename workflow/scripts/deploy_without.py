@@ -7,7 +7,7 @@ from t2l.gains import Cell
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.policies import checkpoint
-from t2l.rl.condition import Condition
+from t2l.rl.problem import Condition
 from t2l.transfer.errors import rollout_table
 from t2l.transfer.matched import Deployment, matched_rollouts
 

@@ -7,11 +7,15 @@ from t2l.gains import Cell
 from t2l.jobs import job
 from t2l.policies import checkpoint
 from t2l.rl.alone import problem_of, settings_of, train_alone
+from t2l.rl.results import read_chosen
 
 with job(snakemake):
     params, wildcards, output = snakemake.params, snakemake.wildcards, snakemake.output
     cell, seed = Cell.from_name(wildcards.cell), int(wildcards.seed)
     problem, choice = problem_of(params.entry, params.task, cell)
+    # an input only where the action scales are searched
+    if snakemake.input:
+        _, choice = read_chosen(snakemake.input.chosen)
     settings = settings_of(params.settings, params.entry)
     trained, row, episodes = train_alone(problem, choice, settings, seed, threads=snakemake.threads)
     checkpoint.save(trained.policy, output.policy)

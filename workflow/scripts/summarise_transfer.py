@@ -4,7 +4,7 @@ import pandas as pd
 
 from t2l.artefacts import read_table, write_table
 from t2l.jobs import job
-from t2l.rl.chosen import read_chosen, read_outcome
+from t2l.rl.results import read_chosen, read_outcome
 from t2l.transfer.errors import ROLLOUT_COLUMNS
 from t2l.transfer.summary import policy_row
 

@@ -6,8 +6,7 @@ from t2l.artefacts import read_table, write_table
 from t2l.gains import Cell
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
-from t2l.rl.condition import Condition
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Condition, Problem
 from t2l.rl.settings import Search, Settings
 from t2l.study.landscape.again import COLUMNS, CURVE_COLUMNS, choice_of, no_curve, passed
 

@@ -6,9 +6,8 @@ from t2l.artefacts import write_table
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.policies import checkpoint
-from t2l.rl.chosen import read_chosen, write_outcome
-from t2l.rl.condition import Condition
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Condition, Problem
+from t2l.rl.results import read_chosen, write_outcome
 from t2l.rl.settings import Settings
 from t2l.rl.side_by_side import Training, policies_of
 

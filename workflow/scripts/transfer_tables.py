@@ -3,7 +3,7 @@
 from t2l.artefacts import read_table
 from t2l.gains import Grid
 from t2l.jobs import job
-from t2l.rl.condition import Condition
+from t2l.rl.problem import Condition
 from t2l.stats import transfer
 from t2l.stats.text import write_printed
 

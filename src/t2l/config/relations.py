@@ -6,6 +6,7 @@ from t2l.config import cloning, transfer_design
 from t2l.config.actions import of_actions
 from t2l.config.cells import grid_of, transfer_cells
 from t2l.config.models import Configuration
+from t2l.gains import Cell
 from t2l.hardware.motion import COMMAND_RATE_HZ
 from t2l.policies import POLICIES
 from t2l.rl.registry import ALGORITHMS
@@ -214,6 +215,14 @@ def _learning(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterat
             task = None
         yield from of_actions(f"{key}.actions", entry.actions, "joint_pd")
         yield from transfer_design.scales(key, entry.action_scales, task)
+        known = [Cell(given.kp, given.kd) for given in entry.action_scales]
+        for j, searched in enumerate(entry.searched):
+            cell = Cell(searched.kp, searched.kd)
+            if cell in known:
+                yield Problem(f"{key}.searched[{j}]", f"{cell} a second time", "each cell once")
+            known.append(cell)
+        if not known:
+            yield Problem(key, "no cell", "cells under action_scales or searched")
         if entry.rate_hz % entry.policy_rate_hz:
             yield Problem(
                 f"{key}.policy_rate_hz",

@@ -17,7 +17,7 @@ from t2l.errors import ConfigurationError
 from t2l.gains import Cell, Grid
 from t2l.hardware import Features
 from t2l.registry import load_extensions
-from t2l.rl.condition import Condition
+from t2l.rl.problem import Condition
 from t2l.tasks import make_task
 from t2l.typed import Invalid, Typed, check
 

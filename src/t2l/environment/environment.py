@@ -19,6 +19,7 @@ from t2l.actions import ActionSpace
 from t2l.actions.gripper import BinaryGrippers
 from t2l.environment.interface import observe, steps_held
 from t2l.environment.limits import JITTER_RAD_S, JITTER_WINDOW_S, LIMITS, Limits, violations
+from t2l.environment.starts import check_starts
 from t2l.errors import ConfigurationError
 from t2l.sim.arrays import Array, like, namespace, to_numpy
 from t2l.sim.batch import MUJOCO, diverged
@@ -79,7 +80,7 @@ class Environment:
 
     Raises:
         ConfigurationError: the policy's rate does not divide the simulator's, or this is too low
-            for the task; the device cannot simulate it.
+            for the task; something starts inside something else; the device cannot simulate it.
     """
 
     def __init__(
@@ -107,6 +108,7 @@ class Environment:
                 f"rate of the physics: found {rate_hz:g} Hz; allowed: from {task.least_rate_hz:g} "
                 f"Hz, at which the contacts of {task.name} hold"
             )
+        check_starts(task)
         self.nstep = steps_held(rate_hz, policy_rate_hz, "the simulator's")
         self.horizon = round(horizon_s * policy_rate_hz)
         self.simulator = Simulator(
@@ -228,8 +230,11 @@ class Environment:
         return reward
 
     def paid(self) -> Mapping[str, np.ndarray]:
-        """Of each term of the reward, its mean a step since this was asked last, (ngenerator,)."""
-        means = to_numpy(self._paid) / max(1, self._paid_steps)
+        """What each term of the reward paid a second since this was asked last, (ngenerator,).
+
+        A mean of weight · value, to be held against the weight; a step pays it times the period.
+        """
+        means = to_numpy(self._paid) / (max(1, self._paid_steps) * self.period_s)
         self._paid, self._paid_steps = 0.0 * self._paid, 0
         return dict(zip((term.name for term in self.task.rewards), means, strict=True))
 

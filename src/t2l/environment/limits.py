@@ -15,12 +15,16 @@ NAMES = (*LIMITS, "jitter")
 JITTER_RAD_S = 0.04
 JITTER_WINDOW_S = 2.0
 
+# a joint whose home is at an end of its range, such as a finger, rests against a stop, which gives
+# way in a simulation: that far about home no position is a violation
+AT_REST_RAD = 1e-3
+
 
 class Limits(NamedTuple):
     """What a robot must keep to, (njoint,) each.
 
     Attributes:
-        lowest, highest: position, rad.
+        lowest, highest: position, rad; what a robot has at rest at home is within them.
         velocity, torque: rad/s and N·m, either way.
         torque_change: N·m from one instant to the next, either way.
     """
@@ -34,8 +38,11 @@ class Limits(NamedTuple):
     @classmethod
     def of(cls, robot: Robot, period_s: float) -> "Limits":
         """A robot's, looked at every `period_s`."""
-        change = robot.torque_rate_limit * period_s
-        return cls(*robot.position_limit.T, robot.velocity_limit, robot.torque_limit, change)
+        low, high = robot.position_limit.T
+        return cls(
+            np.minimum(low, robot.home - AT_REST_RAD), np.maximum(high, robot.home + AT_REST_RAD),
+            robot.velocity_limit, robot.torque_limit, robot.torque_rate_limit * period_s,
+        )  # fmt: skip
 
     def like(self, array: Array) -> "Limits":
         """The same where `array` is: what is compared at every instant is to be there already."""

@@ -180,8 +180,8 @@ def _responses(folder: Path) -> Figure:
     return responses(motions, grid)
 
 
-def _learned(folder: Path) -> Figure:
-    return learned_tasks({"lift_cube": _read(folder, "learning_lift_cube")})
+def _learned(folder: Path, task: str) -> Figure:
+    return learned_tasks({task: _read(folder, f"learning_{task}")})
 
 
 FIGURES: dict[str, Callable[[Path], Figure]] = {
@@ -204,7 +204,8 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "jitter": _jitter,
     "action_scales": _scales,
     "sample_efficiency": _efficiency,
-    "learning_lift_cube": _learned,
+    "learning_lift_cube": partial(_learned, task="lift_cube"),
+    "learning_open_drawer": partial(_learned, task="open_drawer"),
     "decoupling": _decoupling,
     "responses": _responses,
     "identified_over_true": _identified,

@@ -51,5 +51,5 @@ def learned_tasks(curves: Mapping[str, "pd.DataFrame"]) -> Figure:
             for panel in (above, below):
                 panel.set_xlabel("environment steps [million]")
         axes[0, 0].set_ylabel("success in evaluation [%]")
-        axes[1, 0].set_ylabel("paid a step, by term")
+        axes[1, 0].set_ylabel("paid a second, by term")
     return figure

@@ -103,7 +103,7 @@ def training_curves(curves: Mapping[str, "pd.DataFrame"], grid: Grid) -> Figure:
                 axes[0, column].text(
                     0.5, 0.5, "no cell passed", transform=axes[0, column].transAxes, ha="center"
                 )
-        axes[0, 0].set_ylabel("reward a step")
+        axes[0, 0].set_ylabel("reward a second")
         axes[1, 0].set_ylabel("success [%]")
         handles, labels = [], []
         for panel in axes[0]:

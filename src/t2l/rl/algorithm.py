@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 from t2l.errors import T2LError
 from t2l.policies import Policy
-from t2l.rl.constraints import Evaluation
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Trained:
 
     Attributes:
         policy: with history 1 and the action scale of its environments.
-        history: one row an evaluation: update, steps, seconds, reward a step, success, the
+        history: one row an evaluation: update, steps, seconds, reward a second, success, the
             constraints' shares, objective, and what the algorithm adds.
     """
 

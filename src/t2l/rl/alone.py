@@ -4,7 +4,8 @@ Whether there is a policy for a task at some gains is a question about simulatio
 section V-B): nothing is identified, and nothing is deployed. On a GPU where there is one.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,16 +15,16 @@ from t2l.environment.ideal import ideal_plant
 from t2l.gains import Cell
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
-from t2l.rl.choice import Choice
-from t2l.rl.condition import Condition
 from t2l.rl.learn import EPISODES
-from t2l.rl.problem import Problem
-from t2l.rl.settings import Settings
+from t2l.rl.problem import Choice, Condition, Problem
+from t2l.rl.settings import Search, Settings
 from t2l.rl.side_by_side import Training, device_for, judge_side_by_side, learn_side_by_side
+from t2l.rl.trials import Best, best
 from t2l.sim.batch import MUJOCO
-from t2l.tasks import make_task
+from t2l.tasks import Rewarded, make_task
 
 if TYPE_CHECKING:
+    import optuna
     import pandas as pd
 
 COLUMNS = (
@@ -36,13 +37,13 @@ SHOWN_COLUMNS = ("success", "time_s", "qpos")
 
 def problem_of(
     entry: Mapping[str, Any], parameters: Mapping[str, Any], cell: Cell
-) -> tuple[Problem, Choice]:
-    """What is to be learned, and the action scales to learn it with.
+) -> tuple[Problem, Choice | None]:
+    """What is to be learned, and the action scales to learn it with, if they are known.
 
     Args:
         entry: of `learning.tasks` in a checked configuration.
         parameters: content of its task's file.
-        cell: one of those that the entry has action scales for.
+        cell: one of the entry's.
 
     Raises:
         ConfigurationError: the task's robot is not known or not installed.
@@ -67,6 +68,44 @@ def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Setting
     noise = ("observation_noise_rad", "observation_noise_rad_s")
     own = {name: entry[name] for name in (*names, *noise)}
     return replace(Settings(**section), enough=None, **own)
+
+
+def search_of(section: Mapping[str, Any], task: Rewarded) -> Search:
+    """What is searched for a task that is not deployed: success alone ranks its trials (App. E).
+
+    Args:
+        section: `tuning` of a checked configuration.
+    """
+    return replace(Search.from_section(section, task), solved_at=math.inf)
+
+
+def search_scales(
+    study: "optuna.Study",
+    problem: Problem,
+    search: Search,
+    settings: Settings,
+    seed: int,
+    workers: int = 1,
+    threads: int = 1,
+    report: Callable[[str], None] = lambda line: None,
+) -> Best:
+    """Run trials until a study has enough, and the best of them; see `t2l.rl.tuning`.
+
+    Args:
+        workers: trials at once where a GPU trains them.
+
+    Raises:
+        TuningError: no trial was completed.
+    """
+    # it loads torch
+    from t2l.rl.tuning import work, work_side_by_side
+
+    if device_for(problem.task) == MUJOCO:
+        work(study, problem, search, settings, seed, threads, report)
+    else:
+        studies = [(study, problem)]
+        work_side_by_side(studies, search, settings, seed, workers, threads, report)
+    return best(study, problem.task.robot, search.trials)
 
 
 def train_alone(

@@ -8,7 +8,7 @@ import numpy as np
 from t2l.environment.limits import NAMES
 from t2l.policies import Policy
 from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
-from t2l.rl.constraints import Evaluation
+from t2l.rl.results import Evaluation
 from t2l.sim.arrays import namespace
 
 if TYPE_CHECKING:

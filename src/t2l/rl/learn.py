@@ -2,12 +2,11 @@
 
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
-from t2l.rl.choice import Choice
-from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate
 from t2l.rl.feedback import feedback_gain
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Choice, Problem
 from t2l.rl.registry import ALGORITHMS
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
 
 EPISODES = 100  # that judge a policy, the study's number

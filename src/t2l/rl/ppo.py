@@ -272,7 +272,7 @@ class _Listener(BaseCallback):
             evaluate(policy, self.judges),
             update=self.updates,
             steps=self.num_timesteps,
-            reward=float(np.mean(self._rewards)),
+            reward=float(np.mean(self._rewards)) / environment.period_s,
             terms={name: float(paid[0]) for name, paid in environment.paid().items()},
             learning_rate=self.rate.rate,
         )

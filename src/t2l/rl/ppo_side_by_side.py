@@ -247,7 +247,7 @@ def train_side_by_side(
             *(update, settings.updates, np.mean([own.success for own in found]), len(found)),
             (time.monotonic() - began) / update * (settings.updates - update),
         )
-        reward, paid = torch.stack(rewards).mean(dim=0).tolist(), world.paid()
+        reward, paid = torch.stack(rewards).mean(dim=0) / world.period_s, world.paid()
         rewards.clear()
         for i, own in enumerate(progress):
             if i in ended or own.enough:
@@ -255,7 +255,8 @@ def train_side_by_side(
             try:
                 own.take(
                     policies[i], found[i], update=update,
-                    steps=update * learning.column.rollout_steps * world.each, reward=reward[i],
+                    steps=update * learning.column.rollout_steps * world.each,
+                    reward=float(reward[i]),
                     terms={name: float(value[i]) for name, value in paid.items()},
                     learning_rate=float(learning.rate[i]),
                 )  # fmt: skip

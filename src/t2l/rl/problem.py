@@ -1,8 +1,9 @@
-"""What is to be learned."""
+"""What is to be learned: under which condition, in which simulator, and with what a trial chose."""
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,14 +11,85 @@ import numpy as np
 
 from t2l.environment.interface import action_space, scale_per_joint
 from t2l.gains import Cell
-from t2l.rl.choice import Choice
-from t2l.rl.condition import Condition
 from t2l.rl.settings import Search, Settings
+from t2l.robots import Robot
 from t2l.sim.training_simulator import Parameters
-from t2l.tasks import Rewarded
+from t2l.tasks import Rewarded, make_task
 
 if TYPE_CHECKING:
     from t2l.rl.environments import Environments
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a trial chooses.
+
+    Attributes:
+        action_scale: α of each of the robot's groups of joints that share one, rad.
+        reward_weights: of the task's reward, those that differ from its own.
+    """
+
+    action_scale: tuple[float, ...]
+    reward_weights: Mapping[str, float] = field(default_factory=dict)
+
+
+def scale_names(robot: Robot) -> list[str]:
+    """What tables call the action scale of each group."""
+    return [f"action_scale_{group}" for group in robot.scale_groups]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """An entry of `sim_to_real.conditions` in a configuration.
+
+    Attributes:
+        name: of its folder.
+        task: name of a file in config/tasks/, of a task with a reward.
+        parameters: content of that file.
+        actions: what the policy's output means, see `t2l.actions`.
+        policy_rate_hz: how often the policy acts, in simulation and on the robot.
+        randomisation: by which fraction parameters differ from environment to environment while
+            training.
+        action_scales: those that are known, see `given`; with any, nothing is searched.
+    """
+
+    name: str
+    task: str
+    policy_rate_hz: float
+    randomisation: float
+    actions: Mapping[str, Any]
+    parameters: Mapping[str, Any]
+    action_scales: Sequence[Mapping[str, Any]] = ()
+
+    @classmethod
+    def from_entry(cls, entry: Mapping[str, Any]) -> "Condition":
+        """The condition of a checked configuration's entry, with its task's parameters."""
+        return cls(**entry)
+
+    @property
+    def searched(self) -> bool:
+        """Whether trials look for action scales."""
+        return not self.action_scales
+
+    def cells(self, cells: Iterable[Cell]) -> list[Cell]:
+        """Those that it has of a study's cells."""
+        given = {Cell(entry["kp"], entry["kd"]) for entry in self.action_scales}
+        return [cell for cell in cells if self.searched or cell in given]
+
+    def given(self, cell: Cell) -> Choice | None:
+        """The action scales that are known for a cell."""
+        for entry in self.action_scales:
+            if Cell(entry["kp"], entry["kd"]) == cell:
+                return Choice(tuple(map(float, entry["rad"])))
+        return None
+
+    def make_task(self) -> Rewarded:
+        """The task.
+
+        Raises:
+            ConfigurationError: its robot is not known or not installed.
+        """
+        return make_task(self.parameters)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
-from t2l.rl.constraints import Evaluation
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -50,7 +50,7 @@ class Progress:
             found: how it does.
             update: after which it is so.
             steps: of all environments until then.
-            reward: a step, since the evaluation before.
+            reward: a second, since the evaluation before.
             terms: of which it is the sum, by name; told as the training goes.
             more: columns of the history.
         """

@@ -56,13 +56,13 @@ class Search:
 
     Attributes:
         trials: that a study is to have.
-        space: `STUDY` or `LOGARITHMIC`, see `t2l.rl.tune`.
+        space: `STUDY` or `LOGARITHMIC`, see `t2l.rl.tuning`.
         action_scale: bounds, rad.
         reward_weights: bounds by name, searched by their logarithms.
         startup: trials before the sampler and the pruner judge by earlier ones.
         prune: whether trials that look hopeless are ended.
         updates: of a trial's training; None for as many as of the training that follows.
-        solved_at: see `t2l.rl.constraints.Evaluation.value`.
+        solved_at: see `t2l.rl.results.Evaluation.value`.
     """
 
     trials: int

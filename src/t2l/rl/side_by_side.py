@@ -13,12 +13,11 @@ import numpy as np
 from t2l.environment.interface import action_space, scale_per_joint
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
-from t2l.rl.choice import Choice
-from t2l.rl.constraints import Evaluation
 from t2l.rl.evaluate import evaluate_side_by_side
 from t2l.rl.learn import EPISODES, PROGRESS_EPISODES, gain_of, judge, learn
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Choice, Problem
 from t2l.rl.registry import ALGORITHMS
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
 from t2l.sim.batch import MUJOCO
 from t2l.tasks import Rewarded

@@ -1,4 +1,7 @@
-"""Optuna's studies on disk: opened, continued after a kill, shared, and read as tables."""
+"""Optuna's studies on disk: opened, continued after a kill, shared, read as tables, and the best.
+
+It loads without torch.
+"""
 
 import json
 import os
@@ -7,6 +10,7 @@ import socket
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,8 +18,10 @@ import optuna
 from optuna.trial import FrozenTrial, TrialState
 
 from t2l.artefacts import parsing
+from t2l.environment.limits import NAMES
 from t2l.errors import ArtefactError, T2LError, writing
-from t2l.rl.choice import scale_names
+from t2l.rl.problem import Choice, scale_names
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import JOURNAL
 from t2l.robots import Robot
 
@@ -190,3 +196,49 @@ def no_trials(robot: Robot) -> "pd.DataFrame":
 
     numbers = ("number", "objective", "success", *scale_names(robot))
     return pd.DataFrame({name: pd.Series(dtype=float) for name in numbers} | {"state": []})
+
+
+class TuningError(T2LError):
+    """A study that cannot give a policy."""
+
+
+class UnfinishedError(TuningError):
+    """A study with fewer trials than are wanted."""
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best trial of a study."""
+
+    number: int
+    choice: Choice
+    evaluation: Evaluation
+
+
+def best(study: optuna.Study, robot: Robot, trials: int) -> Best:
+    """The best of a study's complete trials.
+
+    Raises:
+        UnfinishedError: fewer than `trials` have finished.
+        TuningError: none of them was completed.
+    """
+    done = count(study, *FINISHED)
+    if done < trials:
+        raise UnfinishedError(
+            f"study {study.study_name}: found {done} trials that finished; allowed: {trials}"
+        )
+    complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+    if not complete:
+        raise TuningError(
+            f"study {study.study_name}: found {done} trials that finished, 0 of them with a "
+            f"policy; allowed: {trials}, at least one with a policy"
+        )
+    return _of_trial(max(complete, key=lambda trial: trial.value), robot)
+
+
+def _of_trial(trial: FrozenTrial, robot: Robot) -> Best:
+    known = trial.params | trial.user_attrs
+    weights = {name: v for name, v in trial.params.items() if not name.startswith("action_scale_")}
+    choice = Choice(tuple(float(known[name]) for name in scale_names(robot)), weights)
+    evaluation = Evaluation(float(known["success"]), {name: float(known[name]) for name in NAMES})
+    return Best(trial.number, choice, evaluation)

@@ -13,6 +13,7 @@ from t2l.stats.text import rate
 
 # the study's: a policy exists where one succeeds this often
 EXISTS = 0.99
+TRIAL_COLUMNS = ("task", "kp", "kd", "number", "state", "success")
 HEADERS: dict[str, str] = {"Kp": "$K_p$", "Kd": "$K_d$"}
 
 
@@ -47,5 +48,36 @@ def printable(table: pd.DataFrame) -> pd.DataFrame:
             "Jitter": [rate(share) for share in table.jitter],
             "Steps [million]": [f"{steps / 1e6:.2f}" for steps in table.steps],
             "Minutes": [f"{seconds / 60:.0f}" for seconds in table.seconds],
+        }
+    )
+
+
+def trials_table(trials: pd.DataFrame, passed: float) -> pd.DataFrame:
+    """One row a cell: its trials, those that were completed, those that passed, and the best.
+
+    Args:
+        trials: columns `TRIAL_COLUMNS`.
+        passed: success that a trial which passes is above.
+    """
+    complete = trials.state == "complete"
+    told = trials.assign(
+        trials=1, completed=complete, passed=complete & (trials.success > passed),
+        best_success=trials.success.where(complete),
+    )  # fmt: skip
+    sums = {"trials": "sum", "completed": "sum", "passed": "sum", "best_success": "max"}
+    return told.groupby(["task", "kp", "kd"], as_index=False).agg(sums)
+
+
+def printable_trials(table: pd.DataFrame) -> pd.DataFrame:
+    """The table as text."""
+    return pd.DataFrame(
+        {
+            "Task": [heading(name) for name in table.task],
+            "Kp": [f"{kp:g}" for kp in table.kp],
+            "Kd": [f"{kd:g}" for kd in table.kd],
+            "Trials": table.trials.astype(str),
+            "Completed": table.completed.astype(str),
+            "Passed": table.passed.astype(str),
+            "Best success": [rate(share) for share in table.best_success],
         }
     )

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from t2l.errors import ConfigurationError
 from t2l.robots import make_robot
-from t2l.robots.plant import position_controlled
+from t2l.tasks.bare_robot import bare_scene
 from t2l.tasks.disturbance import RandomPushes, add_point
 from t2l.tasks.task import Rewarded
 from t2l.tasks.terms import Moment, ObservationTerm, RewardTerm, action_change, minus, state_of
@@ -92,7 +92,7 @@ class PoseHold(Rewarded):
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         """See `Task.spec`."""
-        spec = self.robot.spec(visual=True) if visual else position_controlled(self.robot)
+        spec = bare_scene(self.robot, visual)
         add_point(spec, self.robot.groups[0].tool_site)
         return spec
 

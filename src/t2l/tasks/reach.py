@@ -11,8 +11,8 @@ from pydantic import Field
 
 from t2l.robots import make_robot
 from t2l.robots.kinematics import ToolKinematics, site_pose
-from t2l.robots.plant import position_controlled
 from t2l.sim.arrays import columns
+from t2l.tasks.bare_robot import bare_scene
 from t2l.tasks.reach_rewards import JOINT_REWARDS, PROGRESS, TOOL_REWARDS, sizes
 from t2l.tasks.task import Rewarded
 from t2l.tasks.terms import ObservationTerm, RewardTerm, norm, state_of
@@ -70,7 +70,7 @@ class Reach(Rewarded):
 
     def spec(self, visual: bool) -> mujoco.MjSpec:
         """See `Task.spec`."""
-        return self.robot.spec(visual=True) if visual else position_controlled(self.robot)
+        return bare_scene(self.robot, visual)
 
     def sample_starts(self, rng, n):
         """See `Task.sample_starts`."""

@@ -265,9 +265,13 @@ class Rewarded(Task):
         return xp.concat([term.value(at) for term in self.observations], axis=1)
 
     def paid(self, at: Moment) -> list[np.ndarray]:
-        """What a step is worth term by term, (n,) each; the reward is their sum."""
+        """What a step is worth term by term, (n,) each; the reward is their sum.
+
+        It is weight · value · period: a weight is of a second, as those of IsaacLab and mjlab are
+        (`RewardManager.compute`), so that a return does not depend on how often the policy acts.
+        """
         return [
-            self.weights[term.name] * term.factor(at.steps) * term.value(at)
+            at.period_s * (self.weights[term.name] * term.factor(at.steps) * term.value(at))
             for term in self.rewards
         ]
 

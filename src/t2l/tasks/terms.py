@@ -9,8 +9,8 @@ what one task has another one may use:
         RewardTerm("velocity", 1e-4, minus(speed), "IsaacLab"),
     )
 
-What is paid is Σ weight · value. Weights are positive, so that they can be searched by their
-logarithms; what costs has negative values.
+A step pays Σ weight · value · period, so weights are of a second. They are positive, so that they
+can be searched by their logarithms; what costs has negative values.
 """
 
 from collections.abc import Callable, Sequence
@@ -63,10 +63,10 @@ class ObservationTerm:
 
 @dataclass(frozen=True)
 class RewardTerm:
-    """What a step is worth, (n,).
+    """What is paid, (n,) a second.
 
     Attributes:
-        weight: unless tuning chooses another.
+        weight: of a second, unless tuning chooses another.
         source: where form and weight are from.
         curriculum: after how many steps of a training, counted over all its robots, the weight is
             multiplied, and by what.

@@ -256,10 +256,6 @@ class TrackVelocity(Rewarded):
         held[began] = 0.0
         return now._replace(held_s=held)
 
-    def paid(self, at):
-        """See `Rewarded.paid`: the template's weights are of a second."""
-        return [at.period_s * term for term in super().paid(at)]
-
     def success(self, at):
         """See `Rewarded.success`."""
         return norm(at.now.velocity) > self.ratio * norm(at.goal[:, :2])

@@ -13,7 +13,7 @@ from t2l.gains import Cell
 from t2l.hardware.guard import Workspace
 from t2l.hardware.registry import open_backend
 from t2l.policies import Policy
-from t2l.rl.condition import Condition
+from t2l.rl.problem import Condition
 from t2l.seeds import generator
 from t2l.sim.training_simulator import Parameters
 from t2l.transfer.deploy import Rollouts, deploy

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 from t2l.gains import Cell
-from t2l.rl.choice import Choice
-from t2l.rl.constraints import Evaluation
+from t2l.rl.problem import Choice
+from t2l.rl.results import Evaluation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,7 +24,7 @@ def policy_row(
 
     Args:
         rollouts: the policy's, as `t2l.transfer.errors.rollout_table` makes them.
-        chosen, outcome: see `t2l.rl.chosen`.
+        chosen, outcome: see `t2l.rl.results`.
     """
     (cell, choice), (evaluation, gain) = chosen, outcome
     return {

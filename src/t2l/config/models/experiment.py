@@ -20,7 +20,7 @@ class GivenScale(Typed):
 
 
 class Condition(Typed):
-    """An entry of `sim_to_real.conditions`; see `t2l.rl.condition.Condition`."""
+    """An entry of `sim_to_real.conditions`; see `t2l.rl.problem.Condition`."""
 
     name: Name = Field(description="name of a folder in `results/STUDY/sim_to_real/`")
     task: Name = Field(description="name of a file in `config/tasks/`, of a task with a reward")

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from t2l.config.models.actions import RelativeActions
-from t2l.config.models.experiment import GivenScale
+from t2l.config.models.experiment import CellEntry, GivenScale
 from t2l.config.quantities import Positive
 from t2l.typed import Integer, Name, Number, Typed
 
@@ -14,8 +14,13 @@ class LearnedTask(Typed):
     """An entry of `learning.tasks`; see `t2l.rl.alone`."""
 
     task: Name = Field(description="name of a file in `config/tasks/`, of a task with a reward")
-    action_scales: Annotated[list[GivenScale], Field(min_length=1, max_length=1000)] = Field(
-        description="the cells, and the action scales that policies have in each"
+    action_scales: Annotated[list[GivenScale], Field(max_length=1000)] = Field(
+        [], description="cells whose action scales are known, and these"
+    )
+    searched: Annotated[list[CellEntry], Field(max_length=1000)] = Field(
+        [],
+        description="cells whose action scales are looked for by `tuning.trials` trials; as in the "
+        "study, success alone ranks trials of what is not deployed",
     )
     actions: RelativeActions = Field(
         default_factory=RelativeActions,

@@ -6,9 +6,7 @@ from typing import Any
 
 from t2l.environment.ideal import ideal_plant
 from t2l.gains import Cell
-from t2l.rl.choice import Choice
-from t2l.rl.condition import Condition
-from t2l.rl.problem import Problem
+from t2l.rl.problem import Choice, Condition, Problem
 from t2l.tasks import Rewarded, make_task
 
 POLICY_RATE_HZ = 50.0

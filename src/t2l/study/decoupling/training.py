@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from t2l.policies import Policy
-from t2l.rl.constraints import Evaluation
 from t2l.rl.registry import ALGORITHMS
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
 from t2l.seeds import generator
 from t2l.study.decoupling.pairing import POLICY_RATE_HZ, Pairing

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from t2l.rl.choice import Choice, scale_names
+from t2l.rl.problem import Choice, scale_names
 from t2l.robots import Robot
 from t2l.study.passing import passes
 

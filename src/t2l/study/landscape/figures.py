@@ -39,7 +39,7 @@ def sample_efficiency(curves: "pd.DataFrame", grid: Grid) -> Figure:
                 steps = mean.index / 1e6
                 panel.plot(steps, mean, color=colour, label=label)
                 panel.fill_between(steps, low, high, color=colour, alpha=0.2, lw=0)
-        axes[0].set_ylabel("reward a step")
+        axes[0].set_ylabel("reward a second")
         axes[1].set_ylabel("success [%]")
         for panel in axes:
             panel.set_xlabel("environment steps [million]")

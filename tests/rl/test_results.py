@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.environment.limits import LIMITS, NAMES, Limits, violations
-from t2l.rl.constraints import TOLERATED, Evaluation
+from t2l.environment.limits import AT_REST_RAD, LIMITS, NAMES, Limits, violations
+from t2l.rl.results import TOLERATED, Evaluation
 from t2l.robots import make_robot
 
 ROBOT = make_robot("fr3")
@@ -73,3 +73,20 @@ def test_each_limit_is_noticed_alone(name, change):
     )
     assert not found[0].any()
     assert [NAMES[i] for i in np.flatnonzero(found[1])] == [name]
+
+
+def test_a_joint_that_rests_against_a_stop_at_home_is_no_violation_and_beyond_it_is():
+    robot = make_robot("unitree_g1")
+    finger, home = robot.joints.index("left_four_joint"), robot.home
+    assert robot.position_limit[finger, 1] == home[finger]
+    off = np.tile(home, (3, 1))
+    off[1, finger] += AT_REST_RAD / 2
+    off[2, finger] += AT_REST_RAD * 2
+    still = np.zeros_like(off)
+    found = violations(off, still, still, still, Limits.of(robot, 0.01))
+    assert found[:, LIMITS.index("position")].tolist() == [False, False, True]
+
+
+def test_where_home_is_within_the_ranges_the_limits_are_the_ranges():
+    limits = Limits.of(ROBOT, 0.01)
+    np.testing.assert_array_equal([limits.lowest, limits.highest], ROBOT.position_limit.T)

@@ -17,12 +17,18 @@ from optuna.trial import TrialState
 from t2l.environment.interface import scale_per_joint
 from t2l.errors import ArtefactError, ConfigurationError
 from t2l.gains import Cell
-from t2l.rl.choice import Choice
-from t2l.rl.condition import Condition
-from t2l.rl.outcome import TuningError, best
-from t2l.rl.problem import Problem
-from t2l.rl.trials import StorageError, count, open_study, requeue_abandoned, sign, table
-from t2l.rl.tune import choose, first_guess, work
+from t2l.rl.problem import Choice, Condition, Problem
+from t2l.rl.trials import (
+    StorageError,
+    TuningError,
+    best,
+    count,
+    open_study,
+    requeue_abandoned,
+    sign,
+    table,
+)
+from t2l.rl.tuning import choose, first_guess, work
 from tests.defaults import TASKS, learning, search
 from tests.rl.test_environments import CENTRE, PARAMETERS, ROBOT
 
@@ -45,9 +51,9 @@ KILLED = """
 import sys
 from pathlib import Path
 from t2l.rl.trials import open_study
-from t2l.rl.tune import work
+from t2l.rl.tuning import work
 from tests.defaults import learning, search
-from tests.rl.test_tune import PROBLEM
+from tests.rl.test_tuning import PROBLEM
 folder = Path(sys.argv[1])
 study = open_study("journal", folder / "trials.journal", "s")
 forever = learning(environments=8, updates=100000, evaluate_every=1)

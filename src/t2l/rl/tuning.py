@@ -16,15 +16,14 @@ from dataclasses import replace
 
 import numpy as np
 import optuna
-from optuna.trial import TrialState
+from optuna.pruners import BasePruner, MedianPruner, ThresholdPruner
+from optuna.trial import FrozenTrial, TrialState
 
 from t2l.policies import Policy
 from t2l.rl.algorithm import Trained, TrainingEnded, TrainingError
-from t2l.rl.choice import Choice, scale_names
-from t2l.rl.constraints import Evaluation
 from t2l.rl.learn import judge
-from t2l.rl.problem import Problem
-from t2l.rl.pruning import HopelessPruner
+from t2l.rl.problem import Choice, Problem, scale_names
+from t2l.rl.results import Evaluation
 from t2l.rl.settings import LOGARITHMIC, Search, Settings
 from t2l.rl.side_by_side import (
     Training,
@@ -39,6 +38,9 @@ from t2l.seeds import seed_sequence
 # of a first guess at action scales
 CRUISE_RAD_S = 0.3
 ACCELERATING, MOST = 0.05, 0.5
+
+# an objective that only a policy which breaks the limits can have; with `solved_at`, a success
+HOPELESS = 0.1
 
 
 def first_guess(problem: Problem, search: Search) -> dict[str, float]:
@@ -232,3 +234,22 @@ def _line(study: optuna.Study, trial: optuna.Trial, choice: Choice) -> str:
     scales = ", ".join(f"{scale:.3g}" for scale in choice.action_scale)
     value = "pruned" if frozen.state == TrialState.PRUNED else f"objective {frozen.value:.3f}"
     return f"trial {trial.number}: action scales {scales} rad: {value}"
+
+
+class HopelessPruner(BasePruner):
+    """Ends what is worse than the median, and from half-way on what is below `HOPELESS`.
+
+    Where most trials fail, the median fails too. Nothing is ended for the second reason before a
+    trial is complete, so that a study always has a policy.
+    """
+
+    def __init__(self, startup: int, updates: int):
+        """Judge trials of so many updates, by the median once `startup` are complete."""
+        self._median = MedianPruner(startup, n_warmup_steps=updates // 4)
+        self._floor = ThresholdPruner(lower=HOPELESS, n_warmup_steps=updates // 2)
+
+    def prune(self, study: optuna.Study, trial: FrozenTrial) -> bool:
+        """Whether to end this trial; see `BasePruner.prune`."""
+        if self._floor.prune(study, trial) and count(study, TrialState.COMPLETE):
+            return True
+        return self._median.prune(study, trial)
