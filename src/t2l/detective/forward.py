@@ -122,6 +122,8 @@ def _beside(one: FittedSet, screen: Screen, rows: np.ndarray) -> Screen:
 def _is_new(candidate: Candidate, on: dict[str, set[int]]) -> bool:
     """Whether it is an effect that a set lacks, or lacks on these joints."""
     if candidate.effect.name not in on:
-        return True
+        # what it would share with joints that have it in the model, it does not say
+        said = {parameter for parameter, _ in candidate.setting}
+        return all(parameter.name in said for parameter in candidate.effect.parameters)
     per_joint = any(parameter.per_joint for parameter in candidate.effect.parameters)
     return per_joint and not on[candidate.effect.name] & set(candidate.joints)

@@ -86,10 +86,13 @@ class Judge:
         """Whether `after`, of fewer numbers, lacks what `before` has.
 
         A block of time that only one of them explains is often not drawn, so that chance cannot be
-        excluded; so an error that is much larger needs no such proof.
+        excluded; so an error that is much larger needs no such proof, nor does one that is more
+        than noise where there was only noise.
         """
-        larger = after.left_out_rmse > PROMISING * before.left_out_rmse
-        return larger or self.earns(after, before)
+        errors = before.left_out_rmse, after.left_out_rmse
+        larger = errors[1] > PROMISING * errors[0]
+        beyond = self.quiet(errors[0]) and not self.quiet(errors[1], as_it_came=True)
+        return larger or beyond or self.earns(after, before)
 
     def alike(self, error: float, best: float) -> bool:
         """Whether an RMS error is as good as another: within a tie of it, or noise alone."""
