@@ -49,3 +49,15 @@ def test_noise_alone_has_no_front():
     table = made(rng, list(builtin())[:12])
     screen = Screen(table, rng.normal(size=300), np.arange(300) % 3)
     assert [one.members for one in screen.search()] == [()]
+
+
+def test_a_candidate_says_all_that_a_set_without_its_effect_needs():
+    """The model has it on joint 0 already, with a number of the whole robot."""
+    effect = builtin()["friction_drift"]
+    own = {(p.name, 1): 1.0 for p in effect.parameters if p.per_joint}
+    beside = Candidate(effect, (1,), own, (), ())
+    assert beside.is_new_to({"friction_drift": {0}})
+    assert not beside.is_new_to({"friction_drift": {1}})
+    assert not beside.is_new_to({"cogging": {0}})
+    shared = {(p.name, None): 1.0 for p in effect.parameters if not p.per_joint}
+    assert Candidate(effect, (1,), own | shared, (), ()).is_new_to({})

@@ -4,7 +4,7 @@ A candidate's response is affine in its parameters: what it does at a setting, a
 there. Each of an effect's first guesses is a setting; on each joint the best few are kept.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -91,6 +91,21 @@ class Candidate:
     def key(self) -> tuple[str, tuple[int, ...]]:
         """Effect and joints, whatever the setting."""
         return self.effect.name, self.joints
+
+    def is_new_to(self, on: Mapping[str, Set[int]]) -> bool:
+        """Whether it is an effect that a set lacks, or lacks on these joints.
+
+        Args:
+            on: joints of each effect that the set has.
+        """
+        parameters, name = self.effect.parameters, self.effect.name
+        if self.removal:
+            return False
+        if name not in on:
+            # what it would share with joints that have it in the model, it does not say
+            said = {parameter for parameter, _ in self.setting}
+            return all(parameter.name in said for parameter in parameters)
+        return any(p.per_joint for p in parameters) and not on[name] & set(self.joints)
 
     def moved(self, by: int) -> "Candidate":
         """The same with its columns at other places, so many further."""

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.detective.along_motion import AlongMotion, fit_along
-from t2l.detective.candidates import Candidate, Table, movable
+from t2l.detective.candidates import Table, movable
 from t2l.detective.choosing import choose
 from t2l.detective.fit import begun
 from t2l.detective.fitted_set import FittedSet, Start, names_of
@@ -110,20 +110,10 @@ def _beside(one: FittedSet, screen: Screen, rows: np.ndarray) -> Screen:
     on = {term.effect.name: set(term.joints) for term in layout.terms}
     candidates = [
         candidate for candidate in screen.table.candidates
-        if not candidate.removal and _is_new(candidate, on)
+        if candidate.is_new_to(on)
     ]  # fmt: skip
     first, base = screen.table.columns.shape[1], one.jacobian[rows][:, free]
     columns = np.concatenate([screen.table.columns, base.astype(np.float32)], axis=1)
     at = tuple(range(first, first + len(free)))
     table = Table(columns, candidates, at, *movable(layout, u, free))
     return screen.beside(table, -one.residual[rows])
-
-
-def _is_new(candidate: Candidate, on: dict[str, set[int]]) -> bool:
-    """Whether it is an effect that a set lacks, or lacks on these joints."""
-    if candidate.effect.name not in on:
-        # what it would share with joints that have it in the model, it does not say
-        said = {parameter for parameter, _ in candidate.setting}
-        return all(parameter.name in said for parameter in candidate.effect.parameters)
-    per_joint = any(parameter.per_joint for parameter in candidate.effect.parameters)
-    return per_joint and not on[candidate.effect.name] & set(candidate.joints)
