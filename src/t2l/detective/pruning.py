@@ -1,6 +1,6 @@
 """Terms that a set has and does not need."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 
 import numpy as np
 
@@ -78,11 +78,20 @@ def prune(
     while not over():
         trials = worth_a_fit(better, without_one(better), along)
         kept = [f for f in fit(better, trials) if not judge.misses(better, f)]
-        kept = finish(sorted(kept, key=lambda f: f.left_out_rmse)[:2])
-        kept = [f for f in kept if not judge.misses(better, f)]
-        if not kept:
+        kept.sort(key=lambda f: f.left_out_rmse)
+        # what may go one by one often may go together, which saves as many fits
+        for many in (kept, kept[: len(kept) // 2]):
+            gone = {pair for f in many for pair in _pairs(better.layout) - _pairs(f.layout)}
+            if len(many) > 1 and gone < _pairs(better.layout):
+                fits = finish(fit(better, [without(better, gone)]))
+                fewer = [f for f in fits if not judge.misses(better, f)]
+                if fewer:
+                    break
+        else:
+            fewer = [f for f in finish(kept[:2]) if not judge.misses(better, f)]
+        if not fewer:
             break
-        better = min(kept, key=lambda f: f.left_out_rmse)
+        better = min(fewer, key=lambda f: f.left_out_rmse)
     return better
 
 
@@ -104,18 +113,29 @@ def worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> li
 
 def without_one(whole: FittedSet) -> list[Start]:
     """A set without each of its terms, joint by joint where each has numbers of its own."""
-    old = {s.key: v for s, v in zip(whole.layout.slots, whole.u, strict=True)}
-    known, trials = whole.columns, []
+    trials, every = [], _pairs(whole.layout)
     for term in whole.layout.terms:
-        others = [t for t in whole.layout.terms if t is not term]
-        fewer = [tuple(j for j in term.joints if j != gone) for gone in term.joints]
-        per_joint = any(p.per_joint for p in term.effect.parameters)
-        if not per_joint or len(term.joints) == 1 or whole.shares(term):
-            fewer = [()]
-        for joints in fewer:
-            layout = Layout([*others, Term(term.effect, joints)] if joints else others)
-            if layout.terms:
-                u = np.array([old[s.key] for s in layout.slots])
-                columns = {s.key: known[s.key] for s in layout.slots if s.key in known}
-                trials.append(Start(layout, u, columns))
+        name, apart = term.effect.name, any(p.per_joint for p in term.effect.parameters)
+        ones = [{(name, joint)} for joint in term.joints]
+        if not apart or whole.shares(term):
+            ones = [set().union(*ones)]
+        trials += [without(whole, gone) for gone in ones if gone < every]
     return trials
+
+
+def without(whole: FittedSet, gone: Set[tuple[str, int]]) -> Start:
+    """A set without some effects on some joints."""
+    old = {s.key: v for s, v in zip(whole.layout.slots, whole.u, strict=True)}
+    left = {
+        term.effect: tuple(j for j in term.joints if (term.effect.name, j) not in gone)
+        for term in whole.layout.terms
+    }
+    layout = Layout([Term(effect, joints) for effect, joints in left.items() if joints])
+    known = whole.columns
+    columns = {s.key: known[s.key] for s in layout.slots if s.key in known}
+    return Start(layout, np.array([old[s.key] for s in layout.slots]), columns)
+
+
+def _pairs(layout: Layout) -> set[tuple[str, int]]:
+    """Effects with each joint that has them."""
+    return {(term.effect.name, joint) for term in layout.terms for joint in term.joints}
