@@ -2,8 +2,10 @@
 
 `python -m benchmarks from_truth [--robots N | --test-seed N] [--processes N] [CASE ...]`: no effect
 is searched and no first guess is needed. An error above the noise is then of what t2l's effects say
-otherwise than the generator's, or of numbers that the recordings do not tell. Cases with an effect
-that has no such numbers in t2l are left out.
+otherwise than the generator's, or of numbers that the recordings do not tell. Beside it stands what
+they leave along the measured motion, with the loop linearised at the model as it came, as a search
+sees it in its first round; empty for effects with a state of their own. Cases with an effect that
+has no such numbers in t2l are left out.
 """
 
 import argparse
@@ -43,7 +45,7 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
 
 
 def left_from_truth(case: Case) -> dict | None:
-    """RMS errors of fitted samples at the true numbers and after a fit from there, mrad."""
+    """RMS errors of fitted samples at the true numbers and after fits from there, mrad."""
     # here, so that listing cases does not import the simulator in the parent
     from t2l.detective.data_split import split
     from t2l.detective.fitted_set import Start, sizes
@@ -51,6 +53,7 @@ def left_from_truth(case: Case) -> dict | None:
     from t2l.identify.fitting import PositionError
     from t2l.identify.least_squares import LeastSquares
     from t2l.identify.optimiser import minimise
+    from t2l.identify.scales import sized
     from t2l.identify.step_size import substeps_for
 
     folder = FOLDER / "cases" / case.name
@@ -58,6 +61,7 @@ def left_from_truth(case: Case) -> dict | None:
     truth = yaml.safe_load((folder / "truth.yaml").read_text())
     model, recordings, held = read_recordings_and_model([folder / "train"], [folder / "holdout"])
     data = split(model.robot, recordings, held, substeps_for(model, recordings), threads=1)
+    model = sized(model, data.fitted)
     true = _true(truth["hidden"], model, data.fitted.joints)
     if true is None:
         return None
@@ -73,14 +77,36 @@ def left_from_truth(case: Case) -> dict | None:
     before = fit.loss**0.5
     minimise([fit], objective, ITERATIONS)
     after = fit.loss**0.5
+    along = _along(model, data, layout, u, noise)
     return {
         "case": case.name,
         "hidden": " ".join(snake(entry["effect"]) for entry in truth["hidden"]),
         "noise": 1e3 * noise,
         "before": 1e3 * before,
         "after": 1e3 * after,
+        "along": 1e3 * along,
         "times the noise": after / noise,
+        "along, times": along / noise,
     }
+
+
+def _along(model, data, layout, u: np.ndarray, noise: float) -> float:
+    """RMS error, rad, of a fit along the motion, from u (n,); NaN of what can only be simulated."""
+    from t2l.detective.along_motion import AlongMotion, fit_along
+    from t2l.detective.fit import Samples, fit_sets
+    from t2l.detective.fitted_set import Start
+    from t2l.detective.linear_loop import linearised
+    from t2l.detective.motion import measured_motion
+
+    fitted, mask, folds = data.fitted, data.fitted_mask, data.folds
+    start = Start(*model.vector(fitted.joints))
+    (came,) = fit_sets([start], Samples(fitted, fitted, fitted, mask, folds), iterations=0)
+    linear = Samples.of(fitted, mask, folds, came.model, noise).linear
+    sections = linearised(linear, *came.model, measured_motion(linear, *came.model))
+    along = AlongMotion(linear, sections, mask, came.known, noise)
+    if not along.can_lead(layout):
+        return np.nan
+    return min((one.rmse for one in fit_along([Start(layout, u)], along, folds)), default=np.nan)
 
 
 def _true(hidden: Sequence[dict], model, joints: tuple[str, ...]):

@@ -25,6 +25,7 @@ import yaml
 
 from benchmarks import one_core
 from benchmarks.hidden_effects.__main__ import write_case
+from benchmarks.hidden_effects.as_t2l import ALIKE
 from benchmarks.hidden_effects.cases import Case, cases
 from benchmarks.hidden_effects.drawn_robots import cases_on_robots
 from benchmarks.scene import ROOT
@@ -39,39 +40,9 @@ COMPARED = ("right", "adopted", "curves", "test error after", "seconds")
 TWICE = 2.0  # times the noise that is left where all is explained
 
 # class in the generator: (its number, that of the effect in t2l)
-NUMBERS = {
-    "Armature": ("inertia", "inertia"),
-    "CoulombFriction": ("level", "torque"),
-    "ViscousFriction": ("coefficient", "damping"),
-    "QuadraticFriction": ("coefficient", "coefficient"),
-    "StribeckFriction": ("coulomb", "coulomb"),
-    "TorqueOffset": ("offset", "torque"),
-    "Payload": ("mass", "mass"),
-    "TorqueConstant": ("factor", "factor"),
-    "CommandDelay": ("delay_s", "delay"),
-    "ActuatorBandwidth": ("frequency_hz", "cutoff"),
-    "TorqueSaturation": ("limit", "limit"),
-    "TorqueRateLimit": ("rate", "rate"),
-    "ControllerGains": ("kp_factor", "kp_factor"),
-    "LowRateLoop": ("rate_hz", "rate"),
-    "EncoderOffset": ("offset", "offset"),
-    "JointFlexibility": ("stiffness", "stiffness"),
-    "Backlash": ("width", "play"),
-    "Cogging": ("periods", "periods"),
-    "ParallelSpring": ("stiffness", "stiffness"),
-    "BaseTilt": ("pitch", "pitch"),
-    "IntegralAction": ("gain", "gain"),
-    "VelocityFilter": ("frequency_hz", "cutoff"),
-    "DahlFriction": ("coulomb", "coulomb"),
-    "LugreFriction": ("coulomb", "coulomb"),
-    "DirectionalFriction": ("forward", "forward"),
-    "TorqueSpeedLimit": ("stall_torque", "stall_torque"),
-    "PeriodicTorque": ("frequency_hz", "frequency"),
-    "FrictionDrift": ("end_level", "at_end"),
-    "TorqueConstantDrift": ("at_end", "at_end"),
-    "FrictionTemperature": ("level", "torque"),
-    "TorqueConstantTemperature": ("per_kelvin", "per_kelvin"),
-}
+NUMBERS = {kind: next((theirs, ours) for ours, theirs in of.items()) for kind, of in ALIKE.items()}
+NUMBERS |= {kind: ("coulomb", "coulomb") for kind in ("StribeckFriction", "LugreFriction")}
+NUMBERS["Payload"] = ("mass", "mass")
 
 
 def main(arguments: Sequence[str]) -> pd.DataFrame:

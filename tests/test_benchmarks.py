@@ -6,7 +6,8 @@ from pkgutil import iter_modules
 import benchmarks
 import pandas as pd
 import pytest
-from benchmarks import collections, earlier
+from benchmarks import collections, earlier, from_truth
+from benchmarks.hidden_effects.cases import cases
 from benchmarks.scene import ROOT
 
 from t2l.artefacts import write_table
@@ -25,6 +26,15 @@ def test_a_benchmark_can_be_imported(name):
 
 def test_a_checkout_says_which_effects_it_knows():
     assert earlier.names(ROOT) == list(builtin())
+
+
+def test_true_numbers_leave_the_noise_by_simulation_and_along_the_motion(tmp_path, monkeypatch):
+    """Physics that shares no code with the library made the recordings."""
+    monkeypatch.setattr(from_truth, "FOLDER", tmp_path)
+    (case,) = (case for case in cases(None) if case.name == "viscous_friction_1_pendulum")
+    left = from_truth.left_from_truth(case)
+    assert 0.9 < left["times the noise"] < 1.1
+    assert 0.9 < left["along, times"] < 1.1
 
 
 def test_collections_of_a_run_join_what_is_kept_of_others(tmp_path, monkeypatch):

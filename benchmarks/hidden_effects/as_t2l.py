@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 
-# class in the generator: (effect of t2l, its parameter: the generator's number)
+# class in the generator: by parameter of t2l's effect the generator's number, the telling one first
 ALIKE = {
     "Armature": {"inertia": "inertia"},
     "CoulombFriction": {"torque": "level"},
     "ViscousFriction": {"damping": "coefficient"},
     "QuadraticFriction": {"coefficient": "coefficient"},
     "TorqueOffset": {"torque": "offset"},
-    "Cogging": {"amplitude": "amplitude", "phase": "phase", "periods": "periods"},
+    "Cogging": {"periods": "periods", "amplitude": "amplitude", "phase": "phase"},
     "TorqueConstant": {"factor": "factor"},
     "CommandDelay": {"delay": "delay_s"},
     "ActuatorBandwidth": {"cutoff": "frequency_hz"},
@@ -20,18 +20,18 @@ ALIKE = {
     "EncoderOffset": {"offset": "offset"},
     "JointFlexibility": {"stiffness": "stiffness", "damping": "damping"},
     "ParallelSpring": {"stiffness": "stiffness", "rest": "rest"},
-    "BaseTilt": {"roll": "roll", "pitch": "pitch"},
+    "BaseTilt": {"pitch": "pitch", "roll": "roll"},
     "IntegralAction": {"gain": "gain", "limit": "limit"},
     "VelocityFilter": {"cutoff": "frequency_hz"},
     "DahlFriction": {"coulomb": "coulomb", "presliding": "presliding"},
     "DirectionalFriction": {"forward": "forward", "backward": "backward"},
     "TorqueSpeedLimit": {"stall_torque": "stall_torque", "no_load_speed": "no_load_speed"},
-    "PeriodicTorque": {"amplitude": "amplitude", "frequency": "frequency_hz", "phase": "phase"},
+    "PeriodicTorque": {"frequency": "frequency_hz", "amplitude": "amplitude", "phase": "phase"},
     "FrictionDrift": {
-        "at_start": "start_level", "at_end": "end_level", "time_constant": "time_constant_s",
+        "at_end": "end_level", "at_start": "start_level", "time_constant": "time_constant_s",
     },
     "TorqueConstantDrift": {
-        "at_start": "at_start", "at_end": "at_end", "time_constant": "time_constant_s",
+        "at_end": "at_end", "at_start": "at_start", "time_constant": "time_constant_s",
     },
     "FrictionTemperature": {"torque": "level", "per_kelvin": "per_kelvin"},
     "TorqueConstantTemperature": {"per_kelvin": "per_kelvin"},
