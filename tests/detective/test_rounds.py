@@ -89,7 +89,7 @@ def test_what_stands_after_a_round_is_where_the_same_search_goes_on(robot, made,
     assert as_json(again) == as_json(straight)
     assert again.model == straight.model
     assert not any(what.startswith("round 1") for what in looked)
-    assert any(what.startswith("round 2: simulating") for what in looked)
+    assert any(what.startswith("round 2: fitting") for what in looked)
     assert content(tmp_path)["final"] is True
     assert set(read_model(tmp_path / "steps/2/model.yaml").effects) == NAMES
 

@@ -110,7 +110,7 @@ class _Story:
         self.known = model.known_effects() | {term.effect.name: term.effect for term in came}
         self.came = {term.effect.name: term.joints for term in came}
         self.steps: list[Step] = []
-        self.rounds, self.hinted = 0, False
+        self.rounds = 0
         self.resumed: tuple[int, FittedSet] | None = None
         self.parts: Iterator[Progress] = pieces(progress)
         if folder is not None:
@@ -132,8 +132,7 @@ class _Story:
         if this.doing == SCREEN:
             self.part = next(self.parts)
             self.rounds += 1
-        if this.doing in (GROW, FIT) and this.front and self.rounds == 1 and not self.hinted:
-            self.hinted = True
+        if this.doing == FIT and this.front and self.rounds == 1:
             self.tell(f"After {self.seconds:.0f} s, most likely: {self._promised(this)}.")
         if this.front or this.doing == SCREEN:
             self.part(f"round {self.rounds}: {_doing(this)}; {_best(this)}", DONE[this.doing])
@@ -364,9 +363,9 @@ def _doing(this: Round) -> str:
         SCREEN: "screening effects and curves in the linear model"
         if not this.quiet
         else "looking for other effects that explain as well",
-        FIT: f"simulating the best of {len(this.led)} sets of effects",
+        FIT: f"fitting {len(this.front)} sets of effects",
         FINISH: f"finishing the best of {len(this.fits)} fits",
-        GROW: f"adding effects to the best of {len(this.front)} sets",
+        GROW: "adding effects to the best sets",
         PRUNE: "dropping what is not needed",
     }[this.doing]
 

@@ -47,15 +47,15 @@ FOLLOWED = 30  # numerics: sets that are simulated as they are, before some are 
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 # what a round does, in turn
-STAGES = SCREEN, GROW, FIT, FINISH, PRUNE = (
+STAGES = SCREEN, FIT, FINISH, GROW, PRUNE = (
     "screening",
-    "growing",
     "fitting",
     "finishing",
+    "growing",
     "pruning",
 )
 # format: of a round, what is done when a stage begins, as measured
-DONE = {SCREEN: 0.0, GROW: 0.3, FIT: 0.6, FINISH: 0.7, PRUNE: 0.8}
+DONE = {SCREEN: 0.0, FIT: 0.2, FINISH: 0.3, GROW: 0.3, PRUNE: 0.8}
 
 # effects with the joints that have them
 Named = Iterable[tuple[str, tuple[int, ...]]]
@@ -252,24 +252,23 @@ class _Search:
         promised = choose(self.current, this.led, judge)
         if not quiet:
             this.likely = promised
-        # what little is left beside noise is for the next round, effect by effect
-        little = promised is not None and promised.rmse <= LITTLE * noise_rad
-        if self._stop(this, FIT if quiet or little else GROW):
+        if self._stop(this, FIT):
             return False
-        if this.doing == GROW:
-            this.led, more = grown(
-                self.current, this.led, screen, self.rows, along, folds, judge, self.over
-            )
-            driven = [*driven, *more]
-            this.likely = promised = choose(self.current, this.led, judge)
-            # what took so long is simulated even where the time is over
-            this.doing = FIT
-            self.looked(this)
         if quiet:
             some = exchanged(self.current, this.led, judge, self.simulated.complexity + 1)
         else:
             some = leaders(self.current, self._followed(this.led), judge)
         better = self._simulated(this, some, driven, judge)
+        # what little is left beside noise is for the next round, effect by effect
+        little = better is not None and better.rmse <= LITTLE * noise_rad
+        if not (quiet or little or self.found.stopped or self._stop(this, GROW)):
+            sets, driven = grown(
+                self.current, this.led, screen, self.rows, along, folds, judge, self.over
+            )
+            old, this.led = {id(one) for one in this.led}, sets
+            this.likely = promised = choose(self.current, sets, judge)
+            new = [one for one in self._followed(sets) if id(one) not in old]
+            better = self._simulated(this, leaders(self.current, new, judge), driven, judge)
         if self.found.stopped and better is None:
             return False
         lost = promised is not None and astray(self.simulated, promised, judge)
