@@ -26,6 +26,7 @@ include: "workflow/rules/landscape.smk"
 include: "workflow/rules/overview.smk"
 include: "workflow/rules/decoupling.smk"
 include: "workflow/rules/learning.smk"
+include: "workflow/rules/gain_search.smk"
 include: "workflow/rules/scoreboard.smk"
 include: "workflow/rules/published.smk"
 

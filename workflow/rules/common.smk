@@ -203,6 +203,11 @@ def of_learned(artefact: str) -> str:
     return of_learned_cell(f"seed{{seed}}/{artefact}")
 
 
+def of_gain_search(artefact: str) -> str:
+    """The path of an artefact of a search of gains."""
+    return result("learning", "{searched}", "gains", artefact)
+
+
 def searched_scales(wildcards) -> dict[str, str]:
     """For `input`: the action scales of a cell, where they are searched."""
     searched = [Cell(**cell).name for cell in LEARNED[wildcards.learned]["searched"]]

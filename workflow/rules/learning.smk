@@ -134,7 +134,7 @@ rule learned_frames:
 
 
 LEARNING_FIGURES, LEARNING_TABLES, LEARNING_RESULTS = [], [], []
-if LEARNING:
+if LEARNED:
     LEARNING_FIGURES += rules.learning_results.output.figure
     LEARNING_FIGURES += expand(rules.learned_frames.output, learned=LEARNED)
     LEARNING_TABLES += rules.learning_results.output.table

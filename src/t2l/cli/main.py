@@ -21,6 +21,7 @@ from t2l.cli import (
     propose,
     record,
     retarget,
+    tune,
 )
 from t2l.cli.extras import extra_of
 from t2l.cli.terminal import plain, printable
@@ -38,6 +39,7 @@ COMMANDS = {
     "gains": gains,
     "check": check,
     "export": export,
+    "tune": tune,
     "plan": plan,
     "record": record,
     "retarget": retarget,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from t2l.config.models.attenuation import Attenuation
 from t2l.config.models.diagnosis import Diagnosis
+from t2l.config.models.task_learning import Learning
 from t2l.errors import InputError
 from t2l.recordings import log
 from t2l.registry import AGREED, WOULD_RUN, python_files, untrusted
@@ -63,6 +64,25 @@ def diagnosed(section: Diagnosis) -> list[Problem]:
         *_both(section),
         *_would_run("diagnosis.effects", section.effects or []),
     ]
+
+
+def twins(section: Learning | None) -> list[Problem]:
+    """What searches of gains are to make twins of, and is not there."""
+    found = []
+    for i, entry in enumerate(section.gain_searches if section else []):
+        key, logs = f"learning.gain_searches[{i}]", entry.recordings or []
+        if (entry.model is None) != (entry.recordings is None):
+            given = "model" if entry.model else "recordings"
+            found.append(Problem(key, f"{given} alone", "recordings and model together"))
+        found += [
+            Problem(f"{key}.recordings[{j}]", f"{describe(log)}, which is not there", RECORDING)
+            for j, log in enumerate(logs)
+            if not _has_recording(log)
+        ]
+        if entry.model and not os.path.isfile(entry.model):
+            absent = f"{describe(entry.model)}, which is not there"
+            found.append(Problem(f"{key}.model", absent, "a model file"))
+    return found
 
 
 def _both(section: Diagnosis) -> list[Problem]:

@@ -6,6 +6,8 @@ from t2l.config import cloning, transfer_design
 from t2l.config.actions import of_actions
 from t2l.config.cells import grid_of, transfer_cells
 from t2l.config.models import Configuration
+from t2l.config.models.gain_search import GainSearchOfTask
+from t2l.config.models.task_learning import LearnedTask
 from t2l.gains import Cell
 from t2l.hardware.motion import COMMAND_RATE_HZ
 from t2l.policies import POLICIES
@@ -223,23 +225,40 @@ def _learning(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterat
             known.append(cell)
         if not known:
             yield Problem(key, "no cell", "cells under action_scales or searched")
-        if entry.rate_hz % entry.policy_rate_hz:
-            yield Problem(
-                f"{key}.policy_rate_hz",
-                describe(entry.policy_rate_hz),
-                f"a divisor of {key}.rate_hz = {entry.rate_hz:g}",
-            )
-        if task is not None and entry.rate_hz < task.least_rate_hz:
-            yield Problem(
-                f"{key}.rate_hz",
-                describe(entry.rate_hz),
-                f"from {task.least_rate_hz:g}, at which the contacts of {task.name} hold",
-            )
-        if entry.evaluate_every > entry.updates:
-            found = str(entry.evaluate_every)
-            yield Problem(
-                f"{key}.evaluate_every", found, f"at most {key}.updates = {entry.updates}"
-            )
+        yield from _of_training(key, entry, task)
+    if not (section.tasks or section.gain_searches):
+        yield Problem("learning", "no task", "tasks under tasks or gain_searches")
+    names = [entry.task for entry in section.gain_searches]
+    for i, entry in enumerate(section.gain_searches):
+        key, task = f"learning.gain_searches[{i}]", tasks.get(entry.task)
+        if entry.task in names[:i]:
+            yield Problem(f"{key}.task", f"{entry.task!r} a second time", "each task once")
+        if task is not None and not isinstance(task, Rewarded):
+            yield Problem(f"{key}.task", describe(entry.task), "a task with a reward")
+            task = None
+        yield from of_actions(f"{key}.actions", entry.actions, "joint_pd")
+        yield from _of_training(key, entry, task)
+
+
+def _of_training(
+    key: str, entry: LearnedTask | GainSearchOfTask, task: Rewarded | None
+) -> Iterator[Problem]:
+    """Rates, and how often policies are judged."""
+    if entry.rate_hz % entry.policy_rate_hz:
+        yield Problem(
+            f"{key}.policy_rate_hz",
+            describe(entry.policy_rate_hz),
+            f"a divisor of {key}.rate_hz = {entry.rate_hz:g}",
+        )
+    if task is not None and entry.rate_hz < task.least_rate_hz:
+        yield Problem(
+            f"{key}.rate_hz",
+            describe(entry.rate_hz),
+            f"from {task.least_rate_hz:g}, at which the contacts of {task.name} hold",
+        )
+    if entry.evaluate_every > entry.updates:
+        found = str(entry.evaluate_every)
+        yield Problem(f"{key}.evaluate_every", found, f"at most {key}.updates = {entry.updates}")
 
 
 def _landscape(configuration: Configuration) -> Iterator[Problem]:

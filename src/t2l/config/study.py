@@ -119,6 +119,8 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
     if configuration.learning:
         learned = enumerate(configuration.learning.tasks)
         named |= {f"learning.tasks[{i}].task": entry.task for i, entry in learned}
+        searched = enumerate(configuration.learning.gain_searches)
+        named |= {f"learning.gain_searches[{i}].task": entry.task for i, entry in searched}
     tasks, lines = _read_tasks(named, folder / "tasks")
     made = {name: make_task(task) for name, task in tasks.items()}
     cells = transfer_cells(configuration)
@@ -132,6 +134,7 @@ def read_study(config: Mapping[str, Any], folder: Path) -> Study:
         *storage.problems(configuration.tuning.storage),
         *robot.problems(configuration.robot, cells),
         *files.published(configuration.attenuation),
+        *files.twins(configuration.learning),
         *(files.diagnosed(configuration.diagnosis) if configuration.diagnosis else []),
     ]
     if lines or problems:

@@ -22,10 +22,20 @@ def read_task(key: str, name: str, folder: Path) -> dict[str, Any]:
             f"config: {key}: found {describe(name)}{suggestion(name, known)}; allowed: "
             f"{', '.join(known) or 'none'}, the files in {folder}"
         )
-    path = folder / f"{name}.yaml"
+    return read_task_file(folder / f"{name}.yaml")
+
+
+def read_task_file(path: Path, **changes: Any) -> dict[str, Any]:
+    """The checked content of a task's file, with some of its keys replaced.
+
+    Raises:
+        ConfigurationError: there is no such file, or with a line for each key that is wrong.
+    """
     try:
         content = read_yaml(path, "a task")
-        task = _checked(content)
+        if isinstance(content, Mapping):
+            content = {**content, **changes}
+        task = checked_task(content)
         make_task(task)
     except InputError as error:
         raise ConfigurationError(str(error)) from None
@@ -38,7 +48,12 @@ def read_task(key: str, name: str, folder: Path) -> dict[str, Any]:
     return task
 
 
-def _checked(content: Any) -> dict[str, Any]:
+def checked_task(content: Any) -> dict[str, Any]:
+    """A task's kind and all of its parameters, from some of them.
+
+    Raises:
+        Invalid: with each key that is wrong.
+    """
     if not isinstance(content, Mapping):
         raise Invalid([Problem("", describe(content), "the key kind, and what it asks for")])
     content = dict(content)

@@ -12,7 +12,6 @@ trainings side by side, each with as many robots: what differs between them has 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 
 from t2l.actions import ActionSpace
@@ -44,6 +43,8 @@ class Ended(NamedTuple):
         violated: (k, nname) bool, in order of `t2l.environment.limits.NAMES`.
         failed: (k,) bool, ended before its time by one of the task's terminations, or because its
             simulation diverged.
+        jitter: (k,) rad/s, see `t2l.environment.limits.jitter`.
+        effort: (k,) torque that was asked for over the torque limit, its RMS over time and joints.
     """
 
     ids: np.ndarray
@@ -51,6 +52,8 @@ class Ended(NamedTuple):
     success: np.ndarray
     violated: np.ndarray
     failed: np.ndarray
+    jitter: np.ndarray
+    effort: np.ndarray
 
 
 class Environment:
@@ -72,6 +75,8 @@ class Environment:
         clipped: whether actions are clipped to [-1, 1].
         noise: uniform, up to so many rad and rad/s, on the q and q̇ that are observed.
         device: of the simulations.
+        simulator: of all robots, in place of the training simulator, such as a
+            `t2l.environment.twin.Twin`; then `parameters` are not used.
 
     Attributes:
         action_names: of the elements of an action.
@@ -100,6 +105,7 @@ class Environment:
         clipped: bool = True,
         noise: tuple[float, float] = (0.0, 0.0),
         device: str = MUJOCO,
+        simulator: Any = None,
     ):
         self.task, self.each = task, n
         self.generators, self.rows = list(generators), n * len(generators)
@@ -111,11 +117,13 @@ class Environment:
         check_starts(task)
         self.nstep = steps_held(rate_hz, policy_rate_hz, "the simulator's")
         self.horizon = round(horizon_s * policy_rate_hz)
-        self.simulator = Simulator(
-            task.spec(visual=False), task.robot.joints, task.robot.torque_limit,
-            self.rows, rate_hz, threads, device,
-        )  # fmt: skip
-        self.simulator.set_parameters(parameters)
+        if simulator is None:
+            simulator = Simulator(
+                task.spec(visual=False), task.robot.joints, task.robot.torque_limit,
+                self.rows, rate_hz, threads, device,
+            )  # fmt: skip
+            simulator.set_parameters(parameters)
+        self.simulator = simulator
         self.disturbance = task.disturbance(self.simulator.batch, self.generators[0])
         self.staggered, self._noise = staggered, noise
         self.bound = 1.0 if clipped else UNBOUNDED
@@ -135,6 +143,8 @@ class Environment:
         # of the velocities over the end of an episode: their number, sum and sum of squares
         self._settling = max(0, self.horizon - round(JITTER_WINDOW_S * policy_rate_hz))
         self._moments = self.array(np.zeros((2, *self._command.shape)))
+        # of torques over their limits: the sum over time of the mean square over joints
+        self._effort = self._moments[0, :, 0] + 0.0
         self._paid = self.array(np.zeros((len(task.rewards), len(self.generators))))
         self.steps = self._paid_steps = 0
         self.observation_size = self._observe(self._begin(np.arange(self.rows))).shape[1]
@@ -181,10 +191,12 @@ class Environment:
         observation = self._observe(at.now)
         if not ids.size:
             none = np.zeros((0, len(LIMITS) + 1), bool)
-            return observation, reward, Ended(ids, observation[:0], *(none[:, 0], none, none[:, 0]))
+            no, nothing = none[:, 0], np.zeros(0)
+            return observation, reward, Ended(ids, observation[:0], no, none, no, nothing, nothing)
         observation = xp.asarray(observation, copy=True)
         observation[lost] = 0.0
-        jitters = to_numpy(self._jitter() > JITTER_RAD_S)[ids]
+        jitter, ticks = to_numpy(self._jitter())[ids], self._elapsed[ids] * self.nstep
+        jitters = jitter > JITTER_RAD_S
         success = to_numpy(self.task.success(at))[ids] & ~failed[ids]
         ended = Ended(
             ids,
@@ -193,6 +205,8 @@ class Environment:
             # of what diverged nothing is known, and the worst is assumed
             np.column_stack([to_numpy(self._violated)[ids], jitters]) | lost[ids, None],
             failed[ids],
+            jitter,
+            np.sqrt(to_numpy(self._effort)[ids] / np.maximum(1, ticks)),
         )
         observation[ids] = self._observe(self._begin(ids))[ids]
         return observation, reward, ended
@@ -206,6 +220,7 @@ class Environment:
             torque = pd_torque(q_des, q, dq, self._kp, self._kd)
             self._violated |= violations(q, dq, torque, self._torque, self._limits)
             self._torque = torque
+            self._effort += xp.mean((torque / self._limits.torque) ** 2, axis=1)
             simulator.step(q_des, 1)
             self._moments += settling * xp.stack([simulator.dq, simulator.dq**2])
 
@@ -255,11 +270,8 @@ class Environment:
         """Put robots `ids` at a start at rest with a goal; what is measured of all."""
         simulator, task = self.simulator, self.task
         batch = simulator.batch
-        batch.reset(ids=ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
-        if isinstance(batch.qpos, np.ndarray):
-            batch.warning[ids] = 0
         start = self._drawn(task.sample_starts, ids) if qpos is None else qpos
-        batch.qpos[ids] = self.array(start)
+        simulator.begin(ids, self.array(start))
         if task.robot.grippers:
             batch.ctrl[ids] = self.array(self._hand)
         self._goal[ids] = self.array(self._drawn(task.sample_goals, ids) if goal is None else goal)
@@ -269,6 +281,7 @@ class Environment:
         self._torque[ids] = 0.0
         self._violated[ids] = False
         self._moments[:, ids] = 0.0
+        self._effort[ids] = 0.0
         if self.disturbance is not None:
             self.disturbance.begin(ids)
         self._before = self._measure(began=ids)

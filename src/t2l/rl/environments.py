@@ -68,11 +68,13 @@ class Environments(Environment, VecEnv):
         done, infos = np.zeros(self.num_envs, bool), self._infos
         if ended.ids.size:
             done[ended.ids], infos = True, list(self._infos)
-            for i, last, success, violated, failed in zip(*ended, strict=True):
+            for i, last, success, violated, failed, jitter, effort in zip(*ended, strict=True):
                 infos[i] = {
                     "terminal_observation": last,
                     "TimeLimit.truncated": not failed,
                     "success": bool(success),
+                    "jitter_rad_s": float(jitter),
+                    "effort": float(effort),
                     **dict(zip(NAMES, violated.tolist(), strict=True)),
                 }
         return observation, reward.astype(np.float32), done, infos

@@ -28,6 +28,8 @@ def evaluate(policy: Policy, environments: "Environments") -> Evaluation:
         success=float(np.mean([info["success"] for info in infos])),
         rates={name: float(np.mean([info[name] for info in infos])) for name in NAMES},
         failed=float(np.mean([not info["TimeLimit.truncated"] for info in infos])),
+        jitter_rad_s=float(np.mean([info["jitter_rad_s"] for info in infos])),
+        effort=float(np.mean([info["effort"] for info in infos])),
     )
 
 
@@ -37,6 +39,7 @@ def evaluate_side_by_side(
     """Each policy in the robots of its generator, which must not be staggered, an episode each."""
     observation, act = world.begin(), _Together(policies, world)
     success, failed, seen = np.zeros((3, world.rows), bool)
+    jitter, effort = np.zeros((2, world.rows))
     violated = np.zeros((world.rows, len(NAMES)), bool)
     for _ in range(world.horizon):
         observation, _, ended = world.advance(act(observation))
@@ -44,11 +47,15 @@ def evaluate_side_by_side(
         ids = ended.ids[first]
         success[ids], violated[ids], seen[ids] = ended.success[first], ended.violated[first], True
         failed[ids] = ended.failed[first]
-    success, failed = (own.reshape(len(policies), -1).mean(axis=1) for own in (success, failed))
-    rates = violated.reshape(len(policies), -1, len(NAMES)).mean(axis=1)
+        jitter[ids], effort[ids] = ended.jitter[first], ended.effort[first]
+    success, *others = (
+        own.reshape(len(policies), -1).mean(axis=1).tolist()
+        for own in (success, failed, jitter, effort)
+    )
+    rates = violated.reshape(len(policies), -1, len(NAMES)).mean(axis=1).tolist()
     return [
-        Evaluation(float(share), dict(zip(NAMES, own.tolist(), strict=True)), float(early))
-        for share, own, early in zip(success, rates, failed, strict=True)
+        Evaluation(share, dict(zip(NAMES, own, strict=True)), *other)
+        for share, own, *other in zip(success, rates, *others, strict=True)
     ]
 
 

@@ -115,8 +115,12 @@ class Problem:
         seed: int,
         training: bool = False,
         threads: int = 1,
+        simulator: Any = None,
     ) -> "Environments":
         """`n` environments; only those for training are randomised, staggered and noisy.
+
+        Args:
+            simulator: see `Environment`.
 
         Raises:
             ConfigurationError: an action scale or the policy's rate is not allowed.
@@ -131,7 +135,7 @@ class Problem:
         return Environments(
             self.task.reweighted(choice.reward_weights), self.cell, self.parameters, actions,
             n, seed,
-            randomisation=self.randomisation(training), threads=threads,
+            randomisation=self.randomisation(training), threads=threads, simulator=simulator,
             **self.of_world(settings, training),
         )  # fmt: skip
 

@@ -30,11 +30,14 @@ class Evaluation:
         rates: by name in `t2l.environment.limits.NAMES`, the share of episodes that violated it at
             any instant.
         failed: share of episodes that ended before their time, such as by a fall.
+        jitter_rad_s, effort: means over episodes, see `t2l.environment.environment.Ended`.
     """
 
     success: float
     rates: Mapping[str, float]
     failed: float = 0.0
+    jitter_rad_s: float = math.nan
+    effort: float = math.nan
 
     @property
     def feasible(self) -> bool:

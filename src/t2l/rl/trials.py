@@ -8,7 +8,7 @@ import os
 import re
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,12 +42,15 @@ class StorageError(T2LError):
     """Optuna's storage does not answer or is none."""
 
 
-def open_study(storage: str, journal: Path | str, name: str) -> optuna.Study:
-    """The study `name`, which is maximised, new or as it was left.
+def open_study(
+    storage: str, journal: Path | str, name: str, directions: Sequence[str] = ("maximize",)
+) -> optuna.Study:
+    """The study `name`, new or as it was left.
 
     Args:
         storage: `journal`, or the URL of a database.
         journal: file of the journal.
+        directions: of each of its objectives, `maximize` or `minimize`.
 
     Raises:
         StorageError: the storage cannot be used.
@@ -56,14 +59,14 @@ def open_study(storage: str, journal: Path | str, name: str) -> optuna.Study:
     """
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     if storage == JOURNAL:
-        return _open_journal(Path(journal), name)
+        return _open_journal(Path(journal), name, directions)
     with _answering(storage):
         return optuna.create_study(
-            storage=storage, study_name=name, direction="maximize", load_if_exists=True
+            storage=storage, study_name=name, directions=directions, load_if_exists=True
         )
 
 
-def _open_journal(path: Path, name: str) -> optuna.Study:
+def _open_journal(path: Path, name: str, directions: Sequence[str]) -> optuna.Study:
     from optuna.storages.journal import (
         JournalFileBackend,
         JournalFileSymlinkLock,
@@ -87,7 +90,7 @@ def _open_journal(path: Path, name: str) -> optuna.Study:
         with parsing(path, expected):
             return optuna.create_study(
                 storage=JournalStorage(JournalFileBackend(absolute, lock_obj=lock)),
-                study_name=name, direction="maximize", load_if_exists=True,
+                study_name=name, directions=directions, load_if_exists=True,
             )  # fmt: skip
 
 

@@ -81,7 +81,7 @@ def work(
         report: takes a line a trial.
     """
     settings = _prepare(study, problem, search, settings, report)
-    while count(study, *FINISHED) + _busy(study) < search.trials:
+    while count(study, *FINISHED) + busy(study) < search.trials:
         trial, training = _ask(study, problem, search, settings, seed)
         trained = learn_alone(training, threads)
         found = None
@@ -109,7 +109,7 @@ def work_side_by_side(
         asked = [
             (study, *_ask(study, problem, search, ready, seed))
             for study, problem in studies
-            for _ in range(_at_once(study, search, workers))
+            for _ in range(at_once(study, search, workers))
         ]
         if not asked:
             return
@@ -147,14 +147,15 @@ def _prepare(
     return settings
 
 
-def _busy(study: optuna.Study) -> int:
+def busy(study: optuna.Study) -> int:
+    """Trials that a process is at work on."""
     running = study.get_trials(deepcopy=False, states=(TrialState.RUNNING,))
     return sum(alive(trial) for trial in running)
 
 
-def _at_once(study: optuna.Study, search: Search, workers: int) -> int:
+def at_once(study: optuna.Study, search: Search, workers: int) -> int:
     """Trials that may be asked for before any of them is told."""
-    begun = count(study, *FINISHED) + _busy(study)
+    begun = count(study, *FINISHED) + busy(study)
     return min(max(workers, search.startup - begun), search.trials - begun)
 
 
@@ -163,7 +164,7 @@ def _ask(
 ) -> tuple[optuna.Trial, Training]:
     """A trial, and the training that it is."""
     # a sampler of its own for each trial: its choice depends on the trials before alone
-    state = seed_sequence(seed, "sampler", count(study, *FINISHED), _busy(study)).generate_state(1)
+    state = seed_sequence(seed, "sampler", count(study, *FINISHED), busy(study)).generate_state(1)
     study.sampler = optuna.samplers.TPESampler(n_startup_trials=search.startup, seed=int(state[0]))
     trial = study.ask()
     sign(trial)

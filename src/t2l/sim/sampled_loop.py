@@ -11,6 +11,8 @@ Source: Åström and Wittenmark, Computer-controlled systems, 1997, sections 2.3
 import numpy as np
 from scipy.linalg import eigh, expm
 
+HALVINGS = 20  # numerics: the longest stable period to a part in a million of the first
+
 
 def transition(
     mass: np.ndarray,
@@ -54,6 +56,33 @@ def chatter(step: np.ndarray) -> np.ndarray:
     finite = np.isfinite(step).all(axis=(1, 2))
     found = np.linalg.eigvals(np.where(finite[:, None, None], step, 0.0))
     return np.where(found.real < 0, np.abs(found), 0.0).max(axis=1)
+
+
+def longest_stable_s(
+    mass: np.ndarray,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    kp: np.ndarray,
+    kd: np.ndarray,
+    period_s: np.ndarray,
+) -> float:
+    """The longest period up to `period_s` (1,) at which one loop does not chatter, s.
+
+    Args:
+        mass, damping, stiffness, kp, kd: of one loop, see `transition`.
+    """
+
+    def settles(period: float) -> bool:
+        step = transition(mass, damping, stiffness, kp, kd, np.array([period]))
+        return bool(chatter(step)[0] <= 1)
+
+    low, high = 0.0, float(period_s[0])
+    if settles(high):
+        return high
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if settles(middle) else (low, middle)
+    return low
 
 
 def damping_number(mass: np.ndarray, kd: np.ndarray, period_s: float) -> tuple[float, int]:

@@ -30,7 +30,7 @@ keeps the simulation near the measurement.
 """
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import mujoco
 import numpy as np
@@ -53,6 +53,7 @@ class ServoLoop(Loop):
 
     Attributes:
         nstep: physics steps a plant tick.
+        running: (nsim,) bool, which simulations have not diverged so far.
     """
 
     def __init__(
@@ -77,6 +78,31 @@ class ServoLoop(Loop):
         """Measured position and velocity, (nvariant, nrec, nsample, njoint); NaN if it diverges.
 
         `progress` is told which part is done."""
+        wanted, taken = self.schedule.sample_ticks.tolist(), 0
+        out_q, out_dq = np.empty((2, len(wanted), *self.kp.shape))
+        for tick, (measured, measured_dq) in enumerate(self.ticks()):
+            if wanted[taken] == tick:
+                out_q[taken], out_dq[taken] = measured, measured_dq
+                taken += 1
+                if taken == len(wanted):
+                    break
+            # that of a tick is done when the next begins
+            if tick % _CHECK_EVERY == 1:
+                progress((tick - 1) / wanted[-1])
+        self.running &= ~diverged(self.batch)
+        out_q[:, ~self.running] = out_dq[:, ~self.running] = np.nan
+        order = (len(wanted), self.nvariant, self.nrec, len(self.joints))
+        return (
+            out_q.reshape(order).transpose(1, 2, 0, 3),
+            out_dq.reshape(order).transpose(1, 2, 0, 3),
+        )
+
+    def ticks(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """What encoders read at each tick, position and velocity (nsim, njoint).
+
+        The command of a tick is looked up after that, so whoever goes through the ticks may write
+        it into the schedule by then. `running` says which simulations have not diverged.
+        """
         batch, schedule = self.batch, self.schedule
         dt = batch.model.opt.timestep
         balance = self._balance()
@@ -92,8 +118,7 @@ class ServoLoop(Loop):
         qpos, qvel, applied = batch.qpos, batch.qvel, batch.qfrc_applied
         at_qpos, dofs = columns(self.qpos), columns(self.dofs)
         running, all_run = np.ones(batch.nsim, bool), True
-        out_q, out_dq = np.empty((2, len(schedule.sample_ticks), *self.kp.shape))
-        wanted, taken = schedule.sample_ticks.tolist(), 0
+        self.running = running
         limited = np.isfinite(self.motor_limits).any()
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
         command = commands(schedule.commands, self)
@@ -112,18 +137,14 @@ class ServoLoop(Loop):
         # masses are where the last step was halfway, and at the first tick where they start
         ahead = (0.5 * dt + self.ahead) / self.period_s
         later = (0.5 * dt + self.ahead) / (self.period_s - 0.5 * dt)
-        for tick in range(wanted[-1] + 1):
+        for tick in range(schedule.sample_ticks[-1] + 1):
             q, dq = qpos[:, at_qpos].copy(), qvel[:, dofs].copy()
             measured, measured_dq = q + self.encoder_offset, dq
             if self.sensor_filters or self.feedback_filters:
                 measured_dq = dq.copy()
                 for change in self.sensor_filters:
                     change(tick, measured, measured_dq)
-            if wanted[taken] == tick:
-                out_q[taken], out_dq[taken] = measured, measured_dq
-                taken += 1
-                if taken == len(wanted):
-                    break
+            yield measured, measured_dq
             if hold is not None:
                 pull = hold.torque(tick, measured, measured_dq)
             for change in self.feedback_filters:
@@ -183,18 +204,10 @@ class ServoLoop(Loop):
                 np.multiply(qvel, 0.5 * dt, out=half_step)
                 qpos -= half_step
             if tick % _CHECK_EVERY == 0:
-                progress(tick / wanted[-1])
                 running &= ~diverged(batch)
                 all_run = running.all()
                 qpos[~running] = np.nan
                 qvel[~running] = 0.0
-        running &= ~diverged(batch)
-        out_q[:, ~running] = out_dq[:, ~running] = np.nan
-        order = (len(wanted), self.nvariant, self.nrec, len(self.joints))
-        return (
-            out_q.reshape(order).transpose(1, 2, 0, 3),
-            out_dq.reshape(order).transpose(1, 2, 0, 3),
-        )
 
     def springs(self, rows: slice, joints: np.ndarray) -> Callable:
         """What gives joints a spring and a damper more until the next plant tick.

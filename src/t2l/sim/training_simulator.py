@@ -71,6 +71,13 @@ class Simulator:
         """(n, njoint) rad/s."""
         return self._qvel[:, self._dofs]
 
+    def begin(self, ids: np.ndarray, qpos: Array) -> None:
+        """Put simulations `ids` (k,) at rest at qpos (k, nq)."""
+        self.batch.reset(ids=ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        if isinstance(self._qpos, np.ndarray):
+            self.batch.warning[ids] = 0
+        self._qpos[ids] = qpos
+
     def put(self, q: Array) -> None:
         """Put the joints of every robot at q, which broadcasts to (n, njoint) rad."""
         self._qpos[:, self._q] = q

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from t2l.config.models.actions import RelativeActions
 from t2l.config.models.experiment import CellEntry, GivenScale
+from t2l.config.models.gain_search import GainSearchOfTask
 from t2l.config.quantities import Positive
 from t2l.typed import Integer, Name, Number, Typed
 
@@ -56,8 +57,13 @@ class LearnedTask(Typed):
 class Learning(Typed):
     """Of tasks that are learned under the gains as they are, and not deployed."""
 
-    tasks: Annotated[list[LearnedTask], Field(min_length=1, max_length=100)] = Field(
-        description="what is learned; each task once"
+    tasks: Annotated[list[LearnedTask], Field(max_length=100)] = Field(
+        [], description="what is learned; each task once"
+    )
+    gain_searches: Annotated[list[GainSearchOfTask], Field(max_length=100)] = Field(
+        [],
+        description="tasks for which gains and action scale are searched together, each once, as "
+        "`t2l tune` does",
     )
     # a job each
     seeds: Integer = Field(1, ge=1, le=100, description="policies of each cell")
