@@ -23,9 +23,12 @@ class GainSearchEntry(Typed):
     startup: Integer = Field(
         10, ge=1, le=10_000, description="trials at random, before the others learn from them"
     )
-    limits: Annotated[list[Literal["position", "velocity", "torque", "torque_rate"]], Unique] = (
-        Field(
-            ["velocity", "torque"],
+    limits: Annotated[
+        list[Literal["position", "velocity", "torque", "torque_rate"]],
+        Field(max_length=4),
+        Unique,
+    ] = Field(
+        ["velocity", "torque"],
             description="limits of the robot that a policy has to keep, see `tuning`",
         )
     )
