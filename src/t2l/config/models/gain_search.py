@@ -29,8 +29,7 @@ class GainSearchEntry(Typed):
         Unique,
     ] = Field(
         ["velocity", "torque"],
-            description="limits of the robot that a policy has to keep, see `tuning`",
-        )
+        description="limits of the robot that a policy has to keep, see `tuning`",
     )
     least_success: Number = Field(
         0.5, ge=0, le=1, description="share of episodes that a trial of the front succeeds in"
