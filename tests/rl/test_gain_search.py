@@ -16,6 +16,7 @@ from t2l.cli.main import main
 from t2l.config.models.gain_search import GainSearchEntry
 from t2l.environment.twin import Machine, Twin
 from t2l.errors import ConfigurationError, EffectError
+from t2l.figures.pareto import write_search
 from t2l.gains import Cell
 from t2l.hardware.features import Features
 from t2l.hardware.nominal import respond
@@ -24,7 +25,7 @@ from t2l.policies.gaussian_mlp import GaussianMLP
 from t2l.recordings import read_recording
 from t2l.recordings.recording import CONTINUOUS
 from t2l.rl.gain_search import check, confirm, of_entry, transfer_error, work
-from t2l.rl.gain_table import gain_table, in_words, not_beaten, write_search
+from t2l.rl.gain_table import gain_table, in_words, not_beaten
 from t2l.rl.problem import Choice
 from t2l.rl.side_by_side import Training
 from t2l.rl.trials import count, open_study

@@ -3,9 +3,10 @@
 import logging
 from pathlib import Path
 
+from t2l.figures.pareto import write_search
 from t2l.jobs import job
 from t2l.rl.gain_search import asked_for, confirm
-from t2l.rl.gain_table import gain_table, write_search
+from t2l.rl.gain_table import gain_table
 
 with job(snakemake):
     params, log = snakemake.params, logging.getLogger("t2l.tune")

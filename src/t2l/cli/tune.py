@@ -88,10 +88,11 @@ def run(arguments: argparse.Namespace) -> None:
     """
     from t2l.cli.inputs import say
     from t2l.config.models.learning import ReinforcementLearning
+    from t2l.figures.pareto import write_search
     from t2l.outputs import output_folder
     from t2l.registry import python_files
     from t2l.rl import gain_search
-    from t2l.rl.gain_table import gain_table, in_words, write_search
+    from t2l.rl.gain_table import gain_table, in_words
     from t2l.rl.settings import JOURNAL
     from t2l.rl.trials import open_study
 

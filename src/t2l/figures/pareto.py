@@ -1,11 +1,13 @@
 """The trials of a search of gains: what each comes to, and which of them none beats."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
-from t2l.plotting.style import styled
+from t2l.artefacts import write_text
+from t2l.plotting.style import styled, write
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,3 +66,10 @@ def pareto(trials: "pd.DataFrame") -> Figure:
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)
     return figure
+
+
+def write_search(trials: "pd.DataFrame", folder: Path) -> None:
+    """Write trials.csv, front.csv and figures/front of a search's table."""
+    write_text(trials.to_csv(index=False), folder / "trials.csv")
+    write_text(trials[trials.front].to_csv(index=False), folder / "front.csv")
+    write(pareto(trials), [folder / "figures" / f"front.{kind}" for kind in ("pdf", "png")])

@@ -1,16 +1,14 @@
-"""What a search of gains came to: a table of its trials, the front, both as files and in words.
+"""What a search of gains came to: a table of its trials, the front, and the front in words.
 
 It loads without torch.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from t2l.artefacts import write_text
 from t2l.rl.trials import FINISHED
 
 if TYPE_CHECKING:
@@ -68,16 +66,6 @@ def not_beaten(costs: np.ndarray, allowed: Sequence[bool]) -> np.ndarray:
         bool(((rivals <= own).all(axis=1) & (rivals < own).any(axis=1)).any()) for own in costs
     ]
     return allowed & ~np.array(beaten, bool)
-
-
-def write_search(trials: "pd.DataFrame", folder: Path) -> None:
-    """Write trials.csv, front.csv and figures/front of a table."""
-    from t2l.figures.pareto import pareto
-    from t2l.plotting.style import write
-
-    write_text(trials.to_csv(index=False), folder / "trials.csv")
-    write_text(trials[trials.front].to_csv(index=False), folder / "front.csv")
-    write(pareto(trials), [folder / "figures" / f"front.{kind}" for kind in ("pdf", "png")])
 
 
 def in_words(trials: "pd.DataFrame", objectives: Mapping[str, str]) -> str:
