@@ -43,7 +43,8 @@ from t2l.propose.proposal import Ceiling
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 SCREENED = 8000  # numerics: samples that sets are scored by
 ALONE = 12  # numerics: effects alone that are simulated to rank them
-FOLLOWED = 16  # numerics: sets that are simulated as they are, before some are fitted so
+# numerics: sets that are simulated as they are, before some are fitted so: of the screen and grown
+FOLLOWED, GROWN = 30, 16
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
@@ -312,7 +313,7 @@ class _Search:
                 self.current, this.led, screen, self.rows, self.along, folds, judge,
                 self.linearised_rmse, self.over,
             )  # fmt: skip
-            followed = self._followed(this.led)
+            followed = self._followed(this.led, GROWN)
             one, rmse = min(followed, key=lambda pair: pair[1], default=(self.current, np.inf))
             if judge.quiet(rmse) or rmse > NEARER * self.linearised_rmse or self.over():
                 return [one for one, _ in followed if id(one) not in fitted], driven
@@ -323,13 +324,15 @@ class _Search:
             guesses = self._guesses(self._left(clearer))
             screen = self._screen(self._left(self.current), *guesses, may_bend=False)
 
-    def _followed(self, led: Sequence[FittedSet]) -> list[tuple[FittedSet, float]]:
+    def _followed(
+        self, led: Sequence[FittedSet], most: int = FOLLOWED
+    ) -> list[tuple[FittedSet, float]]:
         """Of the best along the motion those that a simulation with their numbers follows best.
 
         Returns:
             With what the simulation leaves, rad.
         """
-        some = sorted(led, key=lambda f: f.left_out_rmse)[:FOLLOWED]
+        some = sorted(led, key=lambda f: f.left_out_rmse)[:most]
         predictor, mask = self.samples.linear, self.samples.mask
         simulated = predictor.predict([Request(f.layout, f.u[None]) for f in some])
         measured = predictor.samples.q[mask]
