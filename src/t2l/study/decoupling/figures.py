@@ -1,6 +1,6 @@
 """Effective stiffness, over training and at its end, beside that of the bare controllers.
 
-It is a stiffness where a policy holds its pose and the tool rests, `summary.holding`.
+It is a stiffness where a policy holds its pose and yields steadily, `summary.holding`.
 """
 
 from collections.abc import Mapping
@@ -16,14 +16,14 @@ from t2l.study.decoupling.summary import holding
 
 COLUMNS = ("update", "stiffness_n_m", "passive_n_m", "drift", "success")
 FORCE = "force over displacement |F|/|Δx| [N/m]"
-HOLDS, DOES_NOT = "holds its pose, at rest when pushed", "does not"
+HOLDS, DOES_NOT = "holds its pose, yields steadily", "does not"
 
 
 def stiffness_over_training(tables: Mapping[str, Mapping[int, pd.DataFrame]]) -> Figure:
     """A line a pairing: the median over directions and seeds, about it the half of them.
 
     Thin lines are seeds, each the median over directions, with a dot at each evaluation in which
-    it holds its pose at rest; dashed is the bare controller.
+    it holds its pose and yields steadily; dashed is the bare controller.
 
     Args:
         tables: of each pairing's seeds, columns `COLUMNS`.
@@ -87,7 +87,5 @@ def stiffness_at_the_end(trainings: pd.DataFrame) -> Figure:
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
         held = int(holding(trainings).sum())
-        axes.set_title(
-            f"After training: {held} of {len(trainings)} policies hold their pose and rest"
-        )
+        axes.set_title(f"{held} of {len(trainings)} policies hold their pose and yield steadily")
     return figure
