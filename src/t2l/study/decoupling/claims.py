@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from t2l.stats.bootstrap import ratio
-from t2l.stats.verdict import Finding, Verdict, greater, within
+from t2l.stats.verdict import Finding, greater, within
 from t2l.study.claim import Claim
 from t2l.study.decoupling.summary import HELD, STEADY, chosen, holding
 from t2l.study.evidence import AbsentError, Evidence
@@ -35,10 +35,9 @@ def _last(trainings: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 def _judged(decide: Callable[[np.ndarray, np.ndarray], Finding], evidence: Evidence) -> Finding:
     """A finding of trainings that hold their pose steadily; if one does not, it cannot be told."""
     trainings = chosen(evidence.table("stiffness", COLUMNS))
-    soft, hard = _last(trainings)
+    found = decide(*_last(trainings))
     if holding(trainings).all():
-        return decide(soft, hard)
-    found = among(Finding(Verdict.CANNOT_TELL, len(trainings)), FORM, soft, hard)
+        return found
     steady = int((trainings.drift <= STEADY).sum())
     why = f"of {found.n} policies {steady} yield steadily"
     if trainings.success.notna().all():

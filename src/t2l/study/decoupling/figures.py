@@ -4,6 +4,7 @@ It is a stiffness where a policy holds its pose and yields steadily, `summary.ho
 """
 
 from collections.abc import Mapping
+from textwrap import fill
 
 import matplotlib.pyplot as plt
 import pandas as pd
@@ -16,6 +17,7 @@ from t2l.study.decoupling.summary import holding
 
 COLUMNS = ("update", "stiffness_n_m", "passive_n_m", "drift", "success")
 FORCE = "force over displacement |F|/|Δx| [N/m]"
+LABEL = 14  # layout: letters of a line below a column
 HOLDS, DOES_NOT = "holds its pose, yields steadily", "does not"
 
 
@@ -61,8 +63,8 @@ def stiffness_at_the_end(trainings: pd.DataFrame) -> Figure:
         trainings: columns `summary.COLUMNS`.
     """
     with styled():
-        figure, axes = plt.subplots(figsize=(5.2, 3.6))
         names = list(dict.fromkeys(trainings.pairing))
+        figure, axes = plt.subplots(figsize=(max(5.2, 1.1 * len(names)), 3.6))
         for place, name in enumerate(names):
             own, colour = trainings[trainings.pairing == name], COLOURS[place % len(COLOURS)]
             steps = (own.seed.rank(method="dense") - (own.seed.nunique() + 1) / 2) * 0.12
@@ -76,7 +78,9 @@ def stiffness_at_the_end(trainings: pd.DataFrame) -> Figure:
         axes.set_yscale("log")
         axes.set_xlim(-0.5, len(names) - 0.5)
         gains = trainings.groupby("pairing")[["kp", "kd"]].first()
-        labels = [f"{title(n)}\nKp {gains.kp[n]:g}, Kd {gains.kd[n]:g}" for n in names]
+        labels = [
+            f"{fill(title(n), LABEL)}\nKp {gains.kp[n]:g}, Kd {gains.kd[n]:g}" for n in names
+        ]
         axes.set_xticks(range(len(names)), labels, fontsize=8)
         axes.set_ylabel(FORCE)
         mark = {"ls": "", "marker": "o", "color": "0.4"}
