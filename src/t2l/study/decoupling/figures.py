@@ -78,9 +78,7 @@ def stiffness_at_the_end(trainings: pd.DataFrame) -> Figure:
         axes.set_yscale("log")
         axes.set_xlim(-0.5, len(names) - 0.5)
         gains = trainings.groupby("pairing")[["kp", "kd"]].first()
-        labels = [
-            f"{fill(title(n), LABEL)}\nKp {gains.kp[n]:g}, Kd {gains.kd[n]:g}" for n in names
-        ]
+        labels = [f"{fill(title(n), LABEL)}\nKp {gains.kp[n]:g}, Kd {gains.kd[n]:g}" for n in names]
         axes.set_xticks(range(len(names)), labels, fontsize=8)
         axes.set_ylabel(FORCE)
         mark = {"ls": "", "marker": "o", "color": "0.4"}
