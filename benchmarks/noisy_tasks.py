@@ -43,7 +43,9 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     one_thread()
     table = pd.read_csv(TABLE) if TABLE.exists() else pd.DataFrame({"task": []})
     for name in tasks:
-        table = pd.concat([table[table.task != name], pd.DataFrame(rows(name))])
+        found = pd.DataFrame(rows(name))
+        # beside nothing, whole numbers would become others
+        table = pd.concat([table[table.task != name], found]) if len(table) else found
         write_text(table.to_csv(index=False), TABLE)
         print(f"{name} is written", flush=True)
     return table

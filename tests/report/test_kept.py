@@ -15,6 +15,7 @@ from t2l.plotting.style import write
 from t2l.report.kept import pages, registered, with_counts
 from t2l.stats.collections import by_collection, over_collections
 from t2l.stats.rank import spearman
+from t2l.stats.rank_tests import rank_correlation
 from t2l.stats.regions import region_table
 from t2l.study.attenuation.claims import stronger, with_errors
 from t2l.study.cloning.claims import ANEW_TASKS, LOSS
@@ -177,6 +178,22 @@ def test_the_table_of_failures_is_that_of_the_data():
         assert f"| {heading(task)} | {' | '.join(cells)} |" in page
         seen.add(task)
     assert seen == set(ANEW_TASKS)
+
+
+def test_what_tasks_forgive_is_that_of_the_data():
+    text = " ".join((ROOT / "docs/results_collections.md").read_text().split())
+    replays = pd.read_csv(DATA / "noisy_tasks.csv").assign(co=lambda rows: rows.kp <= 128)
+    sums = replays.groupby(["task", "co"])[["successes", "replays"]].sum()
+    noise = (100 * sums.successes / sums.replays).unstack()
+    others = noise.drop("dishwasher")
+    assert f"at SO in {noise[False]['dishwasher']:.1f} % there" in text
+    assert f"{others[False].min():.1f} to {others[False].max():.1f} % in the five other" in text
+    assert f"at CO in {noise[True].min():.1f} to {noise[True].max():.1f} %" in text
+    policies = pd.read_csv(DATA / "collections.csv").query("variant == 'nominal' and kd >= 32")
+    success = policies.groupby(["task", policies.kp <= 128]).success.mean().unstack()
+    gains, leads = (one[True] - one[False] for one in (noise, success))
+    rho, p = rank_correlation(gains.to_numpy(), leads.to_numpy(), 1)
+    assert f"ρ is {rho:.2f}, p {p:.2f}" in text
 
 
 def test_what_the_page_on_errors_says_of_other_tasks_is_in_the_data():
