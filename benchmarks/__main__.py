@@ -5,7 +5,8 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
 [--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
 `python -m benchmarks machines --data FOLDER` recordings of real machines, as `following` does.
-`python -m benchmarks labels [TASK …]` takes some tasks, `collections [RESULTS]` results of a run,
+`python -m benchmarks labels [TASK …]` takes some tasks, as `learning_periods` and
+`noisy_tasks` do, `collections [RESULTS]` results of a run,
 `from_truth [CASE …]` cases as `hidden`, `engines [DEVICE …]` engines: `mujoco`,
 `cuda`, or `cpu` of MuJoCo Warp.
 """
@@ -24,7 +25,9 @@ from benchmarks import (
     hidden,
     holdouts,
     labels,
+    learning_periods,
     machines,
+    noisy_tasks,
     overhead,
     proposals,
     published,
@@ -65,6 +68,8 @@ WITH_ARGUMENTS = {
     "machines": machines,
     "following": following,
     "labels": labels,
+    "learning_periods": learning_periods,
+    "noisy_tasks": noisy_tasks,
     "collections": collections,
     "constants": constants,
 }

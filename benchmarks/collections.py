@@ -4,7 +4,8 @@
 one row a policy, up to what the studies collections, collections_900, collections_tasks and
 end_to_end left in results/. Only collections that have all cells are taken. What is kept of
 variants that are not there stays. end_to_end_operator.csv has the operator's attempts, a row a
-collection and cell.
+collection and cell. collections_failures.csv says how rollouts of the nominal of each other task
+failed, a row a collection, cell and kind of failure.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,6 +48,8 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
         all_found.append(found)
     if not (tried := attempts(results)).empty:
         write_text(tried.to_csv(index=False), DATA / "end_to_end_operator.csv")
+    if not (kinds := failures(results)).empty:
+        write_text(kinds.to_csv(index=False), DATA / "collections_failures.csv")
     if not all_found:
         raise SystemExit(f"{results} has no collections; make them with one of {[*KEPT]}")
     found = pd.concat(all_found)
@@ -91,6 +94,20 @@ def attempts(results: Path) -> pd.DataFrame:
                 }
             )
     return pd.DataFrame(rows).round(2)
+
+
+def failures(results: Path) -> pd.DataFrame:
+    """How many rollouts of a cell failed in a way; a success is none."""
+    rows = []
+    for task in ANEW_TASKS:
+        for number in range(100):
+            folder = results / "collections_tasks" / collection(task, number)
+            for path in sorted(folder.glob("nominal/rollouts.parquet")):
+                table = read_table(path, ("kp", "kd", "failure")).astype({"kp": int, "kd": int})
+                found = table[["kp", "kd", "failure"]].value_counts(sort=False).reset_index()
+                rows.append(found.assign(task=task, collection=number))
+    columns = ["task", "collection", "kp", "kd", "failure", "count"]
+    return pd.concat(rows)[columns] if rows else pd.DataFrame(columns=columns)
 
 
 def merged(kept: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:

@@ -45,6 +45,10 @@ def test_collections_of_a_run_join_what_is_kept_of_others(tmp_path, monkeypatch)
         # of the last a cell is missing: it is not whole
         own = cells if name.startswith("dishwasher") else cells[1:]
         write_table(own, folder / "cells.parquet")
+        ways = ["", "slipped", "slipped"]
+        write_table(
+            pd.DataFrame({"kp": 32.0, "kd": 2.0, "failure": ways}), folder / "rollouts.parquet"
+        )
     kept = pd.read_csv(collections.DATA / "collections.csv").query("task == 'block_stack'")
     kept.to_csv(tmp_path / "collections.csv", index=False)
     monkeypatch.setattr(collections, "DATA", tmp_path)
@@ -52,6 +56,13 @@ def test_collections_of_a_run_join_what_is_kept_of_others(tmp_path, monkeypatch)
     assert found.to_numpy().tolist() == [["dishwasher", "nominal", 2]]
     table = pd.read_csv(tmp_path / "collections.csv")
     assert len(table) == len(kept) + 2 * len(cells)
+    ways = pd.read_csv(tmp_path / "collections_failures.csv", keep_default_na=False)
+    ways = ways[ways.task == "dishwasher"].to_numpy().tolist()
+    assert ways == [
+        ["dishwasher", number, 32, 2, kind, count]
+        for number in (0, 1)
+        for kind, count in (("", 1), ("slipped", 2))
+    ]
     pd.testing.assert_frame_equal(
         table[table.task == "block_stack"].reset_index(drop=True),
         kept.sort_values(collections.COLUMNS[:6], ignore_index=True),

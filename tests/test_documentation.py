@@ -262,11 +262,24 @@ def test_the_licence_is_that_of_the_project():
     assert re.search(r"Copyright \d{4} The t2l authors", text)
 
 
+def rows_below(page, heading):
+    """The cells of each row of a section's only table."""
+    section = (ROOT / page).read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line[:1] == "|"]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+def test_verdicts_that_were_changed_are_those_of_the_scoreboard_now():
+    now = {row[0]: row[-1] for row in rows_below("docs/scoreboard.md", "As it came out")}
+    changed = rows_below("docs/scoreboard_rules.md", "Verdicts that were changed")
+    assert changed
+    for statement, before, verdict, _ in changed:
+        assert before != verdict == now[statement]
+
+
 @pytest.mark.parametrize("page", ["README.md", "docs/scoreboard.md"])
 def test_the_counts_of_verdicts_are_those_of_the_scoreboard(page):
-    table = (ROOT / "docs/scoreboard.md").read_text()
-    table = table.split("## As it came out")[1].split("\n## ")[0]
-    verdicts = [line.split("|")[-2].strip() for line in table.splitlines() if line[:1] == "|"][2:]
+    verdicts = [row[-1] for row in rows_below("docs/scoreboard.md", "As it came out")]
     said = re.search(
         r"of (\d+) statements (\d+) are reproduced, (\d+) are not, (\d+) cannot be told, "
         r"(?:and )?(\d+) are (?:open|\[open\])",

@@ -10,14 +10,15 @@ import pytest
 
 from t2l.figures.kept import DPI, FIGURES
 from t2l.gains import Cell, Grid
-from t2l.names import with_minus
+from t2l.names import heading, with_minus
 from t2l.plotting.style import write
 from t2l.report.kept import pages, registered, with_counts
 from t2l.stats.collections import by_collection, over_collections
 from t2l.stats.rank import spearman
+from t2l.stats.rank_tests import rank_correlation
 from t2l.stats.regions import region_table
 from t2l.study.attenuation.claims import stronger, with_errors
-from t2l.study.cloning.claims import LOSS
+from t2l.study.cloning.claims import ANEW_TASKS, LOSS
 from t2l.study.kept.evidence import evidence
 from t2l.study.kept.tables import COMPARED, collections, tables
 from t2l.study.published.numbers import grid_of
@@ -157,6 +158,42 @@ def test_what_the_page_on_cloning_says_of_an_operator_is_in_the_data():
     assert f"{100 * lead.value:.1f} points {ends}" in " ".join(text.split())
     tried = pd.read_csv(DATA / "end_to_end_operator.csv").query("kp == 32 and kd == 2")
     assert f"in {tried.successes.sum()} of {tried.attempts.sum()} at CU" in text
+
+
+def test_the_table_of_failures_is_that_of_the_data():
+    page = (ROOT / "docs/results_collections.md").read_text()
+    table = pd.read_csv(DATA / "collections_failures.csv", keep_default_na=False)
+    table = table[(table.kd >= 32) & (table.failure != "")].assign(co=table.kp <= 128)
+    table["before"] = table.failure.isin(["not_grasped", "not_moved"])
+    seen = set()
+    for task, own in table.groupby("task"):
+        counts = own.groupby(["before", "collection", "co"])["count"].sum().unstack(fill_value=0)
+        # four cells of 100 rollouts
+        shares = 100 * counts / 400
+        cells = [f"{shares.loc[True][co].mean():.1f} %" for co in (True, False)]
+        for before in (True, False):
+            lead = over_collections((shares[True] - shares[False]).loc[before].to_numpy())
+            ends = f"({lead.lower:+.1f} to {lead.upper:+.1f})"
+            cells.append(with_minus(f"{lead.value:+.1f} {ends}"))
+        assert f"| {heading(task)} | {' | '.join(cells)} |" in page
+        seen.add(task)
+    assert seen == set(ANEW_TASKS)
+
+
+def test_what_tasks_forgive_is_that_of_the_data():
+    text = " ".join((ROOT / "docs/results_collections.md").read_text().split())
+    replays = pd.read_csv(DATA / "noisy_tasks.csv").assign(co=lambda rows: rows.kp <= 128)
+    sums = replays.groupby(["task", "co"])[["successes", "replays"]].sum()
+    noise = (100 * sums.successes / sums.replays).unstack()
+    others = noise.drop("dishwasher")
+    assert f"at SO in {noise[False]['dishwasher']:.1f} % there" in text
+    assert f"{others[False].min():.1f} to {others[False].max():.1f} % in the five other" in text
+    assert f"at CO in {noise[True].min():.1f} to {noise[True].max():.1f} %" in text
+    policies = pd.read_csv(DATA / "collections.csv").query("variant == 'nominal' and kd >= 32")
+    success = policies.groupby(["task", policies.kp <= 128]).success.mean().unstack()
+    gains, leads = (one[True] - one[False] for one in (noise, success))
+    rho, p = rank_correlation(gains.to_numpy(), leads.to_numpy(), 1)
+    assert f"ρ is {rho:.2f}, p {p:.2f}" in text
 
 
 def test_what_the_page_on_errors_says_of_other_tasks_is_in_the_data():

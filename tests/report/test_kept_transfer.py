@@ -7,6 +7,8 @@ import pandas as pd
 import pytest
 
 from t2l.rl.results import TOLERATED
+from t2l.stats.bootstrap import bootstrap_interval, ratio
+from t2l.study.decoupling.summary import STEADY, chosen
 from t2l.study.passing import passes
 from tests.conftest import ROOT
 
@@ -81,11 +83,28 @@ def test_what_identification_is_off_by(words, name):
 
 @pytest.mark.parametrize(("words", "name"), [("soft arm", "soft"), ("stiff arm", "stiff")])
 def test_stiffness(words, name):
-    table = read("decoupling")
+    table = chosen(read("decoupling"))
     own = table[table.pairing.str.startswith(name)].sort_values("stiffness_n_m")
-    drift = ", ".join(f"{100 * value:.0f}" for value in own.drift)
+    drift, swing = (
+        ", ".join(f"{100 * value:.0f}" for value in own[column]) for column in ("drift", "swing")
+    )
     force = ", ".join(f"{value:.0f}" for value in own.stiffness_n_m)
-    assert row(words) == [force, f"{own.passive_n_m.median():.0f}", f"{drift} %", "not known"]
+    bare, held = f"{own.passive_n_m.median():.0f}", f"{100 * own.success.min():.0f} %"
+    assert row(words) == [force, bare, f"{drift} %", f"{swing} %", held]
+
+
+def test_how_far_stiffness_is_told():
+    table = chosen(read("decoupling"))
+    soft, stiff = (own for _, own in table.groupby("kp"))
+    text = " ".join(PAGE.split())
+    assert soft.stiffness_n_m.min() > 10 * stiff.stiffness_n_m.max()
+    assert (soft.drift <= STEADY).all()
+    assert (stiff.drift <= STEADY).sum() == 1
+    near = sorted(stiff.drift)[1:4]
+    assert f"by {100 * (near[0] - STEADY):.1f} to {100 * (near[-1] - STEADY):.1f} points" in text
+    pair = soft.stiffness_n_m.to_numpy(), stiff.stiffness_n_m.to_numpy()
+    lower, upper = bootstrap_interval(ratio, *pair)
+    assert f"geometric means is {ratio(*pair):.0f} ({lower:.0f} to {upper:.0f}," in text
 
 
 def test_no_trial_of_the_search_keeps_the_limits():

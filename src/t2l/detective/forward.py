@@ -20,7 +20,7 @@ from t2l.detective.fitted_set import FittedSet, Start, names_of
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Screen
 
-GROWING = 4  # numerics: sets that grow at a time
+GROWING = 2  # numerics: sets that grow at a time, besides the best of each number of effects
 ADDED = 6  # numerics: effects that are tried beside each
 MOST = 6  # bound: effects in a set
 STEPS = 8  # bound: of growing
@@ -39,6 +39,7 @@ def grown(
     along: AlongMotion,
     folds: np.ndarray,
     judge: Judge,
+    linearised_rmse: float,
     over: Callable[[], bool] = lambda: False,
 ) -> tuple[list[FittedSet], list[Start]]:
     """Sets with more and more effects, until more gains nothing or only noise is left.
@@ -47,6 +48,7 @@ def grown(
         before: the model along the motion.
         sets: fitted along the motion, to grow from.
         screen: beside the model; `rows` (k,) are the places of its samples among the fitted ones.
+        linearised_rmse: rad, what the model of which the loop is linearised leaves by simulation.
         over: whether the time is.
 
     Returns:
@@ -54,15 +56,13 @@ def grown(
     """
     known = {frozenset(one.names): one for one in sets}
     driven: _Open = {}
-    best, floor = before, FLOOR * before.left_out_rmse
+    best, floor = before, FLOOR * linearised_rmse
     exact, grew = set(known), set()
     for _ in range(STEPS):
         left = min((one.left_out_rmse for one in known.values()), default=np.inf)
         if judge.quiet(left) or left < floor or over():
             break
-        small = (one for one in known.values() if len(one.layout.terms) < MOST)
-        small = [one for one in small if frozenset(one.names) not in grew]
-        alike = sorted(small, key=lambda one: one.left_out_rmse)[:GROWING]
+        alike = _growing([one for names, one in known.items() if names not in grew])
         # those that grew have some derivatives of the smaller set still
         again = [Start(one.layout, one.u) for one in alike if frozenset(one.names) not in exact]
         done = {frozenset(one.names): one for one in fit_along(again, along, folds, POLISHING)}
@@ -82,6 +82,17 @@ def grown(
         best = better
     others = sorted(driven.values(), key=lambda scored: scored[0])
     return [*known.values()], [start for _, start in others]
+
+
+def _growing(sets: Sequence[FittedSet]) -> list[FittedSet]:
+    """Of sets the best, and of each number of effects the best."""
+    small = [one for one in sets if len(one.layout.terms) < MOST]
+    small.sort(key=lambda one: one.left_out_rmse)
+    of_size: dict[int, FittedSet] = {}
+    for one in small:
+        of_size.setdefault(len(one.layout.terms), one)
+    some = {id(one): one for one in (*small[:GROWING], *of_size.values())}
+    return [*some.values()]
 
 
 def _with_one_more(

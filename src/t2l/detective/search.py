@@ -21,7 +21,7 @@ from t2l.detective.choosing import (
 from t2l.detective.curves import curves, with_curves
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import Samples, begun, finish, fit_sets
-from t2l.detective.fitted_set import FittedSet, Start
+from t2l.detective.fitted_set import FittedSet, Known, Start
 from t2l.detective.forward import grown
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
@@ -43,8 +43,10 @@ from t2l.propose.proposal import Ceiling
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 SCREENED = 8000  # numerics: samples that sets are scored by
 ALONE = 12  # numerics: effects alone that are simulated to rank them
-FOLLOWED = 30  # numerics: sets that are simulated as they are, before some are fitted so
+# numerics: sets that are simulated as they are, before some are fitted so: of the screen and grown
+FOLLOWED, GROWN = 30, 16
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
+NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, GROW, PRUNE = (
@@ -188,6 +190,7 @@ class _Search:
     Attributes:
         simulated: what was adopted last.
         current: the same along the measured motion, or what the linear model promises beyond it.
+        linearised_rmse: rad, what the model of which the loop is linearised leaves by simulation.
     """
 
     def __init__(self, model: Model, data: DataSplit, looked, over, offered: Offered):
@@ -242,7 +245,7 @@ class _Search:
         if (quiet and self.settled) or self._stop(this, SCREEN):
             return False
         if self.along is None:
-            self._linearise(noise_rad)
+            self._linearise(noise_rad, self.simulated.known, self.simulated.rmse)
         guesses = self._guesses(self._left(self.current))
         screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
         starts = self._screened(this, screen)
@@ -257,17 +260,13 @@ class _Search:
         if quiet:
             some = exchanged(self.current, this.led, judge, self.simulated.complexity + 1)
         else:
-            some = leaders(self.current, self._followed(this.led), judge)
+            some = leaders(self.current, [one for one, _ in self._followed(this.led)], judge)
         better = self._simulated(this, some, driven, judge)
         # what little is left beside noise is for the next round, effect by effect
         little = better is not None and better.rmse <= LITTLE * noise_rad
         if not (quiet or little or self.found.stopped or self._stop(this, GROW)):
-            sets, driven = grown(
-                self.current, this.led, screen, self.rows, along, folds, judge, self.over
-            )
-            old, this.led = {id(one) for one in this.led}, sets
-            this.likely = promised = choose(self.current, sets, judge)
-            new = [one for one in self._followed(sets) if id(one) not in old]
+            new, driven = self._grown(this, screen, judge)
+            this.likely = promised = choose(self.current, this.led, judge)
             better = self._simulated(this, leaders(self.current, new, judge), driven, judge)
         if self.found.stopped and better is None:
             return False
@@ -280,7 +279,7 @@ class _Search:
         if better is not None:
             self._adopt(this, better, judge)
             return not quiet
-        self.current = this.promised = pruned_along(promised, along, judge, folds, self.over)
+        self.current = this.promised = pruned_along(promised, self.along, judge, folds, self.over)
         return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
 
     def _screened(self, this: Round, screen: Screen) -> list[Start]:
@@ -297,17 +296,50 @@ class _Search:
         ]  # fmt: skip
         return [begun(self.current.model, screen, one.members) for one in sets]
 
-    def _followed(self, led: Sequence[FittedSet]) -> list[FittedSet]:
-        """Of the best along the motion those that a simulation with their numbers follows best."""
-        some = sorted(led, key=lambda f: f.left_out_rmse)[:FOLLOWED]
+    def _grown(
+        self, this: Round, screen: Screen, judge: Judge
+    ) -> tuple[list[FittedSet], list[Start]]:
+        """Let the sets of a round grow along the motion.
+
+        The loop is linearised again at what they lead to, while that is much nearer: there the
+        linear model is off by less, and what is missing still is read off a clearer residual.
+
+        Returns:
+            The new ones that a simulation follows, and what can only be simulated, the best first.
+        """
+        folds, noise_rad, fitted = self.data.folds, this.noise_rad, {id(one) for one in this.led}
+        while True:
+            this.led, driven = grown(
+                self.current, this.led, screen, self.rows, self.along, folds, judge,
+                self.linearised_rmse, self.over,
+            )  # fmt: skip
+            followed = self._followed(this.led, GROWN)
+            one, rmse = min(followed, key=lambda pair: pair[1], default=(self.current, np.inf))
+            if judge.quiet(rmse) or rmse > NEARER * self.linearised_rmse or self.over():
+                return [one for one, _ in followed if id(one) not in fitted], driven
+            self._linearise(noise_rad, one.known, rmse)
+            starts = [Start(one.layout, one.u) for one, _ in followed]
+            this.led = fit_along(starts, self.along, folds)
+            clearer = min(this.led, key=lambda f: f.left_out_rmse)
+            guesses = self._guesses(self._left(clearer))
+            screen = self._screen(self._left(self.current), *guesses, may_bend=False)
+
+    def _followed(
+        self, led: Sequence[FittedSet], most: int = FOLLOWED
+    ) -> list[tuple[FittedSet, float]]:
+        """Of the best along the motion those that a simulation with their numbers follows best.
+
+        Returns:
+            With what the simulation leaves, rad.
+        """
+        some = sorted(led, key=lambda f: f.left_out_rmse)[:most]
         predictor, mask = self.samples.linear, self.samples.mask
         simulated = predictor.predict([Request(f.layout, f.u[None]) for f in some])
-        errors = [
-            float(np.mean((np.nan_to_num(q[0, mask], nan=np.inf) - predictor.samples.q[mask]) ** 2))
-            for q in simulated
-        ]
-        limit = ASTRAY**2 * min(errors, default=np.inf)
-        return [f for f, error in zip(some, errors, strict=True) if error <= limit]
+        measured = predictor.samples.q[mask]
+        left = (np.nan_to_num(q[0, mask], nan=np.inf) - measured for q in simulated)
+        errors = [float(np.sqrt(np.mean(one**2))) for one in left]
+        limit = ASTRAY * min(errors, default=np.inf)
+        return [(f, error) for f, error in zip(some, errors, strict=True) if error <= limit]
 
     def _simulated(
         self, this: Round, some: Sequence[FittedSet], driven: Sequence[Start], judge: Judge
@@ -369,13 +401,13 @@ class _Search:
         left = np.where(mask, self._left(self.simulated), np.nan)
         return noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
 
-    def _linearise(self, noise_rad: float) -> None:
-        """Along the motion, at what was adopted last."""
-        data, model = self.data, self.simulated.model
+    def _linearise(self, noise_rad: float, known: Known, rmse_rad: float) -> None:
+        """Along the motion, at a model of which `rmse_rad` is the error by simulation."""
+        data, model = self.data, known[0]
+        self.linearised_rmse = rmse_rad
         self.samples = Samples.of(data.fitted, data.fitted_mask, data.folds, model, noise_rad)
         linear = self.samples.linear
         self.sections = linearised(linear, *model, measured_motion(linear, *model))
-        known = self.simulated.known
         self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
         if self.along.can_lead(self.simulated.layout):
             start = Start(*self.simulated.model)
@@ -434,7 +466,7 @@ class _Search:
         noise_rad = self.noise_rad()
         judge, came = Judge(self.block, noise_rad), self.simulated
         progress("screening known effects in the linear model", 0.0)
-        self._linearise(noise_rad)
+        self._linearise(noise_rad, came.known, came.rmse)
         left = self._left(self.current)
         screen = self._screen(left, *self._guesses(left))
         best: dict[str, Scored] = {}

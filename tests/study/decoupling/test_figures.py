@@ -43,4 +43,4 @@ def test_what_is_no_stiffness_is_open():
             into = filled if len(marks.get_facecolor()) else still_open
             into += [y for _, y in marks.get_offsets()]
     assert (filled, still_open) == ([900, 200], [800, 300])
-    assert figure.axes[0].get_title() == "After training: 2 of 4 policies hold their pose and rest"
+    assert figure.axes[0].get_title() == "2 of 4 policies hold their pose and yield steadily"

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from t2l.stats.bootstrap import ratio
-from t2l.stats.verdict import Finding, Verdict, greater, within
+from t2l.stats.verdict import Finding, greater, within
 from t2l.study.claim import Claim
-from t2l.study.decoupling.summary import AT_REST, chosen, holding
+from t2l.study.decoupling.summary import HELD, STEADY, chosen, holding
 from t2l.study.evidence import AbsentError, Evidence
 from t2l.study.published.numbers import Published
 from t2l.study.words import among, cannot_tell
@@ -33,16 +33,15 @@ def _last(trainings: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _judged(decide: Callable[[np.ndarray, np.ndarray], Finding], evidence: Evidence) -> Finding:
-    """A finding of trainings that hold their pose and rest; if one does not, it cannot be told."""
+    """A finding of trainings that hold their pose steadily; if one does not, it cannot be told."""
     trainings = chosen(evidence.table("stiffness", COLUMNS))
-    soft, hard = _last(trainings)
+    found = decide(*_last(trainings))
     if holding(trainings).all():
-        return decide(soft, hard)
-    found = among(Finding(Verdict.CANNOT_TELL, len(trainings)), FORM, soft, hard)
-    rest = int((trainings.drift <= AT_REST).sum())
-    why = f"of {found.n} policies {rest} rest when measured"
+        return found
+    steady = int((trainings.drift <= STEADY).sum())
+    why = f"of {found.n} policies {steady} yield steadily"
     if trainings.success.notna().all():
-        why += f", {int((trainings.success > 0).sum())} hold the pose"
+        why += f", {int((trainings.success >= HELD).sum())} hold the pose"
     return cannot_tell(found, why)
 
 
@@ -58,22 +57,24 @@ def _ratio(evidence: Evidence, published: Published, tests: int) -> Finding:
 
     def decide(soft: np.ndarray, hard: np.ndarray) -> Finding:
         found = within(ratio, soft, hard, low=about / WITHIN, high=about * WITHIN)
-        return among(found, "{:.1f} times", [float(ratio(soft, hard))])
+        span = f" ({found.lower:.1f} to {found.upper:.1f})"
+        return among(found, "{:.1f} times" + span, [float(ratio(soft, hard))])
 
     return _judged(decide, evidence)
 
 
 # where several weights were tried for one gain, `chosen` says which counts
-HELD = (
-    "; told only of trainings that all hold their pose (success above 0) and rest when measured "
-    "(the displacement changes by at most a tenth in its last half second)"
+TOLD_OF = (
+    "; told only of trainings that all hold their pose (in half of their episodes) and yield "
+    "steadily (of two opposite pushes half the difference, averaged over the second half of a "
+    "push; the mean over either half of that differs from it by at most a tenth)"
 )
 CLAIMS = [
     Claim(
         "stiff_behaviour",
         "A soft arm can learn to be stiffer in its task than a stiff arm that learned to yield.",
         "training seed",
-        f"effective stiffness at the end of training, one-sided Mann-Whitney{HELD}",
+        f"effective stiffness at the end of training, one-sided Mann-Whitney{TOLD_OF}",
         "the soft arm is not the stiffer",
         _stiffer,
         about="decoupling_swept",
@@ -82,7 +83,7 @@ CLAIMS = [
         "stiffness_ratio",
         "It becomes about five times stiffer.",
         "training seed",
-        f"the ratio of geometric means lies between 2.5 and 10, by its bootstrap interval{HELD}",
+        f"the ratio of geometric means lies between 2.5 and 10, by its bootstrap interval{TOLD_OF}",
         judge=_ratio,
         about="decoupling_swept",
     ),

@@ -1,9 +1,10 @@
 """Effective stiffness, over training and at its end, beside that of the bare controllers.
 
-It is a stiffness where a policy holds its pose and the tool rests, `summary.holding`.
+It is a stiffness where a policy holds its pose and yields steadily, `summary.holding`.
 """
 
 from collections.abc import Mapping
+from textwrap import fill
 
 import matplotlib.pyplot as plt
 import pandas as pd
@@ -16,14 +17,15 @@ from t2l.study.decoupling.summary import holding
 
 COLUMNS = ("update", "stiffness_n_m", "passive_n_m", "drift", "success")
 FORCE = "force over displacement |F|/|Δx| [N/m]"
-HOLDS, DOES_NOT = "holds its pose, at rest when pushed", "does not"
+LABEL = 14  # layout: letters of a line below a column
+HOLDS, DOES_NOT = "holds its pose, yields steadily", "does not"
 
 
 def stiffness_over_training(tables: Mapping[str, Mapping[int, pd.DataFrame]]) -> Figure:
     """A line a pairing: the median over directions and seeds, about it the half of them.
 
     Thin lines are seeds, each the median over directions, with a dot at each evaluation in which
-    it holds its pose at rest; dashed is the bare controller.
+    it holds its pose and yields steadily; dashed is the bare controller.
 
     Args:
         tables: of each pairing's seeds, columns `COLUMNS`.
@@ -61,8 +63,8 @@ def stiffness_at_the_end(trainings: pd.DataFrame) -> Figure:
         trainings: columns `summary.COLUMNS`.
     """
     with styled():
-        figure, axes = plt.subplots(figsize=(5.2, 3.6))
         names = list(dict.fromkeys(trainings.pairing))
+        figure, axes = plt.subplots(figsize=(max(5.2, 1.1 * len(names)), 3.6))
         for place, name in enumerate(names):
             own, colour = trainings[trainings.pairing == name], COLOURS[place % len(COLOURS)]
             steps = (own.seed.rank(method="dense") - (own.seed.nunique() + 1) / 2) * 0.12
@@ -76,7 +78,7 @@ def stiffness_at_the_end(trainings: pd.DataFrame) -> Figure:
         axes.set_yscale("log")
         axes.set_xlim(-0.5, len(names) - 0.5)
         gains = trainings.groupby("pairing")[["kp", "kd"]].first()
-        labels = [f"{title(n)}\nKp {gains.kp[n]:g}, Kd {gains.kd[n]:g}" for n in names]
+        labels = [f"{fill(title(n), LABEL)}\nKp {gains.kp[n]:g}, Kd {gains.kd[n]:g}" for n in names]
         axes.set_xticks(range(len(names)), labels, fontsize=8)
         axes.set_ylabel(FORCE)
         mark = {"ls": "", "marker": "o", "color": "0.4"}
@@ -87,7 +89,5 @@ def stiffness_at_the_end(trainings: pd.DataFrame) -> Figure:
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
         held = int(holding(trainings).sum())
-        axes.set_title(
-            f"After training: {held} of {len(trainings)} policies hold their pose and rest"
-        )
+        axes.set_title(f"{held} of {len(trainings)} policies hold their pose and yield steadily")
     return figure

@@ -4,7 +4,7 @@ The study's statement (section III, appendix A-B): a soft arm trained to behave 
 than a stiff arm trained to behave compliantly, about five times at 32 times softer gains. It holds
 here if the least stiff seed of the one is stiffer than the stiffest seed of the other; for three
 seeds of each, this is p = 1/20 of an exact one-sided Mann-Whitney U test, the least attainable.
-It is told only of policies that hold their pose and rest when measured.
+It is told only of policies that hold their pose, and yield steadily when they are pushed.
 """
 
 from collections.abc import Sequence
@@ -30,11 +30,12 @@ def decoupling_table(trainings: pd.DataFrame, order: Sequence[str]) -> pd.DataFr
 
     Returns:
         One row a pairing: pairing, kp, kd, seeds; passive_n_m, of the bare controller;
-        stiffness_n_m, the median over seeds, stiffness_least_n_m and stiffness_most_n_m; drift,
-        success; gain_ratio, passive_ratio and ratio, of kp, passive_n_m and stiffness_n_m over
-        those of the last; ratio_least and ratio_most, of any two seeds; and p, one-sided, that
-        stiffness is greater than the last's. Of the last these are NaN, and so is p where the least
-        attainable one exceeds `ALPHA`, or a policy of either does not hold its pose at rest.
+        stiffness_n_m, the median over seeds, stiffness_least_n_m and stiffness_most_n_m; drift and
+        swing, medians; success; gain_ratio, passive_ratio and ratio, of kp, passive_n_m and
+        stiffness_n_m over those of the last; ratio_least and ratio_most, of any two seeds; and p,
+        one-sided, that stiffness is greater than the last's. Of the last these are NaN, and so is p
+        where the least attainable one exceeds `ALPHA`, or a policy of either does not hold its pose
+        and yield steadily.
     """
     groups = [trainings[trainings.pairing == name] for name in order]
     rows = []
@@ -44,7 +45,8 @@ def decoupling_table(trainings: pd.DataFrame, order: Sequence[str]) -> pd.DataFr
             "pairing": name, "kp": group.kp.iloc[0], "kd": group.kd.iloc[0], "seeds": len(group),
             "passive_n_m": group.passive_n_m.median(), "stiffness_n_m": own.median(),
             "stiffness_least_n_m": own.min(), "stiffness_most_n_m": own.max(),
-            "drift": group.drift.median(), "success": group.success.mean(),
+            "drift": group.drift.median(), "swing": group.swing.median(),
+            "success": group.success.mean(),
         } | dict.fromkeys(
             ("gain_ratio", "passive_ratio", "ratio", "ratio_least", "ratio_most", "p"), np.nan
         )  # fmt: skip
@@ -83,7 +85,8 @@ def printable_decoupling(table: pd.DataFrame) -> pd.DataFrame:
             "Holds the pose": [
                 "not known" if pd.isna(share) else f"{100 * share:.0f} %" for share in table.success
             ],
-            "Drift when measured": [f"{100 * drift:.0f} %" for drift in table.drift],
+            "Drift when pushed": [f"{100 * drift:.0f} %" for drift in table.drift],
+            "Swing when pushed": [f"{100 * swing:.0f} %" for swing in table.swing],
             "Gain, over the last": [_times(r) for r in table.gain_ratio],
             "Stiffness, over the last": [
                 f"{r:.3g} ({a:.3g} to {b:.3g})" if known else "–" for r, a, b, known in spans

@@ -1,7 +1,8 @@
 """How stiff a tool is: K_eff = |F| / |Δx|, by constant forces (the study's appendix A-B).
 
-Δx is how far the tool is from that of a twin which no force pushes: a policy that does not come to
-rest is not taken for one that yields.
+Robots that begin alike are pushed in opposite directions. Δx is half of what lies between their
+tools, on average over the second half of the push: what a policy does that does not answer the
+force, such as a swing without end, is in both and cancels.
 """
 
 from collections.abc import Callable
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from t2l.rl.environments import Environments
 
 SETTLING_S = 1.0  # without a force, before it
-AVERAGED_S = 0.5  # at the end of the force: what is left of an oscillation averages out
 
 # an observation (n, nobs) to an action (n, nact)
 Act = Callable[[np.ndarray], np.ndarray]
@@ -47,12 +47,15 @@ class Yielding:
 
     Attributes:
         stiffness_n_m: (n,) K_eff.
-        drift: (n,) how much Δx changed in the last `AVERAGED_S`, over its mean there: near 0 where
-            the tool had come to rest.
+        drift: (n,) how far the mean of either half of what is averaged is from Δx, over |Δx|: near
+            0 where Δx is steady.
+        swing: (n,) how far the tool swings about where it is on average, root mean square over time
+            and both pushes, over |Δx|: near 0 where it rests.
     """
 
     stiffness_n_m: np.ndarray
     drift: np.ndarray
+    swing: np.ndarray
 
 
 class Constant(Forces):
@@ -71,26 +74,31 @@ def measure(environments: "Environments", act: Act, probe: Probe) -> Yielding:
     """Push robots that act by `act` from their goals on.
 
     Args:
-        environments: one a force, and one for the twin, with episodes longer than the probe.
+        environments: two a force, with episodes longer than the probe.
     """
     task, n = environments.task, environments.num_envs
     rate_hz = 1 / environments.period_s
-    force = np.concatenate([probe.force, np.zeros((1, 3))])
+    force = np.concatenate([probe.force, -probe.force])
     environments.disturbance = Constant(environments.simulator.batch, force, SETTLING_S)
     home = task.sample_starts(environments.generator, n)
     observation = environments.place(home, task.sample_goals(environments.generator, n))
     steps = round(probe.duration_s * rate_hz)
-    averaged = max(2, round(min(AVERAGED_S, probe.hold_s / 2) * rate_hz))
+    half = max(1, round(probe.hold_s / 4 * rate_hz))
     kinematics = ToolKinematics(task.robot, n)
     tool = []
     for step in range(steps):
         observation, *_ = environments.step(act(observation))
-        if step >= steps - averaged:
+        if step >= steps - 2 * half:
             tool.append(kinematics.pose(environments.simulator.q)[:, :3])
-    away = np.stack(tool)
-    away = away[:, :-1] - away[:, -1:]
-    moved = np.linalg.norm(away.mean(axis=0), axis=1)
+    # half of the averaged time, instant, direction, force, xyz
+    tool = np.stack(tool).reshape(2, half, 2, -1, 3)
+    of_halves = (tool[:, :, 0] - tool[:, :, 1]).mean(axis=1) / 2
+    away = of_halves.mean(axis=0)
     # the square root of it stays finite, whatever a policy does
-    moved = np.maximum(moved, np.sqrt(np.finfo(float).tiny))
-    size = np.linalg.norm(probe.force, axis=1)
-    return Yielding(size / moved, np.linalg.norm(away[-1] - away[0], axis=1) / moved)
+    moved = np.maximum(np.linalg.norm(away, axis=1), np.sqrt(np.finfo(float).tiny))
+    swings = ((tool - tool.mean(axis=(0, 1))) ** 2).sum(axis=-1).mean(axis=(0, 1, 2))
+    return Yielding(
+        np.linalg.norm(probe.force, axis=1) / moved,
+        np.linalg.norm(of_halves - away, axis=2).max(axis=0) / moved,
+        np.sqrt(swings) / moved,
+    )

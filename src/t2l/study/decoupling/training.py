@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 JUDGED = 50  # episodes of an evaluation
 COLUMNS = (
-    "update", "direction", "stiffness_n_m", "passive_n_m", "drift", "success", "reward",
+    "update", "direction", "stiffness_n_m", "passive_n_m", "drift", "swing", "success", "reward",
 )  # fmt: skip
 
 
@@ -83,6 +83,7 @@ def train(
                     "direction": np.arange(len(probe.force)),
                     "stiffness_n_m": yielding.stiffness_n_m,
                     "drift": yielding.drift,
+                    "swing": yielding.swing,
                 }
             )
         )
@@ -111,7 +112,7 @@ def _probed(
     torque_share: float,
     **actions: Any,
 ) -> "Environments":
-    """One environment a force and one for their twin, with episodes that outlast them."""
+    """Two environments a force, with episodes that outlast it."""
     problem = pairing.problem(name, parameters, probe.duration_s + 1 / POLICY_RATE_HZ, **actions)
     choice = pairing.choice(problem.task, torque_share)
-    return problem.environments(choice, settings, len(probe.force) + 1, 0)
+    return problem.environments(choice, settings, 2 * len(probe.force), 0)

@@ -124,7 +124,7 @@ def _following(table: pd.DataFrame) -> Shaped:
 
 
 def _decoupling(table: pd.DataFrame) -> Shaped:
-    yield "decoupling/decoupling/trainings.parquet", table
+    yield "decoupling_swept/decoupling/trainings.parquet", table
 
 
 def _landscape(table: pd.DataFrame) -> Shaped:

@@ -16,6 +16,7 @@ from t2l.study.attenuation.statistics import effective_error_table, printable_ef
 from t2l.study.attenuation.success import by_cell
 from t2l.study.cloning.claims import ANEW_TASKS, TASK
 from t2l.study.decoupling.statistics import decoupling_table, printable_decoupling
+from t2l.study.decoupling.summary import chosen
 from t2l.study.kept.evidence import HOLD_S, LENGTHS, deployed, named_collections
 from t2l.study.published.numbers import grid_of
 from t2l.study.transfer.decision import decide, printable_decision
@@ -91,7 +92,7 @@ def tables(folder: Path, rule: Rule) -> Tables:
     yield "compliance", table, printable_compliance(table)
     table = collections(folder)
     yield "collections", table, printable_collections(table)
-    trainings = read("decoupling")
+    trainings = chosen(read("decoupling"))
     table = decoupling_table(trainings, list(dict.fromkeys(trainings.pairing)))
     yield "decoupling", table, printable_decoupling(table)
 

@@ -114,7 +114,7 @@ FINDINGS = (
     Independent(
         "Stiffness of a task is not the gain's",
         ("stiff_behaviour", "stiffness_ratio"),
-        "the same six trainings",
+        "the same ten trainings",
     ),
     Independent(
         "People do not mind compliant gains",
@@ -195,7 +195,7 @@ AFTERWARDS: Mapping[str, str] = {
     "oscillation_modes": f"{_STOPS}; that both modes must be there was added; {_ROBOT}",
     **dict.fromkeys(
         ("stiff_behaviour", "stiffness_ratio"),
-        "that poses are held, and tools rest, was added after it was known that no tool rests"),
+        "how stiffness is measured was changed after it was known that no tool rests"),
 }  # fmt: skip
 
 
