@@ -27,7 +27,19 @@ LEARNING = {
                 "action_scales": [{"kp": 0.25, "kd": 4, "rad": [1.0, 0.5]}],
                 **SMALL,
             },
-        ]
+        ],
+        "gain_searches": [
+            {
+                "task": "joint_reach",
+                "kp": [64, 512],
+                "kd": [4, 16],
+                "trials": 2,
+                "startup": 2,
+                "least_success": 0.0,
+                "limits": [],
+                **{**SMALL, "horizon_s": 0.4},
+            },
+        ],
     },
     "sim_to_real": {"conditions": []},
 }
@@ -69,3 +81,9 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     assert set(policy.action_scale) == set(choice.action_scale)
     tried = pd.read_parquet(cell / "trials.parquet").filter(like="action_scale_")
     assert choice.action_scale in set(tried.itertuples(index=False, name=None))
+    searched = results / "learning/joint_reach/gains"
+    assert len(pd.read_csv(searched / "trials.csv")) == 2
+    # each trial of the front was trained again, from another seed
+    front = pd.read_csv(searched / "front.csv")
+    assert len(front) and (front.again == 1).all()
+    assert imread(searched / "figures/front.png")[..., :3].std() > 0.02
