@@ -85,5 +85,6 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     assert len(pd.read_csv(searched / "trials.csv")) == 2
     # each trial of the front was trained again, from another seed
     front = pd.read_csv(searched / "front.csv")
-    assert len(front) and (front.again == 1).all()
+    assert len(front)
+    assert (front.again == 1).all()
     assert imread(searched / "figures/front.png")[..., :3].std() > 0.02
