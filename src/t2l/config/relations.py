@@ -207,37 +207,34 @@ def _learning(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterat
     section = configuration.learning
     if section is None:
         return
-    names = [entry.task for entry in section.tasks]
-    for i, entry in enumerate(section.tasks):
-        key, task = f"learning.tasks[{i}]", tasks.get(entry.task)
-        if entry.task in names[:i]:
-            yield Problem(f"{key}.task", f"{entry.task!r} a second time", "each task once")
-        if task is not None and not isinstance(task, Rewarded):
-            yield Problem(f"{key}.task", describe(entry.task), "a task with a reward")
-            task = None
-        yield from of_actions(f"{key}.actions", entry.actions, "joint_pd")
-        yield from transfer_design.scales(key, entry.action_scales, task)
-        known = [Cell(given.kp, given.kd) for given in entry.action_scales]
-        for j, searched in enumerate(entry.searched):
-            cell = Cell(searched.kp, searched.kd)
-            if cell in known:
-                yield Problem(f"{key}.searched[{j}]", f"{cell} a second time", "each cell once")
-            known.append(cell)
-        if not known:
-            yield Problem(key, "no cell", "cells under action_scales or searched")
-        yield from _of_training(key, entry, task)
     if not (section.tasks or section.gain_searches):
         yield Problem("learning", "no task", "tasks under tasks or gain_searches")
-    names = [entry.task for entry in section.gain_searches]
-    for i, entry in enumerate(section.gain_searches):
-        key, task = f"learning.gain_searches[{i}]", tasks.get(entry.task)
-        if entry.task in names[:i]:
-            yield Problem(f"{key}.task", f"{entry.task!r} a second time", "each task once")
-        if task is not None and not isinstance(task, Rewarded):
-            yield Problem(f"{key}.task", describe(entry.task), "a task with a reward")
-            task = None
-        yield from of_actions(f"{key}.actions", entry.actions, "joint_pd")
-        yield from _of_training(key, entry, task)
+    for of in "tasks", "gain_searches":
+        entries = getattr(section, of)
+        names = [entry.task for entry in entries]
+        for i, entry in enumerate(entries):
+            key, task = f"learning.{of}[{i}]", tasks.get(entry.task)
+            if entry.task in names[:i]:
+                yield Problem(f"{key}.task", f"{entry.task!r} a second time", "each task once")
+            if task is not None and not isinstance(task, Rewarded):
+                yield Problem(f"{key}.task", describe(entry.task), "a task with a reward")
+                task = None
+            yield from of_actions(f"{key}.actions", entry.actions, "joint_pd")
+            if isinstance(entry, LearnedTask):
+                yield from _of_cells(key, entry, task)
+            yield from _of_training(key, entry, task)
+
+
+def _of_cells(key: str, entry: LearnedTask, task: Rewarded | None) -> Iterator[Problem]:
+    yield from transfer_design.scales(key, entry.action_scales, task)
+    known = [Cell(given.kp, given.kd) for given in entry.action_scales]
+    for j, searched in enumerate(entry.searched):
+        cell = Cell(searched.kp, searched.kd)
+        if cell in known:
+            yield Problem(f"{key}.searched[{j}]", f"{cell} a second time", "each cell once")
+        known.append(cell)
+    if not known:
+        yield Problem(key, "no cell", "cells under action_scales or searched")
 
 
 def _of_training(
