@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import optuna
-from optuna.samplers import TPESampler
 from optuna.trial import TrialState
 
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
@@ -29,20 +28,13 @@ from t2l.gains import Cell
 from t2l.identify.model import Model
 from t2l.policies import Policy
 from t2l.recordings.recording import CONTINUOUS
-from t2l.rl.algorithm import Trained, TrainingError
 from t2l.rl.gain_table import AGAIN, gain_table
 from t2l.rl.problem import Choice, Condition, Problem, scale_names
 from t2l.rl.results import TOLERATED, Evaluation
 from t2l.rl.settings import LOGARITHMIC, Search, Settings
-from t2l.rl.side_by_side import (
-    Training,
-    device_for,
-    judge_side_by_side,
-    learn_side_by_side,
-)
-from t2l.rl.trials import FINISHED, count, open_study, requeue_abandoned, sign
-from t2l.rl.tuning import at_once, busy, choose, first_guess
-from t2l.seeds import seed_sequence
+from t2l.rl.side_by_side import Training, device_for, learn_and_judge
+from t2l.rl.trials import open_study, requeue_abandoned
+from t2l.rl.tuning import ask, at_once, choose, first_guess
 from t2l.sim.batch import MUJOCO
 from t2l.tasks import Rewarded
 
@@ -294,25 +286,18 @@ def outcomes(
 ) -> Iterator[Outcome]:
     """What trainings come to: objectives and rates by name, or why there is no policy."""
     real = [training for training in trainings if not isinstance(training, str)]
-    trained = learn_side_by_side(real, threads) if real else []
-    complete = [
-        (training, one.policy)
-        for training, one in zip(real, trained, strict=True)
-        if isinstance(one, Trained)
-    ]
-    judged = iter(judge_side_by_side(*zip(*complete, strict=True), threads) if complete else ())
-    each = iter(zip(real, trained, strict=True))
+    each = iter(learn_and_judge(real, threads))
     for training in trainings:
         if isinstance(training, str):
             yield training
             continue
-        training, one = next(each)
-        if isinstance(one, TrainingError):
-            yield str(one)
+        trained, judged = next(each)
+        if judged is None:
+            yield str(trained)
             continue
-        found = _numbers(next(judged))
+        found = _numbers(judged)
         if problem.twin:
-            found[TRANSFERRED] = transfer_error(problem, training, one.policy, threads)
+            found[TRANSFERRED] = transfer_error(problem, training, trained.policy, threads)
         yield found if all(map(math.isfinite, found.values())) else "it runs away on the twin"
 
 
@@ -373,11 +358,7 @@ def _ask(
     study: optuna.Study, problem: GainProblem, search: GainSearch, seed: int
 ) -> tuple[optuna.Trial, Cell, Choice]:
     """A trial, and what it chose."""
-    # a sampler of its own for each trial: its choice depends on the trials before alone
-    state = seed_sequence(seed, "sampler", count(study, *FINISHED), busy(study)).generate_state(1)
-    study.sampler = TPESampler(n_startup_trials=search.startup, seed=int(state[0]))
-    trial = study.ask()
-    sign(trial)
+    trial = ask(study, search.startup, seed)
     gains = [trial.suggest_float(n, *getattr(search, n), log=True) for n in ("kp", "kd")]
     choice = choose(trial, search.scales, problem.task.robot)
     return trial, Cell(*gains), choice

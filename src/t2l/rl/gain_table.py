@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from t2l.rl.trials import FINISHED
+from t2l.rl.trials import FINISHED, INTERNAL
 
 if TYPE_CHECKING:
     import optuna
     import pandas as pd
 
 AGAIN = "again"  # of a study's attributes, what a trial that was trained again came to
-_INTERNAL = ("worker", "seen")
 
 
 def gain_table(study: "optuna.Study", objectives: Mapping[str, str]) -> "pd.DataFrame":
@@ -32,7 +31,7 @@ def gain_table(study: "optuna.Study", objectives: Mapping[str, str]) -> "pd.Data
 
     rows = []
     for trial in study.get_trials(deepcopy=False, states=FINISHED):
-        known = {k: v for k, v in trial.user_attrs.items() if k not in _INTERNAL}
+        known = {k: v for k, v in trial.user_attrs.items() if k not in INTERNAL}
         own = {"number": trial.number, **trial.params, **known}
         own["feasible"] = max(trial.constraints.values()) <= 0
         again = [v for k, v in study.user_attrs.items() if k.startswith(f"{AGAIN}/{trial.number}/")]

@@ -80,6 +80,22 @@ def judge_side_by_side(
     return evaluate_side_by_side(policies, _world(trainings, EPISODES, 2, False, threads, where))
 
 
+def learn_and_judge(
+    trainings: Sequence[Training], threads: int = 1
+) -> list[tuple[Trained | TrainingError | TrainingEnded, Evaluation | None]]:
+    """What each training gives or raises, and what is said of its policy; None if it left none."""
+    if not trainings:
+        return []
+    trained = learn_side_by_side(trainings, threads)
+    complete = [
+        (training, one.policy)
+        for training, one in zip(trainings, trained, strict=True)
+        if isinstance(one, Trained)
+    ]
+    judged = iter(judge_side_by_side(*zip(*complete, strict=True), threads) if complete else ())
+    return [(one, next(judged) if isinstance(one, Trained) else None) for one in trained]
+
+
 def learn_alone(training: Training, threads: int = 1) -> Trained | TrainingError | TrainingEnded:
     """What `t2l.rl.learn.learn` gives or raises."""
     try:

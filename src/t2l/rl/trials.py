@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 SILENCE_S = 900.0
 
 # of a trial's attributes, what says nothing about it to a reader of the table
-_INTERNAL = ("worker", "seen")
+INTERNAL = ("worker", "seen")
 
 FINISHED = (TrialState.COMPLETE, TrialState.PRUNED)
 
@@ -187,7 +187,7 @@ def table(study: optuna.Study) -> "pd.DataFrame":
         [
             {"number": trial.number, "state": trial.state.name.lower(), "objective": trial.value}
             | trial.params
-            | {k: v for k, v in trial.user_attrs.items() if k not in _INTERNAL}
+            | {k: v for k, v in trial.user_attrs.items() if k not in INTERNAL}
             for trial in study.get_trials(deepcopy=False, states=FINISHED)
         ]
     )

@@ -25,12 +25,7 @@ from t2l.rl.learn import judge
 from t2l.rl.problem import Choice, Problem, scale_names
 from t2l.rl.results import Evaluation
 from t2l.rl.settings import LOGARITHMIC, Search, Settings
-from t2l.rl.side_by_side import (
-    Training,
-    judge_side_by_side,
-    learn_alone,
-    learn_side_by_side,
-)
+from t2l.rl.side_by_side import Training, learn_alone, learn_and_judge
 from t2l.rl.trials import FINISHED, alive, count, requeue_abandoned, sign
 from t2l.robots import Robot
 from t2l.seeds import seed_sequence
@@ -113,15 +108,8 @@ def work_side_by_side(
         ]
         if not asked:
             return
-        trained = learn_side_by_side([training for _, _, training in asked], threads)
-        complete = [
-            (training, one.policy)
-            for (_, _, training), one in zip(asked, trained, strict=True)
-            if isinstance(one, Trained)
-        ]
-        judged = iter(judge_side_by_side(*zip(*complete, strict=True), threads) if complete else ())
-        for each, one in zip(asked, trained, strict=True):
-            found = next(judged) if isinstance(one, Trained) else None
+        outcomes = learn_and_judge([training for _, _, training in asked], threads)
+        for each, (one, found) in zip(asked, outcomes, strict=True):
             report(_tell(*each, one, found, search.solved_at))
 
 
@@ -159,15 +147,25 @@ def at_once(study: optuna.Study, search: Search, workers: int) -> int:
     return min(max(workers, search.startup - begun), search.trials - begun)
 
 
+def ask(study: optuna.Study, startup: int, seed: int) -> optuna.Trial:
+    """A new trial of this process; what it chooses depends on the seed and the trials before alone.
+
+    Args:
+        startup: trials at random, before the sampler judges by earlier ones.
+    """
+    # so each trial has a sampler of its own
+    state = seed_sequence(seed, "sampler", count(study, *FINISHED), busy(study)).generate_state(1)
+    study.sampler = optuna.samplers.TPESampler(n_startup_trials=startup, seed=int(state[0]))
+    trial = study.ask()
+    sign(trial)
+    return trial
+
+
 def _ask(
     study: optuna.Study, problem: Problem, search: Search, settings: Settings, seed: int
 ) -> tuple[optuna.Trial, Training]:
     """A trial, and the training that it is."""
-    # a sampler of its own for each trial: its choice depends on the trials before alone
-    state = seed_sequence(seed, "sampler", count(study, *FINISHED), busy(study)).generate_state(1)
-    study.sampler = optuna.samplers.TPESampler(n_startup_trials=search.startup, seed=int(state[0]))
-    trial = study.ask()
-    sign(trial)
+    trial = ask(study, search.startup, seed)
     choice = choose(trial, search, problem.task.robot)
 
     def follow(update: int, policy: Policy, found: Evaluation) -> None:
