@@ -25,7 +25,8 @@ ADDED = 6  # numerics: effects that are tried beside each
 MOST = 6  # bound: effects in a set
 STEPS = 8  # bound: of growing
 POLISHING = 2  # numerics: iterations with all derivatives, of what goes on
-FLOOR = 0.02  # numerics: of the error, below which the linear model may be what is wrong
+# numerics: of what the model of the linearised loop leaves, below which that may be what is wrong
+FLOOR = 0.02
 
 # by its effects and their joints, a set that is not fitted yet, with its score
 _Open = dict[frozenset, tuple[float, Start]]

@@ -307,7 +307,7 @@ class _Search:
         Returns:
             The new ones that a simulation follows, and what can only be simulated, the best first.
         """
-        folds, noise_rad, fitted = self.data.folds, this.noise_rad, {id(one) for one in this.led}
+        folds, fitted = self.data.folds, {id(one) for one in this.led}
         while True:
             this.led, driven = grown(
                 self.current, this.led, screen, self.rows, self.along, folds, judge,
@@ -317,10 +317,10 @@ class _Search:
             one, rmse = min(followed, key=lambda pair: pair[1], default=(self.current, np.inf))
             if judge.quiet(rmse) or rmse > NEARER * self.linearised_rmse or self.over():
                 return [one for one, _ in followed if id(one) not in fitted], driven
-            self._linearise(noise_rad, one.known, rmse)
+            self._linearise(this.noise_rad, one.known, rmse)
             starts = [Start(one.layout, one.u) for one, _ in followed]
             this.led = fit_along(starts, self.along, folds)
-            clearer = min(this.led, key=lambda f: f.left_out_rmse)
+            clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
             guesses = self._guesses(self._left(clearer))
             screen = self._screen(self._left(self.current), *guesses, may_bend=False)
 
@@ -409,9 +409,9 @@ class _Search:
         linear = self.samples.linear
         self.sections = linearised(linear, *model, measured_motion(linear, *model))
         self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
-        if self.along.can_lead(self.simulated.layout):
-            start = Start(*self.simulated.model)
-            self.current = next(iter(fit_along([start], self.along, data.folds, 0)), self.simulated)
+        if self.along.can_lead(self.current.layout):
+            start = Start(*self.current.model)
+            self.current = next(iter(fit_along([start], self.along, data.folds, 0)), self.current)
 
     def _guesses(self, left: np.ndarray) -> tuple[list[Effect], dict[str, list[Values]]]:
         """Effects that may act, and by name the settings where they are tried."""
