@@ -56,8 +56,13 @@ class AlongMotion(Objective):
             motion = section.motion
             answer = respond(section, excess(self.predictor, section, self.base)[..., None])[:, 0]
             self.answer[motion.group.held] = answer
-            found[motion.group.held] = answer + at_samples(motion.group, motion.q)
+            found[motion.group.held] = answer + at_samples(motion.group, motion.q, motion.dq)
         return found - samples.q
+
+    @property
+    def rmse(self) -> float:
+        """Of the model so far, rad; not a number where the loop runs away."""
+        return float(np.sqrt(np.mean(self.residual**2)))
 
     def can_lead(self, layout: Layout) -> bool:
         """Whether a layout has no state besides the joints'."""

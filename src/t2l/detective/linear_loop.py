@@ -20,7 +20,7 @@ from t2l.detective.motion import Motion, mean_ddq
 from t2l.detective.paths import path_of, weight_at
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
-from t2l.identify.simulation import install
+from t2l.identify.simulation import hermite, install
 from t2l.sim.driven_loop import DrivenLoop, Path, all_at_once
 from t2l.sim.poses import Poses
 
@@ -49,13 +49,27 @@ class Section:
 
 
 def linearised(
-    predictor: Predictor, layout: Layout, u: np.ndarray, motions: Sequence[Motion]
+    predictor: Predictor,
+    layout: Layout,
+    u: np.ndarray,
+    motions: Sequence[Motion],
+    feedback: tuple[Layout, np.ndarray] | None = None,
 ) -> list[Section]:
-    """Sections of every group along its motion, at the model so far u (n,)."""
-    return [_section(predictor, layout, u, motion) for motion in motions]
+    """Sections of every group along its motion, at the model so far u (n,).
+
+    Args:
+        feedback: another model, of which the controller's derivatives are taken instead.
+    """
+    return [_section(predictor, layout, u, motion, feedback) for motion in motions]
 
 
-def _section(predictor: Predictor, layout: Layout, u: np.ndarray, motion: Motion) -> Section:
+def _section(
+    predictor: Predictor,
+    layout: Layout,
+    u: np.ndarray,
+    motion: Motion,
+    feedback: tuple[Layout, np.ndarray] | None,
+) -> Section:
     model, joints = predictor.model(layout.terms), predictor.joints
     schedule = motion.group.schedule
     speed = np.sqrt(np.mean(motion.dq**2, axis=(0, 1)))
@@ -66,7 +80,7 @@ def _section(predictor: Predictor, layout: Layout, u: np.ndarray, motion: Motion
     carried = schedule.compensated | schedule.balanced
     rigid = _rigid(model, predictor.model(), joints, poses, carried)
     plant = _Plant(*(poses.at_ticks(one) for one in rigid))
-    step, torque = _discrete(predictor, layout, u, motion, path, plant, model)
+    step, torque = _discrete(predictor, *(feedback or (layout, u)), motion, path, plant, model)
     ddq = mean_ddq(motion.predicted_dq, schedule.period_s)
     predicted = motion.predicted, motion.predicted_dq, ddq
     own, _ = path_of(predictor, (layout, u), schedule, predicted, at_rest)
@@ -190,17 +204,20 @@ def respond(
     ntick, nrec, n = section.path.q.shape
     m = torque.shape[-1]
     wanted = section.motion.group.schedule.sample_ticks
-    kept = np.empty((len(wanted), nrec, n, m), np.float32)
+    kept = np.empty((len(wanted), nrec, 2 * n, m), np.float32)
     x = np.zeros((nrec, 2 * n, m), np.float32)
     place = dict(zip(wanted.tolist(), range(len(wanted)), strict=True))
     torque = torque.astype(np.float32, copy=False)
     for tick in range(ntick):
         if tick in place:
-            kept[place[tick]] = x[:, :n]
+            kept[place[tick]] = x
         by = section.torque[tick]
         push = by @ torque[tick] if joint is None else by[:, :, joint] * torque[tick][:, None]
         x = section.step[tick] @ x
         x += push
     recording, tick, rest, of = (values[chosen] for values in section.motion.group.wanted)
+    before, after = kept[tick, recording, of], kept[tick + 1, recording, of]
+    dq_before, dq_after = kept[tick, recording, n + of], kept[tick + 1, recording, n + of]
+    period = section.motion.group.schedule.period_s
     rest = rest[:, None].astype(np.float32)
-    return (1 - rest) * kept[tick, recording, of] + rest * kept[tick + 1, recording, of]
+    return hermite(rest, period, before, after, dq_before, dq_after)

@@ -15,6 +15,7 @@ from scipy.interpolate import make_lsq_spline
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.schedules import Group
+from t2l.identify.simulation import hermite
 
 KNOTS_S = (0.5, 0.25, 0.12, 0.06, 0.03, 0.015)  # numerics: distances that are tried
 DEGREE = 5  # numerics: acceleration is a smooth curve too
@@ -51,7 +52,7 @@ def measured_motion(predictor: Predictor, layout: Layout, u: np.ndarray) -> list
         period = group.schedule.period_s
         recording, tick, rest, joint = group.wanted
         ticks = group.schedule.sample_ticks[tick]
-        residual = predictor.samples.q[group.held] - at_samples(group, q)
+        residual = predictor.samples.q[group.held] - at_samples(group, q, dq)
         clock = (ticks + rest) * period
         at = np.arange(len(q)) * period
         more, noise = np.zeros((2, *q.shape)), np.zeros(q.shape[1:])
@@ -74,12 +75,12 @@ def mean_ddq(dq: np.ndarray, period_s: float) -> np.ndarray:
     return np.concatenate([mean, mean[-1:]])
 
 
-def at_samples(group: Group, values: np.ndarray) -> np.ndarray:
-    """(k,) of values (ntick, nrec, njoint) at the samples of a group, linear between ticks."""
+def at_samples(group: Group, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    """Position (k,) at the samples of a group, of q and dq (ntick, nrec, njoint) at its ticks."""
     recording, tick, rest, joint = group.wanted
-    ticks = group.schedule.sample_ticks[tick]
-    before, after = values[ticks, recording, joint], values[ticks + 1, recording, joint]
-    return before * (1 - rest) + after * rest
+    ticks, period = group.schedule.sample_ticks[tick], group.schedule.period_s
+    before, after = (ticks, recording, joint), (ticks + 1, recording, joint)
+    return hermite(rest, period, q[before], q[after], dq[before], dq[after])
 
 
 def _smooth(

@@ -46,6 +46,7 @@ ALONE = 12  # numerics: effects alone that are simulated to rank them
 # numerics: sets that are simulated as they are, before some are fitted so: of the screen and grown
 FOLLOWED, GROWN = 30, 16
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
+RUN_AWAY = 100.0  # numerics: times an error by simulation, that a linear model tells nothing with
 NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
 SIMULATED = 2  # numerics: sets that can only be simulated, besides
 # what a round does, in turn
@@ -402,13 +403,21 @@ class _Search:
         return noise_floor(list(predictor.recordings), predictor.samples.by_row(left))
 
     def _linearise(self, noise_rad: float, known: Known, rmse_rad: float) -> None:
-        """Along the motion, at a model of which `rmse_rad` is the error by simulation."""
+        """Along the motion, at a model of which `rmse_rad` is the error by simulation.
+
+        What remembers has no derivative, so the loop may run away without it: then its feedback is
+        that of the model as it came.
+        """
         data, model = self.data, known[0]
         self.linearised_rmse = rmse_rad
         self.samples = Samples.of(data.fitted, data.fitted_mask, data.folds, model, noise_rad)
         linear = self.samples.linear
-        self.sections = linearised(linear, *model, measured_motion(linear, *model))
-        self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
+        motions = measured_motion(linear, *model)
+        for feedback in (model, self.model.vector(linear.joints)):
+            self.sections = linearised(linear, *model, motions, feedback)
+            self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
+            if self.along.rmse <= RUN_AWAY * max(rmse_rad, noise_rad):
+                break
         if self.along.can_lead(self.current.layout):
             start = Start(*self.current.model)
             self.current = next(iter(fit_along([start], self.along, data.folds, 0)), self.current)

@@ -100,7 +100,7 @@ def _at(wanted, q, dq, period) -> tuple[np.ndarray, np.ndarray]:
     recording, tick, rest, joint = wanted
     first = (slice(None), recording, tick, joint)
     second = (slice(None), recording, tick + 1, joint)
-    between = _hermite(rest, period, q[first], q[second], dq[first], dq[second])
+    between = hermite(rest, period, q[first], q[second], dq[first], dq[second])
     return between, (1 - rest) * dq[first] + rest * dq[second]
 
 
@@ -200,7 +200,9 @@ def _runs(having: np.ndarray) -> list[np.ndarray]:
     return np.split(found, np.flatnonzero(np.diff(found) > 1) + 1)
 
 
-def _hermite(part, period, q0, q1, v0, v1) -> np.ndarray:
+def hermite(
+    part: np.ndarray, period: float, q0: np.ndarray, q1: np.ndarray, v0: np.ndarray, v1: np.ndarray
+) -> np.ndarray:
     """Position at a part of the period between two ticks; exact under a held torque."""
     left, right = 1 - part, part
     return (
