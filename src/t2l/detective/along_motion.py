@@ -112,7 +112,11 @@ def fit_along(
 
 
 def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
-    """The best with other values of what has no derivative, ever nearer to it."""
+    """The best with other values of what has no derivative, ever nearer to it.
+
+    They have the derivatives of the first meanwhile, as their steps correct these.
+    """
+    first = fit
     for times in ROUGH_STEPS:
         others = []
         for i in _steps(fit):
@@ -121,9 +125,16 @@ def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:
                 u[i] = np.clip(
                     u[i] + step * _unit(fit.layout, i), fit.layout.lower[i], fit.layout.upper[i]
                 )
-                others.append(LeastSquares(fit.layout, u, fit.size, noise=fit.noise))
+                others.append(
+                    LeastSquares(
+                        fit.layout, u, fit.size, noise=fit.noise, given=fit.columns(), secant=True
+                    )
+                )
         minimise(others, objective, ROUGH_ITERATIONS)
         fit = min([fit, *others], key=lambda one: one.loss)
+    if fit is not first:
+        fit = LeastSquares(fit.layout, fit.u, fit.size, noise=fit.noise)
+        minimise([fit], objective, ROUGH_ITERATIONS)
     return fit
 
 

@@ -33,6 +33,7 @@ from t2l.diagnose.starting_points import read_off
 from t2l.effects.effect import Effect
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
+from t2l.identify.levels import NOTHING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
@@ -44,7 +45,7 @@ ROUNDS = 6  # bound: of a search: more is a model that fits anything
 SCREENED = 8000  # numerics: samples that sets are scored by
 ALONE = 12  # numerics: effects alone that are simulated to rank them
 # numerics: sets that are simulated as they are, before some are fitted so: of the screen and grown
-FOLLOWED, GROWN = 30, 16
+FOLLOWED, GROWN = 30, 6
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 RUN_AWAY = 100.0  # numerics: times an error by simulation, that a linear model tells nothing with
 NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
@@ -279,7 +280,10 @@ class _Search:
         self.looked(this)
         if better is not None:
             self._adopt(this, better, judge)
-            return not quiet
+            # the same effects again, no better: the next round would be this one
+            same = self.simulated.names == this.before.names
+            ends = same and self.simulated.rmse > (1 - NOTHING) * this.before.rmse
+            return not (quiet or ends)
         self.current = this.promised = pruned_along(promised, self.along, judge, folds, self.over)
         return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
 
@@ -309,21 +313,33 @@ class _Search:
             The new ones that a simulation follows, and what can only be simulated, the best first.
         """
         folds, fitted = self.data.folds, {id(one) for one in this.led}
+        driven: list[Start] = []
         while True:
-            this.led, driven = grown(
+            this.led, others = grown(
                 self.current, this.led, screen, self.rows, self.along, folds, judge,
                 self.linearised_rmse, self.over,
             )  # fmt: skip
+            driven = driven or others
             followed = self._followed(this.led, GROWN)
             one, rmse = min(followed, key=lambda pair: pair[1], default=(self.current, np.inf))
             if judge.quiet(rmse) or rmse > NEARER * self.linearised_rmse or self.over():
-                return [one for one, _ in followed if id(one) not in fitted], driven
+                break
             self._linearise(this.noise_rad, one.known, rmse)
             starts = [Start(one.layout, one.u) for one, _ in followed]
             this.led = fit_along(starts, self.along, folds)
             clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
-            guesses = self._guesses(self._left(clearer))
-            screen = self._screen(self._left(self.current), *guesses, may_bend=False)
+            effects, guesses = self._guesses(self._left(clearer))
+            # what can only be simulated is so beside the first model
+            can = [effect for effect in effects if not effect.extends]
+            screen = self._screen(self._left(self.current), can, guesses, may_bend=False)
+        new = [one for one, _ in followed if id(one) not in fitted]
+        if new and not self.over():
+            # what is not needed takes time in every simulation
+            best = min(new, key=lambda f: f.left_out_rmse)
+            fewer = pruned_along(best, self.along, judge, folds, self.over)
+            new += [fewer] * (fewer is not best)
+            this.led += [fewer] * (fewer is not best)
+        return new, driven
 
     def _followed(
         self, led: Sequence[FittedSet], most: int = FOLLOWED
