@@ -46,6 +46,7 @@ SCREENED = 8000  # numerics: samples that sets are scored by
 ALONE = 12  # numerics: effects alone that are simulated to rank them
 # numerics: sets that are simulated as they are, before some are fitted so: of the screen and grown
 FOLLOWED, GROWN = 30, 6
+CARRIED = 16  # numerics: sets that are fitted again where the loop is linearised again
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 RUN_AWAY = 100.0  # numerics: times an error by simulation, that a linear model tells nothing with
 NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
@@ -325,8 +326,8 @@ class _Search:
             if judge.quiet(rmse) or rmse > NEARER * self.linearised_rmse or self.over():
                 break
             self._linearise(this.noise_rad, one.known, rmse)
-            starts = [Start(one.layout, one.u) for one, _ in followed]
-            this.led = fit_along(starts, self.along, folds)
+            ranked = sorted(this.led, key=lambda f: f.left_out_rmse)[:CARRIED]
+            this.led = fit_along([Start(f.layout, f.u) for f in ranked], self.along, folds)
             clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
             effects, guesses = self._guesses(self._left(clearer))
             # what can only be simulated is so beside the first model
