@@ -9,11 +9,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from t2l.detective.candidates import Candidate, Column, Responses, Table
 from t2l.detective.linear_loop import Section
 from t2l.detective.responses import added_torques
-from t2l.detective.screen import Screen
+from t2l.detective.screen import Screen, products_of
 from t2l.diagnose.conditions import features
 from t2l.effects.effect import Scales
 from t2l.effects.law import FRICTION, INERTIA, LIMIT, TENDON, Law
@@ -118,24 +119,31 @@ def with_curves(
     found: dict[int, list[tuple[float, list[tuple[Candidate, np.ndarray]]]]] = {}
     for effect, at in zip(finest, places, strict=True):
         joint = predictor.joints.index(effect.law.joint)
-        made = _versions(effect, joint, responses[:, at], len(screened.base), named)
+        made = _versions(effect, joint, len(screened.base), named)
         # what other joints lack is no reason to prefer a simple one
         here = np.isin(
             joints, [predictor.joints.index(n) for n in (effect.law.joint, effect.law.of)]
         )
         few = replace(
             screened,
-            columns=np.concatenate([base, *(own for _, own in made)], axis=1)[here],
+            columns=np.zeros((int(here.sum()), 0), np.float32),
             candidates=[candidate for candidate, _ in made],
             base=tuple(range(len(screened.base))),
         )
-        alone = Screen(few, residual[here], folds[here], noise_rad)
+        # all versions are combinations of the finest
+        of_finest = block_diag(np.eye(base.shape[1]), np.hstack([of for _, of in made]), 1.0)
+        every = np.column_stack([base, responses[:, at], residual])[here]
+        products = of_finest.T @ products_of(every, folds[here]) @ of_finest
+        alone = Screen(few, residual[here], folds[here], noise_rad, products)
         scored = alone.scores([(i,) for i in range(len(made))])
         best = min(scored, key=lambda s: s.error)
         # of all samples, as a tendon has those of two joints
         gain = (alone.score(()).error - best.error) * here.mean()
         simple = next(s for s in scored if s.error <= NEAR * best.error)
-        kept = [made[i] for i in sorted({best.members[0], simple.members[0]})]
+        kept = [
+            (made[i][0], (responses[:, at] @ made[i][1]).astype(np.float32))
+            for i in sorted({best.members[0], simple.members[0]})
+        ]
         found.setdefault(joint, []).append((gain, kept))
         left = max(whole - max(gain, 0.0), 0.0)
         ceilings.append(Ceiling(effect.law, left**0.5))
@@ -174,20 +182,22 @@ def _ask(wanted: Responses, predictor, sections, adopted, effect: SplineTorque) 
 
 
 def _versions(
-    finest: SplineTorque, joint: int, responses: np.ndarray, first: int, named: bool
+    finest: SplineTorque, joint: int, first: int, named: bool
 ) -> list[tuple[Candidate, np.ndarray]]:
-    """Candidates, the fewest numbers first, with their columns, numbered from `first` on."""
+    """Candidates, the fewest numbers first, their columns numbered from `first` on.
+
+    Each with its columns as combinations of the finest ones.
+    """
     made = []
     bent = [(one, of) for one, of in versions(finest) if not (named and is_straight(one))]
     every = ((one.bending(bend), of) for one, of in bent for bend in BENDS)
     for effect, of_finest in every:
-        own = (responses @ of_finest).astype(np.float32)
         parameters = effect.parameters
         columns = tuple(
             Column(first + k, parameters[k].name, joint, parameters[k].lower, parameters[k].upper)
-            for k in range(own.shape[1])
+            for k in range(of_finest.shape[1])
         )
         setting = {(p.name, joint): 0.0 for p in parameters}
-        made.append((Candidate(effect, (joint,), setting, (), columns, len(parameters)), own))
-        first += own.shape[1]
+        made.append((Candidate(effect, (joint,), setting, (), columns, len(parameters)), of_finest))
+        first += of_finest.shape[1]
     return made

@@ -11,7 +11,7 @@ Ljung, System identification, 1999, section 4.2.
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
@@ -46,6 +46,28 @@ class Section:
     poses: Poses
     step: np.ndarray
     torque: np.ndarray
+    _motors: dict = field(default_factory=dict, repr=False)
+
+    def motor_torque(
+        self, predictor: Predictor, base: tuple[Layout, np.ndarray]
+    ) -> np.ndarray | None:
+        """N·m (ntick, nrec, n) of the motors of a model u (n,); None if more of it remembers."""
+        layout, u = base
+        key = (*(slot.key for slot in layout.slots), u.tobytes())
+        if key not in self._motors:
+            schedule = self.motion.group.schedule
+            memory = [term for term in layout.terms if term.effect.remembers]
+            at = [i for i, slot in enumerate(layout.slots) if slot.term in memory]
+            model = predictor.model(layout.terms)
+            loop = DrivenLoop(model, predictor.joints, schedule, 1)
+            install(loop, [(Layout(memory), u[None, at])])
+            known = None
+            if not (loop.friction or loop.joint_torques or schedule.hold is not None):
+                loop = DrivenLoop(model, predictor.joints, schedule, 1)
+                install(loop, [(layout, u[None])])
+                known = loop.motor_torque(self.path)[:, 0]
+            self._motors[key] = known
+        return self._motors[key]
 
 
 def linearised(

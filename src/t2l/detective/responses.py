@@ -39,18 +39,26 @@ def added_torques(
     found: dict[int, np.ndarray] = {}
     remembering: dict[int, list[int]] = {}
     bodies = [added_by_bodies(predictor, schedule, poses, so_far, one) for one in variants]
-    known: dict[int, np.ndarray] = {}
+    known: dict[tuple, np.ndarray] = {}
+    base_remembers = any(term.effect.remembers for term in base[0].terms)
     for i, (layout, u) in enumerate(variants):
         model = with_both(predictor, so_far, layout)
-        if _only_bodies(predictor, section, model, base, layout, u):
+        new = _new(base, layout, u)
+        if new is not None and _changes_only_bodies(predictor, section, model, base, new):
             found[i] = _whole(bodies[i], section, len(u))
+            continue
+        plain, less, motor = variants[i], so_far, None
+        if base_remembers and new is not None and _after_the_motor(predictor, section, model, new):
+            motor = section.motor_torque(predictor, base)
+        if motor is not None:
+            plain, less = _forgetting(variants[i]), _forgetting(so_far)
         elif any(term.effect.remembers for term in (*base[0].terms, *layout.terms)):
             remembering.setdefault(id(model), []).append(i)
-        else:
-            if id(model) not in known:
-                known[id(model)] = _at_once(predictor, section, model, so_far)
-            less = known[id(model)]
-            found[i] = _at_once(predictor, section, model, variants[i], bodies[i], less)
+            continue
+        key = id(model), motor is None
+        if key not in known:
+            known[key] = _at_once(predictor, section, model, less, motor=motor)
+        found[i] = _at_once(predictor, section, model, plain, bodies[i], known[key], motor)
     for alike in remembering.values():
         some = [variants[i] for i in alike]
         moved = [_whole(bodies[i], section, len(variants[i][1])) for i in alike]
@@ -139,11 +147,13 @@ def _at_once(
     variants: Variants,
     bodies: np.ndarray | float = 0.0,
     less: np.ndarray | None = None,
+    motor: np.ndarray | None = None,
 ) -> np.ndarray:
     """Ticks in no order, many in one call, (ntick, m, nrec, njoint).
 
     Args:
         less: of the model so far, which is taken off.
+        motor: N·m (ntick, nrec, njoint) of the motor, where it is known.
     """
     path, schedule = section.path, section.motion.group.schedule
     layout, u = variants
@@ -153,40 +163,62 @@ def _at_once(
     size, width = max(1, ROWS // every), min(ROWS, every)
     out = np.empty((len(u), every, n), np.float64 if less is None else np.float32)
     own = 0.0 if less is None else less.reshape(every, n)
+    given = None if motor is None else motor.reshape(1, every, n)
     moved = np.moveaxis(bodies, 1, 0).reshape(out.shape) if np.ndim(bodies) else None
     for begin in range(0, every, width):
         ticks = np.arange(begin, min(begin + width, every))
         some_ticks, along = flat.of(ticks), whole.of(ticks)
+        reached = None if given is None else given[:, ticks]
         for first in range(0, len(u), size):
             some = slice(first, first + size)
             loop = DrivenLoop(model, predictor.joints, some_ticks, len(u[some]))
             more = None if moved is None else moved[None, some, ticks]
             with blaming([term.effect for term in layout.terms], "to lead it"):
                 install(loop, [(layout, u[some])])
-                torque = loop.torque(along, more)[0]
+                torque = loop.torque(along, more, reached)[0]
             out[some, begin : begin + width] = torque - (own if less is None else own[ticks])
     return out.reshape(len(u), ntick, nrec, n).swapaxes(0, 1)
 
 
-def _only_bodies(predictor, section: Section, model, base, layout: Layout, u: np.ndarray) -> bool:
-    """Whether variants (m, n) differ from the model so far by other bodies or gravity alone.
-
-    What dry friction holds depends on these.
-    """
+def _new(base: tuple[Layout, np.ndarray], layout: Layout, u: np.ndarray) -> Variants | None:
+    """What variants (m, n) have beyond the model so far; None if they change or lack some of it."""
     old = {slot.key: value for slot, value in zip(base[0].slots, base[1], strict=True)}
     kept = [i for i, slot in enumerate(layout.slots) if slot.key in old]
     if set(base[0].terms) - set(layout.terms):
-        return False
+        return None
     if any((u[:, i] != old[layout.slots[i].key]).any() for i in kept):
-        return False
-    schedule = section.motion.group.schedule
-    so_far = DrivenLoop(model, predictor.joints, schedule, 1)
-    install(so_far, [(base[0], base[1][None])])
-    if so_far.rubs:
-        return False
-    loop = DrivenLoop(model, predictor.joints, schedule, len(u))
+        return None
     more = Layout([term for term in layout.terms if term not in base[0].terms])
     own = {slot.key: i for i, slot in enumerate(layout.slots)}
-    with blaming([term.effect for term in more.terms], "to lead it"):
-        install(loop, [(more, u[:, [own[slot.key] for slot in more.slots]])])
-    return loop.changes_only_bodies()
+    return more, u[:, [own[slot.key] for slot in more.slots]]
+
+
+def _forgetting(variants: Variants) -> Variants:
+    """Without the terms that remember."""
+    layout, u = variants
+    kept = [i for i, slot in enumerate(layout.slots) if not slot.term.effect.remembers]
+    return Layout([term for term in layout.terms if not term.effect.remembers]), u[:, kept]
+
+
+def _installed(predictor, section: Section, model, variants: Variants) -> DrivenLoop:
+    loop = DrivenLoop(model, predictor.joints, section.motion.group.schedule, len(variants[1]))
+    with blaming([term.effect for term in variants[0].terms], "to lead it"):
+        install(loop, [variants])
+    return loop
+
+
+def _changes_only_bodies(predictor, section: Section, model, base, new: Variants) -> bool:
+    """Whether what is new is other bodies or another gravity alone.
+
+    What dry friction holds depends on these.
+    """
+    if _installed(predictor, section, model, (base[0], base[1][None])).rubs:
+        return False
+    return _installed(predictor, section, model, new).changes_only_bodies()
+
+
+def _after_the_motor(predictor, section: Section, model, new: Variants) -> bool:
+    """Whether what is new acts on the joints alone and remembers nothing."""
+    if any(term.effect.remembers for term in new[0].terms):
+        return False
+    return _installed(predictor, section, model, new).acts_after_motor()

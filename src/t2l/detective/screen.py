@@ -49,7 +49,8 @@ class Screen:
     Attributes:
         folds: (nsample,) number of the part that each sample is left out with.
         noise_rad: of a sample, that the priors of candidates are weighed by.
-        first_products: (nfold, m, m) of the first m columns, if they are known.
+        first_products: (nfold, m, m) of the first m columns, if they are known; of all columns and
+            the residual, no column is needed.
     """
 
     table: Table
@@ -59,18 +60,9 @@ class Screen:
     first_products: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        columns = np.concatenate([self.table.columns, self.residual[:, None]], axis=1)
-        columns = np.nan_to_num(columns.astype(np.float32), posinf=0.0, neginf=0.0)
         self.count = len(self.residual)
-        known = () if self.first_products is None else self.first_products
-        self.products = np.zeros((len(np.unique(self.folds)), *2 * (columns.shape[1],)))
-        for number, f in enumerate(np.unique(self.folds)):
-            own, first = columns[self.folds == f], 0
-            if len(known):
-                first = len(known[number])
-                self.products[number, :first, :first] = known[number]
-            rest = own.T @ own[:, first:]
-            self.products[number, :, first:], self.products[number, first:] = rest, rest.T
+        columns = np.concatenate([self.table.columns, self.residual[:, None]], axis=1)
+        self.products = products_of(columns, self.folds, self.first_products)
         self.prior = self._prior()
         self.total = self.products.sum(axis=0) + self.prior
         self.known: dict[frozenset[int], Scored] = {}
@@ -271,6 +263,29 @@ class Screen:
             if best.error >= 0.999 * one.error:
                 return
             one = best
+
+
+def products_of(
+    columns: np.ndarray, folds: np.ndarray, known: np.ndarray | None = None
+) -> np.ndarray:
+    """Products (nfold, m, m) of columns (nsample, m) in each fold; what is not finite is zero.
+
+    Args:
+        known: (nfold, k, k) of the first k, or of more than there are.
+    """
+    m = columns.shape[1]
+    if known is not None and known.shape[-1] >= m:
+        return known
+    columns = np.nan_to_num(columns.astype(np.float32), posinf=0.0, neginf=0.0)
+    products = np.zeros((len(np.unique(folds)), m, m))
+    first = 0 if known is None else known.shape[-1]
+    for number, f in enumerate(np.unique(folds)):
+        own = columns[folds == f]
+        if known is not None:
+            products[number, :first, :first] = known[number]
+        rest = own.T @ own[:, first:]
+        products[number, :, first:], products[number, first:] = rest, rest.T
+    return products
 
 
 def independent(products: np.ndarray) -> int:

@@ -8,7 +8,7 @@ differ by. To first order that is what one of them lacks against the other.
 What remembers nothing needs no order of ticks, so that all of them are one call (`all_at_once`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -25,6 +25,12 @@ from t2l.sim.servo import commands, feed_forward
 # fields of a model that only its inverse dynamics know
 INERTIAL = ("body_mass", "body_ipos", "body_inertia")
 OF_BODIES = (*INERTIAL, "opt.gravity")
+
+# of a loop, what the torque of its motors depends on, and places where it is known
+OF_MOTOR = (
+    "kp", "kd", "ahead", "encoder_offset", "command_lead_s", "compensation_factor", "motor_limits",
+)  # fmt: skip
+AFTER_MOTOR = ("friction", "joint_torques")
 
 BLOCK = 64  # numerics: ticks that are computed at once: arrays that a cache holds
 # what a motion has at every tick
@@ -151,7 +157,9 @@ class DrivenLoop(Loop):
         self.batch = _Fields(model, self.nrec * nvariant)
         self.at = columns(self.qpos), columns(self.dofs)
 
-    def torque(self, path: Path, bodies: np.ndarray | None = None) -> np.ndarray:
+    def torque(
+        self, path: Path, bodies: np.ndarray | None = None, motor: np.ndarray | None = None
+    ) -> np.ndarray:
         """N·m on the joints along a motion, (ntick, nvariant, nrec, njoint).
 
         All that acts is in it: motor, friction, springs, dampers and the armature. Dry friction
@@ -159,50 +167,82 @@ class DrivenLoop(Loop):
 
         Args:
             bodies: N·m likewise, that other masses or another gravity add, see `by_bodies`.
+            motor: N·m (ntick, nrec, njoint) of the motor, see `motor_torque`, where it is known.
         """
-        ntick = len(path.q)
+
+        def each(ticks: range, target, added) -> np.ndarray:
+            some, state = slice(ticks.start, ticks.stop), self._state(path, ticks)
+            if motor is None:
+                reached, pull = self._motor(path, ticks, state, target, added)
+            else:
+                reached, pull = self._every(motor[some]), None
+            moved = None if bodies is None else bodies[some]
+            return self._joint(path, ticks, state, reached, pull, moved)
+
+        return self._along(len(path.q), each)
+
+    def motor_torque(self, path: Path) -> np.ndarray:
+        """N·m that the motors put on the joints, (ntick, nvariant, nrec, njoint)."""
+
+        def each(ticks: range, target, added) -> np.ndarray:
+            return self._motor(path, ticks, self._state(path, ticks), target, added)[0]
+
+        return self._along(len(path.q), each)
+
+    def _along(self, ntick: int, each: Callable) -> np.ndarray:
         out = np.empty((ntick, *self.kp.shape))
         target, added = commands(self.schedule.commands, self), feed_forward(self)
         at_once = 1 if self.in_order else BLOCK
         for begin in range(0, ntick, at_once):
             ticks = range(begin, min(begin + at_once, ntick))
-            moved = None if bodies is None else bodies[ticks.start : ticks.stop]
-            out[ticks.start : ticks.stop] = self._torque(path, ticks, target, added, moved)
+            out[ticks.start : ticks.stop] = each(ticks, target, added)
         return out.reshape(ntick, self.nvariant, self.nrec, -1)
 
-    def _torque(self, path: Path, ticks: range, target, added, bodies) -> np.ndarray:
-        """At some ticks that follow each other, (k, nsim, njoint): what is asked for, then given.
+    def _state(self, path: Path, ticks: range) -> tuple[np.ndarray, np.ndarray]:
+        """Where the joints truly are and how fast, (k, nsim, njoint) rad and rad/s."""
+        some = slice(ticks.start, ticks.stop)
+        return self._every(path.q[some]) - self.encoder_offset, self._every(path.dq[some])
+
+    def _call(
+        self,
+        callbacks: list[Callable],
+        path: Path,
+        ticks: range,
+        state: tuple[np.ndarray, np.ndarray],
+        *signals: np.ndarray,
+        reaching: Sequence[np.ndarray] = (),
+    ) -> None:
+        """Call what acts at one place for all ticks, each (k, nsim, njoint)."""
+        q, dq = state
+        for at_once, alike in groupby(callbacks, lambda change: hasattr(change, "over_ticks")):
+            if at_once:
+                self._show(path, ticks.start, q, dq, 0, reaching)
+                for change in alike:
+                    change(np.arange(ticks.start, ticks.stop), *signals)
+                continue
+            alike = list(alike)
+            for i, tick in enumerate(ticks):
+                self._show(path, tick, q[i], dq[i], ..., [one[i] for one in reaching])
+                for change in alike:
+                    change(tick, *(signal[i] for signal in signals))
+
+    def _motor(
+        self, path: Path, ticks: range, state: tuple[np.ndarray, np.ndarray], target, added
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Of the motor at some ticks that follow each other, (k, nsim, njoint), and of a hold.
 
         What acts at one place is called for all of them, before what acts at the next.
         """
-        some, k = slice(ticks.start, ticks.stop), len(ticks)
-        schedule, half = self.schedule, 0.5 * self.period_s
-        q, dq, ddq = (self._every(values[some]) for values in (path.q, path.dq, path.ddq))
-        measured, measured_dq = q, dq.copy()
-        q = measured - self.encoder_offset
-        if self.sensor_filters or self.feedback_filters:
-            measured = measured.copy()
-
-        def each(callbacks: list[Callable], *signals: np.ndarray, reaching=()) -> None:
-            for at_once, some in groupby(callbacks, lambda change: hasattr(change, "over_ticks")):
-                if at_once:
-                    self._show(path, ticks.start, q, dq, 0, reaching)
-                    for change in some:
-                        change(np.arange(ticks.start, ticks.stop), *signals)
-                    continue
-                some = list(some)
-                for i, tick in enumerate(ticks):
-                    self._show(path, tick, q[i], dq[i], ..., [one[i] for one in reaching])
-                    for change in some:
-                        change(tick, *(signal[i] for signal in signals))
-
-        each(self.sensor_filters, measured, measured_dq)
+        some, schedule = slice(ticks.start, ticks.stop), self.schedule
+        measured, measured_dq = self._every(path.q[some]), self._every(path.dq[some])
+        self._call(self.sensor_filters, path, ticks, state, measured, measured_dq)
+        pull = None
         if schedule.hold is not None:
             pairs = zip(ticks, measured, measured_dq, strict=True)
             pull = np.stack([schedule.hold.torque(*one) for one in pairs])
-        each(self.feedback_filters, measured, measured_dq)
+        self._call(self.feedback_filters, path, ticks, state, measured, measured_dq)
         wanted = np.stack([target(tick) for tick in ticks])
-        each(self.command_filters, wanted)
+        self._call(self.command_filters, path, ticks, state, wanted)
         torque = self.kp * (wanted - measured)
         torque -= (self.kd + self.ahead * self.kp) * measured_dq
         if added is not None:
@@ -211,7 +251,8 @@ class DrivenLoop(Loop):
         if schedule.compensated.any():
             on = self._every(schedule.compensated[:, None])
             torque += on * self.compensation_factor * weight
-        each(self.controller_filters, torque, reaching=(wanted, measured, measured_dq))
+        reaching = wanted, measured, measured_dq
+        self._call(self.controller_filters, path, ticks, state, torque, reaching=reaching)
         if schedule.drive is not None:
             for tick, one in zip(ticks, torque, strict=True):
                 schedule.drive.give(tick, one)
@@ -220,25 +261,40 @@ class DrivenLoop(Loop):
             weight = weight * self._every(schedule.balanced[:, None])
             carried = weight * self.compensation_factor
             torque += carried
-        each(self.motor_filters, torque)
+        self._call(self.motor_filters, path, ticks, state, torque)
         if np.isfinite(self.motor_limits).any():
             np.clip(torque, *self.motor_limits.T, out=torque)
-        on = 1.0 if schedule.powered is None else self._every(schedule.powered[some])
         if schedule.powered is not None:
-            torque = carried + (torque - carried) * on
+            torque = carried + (torque - carried) * self._every(schedule.powered[some])
+        return torque, pull
+
+    def _joint(
+        self,
+        path: Path,
+        ticks: range,
+        state: tuple[np.ndarray, np.ndarray],
+        torque: np.ndarray,
+        pull: np.ndarray | None,
+        bodies: np.ndarray | None,
+    ) -> np.ndarray:
+        """On the joints, (k, nsim, njoint), where motors give `torque`."""
+        some, k = slice(ticks.start, ticks.stop), len(ticks)
+        schedule, half = self.schedule, 0.5 * self.period_s
+        (q, dq), ddq = state, self._every(path.ddq[some])
         middle_q, middle_dq = q + half * dq, dq + half * ddq
         level = self._dry()
         if self.friction:
             level = np.tile(level, (k, 1, 1))
-            each(self.friction, middle_dq, torque, level)
+            self._call(self.friction, path, ticks, state, middle_dq, torque, level)
         if schedule.balanced.any():
             # the balance that the model has goes by itself
-            torque -= weight
-        each(self.joint_torques, middle_q, middle_dq, torque)
+            torque -= self._every(path.weight[some]) * self._every(schedule.balanced[:, None])
+        self._call(self.joint_torques, path, ticks, state, middle_q, middle_dq, torque)
         torque += self._passive(q, dq)
         if schedule.drive is not None:
+            on = 1.0 if schedule.powered is None else self._every(schedule.powered[some])
             torque -= self._every(schedule.drive.back_emf) * on * dq
-        if schedule.hold is not None:
+        if pull is not None:
             torque += pull
         torque -= (self.added_armature() + self.ahead * self.kd) * ddq
         if bodies is not None:
@@ -326,6 +382,13 @@ class DrivenLoop(Loop):
         own.pop("other_weight")  # which no torque of the loop asks for
         same = all(np.array_equal(getattr(self, name), value) for name, value in own.items())
         return same and not self.batch.bound and set(self.batch.changed) <= set(OF_BODIES)
+
+    def acts_after_motor(self) -> bool:
+        """Whether effects changed nothing that the torque of the motors depends on."""
+        fresh = Loop(self.batch.model, self.joints, self.schedule, self.nvariant)
+        alike = all(np.array_equal(getattr(self, n), getattr(fresh, n)) for n in OF_MOTOR)
+        places = (calls for name, calls in self.places.items() if name not in AFTER_MOTOR)
+        return alike and not any(places) and not self.feed_forward_filters and not self.in_order
 
     def added_armature(self) -> np.ndarray:
         """kg·m² beyond the model's, (nsim, njoint)."""
