@@ -17,7 +17,7 @@ from t2l.detective.rule import Judge
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.model import Model
-from tests.diagnose.made import pendulum, swings
+from tests.diagnose.made import measured, pendulum, recording, step, swings
 
 BARE = Layout(()), np.zeros(0)
 NOISE_RAD = 1e-4
@@ -72,6 +72,14 @@ def test_the_model_so_far_leaves_what_its_simulation_leaves(robot):
     data = split(robot, swings(robot, hidden, duration_s=2.0), swings(robot)[:1], threads=1)
     along, so_far = along_of(data)
     assert rms(along.residual - so_far.residual) < 0.1 * rms(so_far.residual)
+
+
+def test_between_two_ticks_of_a_slow_loop_positions_are_those_of_a_simulation(robot):
+    made = recording(robot, step(0.3), kp=20.0, kd=0.8, control_rate_hz=50.0, row_rate_hz=250.0)
+    logs = [measured(made, noise_rad=1e-5, seed=seed) for seed in (0, 1)]
+    data = split(robot, logs, logs[:1], threads=1)
+    along, so_far = along_of(data)
+    assert rms(along.residual - so_far.residual) < 1e-5
 
 
 def fitted_set(numbers, error, seed=0, names=("armature",)):
