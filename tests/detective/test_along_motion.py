@@ -12,7 +12,7 @@ from t2l.detective.fit import Samples, fit_sets
 from t2l.detective.fitted_set import FittedSet, Start
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
-from t2l.detective.responses import stiffness
+from t2l.detective.responses import added_torques, stiffness
 from t2l.detective.rule import Judge
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
@@ -80,6 +80,26 @@ def test_between_two_ticks_of_a_slow_loop_positions_are_those_of_a_simulation(ro
     data = split(robot, logs, logs[:1], threads=1)
     along, so_far = along_of(data)
     assert rms(along.residual - so_far.residual) < 1e-5
+
+
+@pytest.mark.parametrize("memory", ["torque_delay", "actuator_bandwidth", "velocity_filter"])
+def test_behind_a_motor_that_remembers_torques_are_those_of_the_whole_loop(robot, memory):
+    values = {"torque_delay": {"delay": 0.004}}.get(memory, {"cutoff": 10.0})
+    numbers = {memory: {name: np.array([value]) for name, value in values.items()}}
+    data = split(robot, swings(robot), swings(robot)[:1], threads=1)
+    base = Layout([Term(builtin()[memory], (0,))])
+    model = base, base.encode(numbers)
+    whole = Layout([*base.terms, Term(builtin()["viscous_friction"], (0,))])
+    u = whole.encode({**numbers, "viscous_friction": {"damping": np.array([0.1])}})
+    for motion in measured_motion(data.fitted, *model):
+        (section,) = linearised(data.fitted, *model, [motion])
+        (quick,) = added_torques(data.fitted, section, model, [(whole, u[None])])
+        assert section.motor_torque(data.fitted, model) is not None
+        # what is not known is computed tick by tick
+        section = replace(section, _motors={next(iter(section._motors)): None})
+        (slow,) = added_torques(data.fitted, section, model, [(whole, u[None])])
+        assert np.abs(slow).max() > 0.01
+        assert np.abs(quick - slow).max() < 1e-5 * np.abs(slow).max()
 
 
 def fitted_set(numbers, error, seed=0, names=("armature",)):
