@@ -21,7 +21,7 @@ from t2l.detective.paths import path_of, weight_at
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import hermite, install
-from t2l.sim.driven_loop import DrivenLoop, Path, all_at_once
+from t2l.sim.driven_loop import AFTER_MOTOR, DrivenLoop, Path, all_at_once
 from t2l.sim.poses import Poses
 
 STEP_RAD = 1e-6  # numerics: of finite differences
@@ -62,7 +62,8 @@ class Section:
             loop = DrivenLoop(model, predictor.joints, schedule, 1)
             install(loop, [(Layout(memory), u[None, at])])
             known = None
-            if not (loop.friction or loop.joint_torques or schedule.hold is not None):
+            after = any(loop.places[name] for name in AFTER_MOTOR)
+            if not after and schedule.hold is None:
                 loop = DrivenLoop(model, predictor.joints, schedule, 1)
                 install(loop, [(layout, u[None])])
                 known = loop.motor_torque(self.path)[:, 0]

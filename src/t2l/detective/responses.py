@@ -43,12 +43,15 @@ def added_torques(
     base_remembers = any(term.effect.remembers for term in base[0].terms)
     for i, (layout, u) in enumerate(variants):
         model = with_both(predictor, so_far, layout)
-        new = _new(base, layout, u)
-        if new is not None and _changes_only_bodies(predictor, section, model, base, new):
+        beyond = _beyond(predictor, section, model, base, variants[i])
+        only_bodies = beyond is not None and beyond.changes_only_bodies()
+        # what dry friction holds depends on these
+        if only_bodies and not _installed(predictor, section, model, so_far).rubs:
             found[i] = _whole(bodies[i], section, len(u))
             continue
         plain, less, motor = variants[i], so_far, None
-        if base_remembers and new is not None and _after_the_motor(predictor, section, model, new):
+        fresh = not any(t.effect.remembers for t in layout.terms if t not in base[0].terms)
+        if base_remembers and fresh and beyond is not None and beyond.acts_after_motor():
             motor = section.motor_torque(predictor, base)
         if motor is not None:
             plain, less = _forgetting(variants[i]), _forgetting(so_far)
@@ -180,8 +183,11 @@ def _at_once(
     return out.reshape(len(u), ntick, nrec, n).swapaxes(0, 1)
 
 
-def _new(base: tuple[Layout, np.ndarray], layout: Layout, u: np.ndarray) -> Variants | None:
-    """What variants (m, n) have beyond the model so far; None if they change or lack some of it."""
+def _beyond(
+    predictor, section: Section, model, base: tuple[Layout, np.ndarray], variants: Variants
+) -> DrivenLoop | None:
+    """A loop of what variants have beyond the model so far; None if they change or lack some."""
+    layout, u = variants
     old = {slot.key: value for slot, value in zip(base[0].slots, base[1], strict=True)}
     kept = [i for i, slot in enumerate(layout.slots) if slot.key in old]
     if set(base[0].terms) - set(layout.terms):
@@ -190,7 +196,8 @@ def _new(base: tuple[Layout, np.ndarray], layout: Layout, u: np.ndarray) -> Vari
         return None
     more = Layout([term for term in layout.terms if term not in base[0].terms])
     own = {slot.key: i for i, slot in enumerate(layout.slots)}
-    return more, u[:, [own[slot.key] for slot in more.slots]]
+    at = [own[slot.key] for slot in more.slots]
+    return _installed(predictor, section, model, (more, u[:, at]))
 
 
 def _forgetting(variants: Variants) -> Variants:
@@ -205,20 +212,3 @@ def _installed(predictor, section: Section, model, variants: Variants) -> Driven
     with blaming([term.effect for term in variants[0].terms], "to lead it"):
         install(loop, [variants])
     return loop
-
-
-def _changes_only_bodies(predictor, section: Section, model, base, new: Variants) -> bool:
-    """Whether what is new is other bodies or another gravity alone.
-
-    What dry friction holds depends on these.
-    """
-    if _installed(predictor, section, model, (base[0], base[1][None])).rubs:
-        return False
-    return _installed(predictor, section, model, new).changes_only_bodies()
-
-
-def _after_the_motor(predictor, section: Section, model, new: Variants) -> bool:
-    """Whether what is new acts on the joints alone and remembers nothing."""
-    if any(term.effect.remembers for term in new[0].terms):
-        return False
-    return _installed(predictor, section, model, new).acts_after_motor()

@@ -313,7 +313,7 @@ class _Search:
         Returns:
             The new ones that a simulation follows, and what can only be simulated, the best first.
         """
-        folds, fitted = self.data.folds, {id(one) for one in this.led}
+        folds, before = self.data.folds, this.led
         driven: list[Start] = []
         while True:
             this.led, others = grown(
@@ -333,13 +333,14 @@ class _Search:
             # what can only be simulated is so beside the first model
             can = [effect for effect in effects if not effect.extends]
             screen = self._screen(self._left(self.current), can, guesses, may_bend=False)
-        new = [one for one, _ in followed if id(one) not in fitted]
+        new = [one for one, _ in followed if all(one is not old for old in before)]
         if new and not self.over():
             # what is not needed takes time in every simulation
             best = min(new, key=lambda f: f.left_out_rmse)
             fewer = pruned_along(best, self.along, judge, folds, self.over)
-            new += [fewer] * (fewer is not best)
-            this.led += [fewer] * (fewer is not best)
+            if fewer is not best:
+                new.append(fewer)
+                this.led.append(fewer)
         return new, driven
 
     def _followed(
