@@ -228,7 +228,9 @@ class _Story:
         model = final_model(self.model, one, self.joints)
         sentence = f"{self._sentence(one, this.noise_rad)} {GOES_ON}"
         self.write(Explanation(self.steps, MISSING, this.noise_rad, sentence, model, final=False))
-        keep_fitted(self.folder, self.key, self.steps, self.rounds, one)
+        # a quiet round is the last: who goes on does it again, and ends as it did
+        if not this.quiet:
+            keep_fitted(self.folder, self.key, self.steps, self.rounds, one)
         self.written()
 
     def _step(self, one: FittedSet) -> Step:

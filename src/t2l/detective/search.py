@@ -280,11 +280,7 @@ class _Search:
         this.doing = PRUNE
         self.looked(this)
         if better is not None:
-            self._adopt(this, better, judge)
-            # the same effects again, no better: the next round would be this one
-            same = self.simulated.names == this.before.names
-            ends = same and self.simulated.rmse > (1 - NOTHING) * this.before.rmse
-            return not (quiet or ends)
+            return self._adopt(this, better, judge) and not quiet
         self.current = this.promised = pruned_along(promised, self.along, judge, folds, self.over)
         return bool(more_than(self.simulated.names, this.promised.names)) and not quiet
 
@@ -396,17 +392,24 @@ class _Search:
             fit = better
         return fit
 
-    def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> None:
+    def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> bool:
+        """Whether something is adopted: not what has the same effects again and is no better."""
         along, so_far = self.along, self.simulated.known
         better = self._read_anew(better, judge)
-        this.adopted = pruned(better, self.samples, judge, along, so_far, self.over)
-        self._take(this.adopted)
-        fits = [this.before, *this.fits, this.adopted]
+        adopted = pruned(better, self.samples, judge, along, so_far, self.over)
+        same = adopted.names == this.before.names
+        if same and adopted.rmse > (1 - NOTHING) * this.before.rmse:
+            this.ties = [f for f in this.fits if judge.ties(self.simulated, f)]
+            return False
+        this.adopted = adopted
+        self._take(adopted)
+        fits = [this.before, *this.fits, adopted]
         this.shares = chosen_shares(fits, self.data.folds, this.added)
-        this.ties = [f for f in this.fits if judge.ties(this.adopted, f)]
-        self.current, self.along, self.settled = this.adopted, None, False
+        this.ties = [f for f in this.fits if judge.ties(adopted, f)]
+        self.current, self.along, self.settled = adopted, None, False
         this.doing = ""
         self.looked(this)
+        return True
 
     def _left(self, model: FittedSet) -> np.ndarray:
         """Measured minus predicted (nsample,), zero where nothing is fitted."""
