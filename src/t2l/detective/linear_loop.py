@@ -38,6 +38,7 @@ class Section:
         path: what the recordings did; `predicted`, what the model so far does.
         step, torque: (ntick, nrec, 2n, 2n) and (ntick, nrec, 2n, n) of x and of δτ.
         poses: of the path.
+        mass: (ntick, nrec, n, n) kg·m² of links, rotors left out.
     """
 
     motion: Motion
@@ -46,6 +47,7 @@ class Section:
     poses: Poses
     step: np.ndarray
     torque: np.ndarray
+    mass: np.ndarray
     _motors: dict = field(default_factory=dict, repr=False)
 
     def motor_torque(
@@ -107,7 +109,9 @@ def _section(
     ddq = mean_ddq(motion.predicted_dq, schedule.period_s)
     predicted = motion.predicted, motion.predicted_dq, ddq
     own, _ = path_of(predictor, (layout, u), schedule, predicted, at_rest)
-    return Section(motion, path, own, poses, step, torque)
+    dofs = [model.joint(name).dofadr[0] for name in joints]
+    links = plant.mass - np.diag(model.dof_armature[dofs])
+    return Section(motion, path, own, poses, step, torque, links.astype(np.float32))
 
 
 @dataclass(frozen=True)

@@ -41,13 +41,14 @@ def path_of(
     between = *(_halfway(values) for values in motion[:2]), motion[2]
     poses = Poses(*between, schedule.period_s)
     taken = _taken(predictor.model(), predictor.joints, between)
-    taken -= schedule.balanced[:, None] * weight
     # what the model so far has more
     bodies = added_by_bodies(predictor, schedule, poses, NOTHING, (base[0], base[1][None]))
     taken -= bodies if np.isscalar(bodies) else bodies[:, 0]
     # there is no tick after the last
     taken[-1] = taken[-2]
-    return Path(*motion, load, weight, at_rest, taken), poses
+    link = taken - _of_rotors(predictor.model(), predictor.joints, between)
+    taken -= schedule.balanced[:, None] * weight
+    return Path(*motion, load, weight, at_rest, taken, link), poses
 
 
 def with_both(predictor: Predictor, base: Variants, layout: Layout) -> mujoco.MjModel:
@@ -111,6 +112,17 @@ def _taken(
         mujoco.mj_inverse(model, data)
         out[index] = data.qfrc_inverse[dofs]
     return out
+
+
+def _of_rotors(
+    model: mujoco.MjModel, joints: Sequence[str], motion: Sequence[np.ndarray]
+) -> np.ndarray:
+    """N·m (ntick, nrec, n) that the armature, dampers and springs of joints take of that."""
+    ids = [model.joint(name).id for name in joints]
+    dofs, qpos = model.jnt_dofadr[ids], model.jnt_qposadr[ids]
+    q, dq, ddq = motion
+    springs = model.jnt_stiffness[ids] * (q - model.qpos_spring[qpos])
+    return model.dof_armature[dofs] * ddq + model.dof_damping[dofs] * dq + springs
 
 
 def weight_at(model: mujoco.MjModel, joints: Sequence[str]) -> Callable[[np.ndarray], np.ndarray]:

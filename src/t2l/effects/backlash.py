@@ -60,12 +60,13 @@ class Backlash(Effect):
         link = values["encoder_on_link"]
         two_mass.encoder_at(loop, rows, joints, qpos, dofs, link)
         compliance = loop.batch.model.dof_invweight0[dofs] * values["contact_time"] ** 2
+        damping = 2 * values["contact_damping"] * values["contact_time"] / compliance
+        two_mass.give(loop, rows, joints, 1 / compliance, damping, values["play"], link)
 
         def angle(load):
             return -np.sign(load) * half - compliance * load
 
         two_mass.start_under_load(loop, rows, joints, (qpos, dofs), link, angle, half)
-        loop.play[rows, joints] = values["play"]
 
     def starts(self, scales):
         one = np.ones_like(scales.torque)

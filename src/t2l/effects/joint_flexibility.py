@@ -48,6 +48,7 @@ class JointFlexibility(Effect):
         loop.batch.expand("dof_damping")[rows, dofs] = values["damping"]
         two_mass.gravity_compensation_on_motor_only(loop, rows, dofs)
         link = values["encoder_on_link"]
+        two_mass.give(loop, rows, joints, stiffness, values["damping"], 0.0, link)
         two_mass.encoder_at(loop, rows, joints, qpos, dofs, link)
 
         def angle(load):

@@ -60,6 +60,20 @@ def gravity_compensation_on_motor_only(loop: ServoLoop, rows: slice, dofs: np.nd
     loop.joint_torques.append(add)
 
 
+def give(
+    loop: ServoLoop, rows: slice, joints: np.ndarray, stiffness, damping, play, link
+) -> None:
+    """Tell the loop what lies between, (nrow, k); `link` (nrow, 1) is 1 where an encoder shows it.
+
+    Of two that give in series the softer bears what the other does.
+    """
+    at, own = (rows, loop.columns(joints)), loop.transmission
+    own.stiffness[at] = 1 / (1 / own.stiffness[at] + 1 / stiffness)
+    own.damping[at] = np.maximum(own.damping[at], damping)
+    own.play[at] += play
+    own.on_link[at] = np.maximum(own.on_link[at], link)
+
+
 def encoder_at(
     loop: ServoLoop, rows: slice, joints: np.ndarray, qpos: np.ndarray, dofs: np.ndarray, link
 ) -> None:

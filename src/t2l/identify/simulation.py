@@ -119,7 +119,7 @@ def _hidden(
         play = np.zeros((m, *beginning.doubt.shape))
         if hiding:
             loop = made_loop(model, joints, beginning.schedule, substeps, variants, threads)
-            play = loop.play.reshape(play.shape)
+            play = loop.transmission.play.reshape(play.shape)
         return beginning.estimate(predict, hiding, play, rough)
 
 

@@ -34,7 +34,7 @@ AFTER_MOTOR = ("friction", "joint_torques")
 
 BLOCK = 64  # numerics: ticks that are computed at once: arrays that a cache holds
 # what a motion has at every tick
-PER_TICK = ("q", "dq", "ddq", "load", "weight", "taken")
+PER_TICK = ("q", "dq", "ddq", "load", "weight", "taken", "link")
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,7 @@ class Path:
         at_rest: (njoint,) rad/s, below which the sign of a velocity is not known.
         taken: N·m that the plant takes on average from this tick to the next; None where it is not
             asked for what holds a joint at rest.
+        link: N·m likewise that links take without rotors; None where nothing gives between them.
     """
 
     q: np.ndarray
@@ -57,6 +58,7 @@ class Path:
     weight: np.ndarray
     at_rest: np.ndarray
     taken: np.ndarray | None = None
+    link: np.ndarray | None = None
 
     def of(self, recordings: np.ndarray) -> "Path":
         """Of some recordings, (k,) indices."""

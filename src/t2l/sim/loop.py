@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from t2l.sim.schedule import Schedule
+from t2l.sim.transmission import Transmission
 
 
 def over_ticks(change: Callable) -> Callable:
@@ -47,7 +48,7 @@ class Loop:
         q, dq: (nsim, njoint) rad and rad/s of the joints at the present plant tick.
         command, measured, measured_dq: (nsim, njoint) rad and rad/s of the present tick, as they
             reach the controller after all filters; for what changes what it makes of them.
-        play: (nsim, njoint) rad, within which it is free.
+        transmission: between motors and links, of (nsim, njoint).
         command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
             what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
@@ -92,7 +93,7 @@ class Loop:
         late = (schedule.period_s - self.real_period_s) / 2
         self.ahead = np.full_like(self.kp, late)
         self.hidden_start = np.zeros((*self.kp.shape, 3))
-        self.play = np.zeros_like(self.kp)
+        self.transmission = Transmission.rigid(self.kp.shape)
         self.command_lead_s = np.zeros_like(self.kp)
         self.added_friction = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
