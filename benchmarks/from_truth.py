@@ -104,8 +104,6 @@ def _along(model, data, layout, u: np.ndarray, noise: float) -> float:
     linear = Samples.of(fitted, mask, folds, came.model, noise).linear
     sections = linearised(linear, *came.model, measured_motion(linear, *came.model))
     along = AlongMotion(linear, sections, mask, came.known, noise)
-    if not along.can_lead(layout):
-        return np.nan
     return min((one.rmse for one in fit_along([Start(layout, u)], along, folds)), default=np.nan)
 
 

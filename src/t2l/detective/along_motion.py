@@ -40,11 +40,10 @@ class AlongMotion(Objective):
     ):
         self.predictor, self.sections, self.mask = predictor, sections, mask
         self.noise_rad = noise_rad
-        self.base, self.residual = known
+        self.base = known[0]
         self.joints = predictor.samples.joint[mask]
         self.answer = np.zeros(len(predictor.samples))
-        if self.can_lead(self.base[0]):
-            self.residual = self._residual()[mask]
+        self.residual = self._residual()[mask]
         base = self.base[0], self.base[1][None]
         self.stiffness = [stiffness(predictor, section, [base])[0] for section in sections]
 
@@ -63,10 +62,6 @@ class AlongMotion(Objective):
     def rmse(self) -> float:
         """Of the model so far, rad; not a number where the loop runs away."""
         return float(np.sqrt(np.mean(self.residual**2)))
-
-    def can_lead(self, layout: Layout) -> bool:
-        """Whether a layout has no state besides the joints'."""
-        return self.predictor.model(layout.terms).nv == len(self.predictor.joints)
 
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
         if not asked:

@@ -15,16 +15,12 @@ from t2l.effects.blame import described, shipped
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Slot, Term
 from t2l.errors import EffectError
-from t2l.identify.prediction import Predictor, Request
-from t2l.propose.laws import erring
+from t2l.identify.prediction import Predictor
 
 # numerics: of finite differences along a motion, which has no noise of its own
 RELATIVE_STEP = 0.02
 KEPT = 2  # numerics: settings of an effect on a joint that go on to the screen
 FARTHEST = 1.0  # numerics: of a logarithm, beyond which a derivative tells nothing
-# numerics: of a simulated response, beyond what it is: its parameters are fitted later
-SCALED = (-0.8, 2.0)
-NEAR = np.log(5.0)  # numerics: of a parameter, between settings of which one serves for both
 NOWHERE = 1e-6  # numerics: rad; a smaller response is none
 
 Values = Mapping[str, np.ndarray]
@@ -237,20 +233,15 @@ def known_candidates(
     Raises:
         EffectError: an effect of the user's gives no finite motion with any guess.
     """
-    # a simulation takes long: it is spent on joints where it may explain something
-    some = erring(predictor, residual)
-    asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name], some)]
-    driven = [one for one in asked if not _is_extended(predictor, one.layout.terms)]
+    asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name])]
     for section in sections:
-        variants = [(one.layout, one.variants) for one in driven]
+        variants = [(one.layout, one.variants) for one in asked]
         for one, torque in zip(
-            driven, added_torques(predictor, section, adopted, variants), strict=True
+            asked, added_torques(predictor, section, adopted, variants), strict=True
         ):
             one.torque.append(torque.astype(np.float32))
             _check_some_runs(one, torque[:, list(one.rows)].swapaxes(0, 1))
-    simulated = [one for one in asked if not one.torque]
-    table = _driven(predictor, sections, driven, residual[rows], rows)
-    table = _with_simulated(predictor, adopted, simulated, table, residual[rows], rows)
+    table = _driven(predictor, sections, asked, residual[rows], rows)
     return _with_base(predictor, sections, adopted, table, rows)
 
 
@@ -275,58 +266,11 @@ def settings_of(
     return [(one.layout, one.settings) for one in asked]
 
 
-def _with_simulated(
-    predictor: Predictor,
-    adopted: tuple[Layout, np.ndarray],
-    asked: Sequence[_Asked],
-    table: Table,
-    residual: np.ndarray,
-    rows: np.ndarray,
-) -> Table:
-    """The table with effects that have a state of their own, as simulated at their settings."""
-    if not asked:
-        return table
-    base = Request(adopted[0], adopted[1][None])
-    requests = [Request(one.layout, one.settings) for one in asked]
-    (before,), *moved = (q[:, rows] for q in predictor.predict([base, *requests], rough=True))
-    columns, candidates = [table.columns], list(table.candidates)
-    count = table.columns.shape[1]
-    for one, q in zip(asked, moved, strict=True):
-        _check_some_runs(one, q)
-        singles = []
-        for joint in one.new_joints:
-            own = predictor.samples.joint[rows] == joint
-            answers = np.where(own, np.nan_to_num(q - before, nan=np.inf), 0.0).T
-            answers = answers.astype(np.float32)
-            for s in _ranked(residual * own, answers)[:KEPT]:
-                made = _simulated(one, s, joint, count)
-                columns.append(answers[:, [s]])
-                candidates.append(made)
-                count += 1
-                if not singles or singles[-1].joints != (joint,):
-                    singles.append(made)
-        if len(singles) > 1:
-            candidates.append(_together(singles))
-    return Table(np.concatenate(columns, axis=1), candidates)
-
-
-def _simulated(one: _Asked, s: int, joint: int, at: int) -> Candidate:
-    number = sum(not parameter.rough for parameter in one.effect.parameters)
-    return Candidate(
-        one.effect,
-        (joint,),
-        one.setting(s, joint),
-        (at,),
-        (Column(at, None, joint, *SCALED),),
-        number,
-    )
-
-
 def _with_base(predictor, sections, adopted, table: Table, rows: np.ndarray) -> Table:
     """The table with derivatives by what the model has already, and with what it may lose."""
     layout, u = adopted
     free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
-    if not layout.terms or _is_extended(predictor, layout.terms):
+    if not layout.terms:
         return table
     steps = _steps(layout, free, u)
     moved = np.repeat(u[None], len(free), axis=0)
@@ -381,9 +325,8 @@ def _asked(
     adopted: tuple[Layout, np.ndarray],
     effect: Effect,
     guesses: Sequence[Values],
-    simulated_on: Sequence[int] | None = None,
 ) -> Iterable[_Asked]:
-    """An effect on joints that lack it, on those of `simulated_on` where it must be simulated."""
+    """An effect on joints that lack it."""
     layout, u = adopted
     others = [t for t in layout.terms if t.effect.name != effect.name]
     has = {j for t in layout.terms if t.effect.name == effect.name for j in t.joints}
@@ -391,11 +334,6 @@ def _asked(
     per_joint = any(p.per_joint for p in effect.parameters)
     if not free or (has and not per_joint):
         return
-    extended = _is_extended(predictor, [*others, Term(effect, tuple(sorted({*has, *free})))])
-    if extended:
-        guesses = _far_apart(effect, guesses)
-        if per_joint and simulated_on is not None:
-            free = [j for j in free if j in simulated_on]
     apart = per_joint and effect.coupled
     sets = [(j,) for j in free] if apart else [tuple(free)] if free else []
     old = {slot.key: value for slot, value in zip(layout.slots, u, strict=True)}
@@ -415,30 +353,6 @@ def _asked(
         settings = np.clip(settings, whole.lower, whole.upper)
         steps = np.array([_steps(whole, own, row) for row in settings])
         yield _Asked(effect, term, whole, settings, own, steps, apart)
-
-
-def _is_extended(predictor: Predictor, terms: Sequence[Term]) -> bool:
-    """Whether the plant has joints that no motor drives: then it is simulated."""
-    return predictor.model(terms).nv > len(predictor.joints)
-
-
-def _far_apart(effect: Effect, guesses: Sequence[Values]) -> list[Values]:
-    """Of settings that are simulated one by one those that a scale of another does not replace."""
-    kept: list[Values] = []
-    for guess in guesses:
-        if not any(_is_near(effect, guess, other) for other in kept):
-            kept.append(guess)
-    return kept
-
-
-def _is_near(effect: Effect, one: Values, other: Values) -> bool:
-    for parameter in effect.parameters:
-        a, b = (np.asarray(values[parameter.name], float) for values in (one, other))
-        if parameter.log and np.abs(np.log(a / b)).max() > NEAR:
-            return False
-        if not parameter.log and not np.allclose(a, b):
-            return False
-    return True
 
 
 def encoded(guess: Values) -> Callable[[Slot], float]:

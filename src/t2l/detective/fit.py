@@ -19,7 +19,6 @@ from t2l.identify.prediction import Predictor, Request
 
 ITERATIONS = 5  # numerics: of a fit
 FINISHING = 3  # numerics: on every tick, from what coarser ones led to
-SETTLING = 12  # numerics: likewise, where all derivatives are by simulation
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
 LONG_TICK_S = 1e-2  # numerics: likewise for a slow loop
@@ -153,8 +152,8 @@ def fit_sets(
     """Fit layouts from their starts, on the draft; those that run away are left out.
 
     Args:
-        along: corrected by simulations it gives their steps and derivatives, where it can lead
-            them; the others have all by simulation.
+        along: corrected by simulations it gives their steps and derivatives; None if these are by
+            simulation.
         known: a model, and what it leaves of the fitted samples on every tick.
         iterations: of each.
     """
@@ -170,17 +169,12 @@ def fit_sets(
 def finish(
     sets: Sequence[FittedSet], samples: Samples, along: AlongMotion | None = None
 ) -> list[FittedSet]:
-    """The same on every tick; what can only be simulated, to its end."""
-    can = [along is not None and along.can_lead(one.layout) for one in sets]
-    led = [one for one, may in zip(sets, can, strict=True) if may]
-    driven = [one for one, may in zip(sets, can, strict=True) if not may]
+    """The same on every tick."""
+    if samples.draft is samples.exact:
+        return [*sets]
+    starts = [Start(one.layout, one.u, one.columns) for one in sets]
     objective = Positions(samples.exact, samples.mask)
-    if samples.draft is not samples.exact:
-        starts = [Start(one.layout, one.u, one.columns) for one in led]
-        led = _fitted(starts, samples, objective, along, FINISHING)
-    # their derivatives change on the way
-    starts = [Start(one.layout, one.u) for one in driven]
-    return [*led, *_fitted(starts, samples, objective, None, SETTLING)]
+    return _fitted(starts, samples, objective, along, FINISHING)
 
 
 def _fitted(
@@ -190,20 +184,18 @@ def _fitted(
     along: AlongMotion | None,
     iterations: int,
 ) -> list[FittedSet]:
-    led = [one for one in starts if along is not None and along.can_lead(one.layout)]
-    found = []
-    if led:
-        found = fit_corrected(led, along, objective, samples.folds, iterations, _give_up)
+    if along is not None:
+        return fit_corrected(starts, along, objective, samples.folds, iterations, _give_up)
     fits = [
         LeastSquares(
             start.layout, start.u.copy(), sizes(start), given=dict(start.columns),
             secant=bool(start.columns), noise=samples.noise_rad,
             last=None if start.columns else iterations,
         )
-        for start in starts if all(start is not one for one in led)
+        for start in starts
     ]  # fmt: skip
     minimise(fits, objective, iterations, _give_up)
-    return [*found, *fitted(fits, objective, samples.folds)]
+    return fitted(fits, objective, samples.folds)
 
 
 def _give_up(fits: Sequence) -> None:

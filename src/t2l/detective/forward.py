@@ -28,9 +28,6 @@ POLISHING = 2  # numerics: iterations with all derivatives, of what goes on
 # numerics: of what the model of the linearised loop leaves, below which that may be what is wrong
 FLOOR = 0.02
 
-# by its effects and their joints, a set that is not fitted yet, with its score
-_Open = dict[frozenset, tuple[float, Start]]
-
 
 def grown(
     before: FittedSet,
@@ -42,7 +39,7 @@ def grown(
     judge: Judge,
     linearised_rmse: float,
     over: Callable[[], bool] = lambda: False,
-) -> tuple[list[FittedSet], list[Start]]:
+) -> list[FittedSet]:
     """Sets with more and more effects, until more gains nothing or only noise is left.
 
     Args:
@@ -53,10 +50,9 @@ def grown(
         over: whether the time is.
 
     Returns:
-        The sets with those that grew from them, and what can only be simulated, the best first.
+        The sets with those that grew from them.
     """
     known = {frozenset(one.names): one for one in sets}
-    driven: _Open = {}
     best, floor = before, FLOOR * linearised_rmse
     exact, grew = set(known), set()
     for _ in range(STEPS):
@@ -69,20 +65,18 @@ def grown(
         done = {frozenset(one.names): one for one in fit_along(again, along, folds, POLISHING)}
         known |= done
         exact |= set(done)
-        opened: _Open = {}
+        opened: dict[frozenset, Start] = {}
         for one in alike:
             grew.add(frozenset(one.names))
-            led, simulated = _with_one_more(known[frozenset(one.names)], screen, rows, along)
-            opened |= {names: start for names, start in led.items() if names not in known}
-            driven |= simulated
-        fits = fit_along([start for _, start in opened.values()], along, folds)
+            more = _with_one_more(known[frozenset(one.names)], screen, rows)
+            opened |= {names: start for names, start in more.items() if names not in known}
+        fits = fit_along([*opened.values()], along, folds)
         known |= {frozenset(one.names): one for one in fits}
         better = choose(best, fits, judge)
         if better is None:
             break
         best = better
-    others = sorted(driven.values(), key=lambda scored: scored[0])
-    return [*known.values()], [start for _, start in others]
+    return [*known.values()]
 
 
 def _growing(sets: Sequence[FittedSet]) -> list[FittedSet]:
@@ -96,23 +90,18 @@ def _growing(sets: Sequence[FittedSet]) -> list[FittedSet]:
     return [*some.values()]
 
 
-def _with_one_more(
-    one: FittedSet, screen: Screen, rows: np.ndarray, along: AlongMotion
-) -> tuple[_Open, _Open]:
-    """The most promising sets with an effect more, and those that must be simulated."""
+def _with_one_more(one: FittedSet, screen: Screen, rows: np.ndarray) -> dict[frozenset, Start]:
+    """The most promising sets with an effect more, by their effects and joints."""
     near = _beside(one, screen, rows)
     least = near.score(()).error
     scores = sorted((near.score((i,)) for i in near.growing(())), key=lambda scored: scored.error)
-    led: _Open = {}
-    driven: _Open = {}
+    found: dict[frozenset, Start] = {}
     for scored in scores:
         start = replace(begun(one.model, near, scored.members), columns=one.columns)
-        names, open_ones = frozenset(names_of(start.layout)), led
-        if not along.can_lead(start.layout):
-            open_ones = driven
-        if scored.error < least and names not in open_ones and len(open_ones) < ADDED:
-            open_ones[names] = scored.error, start
-    return led, driven
+        names = frozenset(names_of(start.layout))
+        if scored.error < least and names not in found and len(found) < ADDED:
+            found[names] = start
+    return found
 
 
 def _beside(one: FittedSet, screen: Screen, rows: np.ndarray) -> Screen:

@@ -7,7 +7,8 @@ import mujoco
 import numpy as np
 
 from t2l.effects.blame import blaming
-from t2l.effects.term import Layout
+from t2l.effects.effect import Effect
+from t2l.effects.term import Layout, Term
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, Path
@@ -53,9 +54,10 @@ def path_of(
 
 def with_both(predictor: Predictor, base: Variants, layout: Layout) -> mujoco.MjModel:
     """The plant with what either adds to its structure: a variant may lack a term of the model."""
-    names = {term.effect.name for term in layout.terms}
-    lost = [term for term in base[0].terms if term.effect.name not in names]
-    return predictor.model([*layout.terms, *lost])
+    joints: dict[str, tuple[Effect, set[int]]] = {}
+    for term in (*layout.terms, *base[0].terms):
+        joints.setdefault(term.effect.name, (term.effect, set()))[1].update(term.joints)
+    return predictor.model([Term(effect, tuple(sorted(on))) for effect, on in joints.values()])
 
 
 def added_by_bodies(

@@ -34,7 +34,7 @@ def pruned(
 
     def fit(whole: FittedSet, trials: list[Start]) -> list[FittedSet]:
         """By simulation, but for what is missed along the motion already."""
-        if trials and along.can_lead(whole.layout):
+        if trials:
             start = Start(whole.layout, whole.u)
             led = fit_along([start, *trials], along, samples.folds)
             of = {frozenset(f.names): f for f in led}
@@ -97,8 +97,6 @@ def prune(
 
 def worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> list[Start]:
     """Without those of a set that leave far too much, as its derivatives foretell it."""
-    if not along.can_lead(whole.layout):
-        return trials
     begun = [Start(whole.layout, whole.u, whole.columns), *trials]
     fits = [
         LeastSquares(s.layout, s.u, sizes(s), given=dict(s.columns), noise=along.noise_rad)

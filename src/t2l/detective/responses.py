@@ -12,11 +12,12 @@ import numpy as np
 
 from t2l.detective.linear_loop import STEP_RAD, Section
 from t2l.detective.paths import Variants, added_by_bodies, with_both
+from t2l.detective.transmissions import added_through, rotors_of, through
 from t2l.effects.blame import blaming
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
-from t2l.sim.driven_loop import DrivenLoop, all_at_once
+from t2l.sim.driven_loop import DrivenLoop, Path, all_at_once
 
 STIFF = 400  # numerics: ticks that the stiffness of a loop is the mean of
 ROWS = 12_000  # numerics: ticks of variants that one call computes: arrays that a cache holds
@@ -66,7 +67,13 @@ def added_torques(
         some = [variants[i] for i in alike]
         moved = [_whole(bodies[i], section, len(variants[i][1])) for i in alike]
         found |= zip(alike, _in_turn(predictor, section, so_far, some, moved), strict=True)
-    return [found[i] for i in range(len(variants))]
+    added = [found[i] for i in range(len(variants))]
+    if not any(t.effect.extends for layout, _ in (so_far, *variants) for t in layout.terms):
+        return added
+    before = so_far, _as_one(predictor, section, section.path, base)
+    return added_through(
+        predictor, schedule, section.path, section.mass, before, variants, added, bodies
+    )
 
 
 def excess(predictor: Predictor, section: Section, base: tuple[Layout, np.ndarray]) -> np.ndarray:
@@ -74,17 +81,27 @@ def excess(predictor: Predictor, section: Section, base: tuple[Layout, np.ndarra
 
     Less the same along its own prediction, where what is left is of the ticks alone.
     """
-    layout, u = base
-    found = []
+    found, schedule = [], section.motion.group.schedule
+    rotors = rotors_of(predictor, schedule, (base[0], base[1][None]))
     for path in (section.path, section.predicted):
-        loop = DrivenLoop(
-            predictor.model(layout.terms), predictor.joints, section.motion.group.schedule, 1
-        )
-        with blaming([term.effect for term in layout.terms], "to lead it"):
-            install(loop, [(layout, u[None])])
-            found.append(loop.torque(path)[:, 0] - path.taken)
+        one = _as_one(predictor, section, path, base)
+        if rotors is not None:
+            one = through(rotors, schedule, path, section.mass, one[:, None])[:, 0]
+        found.append(one)
     measured, predicted = found
     return measured - predicted
+
+
+def _as_one(
+    predictor: Predictor, section: Section, path: Path, base: tuple[Layout, np.ndarray]
+) -> np.ndarray:
+    """Beyond what a motion takes, (ntick, nrec, n), where motors and links are one."""
+    layout, u = base
+    model, schedule = predictor.model(layout.terms), section.motion.group.schedule
+    loop = DrivenLoop(model, predictor.joints, schedule, 1)
+    with blaming([term.effect for term in layout.terms], "to lead it"):
+        install(loop, [(layout, u[None])])
+        return loop.torque(path)[:, 0] - path.taken
 
 
 def stiffness(

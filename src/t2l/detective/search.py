@@ -50,7 +50,6 @@ CARRIED = 16  # numerics: sets that are fitted again where the loop is linearise
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 RUN_AWAY = 100.0  # numerics: times an error by simulation, that a linear model tells nothing with
 NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
-SIMULATED = 2  # numerics: sets that can only be simulated, besides
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, GROW, PRUNE = (
     "screening",
@@ -253,8 +252,7 @@ class _Search:
         screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
         starts = self._screened(this, screen)
         along, folds = self.along, self.data.folds
-        this.led = fit_along([s for s in starts if along.can_lead(s.layout)], along, folds)
-        driven = [s for s in starts if not along.can_lead(s.layout)]
+        this.led = fit_along(starts, along, folds)
         promised = choose(self.current, this.led, judge)
         if not quiet:
             this.likely = promised
@@ -264,13 +262,13 @@ class _Search:
             some = exchanged(self.current, this.led, judge, self.simulated.complexity + 1)
         else:
             some = leaders(self.current, [one for one, _ in self._followed(this.led)], judge)
-        better = self._simulated(this, some, driven, judge)
+        better = self._simulated(this, some, judge)
         # what little is left beside noise is for the next round, effect by effect
         little = better is not None and better.rmse <= LITTLE * noise_rad
         if not (quiet or little or self.found.stopped or self._stop(this, GROW)):
-            new, driven = self._grown(this, screen, judge)
+            new = self._grown(this, screen, judge)
             this.likely = promised = choose(self.current, this.led, judge)
-            better = self._simulated(this, leaders(self.current, new, judge), driven, judge)
+            better = self._simulated(this, leaders(self.current, new, judge), judge)
         if self.found.stopped and better is None:
             return False
         lost = promised is not None and astray(self.simulated, promised, judge)
@@ -298,25 +296,21 @@ class _Search:
         ]  # fmt: skip
         return [begun(self.current.model, screen, one.members) for one in sets]
 
-    def _grown(
-        self, this: Round, screen: Screen, judge: Judge
-    ) -> tuple[list[FittedSet], list[Start]]:
+    def _grown(self, this: Round, screen: Screen, judge: Judge) -> list[FittedSet]:
         """Let the sets of a round grow along the motion.
 
         The loop is linearised again at what they lead to, while that is much nearer: there the
         linear model is off by less, and what is missing still is read off a clearer residual.
 
         Returns:
-            The new ones that a simulation follows, and what can only be simulated, the best first.
+            The new ones that a simulation follows.
         """
         folds, before = self.data.folds, this.led
-        driven: list[Start] = []
         while True:
-            this.led, others = grown(
+            this.led = grown(
                 self.current, this.led, screen, self.rows, self.along, folds, judge,
                 self.linearised_rmse, self.over,
             )  # fmt: skip
-            driven = driven or others
             followed = self._followed(this.led, GROWN)
             one, rmse = min(followed, key=lambda pair: pair[1], default=(self.current, np.inf))
             if judge.quiet(rmse) or rmse > NEARER * self.linearised_rmse or self.over():
@@ -325,10 +319,8 @@ class _Search:
             ranked = sorted(this.led, key=lambda f: f.left_out_rmse)[:CARRIED]
             this.led = fit_along([Start(f.layout, f.u) for f in ranked], self.along, folds)
             clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
-            effects, guesses = self._guesses(self._left(clearer))
-            # what can only be simulated is so beside the first model
-            can = [effect for effect in effects if not effect.extends]
-            screen = self._screen(self._left(self.current), can, guesses, may_bend=False)
+            guesses = self._guesses(self._left(clearer))
+            screen = self._screen(self._left(self.current), *guesses, may_bend=False)
         new = [one for one, _ in followed if all(one is not old for old in before)]
         if new and not self.over():
             # what is not needed takes time in every simulation
@@ -337,7 +329,7 @@ class _Search:
             if fewer is not best:
                 new.append(fewer)
                 this.led.append(fewer)
-        return new, driven
+        return new
 
     def _followed(
         self, led: Sequence[FittedSet], most: int = FOLLOWED
@@ -356,15 +348,13 @@ class _Search:
         limit = ASTRAY * min(errors, default=np.inf)
         return [(f, error) for f, error in zip(some, errors, strict=True) if error <= limit]
 
-    def _simulated(
-        self, this: Round, some: Sequence[FittedSet], driven: Sequence[Start], judge: Judge
-    ) -> FittedSet | None:
+    def _simulated(self, this: Round, some: Sequence[FittedSet], judge: Judge) -> FittedSet | None:
         """What the rule takes of all sets that were fitted by simulation, with these.
 
         Args:
-            some: fitted along the motion; of `driven`, which cannot be, the best are tried too.
+            some: fitted along the motion.
         """
-        begins = [Start(f.layout, f.u, f.columns) for f in some] + [*driven[:SIMULATED]]
+        begins = [Start(f.layout, f.u, f.columns) for f in some]
         if begins or not this.quiet:
             best = min(some or this.led, key=lambda f: f.left_out_rmse, default=self.simulated)
             self.samples = self.samples.drafted(best.model, best.left_out_rmse)
@@ -439,9 +429,8 @@ class _Search:
             self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
             if self.along.rmse <= RUN_AWAY * max(rmse_rad, noise_rad):
                 break
-        if self.along.can_lead(self.current.layout):
-            start = Start(*self.current.model)
-            self.current = next(iter(fit_along([start], self.along, data.folds, 0)), self.current)
+        start = Start(*self.current.model)
+        self.current = next(iter(fit_along([start], self.along, data.folds, 0)), self.current)
 
     def _guesses(self, left: np.ndarray) -> tuple[list[Effect], dict[str, list[Values]]]:
         """Effects that may act, and by name the settings where they are tried."""
@@ -508,13 +497,9 @@ class _Search:
                 best[name] = scored
         progress(f"fitting {len(best)} effects along the measured motion", DONE[FIT])
         starts = [begun(came.model, screen, one.members) for one in best.values()]
-        can = [self.along.can_lead(start.layout) for start in starts]
-        led = fit_along(
-            [s for s, may in zip(starts, can, strict=True) if may], self.along, self.data.folds
-        )
+        led = fit_along(starts, self.along, self.data.folds)
         led.sort(key=lambda fit: fit.left_out_rmse)
         leaders = [Start(f.layout, f.u, f.columns) for f in led[:ALONE]]
-        leaders += [s for s, may in zip(starts, can, strict=True) if not may]
         progress(f"simulating {len(leaders)} of them", DONE[FINISH])
         fits = fit_sets(leaders, self.samples, self.along, came.known)
         fits = finish(fits, self.samples, self.along)

@@ -23,8 +23,6 @@ ALONE = 2  # numerics: iterations of the rest, from whose residual a guess is re
 
 def second_guesses(whole: FittedSet, along: AlongMotion, folds: np.ndarray) -> list[FittedSet]:
     """The same set fitted along the motion, each from another value of a term on a joint."""
-    if not along.can_lead(whole.layout):
-        return []
     begun: list[Start] = []
     for less in without_one(whole):
         term, joint = _gone(whole.layout, less.layout)

@@ -1,93 +1,156 @@
 """Torques that come through transmissions which give, along the motion that encoders show.
 
-What gives between motor and link has a side that no encoder sees. Along the measured motion of the
-other side it is a mass on a spring, so a model with it leaves as little as it should.
+Motors and links are one in a plant that is led along a motion. Where a spring or play lies between,
+one of them is hidden from the encoder, and what reaches the other is computed from its motion.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from t2l.detective.paths import Variants
-from t2l.effects.term import Layout
+from t2l.effects.blame import blaming
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, Path
 from t2l.sim.schedule import Schedule
 from t2l.sim.transmission import Transmission, hidden_acceleration
 
+NUMBERS = 20_000_000  # numerics: of torques that are followed at once
+
 
 @dataclass(frozen=True)
 class Rotors:
-    """Of variants of a plant that give.
+    """Of m variants of a plant.
 
     Attributes:
-        give: (m, nrec, n).
-        inertia: (m, nrec, n) kg·m²; `more`, (n,), of that beyond the plant that does not give.
+        gives: (m, nrec, n).
+        inertia: (m, nrec, n) kg·m².
+        more: (m, 1, n) kg·m², of that what the plant has only where it gives.
     """
 
-    give: Transmission
+    gives: Transmission
     inertia: np.ndarray
     more: np.ndarray
 
+    @classmethod
+    def together(cls, some: Sequence["Rotors"]) -> "Rotors":
+        """Of several layouts' variants."""
+        return cls(
+            Transmission.together([one.gives for one in some]),
+            np.concatenate([one.inertia for one in some]),
+            np.concatenate([one.more for one in some]),
+        )
 
-def rotors(predictor: Predictor, schedule: Schedule, variants: Variants) -> Rotors | None:
-    """Of layouts u (m, n); None if nothing gives in them."""
+
+def rotors_of(predictor: Predictor, schedule: Schedule, variants: Variants) -> Rotors | None:
+    """Of variants u (m, n) of a layout; None if nothing gives in them."""
     layout, u = variants
     if not any(term.effect.extends for term in layout.terms):
         return None
-    model, plain = predictor.model(layout.terms), predictor.model()
-    loop = DrivenLoop(model, predictor.joints, schedule, len(u))
-    install(loop, [variants])
+    model, joints = predictor.model(layout.terms), predictor.joints
+    loop = DrivenLoop(model, joints, schedule, len(u))
+    with blaming([term.effect for term in layout.terms], "to lead it"):
+        install(loop, [variants])
     if not loop.transmission.gives.any():
         return None
-    shape = (len(u), len(schedule.kp), len(predictor.joints))
-    flat = loop.transmission
-    give = Transmission(
-        *(x.reshape(shape) for x in (flat.stiffness, flat.damping, flat.play, flat.on_link))
+    shape = (len(u), len(schedule.kp), len(joints))
+    own, plain = (
+        one.dof_armature[[one.joint(name).dofadr[0] for name in joints]]
+        for one in (model, predictor.model())
     )
-    own, less = (
-        one.dof_armature[[one.joint(name).dofadr[0] for name in predictor.joints]]
-        for one in (model, plain)
-    )
-    return Rotors(give, (own + loop.added_armature()).reshape(shape), own - less)
+    inertia = (own + loop.added_armature()).reshape(shape)
+    more = np.broadcast_to(own - plain, (len(u), 1, len(joints)))
+    return Rotors(loop.transmission.reshaped(shape), inertia, more)
 
 
 def through(
-    rotors: Rotors, schedule: Schedule, path: Path, mass: np.ndarray, excess: np.ndarray,
+    rotors: Rotors,
+    schedule: Schedule,
+    path: Path,
+    mass: np.ndarray,
+    excess: np.ndarray,
     bodies: np.ndarray | float = 0.0,
-) -> np.ndarray:  # fmt: skip
-    """N·m (ntick, m, nrec, n) beyond what the motion takes, of variants that give.
+) -> np.ndarray:
+    """N·m (ntick, m, nrec, n) of variants that give, beyond what the motion takes.
 
     Args:
-        mass: (ntick, nrec, n, n) of links.
-        excess: the same if they did not give.
+        mass: (ntick, nrec, n, n) kg·m² of links.
+        excess: the same where motors and links are one.
         bodies: N·m likewise that other masses than the path's add.
     """
-    link = path.link[:, None] - bodies
     found = excess - rotors.more * path.ddq[:, None]
-    give = rotors.give
-    on_link = give.on_link > 0.5
-    total = found.copy()
-    for at_link in (False, True):
-        # joints that give alike are followed together
-        side = give.gives & (on_link == at_link)
-        patterns = {tuple(np.flatnonzero(row)) for row in side.any(axis=1)} - {()}
-        for joints in patterns:
-            some = [i for i, row in enumerate(side.any(axis=1)) if tuple(np.flatnonzero(row)) == joints]
-            j = list(joints)
-            own = give.of(some)
-            own = Transmission(own.stiffness[..., j], own.damping[..., j], own.play[..., j], own.on_link[..., j])
-            if at_link:
-                inertia = rotors.inertia[some][..., j, None] * np.eye(len(j))
-                pushed = np.broadcast_to(link, found.shape)[:, some][..., j] + found[:, some][..., j]
-                ddq = hidden_acceleration(own, inertia[None].repeat(len(link), 0), pushed, schedule.period_s)
-                for a, joint in enumerate(j):
-                    total[:, some, :, joint] -= (rotors.inertia[some][..., joint] * ddq[..., a])
+    link = np.broadcast_to(path.link[:, None] - bodies, found.shape)
+    out = found.copy()
+    gives, on_link = rotors.gives.gives.any(axis=1), (rotors.gives.on_link > 0.5).any(axis=1)
+    for shows_link in (False, True):
+        sides = gives & (on_link == shows_link)
+        # variants of which as many joints give are followed together
+        for count in np.unique(sides.sum(axis=1)):
+            if not count:
+                continue
+            some = np.flatnonzero(sides.sum(axis=1) == count)
+            joints = np.nonzero(sides[some])[1].reshape(-1, 1, count)
+            at = some[:, None, None], np.arange(link.shape[2])[:, None], joints
+            push, own = link[:, *at], rotors.gives.of(at)
+            if shows_link:
+                hidden = rotors.inertia[at][None, ..., None] * np.eye(count)
+                hidden = np.broadcast_to(hidden, (len(link), *hidden.shape[1:]))
+                ddq = hidden_acceleration(own, hidden, push + found[:, *at], schedule.period_s)
+                out[:, *at] -= rotors.inertia[at] * ddq
             else:
-                inertia = mass[:, None][..., j, :][..., j]
-                pushed = np.broadcast_to(link, found.shape)[:, some][..., j]
-                ddq = hidden_acceleration(own, inertia, pushed, schedule.period_s)
-                total[:, some] += np.einsum("trij,tmrj->tmri", mass[..., j], ddq)
-    return total
+                rows = mass[:, at[1], joints]
+                hidden = np.take_along_axis(rows, joints[None, ..., None, :], axis=-1)
+                ddq = hidden_acceleration(own, hidden, push, schedule.period_s)
+                out[:, some] += np.einsum("tmrjn,tmrj->tmrn", rows, ddq)
+    return out
+
+
+def added_through(
+    predictor: Predictor,
+    schedule: Schedule,
+    path: Path,
+    mass: np.ndarray,
+    so_far: tuple[Variants, np.ndarray],
+    variants: Sequence[Variants],
+    added: list[np.ndarray],
+    bodies: Sequence[np.ndarray | float],
+) -> list[np.ndarray]:
+    """What variants add to the model so far, N·m (ntick, m, nrec, n) each.
+
+    Args:
+        so_far: the model, u (1, n), and what it has beyond what the motion takes, (ntick, nrec, n)
+            N·m, where motors and links are one.
+        added: the same where they are one; `bodies`, of that of other masses.
+    """
+    (base, before), found = so_far, dict(enumerate(added))
+    whole = [rotors_of(predictor, schedule, one) for one in (base, *variants)]
+    if not any(whole):
+        return added
+    less, before = 0.0, before[:, None]
+    if whole[0]:
+        less = through(whole[0], schedule, path, mass, before) - before
+        found = {i: one - less for i, one in found.items()}
+    own = [i for i, rotors in enumerate(whole[1:]) if rotors is not None]
+    for some in _chunks([len(variants[i][1]) for i in own], max(1, NUMBERS // before.size)):
+        alike = [own[i] for i in some]
+        excess = np.concatenate([before + added[i] for i in alike], axis=1)
+        moved = [np.broadcast_to(bodies[i], added[i].shape) for i in alike]
+        rotors = Rotors.together([whole[1 + i] for i in alike])
+        ways = through(rotors, schedule, path, mass, excess, np.concatenate(moved, axis=1))
+        counts = np.cumsum([len(variants[i][1]) for i in alike])[:-1]
+        found |= zip(alike, np.split(ways - before - less, counts, axis=1), strict=True)
+    return [found[i].astype(np.float32, copy=False) for i in range(len(added))]
+
+
+def _chunks(counts: Sequence[int], most: int) -> Iterator[list[int]]:
+    """Indices, of each chunk with so many in all, or one."""
+    chunk: list[int] = []
+    for i, count in enumerate(counts):
+        if chunk and sum(counts[k] for k in chunk) + count > most:
+            yield chunk
+            chunk = []
+        chunk.append(i)
+    if chunk:
+        yield chunk

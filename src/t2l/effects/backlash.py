@@ -30,6 +30,8 @@ class Backlash(Effect):
     contains = ("joint_flexibility",)  # closed teeth without play
     follows = "direction"
     hides_state = True
+    coupled = True
+    remembers = False  # what it does it does to the plant
 
     def extend(self, spec, joints):
         for name in joints:

@@ -29,6 +29,8 @@ class JointFlexibility(Effect):
     source = "Spong, Modeling and control of elastic joint robots, 1987, eq. 15"
     follows = "acceleration"
     hides_state = True
+    coupled = True
+    remembers = False  # what it does it does to the plant
 
     def extend(self, spec, joints):
         for name in joints:

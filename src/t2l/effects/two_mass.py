@@ -60,9 +60,7 @@ def gravity_compensation_on_motor_only(loop: ServoLoop, rows: slice, dofs: np.nd
     loop.joint_torques.append(add)
 
 
-def give(
-    loop: ServoLoop, rows: slice, joints: np.ndarray, stiffness, damping, play, link
-) -> None:
+def give(loop: ServoLoop, rows: slice, joints: np.ndarray, stiffness, damping, play, link) -> None:
     """Tell the loop what lies between, (nrow, k); `link` (nrow, 1) is 1 where an encoder shows it.
 
     Of two that give in series the softer bears what the other does.

@@ -11,6 +11,7 @@ Source: Spong, Modeling and control of elastic joint robots, 1987, eq. 15; with 
 Gutman, Controlling mechanical systems with backlash, 2002.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -19,6 +20,7 @@ import numpy as np
 IMPLICIT = 0.52
 STEP = 0.4  # numerics: radians of the fastest oscillation in a step
 MOST_STEPS = 8  # numerics: a tick
+SLOWLY_S = 0.01  # numerics: in which masses hardly change
 
 
 @dataclass
@@ -43,49 +45,92 @@ class Transmission:
         nothing = (np.zeros(shape) for _ in range(3))
         return cls(np.full(shape, np.inf), *nothing)
 
+    @classmethod
+    def together(cls, some: Sequence["Transmission"]) -> "Transmission":
+        """One after the other, along the first axis."""
+        names = (field.name for field in fields(cls))
+        return cls(*(np.concatenate([getattr(one, name) for one in some]) for name in names))
+
     @property
     def gives(self) -> np.ndarray:
         """Where motor and link are two, bool."""
         return np.isfinite(self.stiffness)
 
-    def of(self, *index) -> "Transmission":
-        """Of some joints."""
-        return Transmission(*(getattr(self, field.name)[index] for field in fields(self)))
+    def of(self, some) -> "Transmission":
+        """Of some joints, by any index."""
+        return self._each(lambda values: values[some])
+
+    def reshaped(self, shape: tuple[int, ...]) -> "Transmission":
+        """The same in another shape."""
+        return self._each(lambda values: values.reshape(shape))
+
+    def _each(self, change: Callable[[np.ndarray], np.ndarray]) -> "Transmission":
+        return Transmission(*(change(getattr(self, field.name)) for field in fields(self)))
 
 
 def hidden_acceleration(
-    give: Transmission, inertia: np.ndarray, torque: np.ndarray, period_s: float
+    gives: Transmission, inertia: np.ndarray, torque: np.ndarray, period_s: float
 ) -> np.ndarray:
     """ë (ntick, m, nrec, k), rad/s² on average until the next tick; at first e rests.
 
     Args:
-        give: (m, nrec, k) joints, all of which give.
-        inertia: (ntick, m or 1, nrec, k, k) kg·m² of the hidden sides.
+        gives: (m, nrec, k) joints, all of which give.
+        inertia: (ntick, m, nrec, k, k) kg·m² of the hidden sides; there may be 1 for all m.
         torque: u (ntick, m, nrec, k), N·m, held until the next tick.
     """
-    k, d, half = give.stiffness, give.damping, give.play / 2
+    stiffness, damping, half = gives.stiffness, gives.damping, gives.play / 2
     own = np.diagonal(inertia[:: max(1, len(inertia) // 16)], axis1=-2, axis2=-1)
-    fastest = period_s * float(np.sqrt(np.max(k / own.min(axis=0))))
+    fastest = period_s * float(np.sqrt(np.max(stiffness / own.min(axis=0))))
     steps = int(np.clip(np.ceil(fastest / STEP), 1, MOST_STEPS))
-    h, w = period_s / steps, IMPLICIT
-    eye = np.eye(k.shape[-1])
-    e, v = torque[0] / k + half * np.sign(torque[0]), np.zeros_like(k)
+    h = period_s / steps
+    sides = _Sides(stiffness, damping, h)
+    e, v = torque[0] / stiffness + half * np.sign(torque[0]), np.zeros_like(half)
     out = np.empty(torque.shape, np.float32)
-    for tick in range(len(torque)):
-        before, u, mass = v, torque[tick], inertia[tick]
+    renewed = max(1, round(SLOWLY_S / period_s))
+    for tick, u in enumerate(torque):
+        before = v
+        if tick % renewed == 0:
+            sides.weigh(inertia[tick])
         for _ in range(steps):
             ahead = e + h * v
-            side = np.where(np.abs(ahead) > half, np.sign(ahead), 0.0)
+            side = np.sign(ahead) * (np.abs(ahead) > half)
             closed = np.abs(side)
-            spring, damper = closed * k, closed * d
-            push = h * (u - spring * (e + w * h * v) + spring * side * half - damper * v)
-            holds = h * w * (damper + h * w * spring)
-            if len(eye) == 1:
-                more = push / (mass[..., 0] + holds)
-            else:
-                whole = mass + holds[..., None] * eye
-                more = np.linalg.solve(whole, push[..., None])[..., 0]
-            e = e + h * (v + w * more)
+            spring = closed * stiffness
+            push = u - spring * (e + IMPLICIT * h * v - side * half) - closed * damping * v
+            more = sides.moved(closed, push)
+            e = e + h * (v + IMPLICIT * more)
             v = v + more
         out[tick] = (v - before) / period_s
     return out
+
+
+class _Sides:
+    """Hidden sides in a step of h: the mass that each has, and what holds it where it is closed."""
+
+    def __init__(self, stiffness: np.ndarray, damping: np.ndarray, h: float):
+        self.h, self.holds = h, h * IMPLICIT * (damping + h * IMPLICIT * stiffness)
+        self.alone = stiffness.shape[-1] == 1
+        self.mass = self.inverse = self.closed = np.zeros(0)
+
+    def weigh(self, mass: np.ndarray) -> None:
+        """Have other masses (m or 1, nrec, k, k)."""
+        self.mass, self.closed = np.broadcast_to(mass, (*self.holds.shape, mass.shape[-1])), None
+
+    def moved(self, closed: np.ndarray, push: np.ndarray) -> np.ndarray:
+        """By how much torques (m, nrec, k) change the velocity."""
+        if self.alone:
+            return self.h * push / (self.mass[..., 0] + closed * self.holds)
+        if self.closed is None:
+            self.inverse = self._inverse(self.mass, closed * self.holds)
+        else:
+            # few teeth open or close in a step
+            other = (closed != self.closed).any(axis=-1)
+            if other.any():
+                holds = closed[other] * self.holds[other]
+                self.inverse[other] = self._inverse(self.mass[other], holds)
+        self.closed = closed
+        return self.h * (self.inverse @ push[..., None])[..., 0]
+
+    @staticmethod
+    def _inverse(mass: np.ndarray, holds: np.ndarray) -> np.ndarray:
+        return np.linalg.inv(mass + holds[..., None] * np.eye(holds.shape[-1]))
