@@ -175,7 +175,7 @@ def _ask(wanted: Responses, predictor, sections, adopted, effect: SplineTorque) 
     moved[np.arange(len(at)), at] += step
     if effect.law.kind == FRICTION:
         # what holds a joint at rest grows with friction from nothing, and no more soon after
-        sections = [replace(s, path=replace(s.path, taken=None)) for s in sections]
+        sections = [replace(s, path=replace(s.path, holds=False)) for s in sections]
     torques = [added_torques(predictor, s, adopted, [(whole, moved)])[0] for s in sections]
     on = None if effect.law.kind == TENDON else joint
     return [wanted.ask([t[:, k] / step for t in torques], on) for k in range(len(at))]

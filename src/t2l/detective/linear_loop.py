@@ -200,7 +200,7 @@ def _controller(predictor, layout, u, schedule, path: Path, model):
     ntick, nrec, n = path.q.shape
     kept = Layout([term for term in layout.terms if not term.effect.remembers])
     u = u[[i for i, slot in enumerate(layout.slots) if not slot.term.effect.remembers]]
-    flat, whole = all_at_once(schedule, ntick), replace(path, taken=None).all_at_once()
+    flat, whole = all_at_once(schedule, ntick), replace(path, holds=False).all_at_once()
 
     def at(path: Path) -> np.ndarray:
         loop = DrivenLoop(model, predictor.joints, flat, 1)

@@ -115,7 +115,7 @@ def stiffness(
     ntick, nrec = path.q.shape[:2]
     ticks = np.arange(0, ntick * nrec, max(1, ntick * nrec // STIFF))
     some_ticks = all_at_once(schedule, ntick).of(ticks)
-    along = replace(path, taken=None).all_at_once().of(ticks)
+    along = replace(path, holds=False).all_at_once().of(ticks)
     moved = replace(along, q=along.q + STEP_RAD)
     found = []
     for layout, u in variants:

@@ -17,6 +17,8 @@ from t2l.sim.driven_loop import DrivenLoop, Path
 from t2l.sim.schedule import Schedule
 from t2l.sim.transmission import Transmission, hidden_acceleration
 
+# numerics: of the link's inertia, a rotor's: what has none would be anywhere within the play
+LIGHTEST = 1e-3
 NUMBERS = 20_000_000  # numerics: of torques that are followed at once
 
 
@@ -84,26 +86,27 @@ def through(
     link = np.broadcast_to(path.link[:, None] - bodies, found.shape)
     out = found.copy()
     gives, on_link = rotors.gives.gives.any(axis=1), (rotors.gives.on_link > 0.5).any(axis=1)
-    for shows_link in (False, True):
-        sides = gives & (on_link == shows_link)
-        # variants of which as many joints give are followed together
-        for count in np.unique(sides.sum(axis=1)):
-            if not count:
-                continue
-            some = np.flatnonzero(sides.sum(axis=1) == count)
-            joints = np.nonzero(sides[some])[1].reshape(-1, 1, count)
-            at = some[:, None, None], np.arange(link.shape[2])[:, None], joints
-            push, own = link[:, *at], rotors.gives.of(at)
-            if shows_link:
-                hidden = rotors.inertia[at][None, ..., None] * np.eye(count)
-                hidden = np.broadcast_to(hidden, (len(link), *hidden.shape[1:]))
-                ddq = hidden_acceleration(own, hidden, push + found[:, *at], schedule.period_s)
-                out[:, *at] -= rotors.inertia[at] * ddq
-            else:
-                rows = mass[:, at[1], joints]
-                hidden = np.take_along_axis(rows, joints[None, ..., None, :], axis=-1)
-                ddq = hidden_acceleration(own, hidden, push, schedule.period_s)
-                out[:, some] += np.einsum("tmrjn,tmrj->tmrn", rows, ddq)
+    m, nrec, _ = rotors.inertia.shape
+    # of which as many joints give they are followed together, links and rotors alike
+    sides = np.concatenate([gives & ~on_link, gives & on_link])
+    counts = sides.sum(axis=1)
+    for count in np.unique(counts[counts > 0]):
+        rows = np.flatnonzero(counts == count)
+        joints, of = np.nonzero(sides[rows])[1].reshape(-1, 1, count), rows % m
+        at = of[:, None, None], np.arange(nrec)[:, None], joints
+        rotor = rows >= m
+        push = link[:, *at]
+        push[:, rotor] += found[:, *at][:, rotor]
+        coupled = mass[:, at[1], joints]
+        inertia = np.take_along_axis(coupled, joints[None, ..., None, :], axis=-1)
+        links = np.diagonal(inertia[:1, rotor], axis1=-2, axis2=-1)[0]
+        turned = np.maximum(rotors.inertia[at][rotor], LIGHTEST * links)
+        inertia[:, rotor] = turned[..., None] * np.eye(count)
+        ddq = hidden_acceleration(rotors.gives.of(at), inertia, push, schedule.period_s)
+        moved = np.einsum("tmrjn,tmrj->tmrn", coupled[:, ~rotor], ddq[:, ~rotor])
+        out[:, of[~rotor]] += moved
+        behind = of[rotor, None, None], at[1], joints[rotor]
+        out[:, *behind] -= rotors.inertia[behind] * ddq[:, rotor]
     return out
 
 
@@ -131,8 +134,12 @@ def added_through(
     less, before = 0.0, before[:, None]
     if whole[0]:
         less = through(whole[0], schedule, path, mass, before) - before
-        found = {i: one - less for i, one in found.items()}
-    own = [i for i, rotors in enumerate(whole[1:]) if rotors is not None]
+        rigid = (i for i, rotors in enumerate(whole[1:]) if rotors is None)
+        found |= {i: added[i] - less for i in rigid}
+    own = [
+        i for i, rotors in enumerate(whole[1:])
+        if rotors is not None and not (whole[0] and _add_nothing(whole[0], rotors, bodies[i]))
+    ]  # fmt: skip
     for some in _chunks([len(variants[i][1]) for i in own], max(1, NUMBERS // before.size)):
         alike = [own[i] for i in some]
         excess = np.concatenate([before + added[i] for i in alike], axis=1)
@@ -142,6 +149,13 @@ def added_through(
         counts = np.cumsum([len(variants[i][1]) for i in alike])[:-1]
         found |= zip(alike, np.split(ways - before - less, counts, axis=1), strict=True)
     return [found[i].astype(np.float32, copy=False) for i in range(len(added))]
+
+
+def _add_nothing(base: Rotors, rotors: Rotors, bodies: np.ndarray | float) -> bool:
+    """Whether variants move hidden links as the model so far does."""
+    shows_link = (rotors.gives.on_link * rotors.gives.gives).any()
+    same = np.isscalar(bodies) and not shows_link and (rotors.more == base.more).all()
+    return same and rotors.gives.is_as(base.gives)
 
 
 def _chunks(counts: Sequence[int], most: int) -> Iterator[list[int]]:

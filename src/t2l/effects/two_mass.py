@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from t2l.effects.exported import Exported
+from t2l.sim.loop import over_ticks
 from t2l.sim.servo import ServoLoop
 
 # tuned: of what it moves: of a motor, where the MJCF has none, of its link's mass at 10 cm; of what
@@ -54,6 +55,7 @@ def gravity_compensation_on_motor_only(loop: ServoLoop, rows: slice, dofs: np.nd
     """Take off the joints between the compensation that only the motor can give."""
     compensation, applied = loop.batch.bind("qfrc_gravcomp"), loop.batch.qfrc_applied
 
+    @over_ticks  # what is applied there no joint that is led is told
     def add(tick, q, dq, torque):
         applied[rows, dofs] = -compensation[rows, dofs]
 
@@ -79,8 +81,9 @@ def encoder_at(
     if not np.any(link):
         return
 
-    position, velocity, at = loop.batch.qpos, loop.batch.qvel, (rows, loop.columns(joints))
+    position, velocity, at = loop.batch.qpos, loop.batch.qvel, (..., rows, loop.columns(joints))
 
+    @over_ticks  # of a plant that is led, nothing gives
     def change(tick, q, dq):
         q[at] += link * position[rows, qpos]
         dq[at] += link * velocity[rows, dofs]

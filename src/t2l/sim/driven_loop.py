@@ -46,8 +46,8 @@ class Path:
         load: N·m that the plant's weight and its velocity ask for, as MuJoCo's qfrc_bias.
         weight: N·m, of that the weight of the nominal model alone.
         at_rest: (njoint,) rad/s, below which the sign of a velocity is not known.
-        taken: N·m that the plant takes on average from this tick to the next; None where it is not
-            asked for what holds a joint at rest.
+        taken: N·m that the plant takes on average from this tick to the next.
+        holds: whether dry friction is asked for what holds a joint at rest.
         link: N·m likewise that links take without rotors; None where nothing gives between them.
     """
 
@@ -59,6 +59,7 @@ class Path:
     at_rest: np.ndarray
     taken: np.ndarray | None = None
     link: np.ndarray | None = None
+    holds: bool = True
 
     def of(self, recordings: np.ndarray) -> "Path":
         """Of some recordings, (k,) indices."""
@@ -302,7 +303,8 @@ class DrivenLoop(Loop):
         if bodies is not None:
             torque += bodies.reshape(torque.shape)
         if self.rubs:
-            excess = 0.0 if path.taken is None else torque - self._every(path.taken[some])
+            asked = path.holds and path.taken is not None
+            excess = torque - self._every(path.taken[some]) if asked else 0.0
             torque -= _dry_friction(level, dq, path.at_rest, excess)
         return torque
 

@@ -18,8 +18,8 @@ import numpy as np
 
 # numerics: weight of a step's end: a half keeps energy, more damps what is too fast for the steps
 IMPLICIT = 0.52
-STEP = 0.4  # numerics: radians of the fastest oscillation in a step
-MOST_STEPS = 8  # numerics: a tick
+STEP = 0.5  # numerics: radians of the fastest oscillation in a step
+MOST_STEPS = 4  # numerics: a tick
 SLOWLY_S = 0.01  # numerics: in which masses hardly change
 
 
@@ -63,6 +63,11 @@ class Transmission:
     def reshaped(self, shape: tuple[int, ...]) -> "Transmission":
         """The same in another shape."""
         return self._each(lambda values: values.reshape(shape))
+
+    def is_as(self, other: "Transmission") -> bool:
+        """Whether all are as those of another, which may be fewer and serve for all."""
+        names = (field.name for field in fields(self))
+        return all((getattr(self, name) == getattr(other, name)).all() for name in names)
 
     def _each(self, change: Callable[[np.ndarray], np.ndarray]) -> "Transmission":
         return Transmission(*(change(getattr(self, field.name)) for field in fields(self)))
