@@ -48,6 +48,7 @@ from t2l.propose.proposal import Proposal
 TOLD = 12  # format: sets that were compared in a round, of those that were not simulated
 MOST = 0.99  # format: share of an error that is told as a number
 GOES_ON = "The search goes on."
+STEP_LEFT = 0.75  # format: of what growing takes, what is left after a step of it
 
 
 def explained(
@@ -135,7 +136,7 @@ class _Story:
         if this.doing == FIT and this.front and self.rounds == 1:
             self.tell(f"After {self.seconds:.0f} s, most likely: {self._promised(this)}.")
         if this.front or this.doing == SCREEN:
-            self.part(f"round {self.rounds}: {_doing(this)}; {_best(this)}", DONE[this.doing])
+            self.part(f"round {self.rounds}: {_doing(this)}; {_best(this)}", _done(this))
 
     def ended(self, found: Found) -> Explanation:
         """The explanation at the end of the search."""
@@ -367,9 +368,26 @@ def _doing(this: Round) -> str:
         else "looking for other effects that explain as well",
         FIT: f"fitting {len(this.front)} sets of effects",
         FINISH: f"finishing the best of {len(this.fits)} fits",
-        GROW: "adding effects to the best sets",
+        GROW: "adding effects to the best sets" + _grown(this),
         PRUNE: "dropping what is not needed",
     }[this.doing]
+
+
+def _grown(this: Round) -> str:
+    if not this.grown:
+        return ""
+    best = this.grown[-1]
+    return (
+        f", with {len(best.layout.terms)} effects {_mrad(best.left_out_rmse)} mrad by the linear "
+        "model of the loop"
+    )
+
+
+def _done(this: Round) -> float:
+    """Which part of a round is done; each step of growing takes a part of what is left."""
+    if this.doing != GROW:
+        return DONE[this.doing]
+    return DONE[PRUNE] - (DONE[PRUNE] - DONE[GROW]) * STEP_LEFT ** len(this.grown)
 
 
 def _best(this: Round) -> str:

@@ -39,6 +39,7 @@ def grown(
     judge: Judge,
     linearised_rmse: float,
     over: Callable[[], bool] = lambda: False,
+    told: Callable[[FittedSet], None] = lambda best: None,
 ) -> list[FittedSet]:
     """Sets with more and more effects, until more gains nothing or only noise is left.
 
@@ -48,6 +49,7 @@ def grown(
         screen: beside the model; `rows` (k,) are the places of its samples among the fitted ones.
         linearised_rmse: rad, what the model of which the loop is linearised leaves by simulation.
         over: whether the time is.
+        told: of the best set after each step.
 
     Returns:
         The sets with those that grew from them.
@@ -76,6 +78,7 @@ def grown(
         if better is None:
             break
         best = better
+        told(best)
     return [*known.values()]
 
 

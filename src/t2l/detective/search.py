@@ -75,6 +75,7 @@ class Round:
             with the joints that have them.
         led: sets that were fitted along the measured motion.
         likely: the best set along the measured motion; None if it does not earn its place.
+        grown: the best set after each step of growing, along the motion.
         fits: sets that were fitted by simulation, best first.
         adopted: what became of it; None if nothing earned its place by simulation.
         promised: what only the linear model promises, from which the next round goes on.
@@ -90,6 +91,7 @@ class Round:
     front: list[tuple[int, float, list[tuple[str, tuple[int, ...]]]]] = field(default_factory=list)
     led: list[FittedSet] = field(default_factory=list)
     likely: FittedSet | None = None
+    grown: list[FittedSet] = field(default_factory=list)
     fits: list[FittedSet] = field(default_factory=list)
     adopted: FittedSet | None = None
     promised: FittedSet | None = None
@@ -140,7 +142,8 @@ def search(
     """What `model` lacks.
 
     Args:
-        looked: told of each round before each of its `STAGES`, and when it adopted something.
+        looked: told of each round before each of its `STAGES`, as its sets grow, and when it
+            adopted something.
         over: whether the time is; asked between fits.
         resumed: rounds that are done, and what they adopted.
 
@@ -306,10 +309,15 @@ class _Search:
             The new ones that a simulation follows.
         """
         folds, before = self.data.folds, this.led
+
+        def told(best: FittedSet) -> None:
+            this.grown.append(best)
+            self.looked(this)
+
         while True:
             this.led = grown(
                 self.current, this.led, screen, self.rows, self.along, folds, judge,
-                self.linearised_rmse, self.over,
+                self.linearised_rmse, self.over, told,
             )  # fmt: skip
             followed = self._followed(this.led, GROWN)
             one, rmse = min(followed, key=lambda pair: pair[1], default=(self.current, np.inf))

@@ -1,0 +1,52 @@
+"""Sets that grow along the motion."""
+
+import pytest
+
+from t2l.detective import forward
+from t2l.detective import search as searching
+from t2l.detective.data_split import split
+from t2l.detective.forward import grown
+from t2l.detective.rule import Judge
+from t2l.identify.model import Model
+from tests.diagnose.made import pendulum, swings
+
+HIDDEN = {
+    "joint_flexibility": {
+        "stiffness": {"hinge": 60.0}, "damping": {"hinge": 0.2}, "encoder_on_link": 0.0,
+    },
+    "coulomb_friction": {"torque": {"hinge": 0.05}},
+    "command_delay": {"delay": 0.02},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    robot = pendulum(tmp_path_factory.mktemp("robot"))
+    logs = swings(robot, HIDDEN, duration_s=2.0) + swings(robot, HIDDEN, duration_s=1.0)[1:2]
+    return Model(robot), split(robot, logs, threads=1)
+
+
+def test_from_nothing_they_grow_to_what_is_hidden(made, monkeypatch):
+    """One effect a step, although no two steps add to the same set."""
+    monkeypatch.setattr(forward, "STEPS", 3)  # so far it is quick
+    model, data = made
+    searched = searching._Search(
+        searching.sized(model, data.fitted), data, lambda this: None, lambda: False,
+        searching.Offered(curves=False),
+    )  # fmt: skip
+    searched.begin(None)
+    noise, came = searched.noise_rad(), searched.simulated
+    searched._linearise(noise, came.known, came.rmse)
+    left = searched._left(searched.current)
+    screen = searched._screen(left, *searched._guesses(left))
+    best = []
+    sets = grown(
+        searched.current, [searched.current], screen, searched.rows, searched.along, data.folds,
+        Judge(searched.block, noise), 0.0, told=best.append,
+    )  # fmt: skip
+    assert [len(one.names) for one in best] == list(range(1, len(best) + 1))
+    assert min(one.left_out_rmse for one in best) < 0.05 * came.left_out_rmse
+    three = {name for name, _ in best[2].names}
+    assert {"joint_flexibility", "command_delay"} < three
+    # what did not lead on is kept too
+    assert len(sets) > 20
