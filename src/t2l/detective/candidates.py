@@ -32,13 +32,12 @@ class Column:
 
     Attributes:
         at: index into the columns of a table.
-        parameter, joint: of the effect; no joint where it is the robot's or all joints', and no
-            parameter where it scales a response.
+        parameter, joint: of the effect; no joint where it is the robot's or all joints'.
         lower, upper: how far u may move from the setting.
     """
 
     at: int
-    parameter: str | None
+    parameter: str
     joint: int | None
     lower: float
     upper: float
