@@ -224,6 +224,25 @@ def test_an_integrator_leaves_no_lasting_error_until_it_is_clamped(tmp_path):
     assert KP * (0.8 - q) + 0.4 == pytest.approx(WEIGHT * np.sin(q), abs=1e-3)
 
 
+def test_an_integrator_begins_with_what_holds_a_joint_whatever_acts_on_it(tmp_path):
+    """Whoever logs a robot at rest under such a controller sees it at rest."""
+    left, right = ({"left": one, "right": two} for one, two in ((0.3, -0.2), (1.2, 0.7)))
+    others = {
+        "joint_coupling": {
+            "stiffness": {"right": 2.0}, "damping": {"right": 0.1}, "ratio": {"right": 0.5},
+            "rest": {"right": 0.4},
+        },
+        "torque_offset": {"torque": left}, "torque_constant": {"factor": right},
+        "cogging": {"amplitude": left, "phase": left, "periods": {"left": 7.0, "right": 7.0}},
+        "torque_dead_zone": {"zone": {"left": 0.1, "right": 0.0}},
+    }  # fmt: skip
+    integral = {"gain": {"left": 60.0, "right": 40.0}, "limit": {"left": 9.0, "right": 9.0}}
+    pose = np.array([0.8, -0.3])
+    made = recording(two_pendulums(tmp_path), lambda t: np.tile(pose, (len(t), 1)), kp=KP)
+    found = predict(made, others | {"integral_action": integral}).reshape(made.q.shape)
+    np.testing.assert_allclose(found, np.tile(pose, (len(found), 1)), atol=1e-6)
+
+
 def test_below_its_level_dahl_friction_is_a_spring(tmp_path):
     """A push far below Fc bends the bristles by what the first stiffness Fc / δ says."""
     bristles = on_the_hinge("dahl_friction", {"coulomb": 1.0, "presliding": 0.01})

@@ -66,19 +66,69 @@ class AlongMotion(Objective):
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
         if not asked:
             return []
-        variants = [(optimiser.layout, points) for optimiser, points in asked]
-        counts = [len(points) for _, points in variants]
+        n = len(self.predictor.joints)
+        pairs = [together(optimiser.layout, points, n) for optimiser, points in asked]
+        variants = [(one.layout, rows) for (one, _), (rows, _) in zip(asked, pairs, strict=True)]
+        rows = [of for _, of in pairs]
+        counts = [len(points) for _, points in asked]
         moved = np.zeros((len(self.predictor.samples), sum(counts)))
         for section, own in zip(self.sections, self.stiffness, strict=True):
             torques = added_torques(self.predictor, section, self.base, variants)
+            torques = [of_joints(t, of, 1) for t, of in zip(torques, rows, strict=True)]
             whole = np.concatenate([np.moveaxis(t, 1, -1) for t in torques], axis=-1)
             held = section.motion.group.held
             before, joint = self.answer[held, None], self.predictor.samples.joint[held]
-            stiffer = np.concatenate(stiffness(self.predictor, section, variants)) / own
+            stiff = stiffness(self.predictor, section, variants)
+            stiff = [of_joints(k, of, 0) for k, of in zip(stiff, rows, strict=True)]
+            stiffer = np.concatenate(stiff) / own
             stiffer = np.clip(np.where(own > 0, stiffer, 1.0), *STIFFER).T
             moved[held] = (before + respond(section, whole)) / stiffer[joint] - before
         moved = self.residual[:, None] + moved[self.mask]
         return np.split(moved.T, np.cumsum(counts)[:-1])
+
+
+def together(layout: Layout, points: np.ndarray, njoint: int) -> tuple[np.ndarray, np.ndarray]:
+    """Fewer points that have the torques of all, where a joint's numbers move its torque alone.
+
+    Points that differ from the first in one number, each of another joint, are one.
+
+    Args:
+        points: (m, n) of a layout.
+
+    Returns:
+        (k, n), and (m, njoint) which of them has each joint's torque.
+    """
+    alone = np.full(len(layout.slots), -1)
+    if not any(term.effect.extends or term.effect.shares for term in layout.terms):
+        for i, slot in enumerate(layout.slots):
+            if slot.joint is not None and not slot.term.effect.coupled:
+                alone[i] = slot.joint
+    rows, of = [points[0].copy()], np.zeros((len(points), njoint), int)
+    # joints that each row moves; none has room beside what moves more than one number
+    taken: list[set[int]] = [set(range(njoint))]
+    for m, point in enumerate(points[1:], start=1):
+        moved = np.flatnonzero(point != points[0])
+        joint = int(alone[moved[0]]) if len(moved) == 1 else -1
+        if joint < 0:
+            of[m] = len(rows)
+            rows.append(point)
+            taken.append(set(range(njoint)))
+            continue
+        row = next((i for i, joints in enumerate(taken) if joint not in joints), len(rows))
+        if row == len(rows):
+            rows.append(points[0].copy())
+            taken.append(set())
+        rows[row][moved] = point[moved]
+        taken[row].add(joint)
+        of[m, joint] = row
+    return np.array(rows), of
+
+
+def of_joints(values: np.ndarray, of: np.ndarray, axis: int) -> np.ndarray:
+    """Of rows along an axis those of each joint, the last axis, see `together`."""
+    values = np.moveaxis(values, axis, 0)
+    shape = (len(of), *(1,) * (values.ndim - 2), of.shape[1])
+    return np.moveaxis(np.take_along_axis(values, of.reshape(shape), axis=0), 0, axis)
 
 
 def fit_along(

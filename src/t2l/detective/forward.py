@@ -7,7 +7,7 @@ beside what it leaves.
 Source: Miller, Subset selection in regression, 2002, section 3.2, with a beam.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,7 +29,7 @@ POLISHING = 2  # numerics: iterations with all derivatives, of what goes on
 FLOOR = 0.02
 
 
-def grown(
+def growing(
     before: FittedSet,
     sets: Sequence[FittedSet],
     screen: Screen,
@@ -38,9 +38,7 @@ def grown(
     folds: np.ndarray,
     judge: Judge,
     linearised_rmse: float,
-    over: Callable[[], bool] = lambda: False,
-    told: Callable[[FittedSet], None] = lambda best: None,
-) -> list[FittedSet]:
+) -> Iterator[tuple[list[FittedSet], FittedSet]]:
     """Sets with more and more effects, until more gains nothing or only noise is left.
 
     Args:
@@ -48,20 +46,19 @@ def grown(
         sets: fitted along the motion, to grow from.
         screen: beside the model; `rows` (k,) are the places of its samples among the fitted ones.
         linearised_rmse: rad, what the model of which the loop is linearised leaves by simulation.
-        over: whether the time is.
-        told: of the best set after each step.
 
-    Returns:
-        The sets with those that grew from them.
+    Yields:
+        After each step the sets with those that grew from them, and the best.
     """
     known = {frozenset(one.names): one for one in sets}
     best, floor = before, FLOOR * linearised_rmse
     exact, grew = set(known), set()
     for _ in range(STEPS):
         left = min((one.left_out_rmse for one in known.values()), default=np.inf)
-        if judge.quiet(left) or left < floor or over():
+        if judge.quiet(left) or left < floor:
             break
-        alike = _growing([one for names, one in known.items() if names not in grew])
+        small = [one for one in known.values() if len(one.layout.terms) < MOST]
+        alike = of_each_size([one for one in small if frozenset(one.names) not in grew])
         # those that grew have some derivatives of the smaller set still
         again = [Start(one.layout, one.u) for one in alike if frozenset(one.names) not in exact]
         done = {frozenset(one.names): one for one in fit_along(again, along, folds, POLISHING)}
@@ -75,21 +72,19 @@ def grown(
         fits = fit_along([*opened.values()], along, folds)
         known |= {frozenset(one.names): one for one in fits}
         better = choose(best, fits, judge)
+        best = better or best
+        yield [*known.values()], best
         if better is None:
             break
-        best = better
-        told(best)
-    return [*known.values()]
 
 
-def _growing(sets: Sequence[FittedSet]) -> list[FittedSet]:
+def of_each_size(sets: Sequence[FittedSet]) -> list[FittedSet]:
     """Of sets the best, and of each number of effects the best."""
-    small = [one for one in sets if len(one.layout.terms) < MOST]
-    small.sort(key=lambda one: one.left_out_rmse)
+    ranked = sorted(sets, key=lambda one: one.left_out_rmse)
     of_size: dict[int, FittedSet] = {}
-    for one in small:
+    for one in ranked:
         of_size.setdefault(len(one.layout.terms), one)
-    some = {id(one): one for one in (*small[:GROWING], *of_size.values())}
+    some = {id(one): one for one in (*ranked[:GROWING], *of_size.values())}
     return [*some.values()]
 
 

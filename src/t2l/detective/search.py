@@ -22,7 +22,7 @@ from t2l.detective.curves import curves, with_curves
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import Samples, begun, finish, fit_sets
 from t2l.detective.fitted_set import FittedSet, Known, Start
-from t2l.detective.forward import grown
+from t2l.detective.forward import growing, of_each_size
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.pruning import pruned, pruned_along
@@ -44,9 +44,8 @@ from t2l.propose.proposal import Ceiling
 ROUNDS = 6  # bound: of a search: more is a model that fits anything
 SCREENED = 8000  # numerics: samples that sets are scored by
 ALONE = 12  # numerics: effects alone that are simulated to rank them
-# numerics: sets that are simulated as they are, before some are fitted so: of the screen and grown
-FOLLOWED, GROWN = 30, 6
-CARRIED = 16  # numerics: sets that are fitted again where the loop is linearised again
+# numerics: sets that are simulated as they are: of the screen, of those that grew, of a step
+FOLLOWED, GROWN, CHECKED = 30, 6, 2
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 RUN_AWAY = 100.0  # numerics: times an error by simulation, that a linear model tells nothing with
 NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
@@ -302,33 +301,35 @@ class _Search:
     def _grown(self, this: Round, screen: Screen, judge: Judge) -> list[FittedSet]:
         """Let the sets of a round grow along the motion.
 
-        The loop is linearised again at what they lead to, while that is much nearer: there the
-        linear model is off by less, and what is missing still is read off a clearer residual.
+        The loop is linearised again at what they lead to, as soon as that is much nearer: there
+        the linear model is off by less, and what is missing still is read off a clearer residual.
 
         Returns:
             The new ones that a simulation follows.
         """
         folds, before = self.data.folds, this.led
-
-        def told(best: FittedSet) -> None:
-            this.grown.append(best)
-            self.looked(this)
-
-        while True:
-            this.led = grown(
+        simulated = [(f, f.rmse) for f in this.fits]
+        more = True
+        while more:
+            nearer = self._nearer(simulated, judge)
+            if nearer is not None:
+                screen = self._again_at(this, *nearer)
+            steps = growing(
                 self.current, this.led, screen, self.rows, self.along, folds, judge,
-                self.linearised_rmse, self.over, told,
+                self.linearised_rmse,
             )  # fmt: skip
-            followed = self._followed(this.led, GROWN)
-            one, rmse = min(followed, key=lambda pair: pair[1], default=(self.current, np.inf))
-            if judge.quiet(rmse) or rmse > NEARER * self.linearised_rmse or self.over():
-                break
-            self._linearise(this.noise_rad, one.known, rmse)
-            ranked = sorted(this.led, key=lambda f: f.left_out_rmse)[:CARRIED]
-            this.led = fit_along([Start(f.layout, f.u) for f in ranked], self.along, folds)
-            clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
-            guesses = self._guesses(self._left(clearer))
-            screen = self._screen(self._left(self.current), *guesses, may_bend=False)
+            simulated = []
+            for this.led, best in steps:
+                this.grown.append(best)
+                self.looked(this)
+                if self.over():
+                    break
+                if best.left_out_rmse <= NEARER * self.linearised_rmse:
+                    simulated = self._followed(this.led, CHECKED)
+                    if self._nearer(simulated, judge) is not None:
+                        break
+            more = self._nearer(simulated, judge) is not None and not self.over()
+        followed = self._followed(this.led, GROWN)
         new = [one for one, _ in followed if all(one is not old for old in before)]
         if new and not self.over():
             # what is not needed takes time in every simulation
@@ -338,6 +339,27 @@ class _Search:
                 new.append(fewer)
                 this.led.append(fewer)
         return new
+
+    def _nearer(
+        self, simulated: Sequence[tuple[FittedSet, float]], judge: Judge
+    ) -> tuple[FittedSet, float] | None:
+        """The best of them with what it leaves, if the loop is to be linearised again at it."""
+        one, rmse = min(simulated, key=lambda pair: pair[1], default=(None, np.inf))
+        near = rmse <= NEARER * self.linearised_rmse and not judge.quiet(rmse)
+        return (one, rmse) if near else None
+
+    def _again_at(self, this: Round, one: FittedSet, rmse_rad: float) -> Screen:
+        """Linearise at a set of which `rmse_rad` is the error by simulation.
+
+        Returns:
+            The screen there; the sets that may grow are fitted again.
+        """
+        self._linearise(this.noise_rad, one.known, rmse_rad)
+        carried = [Start(f.layout, f.u) for f in of_each_size(this.led)]
+        this.led = fit_along(carried, self.along, self.data.folds)
+        clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
+        guesses = self._guesses(self._left(clearer))
+        return self._screen(self._left(self.current), *guesses, may_bend=False)
 
     def _followed(
         self, led: Sequence[FittedSet], most: int = FOLLOWED

@@ -139,6 +139,7 @@ class Effect(ABC):
         follows: the condition (see `t2l.diagnose.conditions`) that its error follows.
         coupled: a joint's parameters move other joints about as much as its own, so that each
             joint's derivatives take simulations of their own.
+        shares: what it does to a joint depends on the torques of other joints.
         needs: optional columns that the recordings must have for it to be fitted.
         acts_through: gains, "kp" or "kd", of which a recording without commanded positions must
             have one: of torques alone, a late command cannot be told from a late torque.
@@ -163,6 +164,7 @@ class Effect(ABC):
     contains: tuple[str, ...] = ()
     follows: str = ""
     coupled: bool = False
+    shares: bool = False
     needs: tuple[str, ...] = ()
     acts_through: tuple[str, ...] = ()
     least_joints: int = 1
@@ -223,6 +225,11 @@ class Effect(ABC):
     def places(self, joints: Sequence[str]) -> tuple[int, ...]:
         """Indices of the driven joints that may have it; by default of all."""
         return tuple(range(len(joints)))
+
+    @property
+    def stateless(self) -> bool:
+        """Whether what it does at a tick follows from what the loop and the plant do there."""
+        return not (self.remembers or self.extends)
 
     @property
     def extends(self) -> bool:

@@ -23,6 +23,7 @@ class EncoderEccentricity(Effect):
     signature = "the error repeats once in a turn of the joint, alike at all gains"
     source = "HEIDENHAIN, Angle encoders without integral bearing: eccentricity of the graduation"
     remembers = False
+    coupled = True  # the links beyond hang elsewhere
     follows = "position"
 
     def export(self, to, joints, values):

@@ -24,7 +24,11 @@ SIGNALS = (CONTROLLER, MOTOR, JOINT)
 
 @dataclass(frozen=True)
 class Callback:
-    """A function that runs before each timestep, see `Exported.call`."""
+    """A function that runs before each timestep, see `Exported.call`.
+
+    Attributes:
+        stateless: whether it remembers nothing.
+    """
 
     effect: str
     function: Callable
@@ -32,6 +36,7 @@ class Callback:
     values: Mapping[str, np.ndarray]
     on: str = JOINT
     element: Callable[[], None] | None = None
+    stateless: bool = False
 
     @property
     def sources(self) -> dict[str, str]:
@@ -117,8 +122,9 @@ class Exported:
         - to add to: `torque` (N·m), `friction` (N·m of dry friction), `damping` (N·m·s/rad),
           `stiffness` (N·m/rad) and `pull` (N·m that it gives at zero).
 
-        Of its own it has `state`, a dict that is empty at the start. `tick` counts, `period_s` is
-        the time from tick to tick.
+        `demand_at_rest()` is what a controller asks for, N·m by joint, where joints stay where
+        they are. Of its own it has `state`, a dict that is empty at the start. `tick` counts,
+        `period_s` is the time from tick to tick.
 
         Args:
             on: CONTROLLER, MOTOR or JOINT: it changes what the loop computes, what the motor makes

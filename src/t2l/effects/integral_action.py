@@ -10,8 +10,8 @@ from t2l.sim.loop import each_tick, over_ticks
 class IntegralAction(Effect):
     """τ_I(k) = clip(τ_I(k−1) + Ki h (q_des − q), ±limit): anti-windup by clamping.
 
-    It begins with the torque that holds the joint where it starts; in motion, with that of its
-    weight.
+    It begins with the torque that holds the joint where it starts, whatever else acts on it; in
+    motion, without that of the position error.
     """
 
     name = "integral_action"
@@ -48,8 +48,9 @@ class IntegralAction(Effect):
             for command, measured, dq, now in zip(*map(each_tick, signals), strict=True):
                 error = command[at] - measured[at]
                 if not state:
-                    dofs, pulled = loop.dofs[joints], loop.kp[at] * error
-                    load, added = bias[rows, dofs] - passive[rows, dofs], gain * first * error
+                    pulled = loop.kp[at] * error
+                    load = bias[:, loop.dofs] - passive[:, loop.dofs]
+                    load, added = loop.demand_at_rest(load)[at], gain * first * error
                     state["sum"] = first_sum(load, now[at], pulled, dq[at], gain, added)
                 now[at] += integrated(state, gain * error, first, period, limit)
 
@@ -67,7 +68,7 @@ def first_sum(load, given, pulled, dq, gain, added):
     """N·m with which the integral begins.
 
     Args:
-        load: N·m that it takes to hold the joint.
+        load: N·m that a controller asks for to hold the joint.
         given: N·m that the controller gives without it, of which `pulled` are Kp (q_des − q).
         added: N·m that it adds at once.
     """
@@ -93,7 +94,7 @@ def integrate_error(robot, joints, values):
     gain, period_s, motor = values["gain"], robot.period_s, robot.motor[joints]
     error = robot.target[joints] - robot.q[joints]
     if not robot.state:
-        load, dq = robot.load[joints] - robot.passive[joints], robot.dq[joints]
+        load, dq = robot.demand_at_rest()[joints], robot.dq[joints]
         robot.state["sum"] = first_sum(
             load, motor, robot.kp[joints] * error, dq, gain, gain * period_s * error
         )

@@ -29,6 +29,7 @@ class SupplySag(Effect):
         "MuJoCo, DC motor technical note: τ = k_t V / R at rest; Kirchhoff: V = V0 − R i of a "
         "supply with an inner resistance"
     )
+    shares = True
     remembers = False
     follows = "torque"
     order = 42

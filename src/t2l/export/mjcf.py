@@ -1,7 +1,7 @@
 """A model as plain MJCF: MuJoCo stepping it alone moves as t2l predicts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import mujoco
@@ -57,8 +57,11 @@ def export(model: Model, controller: Controller, layout: Layout, u: np.ndarray) 
             else float(values[term.effect.name][p.name][0, 0])
             for p in term.effect.parameters
         }
+        before = len(to.callbacks)
         with blaming([term.effect], "to export it"):
             term.effect.export(to, np.array(term.joints, int), own)
+        if term.effect.stateless:
+            to.callbacks[before:] = [replace(c, stateless=True) for c in to.callbacks[before:]]
     _finish(to)
     return to
 

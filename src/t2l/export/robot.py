@@ -43,6 +43,11 @@ class Robot:
             (FUNCTIONS[call["function"]], np.array(call["joints"], int), _arrays(call["values"]))
             for call in own["callbacks"]
         ]
+        # of these, by the signal that they change, those that remember nothing
+        self.stateless = {"controller": [], "motor": [], "joint": []}
+        for call, one in zip(own["callbacks"], self.callbacks, strict=True):
+            if call["stateless"]:
+                self.stateless[call["on"]].append(one)
         joints = [self.model.joint(name) for name in self.joints]
         self.ids = np.array([joint.id for joint in joints])
         self.qadr = np.array([joint.qposadr[0] for joint in joints])
@@ -130,6 +135,32 @@ class Robot:
     def dq(self):
         """Measured velocities, rad/s."""
         return self._reading(self.data.qvel)
+
+    def demand_at_rest(self):
+        """N·m that a controller asks for where joints stay where they are.
+
+        What remembers has no part in it, nor has dry friction.
+        """
+        names = "motor", "torque", "friction", "stiffness", "pull", "damping", "rate", "velocity"
+        before = {name: getattr(self, name).copy() for name in names}
+        self.rate, self.velocity = np.zeros((2, len(self.joints)))
+        for function, joints, values in self.stateless["joint"]:
+            function(self, joints, values)
+        needed = self.load - self.passive - self.torque
+        step, asked = 1e-6 * np.abs(needed) + 1e-12, needed.copy()
+        for _ in range(2):
+            given = []
+            for more in (0.0, step):
+                self.motor = asked + more
+                for function, joints, values in self.stateless["motor"]:
+                    function(self, joints, values)
+                given.append(self.motor)
+            slope = (given[1] - given[0]) / step
+            gives = slope > 1e-6
+            asked += np.where(gives, needed - given[0], 0.0) / np.where(gives, slope, 1.0)
+        for name, values in before.items():
+            setattr(self, name, values)
+        return asked
 
     def _reading(self, values):
         return self.reads @ values

@@ -42,6 +42,8 @@ def robot_data(to: Exported) -> dict[str, Any]:
                 "function": call.function.__name__,
                 "joints": list(call.joints),
                 "values": _plain(call.values),
+                "on": call.on,
+                "stateless": call.stateless,
             }
             for call in to.callbacks
         ],

@@ -188,8 +188,11 @@ def install(loop: Loop, variants: Sequence[tuple[Layout, np.ndarray]]) -> None:
             simulations = loop.rows(slice(first[run[0]], first[run[-1] + 1]))
             before = {name: len(acting) for name, acting in loop.places.items()}
             term.effect.install(loop, simulations, np.array(term.joints, int), per_row)
-            new = sum(len(acting) > before[name] for name, acting in loop.places.items())
-            loop.in_order |= new > 1
+            new = {name: acting[before[name] :] for name, acting in loop.places.items()}
+            loop.in_order |= sum(map(bool, new.values())) > 1
+            if term.effect.stateless:
+                for name, acting in loop.stateless.items():
+                    acting += new[name]
         for i in np.flatnonzero(having):
             del left[i][0]
 

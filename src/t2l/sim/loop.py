@@ -8,6 +8,9 @@ import numpy as np
 from t2l.sim.schedule import Schedule
 from t2l.sim.transmission import Transmission
 
+SLOPE, TINY = 1e-6, 1e-12  # numerics: share of a torque and N·m, of a difference; a slope of zero
+SECANTS = 2  # numerics: steps to a demand; one is exact where motors give a share of it
+
 
 def over_ticks(change: Callable) -> Callable:
     """Mark what acts in a loop as fit for several ticks that follow each other, in one call.
@@ -67,6 +70,7 @@ class Loop:
         added_friction: (nsim, njoint) N·m of Coulomb friction beside the MJCF's own.
         friction: called with (plant tick, dq, motor torque, level), add to the last in place;
             dq likewise.
+        stateless: of the motor filters and joint torques those that remember nothing, by place.
         settle: called once with the loop after the start state is set.
         other_weight: (nsim,) bool, where gravity or masses are not the model's, which is all that
             any compensation knows.
@@ -105,6 +109,7 @@ class Loop:
         self.compensation_factor = np.ones_like(self.kp)
         self.joint_torques: list[Callable] = []
         self.friction: list[Callable] = []
+        self.stateless: dict[str, list[Callable]] = {"motor_filters": [], "joint_torques": []}
         self.settle: list[Callable] = []
         self.other_weight = np.zeros(len(self.kp), bool)
         self.inertia_changed = False
@@ -150,6 +155,33 @@ class Loop:
             "motor_filters", "friction", "joint_torques",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
+
+    def demand_at_rest(self, load: np.ndarray) -> np.ndarray:
+        """N·m (nsim, njoint) that a controller asks for where joints rest at the start.
+
+        What remembers has no part in it, nor has dry friction.
+
+        Args:
+            load: N·m that the weight takes, less springs of the model.
+        """
+        moving = getattr(self, "q", None), getattr(self, "dq", None)
+        self.q, self.dq = self.start_q - self.encoder_offset, np.zeros_like(self.start_q)
+        added = np.zeros_like(load)
+        for add in self.stateless["joint_torques"]:
+            add(0, self.q, self.dq, added)
+        needed = load - added
+        demand = needed.copy()
+        step = SLOPE * np.abs(needed) + TINY
+        for _ in range(SECANTS):
+            given = np.stack([demand, demand + step])
+            for one in given:
+                for change in self.stateless["motor_filters"]:
+                    change(0, one)
+            slope = (given[1] - given[0]) / step
+            missing = np.where(slope > SLOPE, needed - given[0], 0.0)
+            demand += missing / np.where(slope > SLOPE, slope, 1.0)
+        self.q, self.dq = moving
+        return demand
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:
         return np.tile(values, (self.nvariant, 1)).astype(float)
