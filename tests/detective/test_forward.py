@@ -5,7 +5,7 @@ import pytest
 from t2l.detective import forward
 from t2l.detective import search as searching
 from t2l.detective.data_split import split
-from t2l.detective.forward import grown
+from t2l.detective.forward import growing
 from t2l.detective.rule import Judge
 from t2l.identify.model import Model
 from tests.diagnose.made import pendulum, swings
@@ -39,11 +39,12 @@ def test_from_nothing_they_grow_to_what_is_hidden(made, monkeypatch):
     searched._linearise(noise, came.known, came.rmse)
     left = searched._left(searched.current)
     screen = searched._screen(left, *searched._guesses(left))
-    best = []
-    sets = grown(
+    steps = growing(
         searched.current, [searched.current], screen, searched.rows, searched.along, data.folds,
-        Judge(searched.block, noise), 0.0, told=best.append,
+        Judge(searched.block, noise), 0.0,
     )  # fmt: skip
+    every, best = zip(*steps, strict=True)
+    sets = every[-1]
     assert [len(one.names) for one in best] == list(range(1, len(best) + 1))
     assert min(one.left_out_rmse for one in best) < 0.05 * came.left_out_rmse
     three = {name for name, _ in best[2].names}

@@ -10,7 +10,7 @@ from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, NOTHING, PROMISING
 # numerics: sets of a round that are fitted along the motion: of the front, of each complexity those
 # that leave so many times the squared error at most, and of one effect
 FRONT, RIVALS, RIVAL, SINGLES = 8, 2, 2.0, 6
-EXCHANGES = 16  # numerics: sets that may take the place of terms, that are fitted along the motion
+EXCHANGES = 24  # numerics: sets that may take the place of terms, that are fitted along the motion
 FINISHED = 5  # numerics: sets that are fitted by simulation
 LINEAR = 0.01  # numerics: of the squared error that a set explains, what the linear model is off by
 BETTER = 0.97  # numerics: of an error, what is less
@@ -46,19 +46,19 @@ def worth_fitting(screen: Screen) -> list[Scored]:
 
 
 def exchanges(screen: Screen) -> list[Scored]:
-    """Sets with others in the place of terms, the best first, of one number more at most."""
+    """Sets with others in the place of terms, the best first, of one number more at most.
+
+    Of a term and an effect in its place only the best joints and settings count.
+    """
     screen.search()
     least = screen.score(()).error
-    some = [
-        s for s in screen.known.values()
-        if s.members and s.complexity <= 1 and s.error <= RIVAL * least
-    ]  # fmt: skip
-    # of settings the best is enough
-    best = {
-        frozenset(map(repr, screen.chosen(s.members))): s
-        for s in sorted(some, key=lambda s: -s.error)
-    }
-    return sorted(best.values(), key=lambda s: s.error)[:EXCHANGES]
+    alike = (s for s in screen.known.values() if s.error <= RIVAL * least)
+    best: dict[frozenset, Scored] = {}
+    for one in sorted([*alike, *screen.in_place()], key=lambda s: s.error):
+        if one.members and one.complexity <= 1:
+            names = frozenset((c.removal, c.effect.name) for c in screen.chosen(one.members))
+            best.setdefault(names, one)
+    return [*best.values()][:EXCHANGES]
 
 
 def leaders(before: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:

@@ -242,6 +242,31 @@ class Screen:
             self._exchange(one)
         return self.front()
 
+    def in_place(self) -> list[Scored]:
+        """The model with an effect in the place of each of its terms, on the joints that it needs.
+
+        Effects are tried that alone promise most there. As their settings are first guesses, they
+        may leave more than a fit of them will.
+        """
+        found = []
+        for gone, term in enumerate(self.table.candidates):
+            promising = self.growing((gone,)) if term.removal else []
+            for name in dict.fromkeys(self.table.candidates[i].effect.name for i in promising):
+                same = [i for i in promising if self.table.candidates[i].effect.name == name]
+                one = self.score((gone,))
+                while True:
+                    more = self.scores([
+                        (*one.members, i) for i in same
+                        if not any(_excludes(self.table.candidates[i], self.table.candidates[m])
+                                   for m in one.members)
+                    ])  # fmt: skip
+                    better = min(more, key=lambda s: s.error, default=one)
+                    if better.error >= one.error:
+                        break
+                    one = better
+                found.append(one)
+        return found
+
     def front(self, scored: Sequence[Scored] | None = None) -> list[Scored]:
         """Sets that no smaller one is better than."""
         found, least = [], np.inf
