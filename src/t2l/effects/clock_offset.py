@@ -21,7 +21,7 @@ class ClockOffset(Effect):
         "cannot be told from a command delay"
     )
     signature = "the robot seems to answer before it is asked, by a time that is alike at all gains"
-    source = "q_des(t − δ), interpolated between two ticks of the loop"
+    source = "q_des(t − δ): commands lead by whole ticks of the loop, samples are later by the rest"
     follows = "command velocity"
 
     def export(self, to, joints, values):

@@ -1,7 +1,7 @@
 """Variants of a plant simulated in one batch and read where the recordings were measured."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -43,8 +43,8 @@ def simulate(
     """
     hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning, rough)
     with blaming(_taking_part(variants), "to simulate it"):
-        q, dq, period = _run(model, joints, schedule, substeps, variants, threads, hidden, progress)
-    between, rate = _at(wanted, q, dq, period)
+        run = _run(model, joints, schedule, substeps, variants, threads, hidden, progress)
+    between, rate = run.at(wanted)
     return (between, rate) if velocity else (between,)
 
 
@@ -68,7 +68,8 @@ def at_every_tick(
     hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning)
     whole = replace(schedule, sample_ticks=ticks)
     with blaming(_taking_part(variants), "to simulate it"):
-        q, dq, _ = _run(model, joints, whole, substeps, variants, threads, hidden)
+        run = _run(model, joints, whole, substeps, variants, threads, hidden)
+    q, dq = run.at_ticks()
     return q[0].transpose(1, 0, 2), dq[0].transpose(1, 0, 2)
 
 
@@ -95,15 +96,6 @@ def _starts(
     return hidden
 
 
-def _at(wanted, q, dq, period) -> tuple[np.ndarray, np.ndarray]:
-    """Position and velocity at the wanted samples."""
-    recording, tick, rest, joint = wanted
-    first = (slice(None), recording, tick, joint)
-    second = (slice(None), recording, tick + 1, joint)
-    between = hermite(rest, period, q[first], q[second], dq[first], dq[second])
-    return between, (1 - rest) * dq[first] + rest * dq[second]
-
-
 def _hidden(
     model, joints, beginning: Beginning, substeps, variants, threads, rough: bool
 ) -> np.ndarray:
@@ -113,7 +105,7 @@ def _hidden(
     def predict(starts: np.ndarray) -> np.ndarray:
         copies = list(variants) * (len(starts) // m)
         run = _run(model, joints, beginning.schedule, substeps, copies, threads, starts)
-        return _at(beginning.wanted, *run)[0]
+        return run.at(beginning.wanted)[0]
 
     with blaming(_taking_part(variants), "to simulate it"):
         play = np.zeros((m, *beginning.doubt.shape))
@@ -133,6 +125,54 @@ def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:
     return [term.effect for layout, _ in variants for term in layout.terms]
 
 
+@dataclass(frozen=True)
+class _Run:
+    """What a loop did at some ticks.
+
+    Attributes:
+        q, dq: (m, nrec, ntick, njoint) rad and rad/s.
+        place: of each of the schedule's `sample_ticks`, among these; the next tick follows it.
+        follows: (ntick,) bool, whether the tick after the next is there too.
+        later_s: (m, nrec, njoint) s, by how much samples are later than their stamps.
+    """
+
+    q: np.ndarray
+    dq: np.ndarray
+    place: np.ndarray
+    follows: np.ndarray
+    later_s: np.ndarray
+    period_s: float
+
+    def at(self, wanted: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity at the wanted samples, (m, k)."""
+        recording, tick, rest, joint = wanted
+        tick = self.place[tick]
+        if not self.later_s.any():
+            return self._between((slice(None), recording), tick, rest, joint)
+        rest = rest + self.later_s[:, recording, joint] / self.period_s
+        beyond = self.follows[tick] & (rest >= 1)
+        variant = np.arange(len(self.q))[:, None]
+        return self._between((variant, recording), tick + beyond, rest - beyond, joint)
+
+    def at_ticks(self) -> tuple[np.ndarray, np.ndarray]:
+        """Position and velocity where the log's clock shows every tick, of a run over all ticks."""
+        if not self.later_s.any():
+            return self.q, self.dq
+        m, nrec, ntick, njoint = self.q.shape
+        recording, tick, joint = (i.ravel() for i in np.indices((nrec, ntick, njoint)))
+        # of the last tick there is no next
+        before = np.minimum(tick, ntick - 2)
+        found = self.at((recording, before, (tick - before).astype(float), joint))
+        q, dq = (values.reshape(m, nrec, ntick, njoint) for values in found)
+        return q, dq
+
+    def _between(self, of: tuple, tick, rest, joint) -> tuple[np.ndarray, np.ndarray]:
+        first, second = (*of, tick, joint), (*of, tick + 1, joint)
+        q, dq = self.q, self.dq
+        between = hermite(rest, self.period_s, q[first], q[second], dq[first], dq[second])
+        return between, (1 - rest) * dq[first] + rest * dq[second]
+
+
 def _run(
     model,
     joints,
@@ -142,12 +182,22 @@ def _run(
     threads,
     hidden: np.ndarray | None = None,
     progress: Callable[[float], None] = lambda part: None,
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Position and velocity of every variant, and the period from tick to tick, s."""
+) -> _Run:
+    """Every variant, simulated."""
     loop = made_loop(model, joints, schedule, substeps, variants, threads)
     if hidden is not None:
         loop.hidden_start[:] = hidden.reshape(loop.hidden_start.shape)
-    return *loop.run(progress), loop.period_s
+    ticks = schedule.sample_ticks
+    if loop.command_lead_s.any():
+        # a sample may be later than the tick after its stamp
+        ticks = np.union1d(ticks, ticks + 1)
+        ticks = ticks[ticks <= schedule.sample_ticks[-1]]
+        loop.schedule = replace(schedule, sample_ticks=ticks)
+    q, dq = loop.run(progress)
+    place = np.searchsorted(ticks, schedule.sample_ticks)
+    follows = np.isin(ticks + 1, ticks) & np.isin(ticks + 2, ticks)
+    later = loop.sampled_later_s.reshape(q.shape[0], q.shape[1], -1)
+    return _Run(q, dq, place, follows, later, loop.period_s)
 
 
 def made_loop(

@@ -44,6 +44,7 @@ from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
 PLANT_PERIOD_S = 0.002  # numerics: of a slow loop, at most, from plant tick to plant tick
+WHOLE = 1e-9  # numerics: of a tick, that is none
 LEAST_STIFFNESS = 1e-12  # numerics: N·m/rad, in place of zero
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
 
@@ -54,6 +55,8 @@ class ServoLoop(Loop):
     Attributes:
         nstep: physics steps a plant tick.
         running: (nsim,) bool, which simulations have not diverged so far.
+        sampled_later_s: (nsim, njoint) s, by how much samples are later than their stamps: what is
+            left of `command_lead_s` beyond whole ticks. Known when the loop has run.
     """
 
     def __init__(
@@ -73,6 +76,7 @@ class ServoLoop(Loop):
         model.opt.timestep = self.plant_period_s / self.nstep
         stiffen(model, joints)
         self.batch = make_batch(model, self.nrec * nvariant, threads)
+        self.sampled_later_s = np.zeros_like(self.kp)
 
     def run(self, progress: Callable[[float], None] = lambda part: None) -> tuple[np.ndarray, ...]:
         """Measured position and velocity, (nvariant, nrec, nsample, njoint); NaN if it diverges.
@@ -114,6 +118,7 @@ class ServoLoop(Loop):
         kd = self._look_ahead()
         if self.inertia_changed:
             batch.set_const()
+        self._split_lead()
         self._start()
         qpos, qvel, applied = batch.qpos, batch.qvel, batch.qfrc_applied
         at_qpos, dofs = columns(self.qpos), columns(self.dofs)
@@ -285,10 +290,17 @@ class ServoLoop(Loop):
             self.inertia_changed = True
         return self.kd + self.ahead * self.kp
 
+    def _split_lead(self) -> None:
+        """Lead commands by whole ticks, as each is in force from one of them on."""
+        whole = np.floor(self.command_lead_s / self.period_s + WHOLE) * self.period_s
+        self.sampled_later_s = self.command_lead_s - whole
+        self.command_lead_s = whole
+
     def _start(self) -> None:
         batch = self.batch
-        batch.qpos[:, self.qpos] = self.start_q - self.encoder_offset
         start_dq = self._per_simulation(self.schedule.start_dq)
+        start_q = self.start_q - self.sampled_later_s * start_dq
+        batch.qpos[:, self.qpos] = start_q - self.encoder_offset
         batch.qvel[:, self.dofs] = start_dq + self.hidden_start[..., 2]
         batch.forward()
         for prepare in self.settle:
@@ -306,7 +318,7 @@ def commands(given: np.ndarray, loop) -> Callable[[int], np.ndarray]:
     if not loop.command_lead_s.any():
         return lambda tick: given[tick].take(recording, axis=0)
     lead = loop.command_lead_s / loop.period_s
-    whole = np.floor(lead + 1e-9).astype(int)
+    whole = np.floor(lead + WHOLE).astype(int)
     part, last, joint = lead - whole, len(given) - 1, np.arange(given.shape[2])
 
     def at(tick: int) -> np.ndarray:
