@@ -15,11 +15,11 @@ import pandas as pd
 
 from benchmarks import one_core
 from benchmarks.scene import ROOT, task_file
+from t2l.advise.beforehand import PAIRS, RESIDUALS, residuals
 from t2l.artefacts import write_text
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.expert import demonstrate
 from t2l.sim.batch import TIMESTEP_S
-from t2l.study.attenuation.beforehand import PAIRS, RESIDUALS, residuals
 from t2l.tasks import Task, make_task
 
 TABLE = ROOT / "docs/data/label_residuals.csv"

@@ -64,7 +64,7 @@ def test_degrees(tmp_path):
     [
         ({"joints": ("hip", "knee")}, "shoulder among them.*another robot"),
         ({"count": 1}, "found 1; allowed: 2 or more"),
-        ({"motions": lambda i, hz: motion(i, hz) + [[3, 0]]}, "joint shoulder.*by the joint"),
+        ({"motions": lambda i, hz: np.add(motion(i, hz), [3, 0])}, "joint shoulder.*by the joint"),
         ({"motions": lambda i, hz: motion(i, hz)[:10]}, "found 10 frames; allowed: 0.2 s"),
         ({"motions": lambda i, hz: np.full((200, 2), np.nan)}, "no finite"),
     ],

@@ -38,6 +38,13 @@ class Plant:
     drive: np.ndarray
     sense: np.ndarray
 
+    def mean(self) -> "Plant":
+        """One plant, the mean of all."""
+        means = (values.mean(axis=0, keepdims=True) for values in (
+            self.mass, self.damping, self.stiffness
+        ))  # fmt: skip
+        return Plant(*means, self.drive, self.sense)
+
 
 @dataclass(frozen=True)
 class Signals:

@@ -1,0 +1,170 @@
+"""How well `t2l advise` orders gains for cloning, on grids whose policies were trained.
+
+`python -m benchmarks advice` ranks the cells of every grid by what `t2l.advise.cloning` predicts
+from demonstrations (docs/data/label_residuals.csv), and by simple rules. What the prediction has
+fitted, BLEND and CORRELATION, is chosen anew for each task on the other tasks alone. The study's
+own grids chose nothing: where `T2L_STUDY_DATA` names the folder with `paper_results.json` they are
+ranked with the choice of all of ours, the labels being those of our task of the same name. Writes
+src/t2l/advise/evidence.yaml, which the page of `t2l advise` quotes.
+"""
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.rules import table
+from benchmarks.scene import ROOT
+from t2l.advise.attenuation import held_variance, step_matrices
+from t2l.advise.beforehand import matrices
+from t2l.advise.cloning import BLEND, CORRELATION, blended, difficulty, predicted_error
+from t2l.advise.evidence import EVIDENCE, OURS, STUDY, Measured, evidence, write_evidence
+from t2l.config.models.cloning import CloningGrid
+from t2l.sim.batch import TIMESTEP_S
+from t2l.stats.rank import spearman
+from t2l.study.published.grids import COUNTERPARTS
+
+DATA = ROOT / "docs/data"
+GRIDS = {
+    "block_stack": "cloning_grid", "dishrack_loading": "dishrack_loading",
+    "dishrack_unloading": "dishrack_unloading", "bimanual_handover": "bimanual_handover",
+    "mug_hanging": "mug_hanging", "dishwasher": "dishwasher",
+}  # fmt: skip
+STEPS = 10  # of the simulator, that a command of these policies was held for
+BLENDS = (0.0, 0.25, 0.5, 0.75, 1.0)
+CORRELATIONS = (0.0, 0.5, 0.8)
+REGIONS = CloningGrid()
+STUDY_NAMES = {theirs: ours for ours, theirs in COUNTERPARTS.items()}
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """The cells of a grid, and what ranks them.
+
+    Attributes:
+        cells: kp, kd, success.
+        inertia: (n,) kg·m² of the joints; positions, displacements: (n, 3, 3) of their labels.
+    """
+
+    cells: pd.DataFrame
+    inertia: np.ndarray
+    positions: np.ndarray
+    displacements: np.ndarray
+
+    @property
+    def success(self) -> np.ndarray:
+        return self.cells.success.to_numpy()
+
+    @cached_property
+    def amplification(self) -> dict[float, np.ndarray]:
+        """(cell, n) by correlation, in the simulator that the policies ran in."""
+        pairs = list(zip(self.cells.kp, self.cells.kd, strict=True))
+        return {
+            correlation: np.array(
+                [
+                    [
+                        held_variance(*step_matrices(kp, kd, m, TIMESTEP_S), STEPS, correlation)
+                        for m in self.inertia
+                    ]
+                    for kp, kd in pairs
+                ]
+            )
+            for correlation in CORRELATIONS
+        }
+
+    def predicted(self, blend: float, correlation: float) -> np.ndarray:
+        """(cell,) rad."""
+        kp, kd = (self.cells[key].to_numpy()[:, None] + 0 * self.inertia for key in ("kp", "kd"))
+        labels = blended(
+            *(difficulty(c, kp, kd) for c in (self.positions, self.displacements)), blend
+        )
+        return predicted_error(self.amplification[correlation], labels)
+
+    def rho(self, blend: float, correlation: float) -> float:
+        return float(spearman(-self.predicted(blend, correlation), self.success))
+
+    def off_critical(self) -> np.ndarray:
+        """(cell,) |ln ζ| of the joint of median inertia."""
+        kp, kd = self.cells.kp.to_numpy(), self.cells.kd.to_numpy()
+        return np.abs(np.log(kd / (2 * np.sqrt(kp * np.median(self.inertia)))))
+
+
+def main(arguments: list[str]) -> pd.DataFrame:
+    """One row a grid, then the means over them."""
+    if arguments:
+        raise SystemExit(f"found {' '.join(arguments)}; allowed: nothing after advice")
+    ours = {task: of_ours(task, name) for task, name in GRIDS.items()}
+    # none of it looks at the task that it is used for
+    rows = [
+        measured(task, OURS, grid, *chosen({k: v for k, v in ours.items() if k != task}))
+        for task, grid in ours.items()
+    ]
+    of_all = chosen(ours)
+    if of_all != (BLEND, CORRELATION):
+        print("t2l.advise.cloning has other constants: change them", flush=True)
+    print(f"of all tasks: BLEND {of_all[0]:g}, CORRELATION {of_all[1]:g}", flush=True)
+    theirs = [measured(task, STUDY, grid, *of_all) for task, grid in of_study(ours).items()]
+    # without the study's data, what was measured on it stays
+    rows += theirs or [row for row in evidence() if row.whose == STUDY]
+    write_evidence(rows, ROOT / "src/t2l/advise" / EVIDENCE)
+    found = pd.DataFrame([vars(row) for row in rows])
+    means = found.groupby("whose", sort=False).mean(numeric_only=True).reset_index()
+    return pd.concat([found, means.assign(grid="mean")], ignore_index=True).round(3)
+
+
+def chosen(grids: Mapping[str, Ranked]) -> tuple[float, float]:
+    """The blend and the correlation with the greatest mean ρ over some tasks."""
+    pairs = [(blend, correlation) for blend in BLENDS for correlation in CORRELATIONS]
+    return max(pairs, key=lambda pair: np.mean([grid.rho(*pair) for grid in grids.values()]))
+
+
+def measured(task: str, whose: str, grid: Ranked, blend: float, correlation: float) -> Measured:
+    """One grid under a choice that it had no part in."""
+    cells, success = grid.cells, grid.success
+    error, off = grid.predicted(blend, correlation), grid.off_critical()
+    ratio = (cells.kd / cells.kp).to_numpy()
+    compliant = (cells.kp <= REGIONS.compliant_up_to_kp) & (cells.kd >= REGIONS.overdamped_from_kd)
+    nearest = off == pd.Series(off).groupby(cells.kp.to_numpy()).transform("min").to_numpy()
+    print(f"{task}, {whose}: blend {blend:g}, correlation {correlation:g}", flush=True)
+    return Measured(
+        task, whose, len(cells),
+        *(float(spearman(one, success)) for one in (-error, ratio, -off, compliant.astype(float))),
+        float(success.max()), float(success[error.argmin()]), float(success[ratio.argmax()]),
+        float(success[nearest].mean()),
+    )  # fmt: skip
+
+
+def of_ours(task: str, name: str) -> Ranked:
+    """A grid of ours, its policies' successes averaged over training seeds."""
+    cells = pd.read_csv(DATA / f"{name}.csv")
+    cells = cells[cells.variant == "nominal"].groupby(["kp", "kd"], as_index=False).success.mean()
+    return Ranked(cells, *labels_of(task))
+
+
+def labels_of(task: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Inertia and residuals of positions and of displacements."""
+    kept = pd.read_csv(DATA / "label_residuals.csv")
+    of_task = kept[kept.task == task]
+    both = [of_task[of_task.labels == kind] for kind in ("positions", "displacements")]
+    return both[0].inertia_kg_m2.to_numpy(), *map(matrices, both)
+
+
+def of_study(ours: Mapping[str, Ranked]) -> dict[str, Ranked]:
+    """The study's own grids, nothing where there are none."""
+    data = os.environ.get("T2L_STUDY_DATA")
+    if not data:
+        return {}
+    grids = json.loads((Path(data) / "paper_results.json").read_text())["bc_success"]
+    found = {}
+    for name, grid in grids.items():
+        if task := STUDY_NAMES.get(name):
+            one = ours[task]
+            cells = table(grid, "success")
+            cells["success"] /= 100 if cells.success.max() > 1 else 1
+            found[task] = Ranked(cells, one.inertia, one.positions, one.displacements)
+    return found
