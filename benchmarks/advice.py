@@ -10,7 +10,7 @@ src/t2l/advise/evidence.yaml, which the page of `t2l advise` quotes.
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +23,7 @@ from benchmarks.scene import ROOT
 from t2l.advise.attenuation import held_variance, step_matrices
 from t2l.advise.beforehand import matrices
 from t2l.advise.cloning import BLEND, CORRELATION, blended, difficulty, predicted_error
-from t2l.advise.evidence import EVIDENCE, OURS, STUDY, Measured, evidence, write_evidence
+from t2l.advise.evidence import EVIDENCE, OURS, STUDY, Evidence, Measured, Pairs, write_evidence
 from t2l.config.models.cloning import CloningGrid
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.rank import spearman
@@ -38,6 +38,7 @@ GRIDS = {
 STEPS = 10  # of the simulator, that a command of these policies was held for
 BLENDS = (0.0, 0.25, 0.5, 0.75, 1.0)
 CORRELATIONS = (0.0, 0.5, 0.8)
+FACTORS = (1.0, 1.25, 1.6, 2.5, 4.0)  # format: between two predicted errors
 REGIONS = CloningGrid()
 STUDY_NAMES = {theirs: ours for ours, theirs in COUNTERPARTS.items()}
 
@@ -100,21 +101,41 @@ def main(arguments: list[str]) -> pd.DataFrame:
         raise SystemExit(f"found {' '.join(arguments)}; allowed: nothing after advice")
     ours = {task: of_ours(task, name) for task, name in GRIDS.items()}
     # none of it looks at the task that it is used for
-    rows = [
-        measured(task, OURS, grid, *chosen({k: v for k, v in ours.items() if k != task}))
+    choices = [
+        (task, OURS, grid, chosen({k: v for k, v in ours.items() if k != task}))
         for task, grid in ours.items()
     ]
     of_all = chosen(ours)
     if of_all != (BLEND, CORRELATION):
-        print("t2l.advise.cloning has other constants: change them", flush=True)
-    print(f"of all tasks: BLEND {of_all[0]:g}, CORRELATION {of_all[1]:g}", flush=True)
-    theirs = [measured(task, STUDY, grid, *of_all) for task, grid in of_study(ours).items()]
-    # without the study's data, what was measured on it stays
-    rows += theirs or [row for row in evidence() if row.whose == STUDY]
-    write_evidence(rows, ROOT / "src/t2l/advise" / EVIDENCE)
+        print(f"t2l.advise.cloning: BLEND, CORRELATION are to be {of_all}", flush=True)
+    theirs = of_study(ours)
+    choices += [(task, STUDY, grid, of_all) for task, grid in theirs.items()]
+    if theirs:
+        rows = tuple(measured(*choice) for choice in choices)
+        write_evidence(Evidence(rows, pairs(choices)), ROOT / "src/t2l/advise" / EVIDENCE)
+    else:
+        print("T2L_STUDY_DATA does not name the folder of the study's grids: nothing is written")
+        rows = tuple(measured(*choice) for choice in choices)
     found = pd.DataFrame([vars(row) for row in rows])
     means = found.groupby("whose", sort=False).mean(numeric_only=True).reset_index()
     return pd.concat([found, means.assign(grid="mean")], ignore_index=True).round(3)
+
+
+def pairs(choices: Sequence[tuple]) -> tuple[Pairs, ...]:
+    """How often the order of two cells is right, by the factor between their predicted errors."""
+    shares = []
+    for _, _, grid, choice in choices:
+        error, success = grid.predicted(*choice), grid.success
+        one, other = np.triu_indices(len(error), 1)
+        factor = np.exp(np.abs(np.log(error[one] / error[other])))
+        agree = np.sign(error[other] - error[one]) * np.sign(success[one] - success[other])
+        band = np.searchsorted(FACTORS, factor, side="right") - 1
+        right = (1 + agree) / 2
+        shares.append([right[band == i].mean() for i in range(len(FACTORS))])
+    return tuple(
+        Pairs(factor, float(np.mean(each)), float(np.min(each)))
+        for factor, each in zip(FACTORS, np.transpose(shares), strict=True)
+    )
 
 
 def chosen(grids: Mapping[str, Ranked]) -> tuple[float, float]:
@@ -123,14 +144,13 @@ def chosen(grids: Mapping[str, Ranked]) -> tuple[float, float]:
     return max(pairs, key=lambda pair: np.mean([grid.rho(*pair) for grid in grids.values()]))
 
 
-def measured(task: str, whose: str, grid: Ranked, blend: float, correlation: float) -> Measured:
-    """One grid under a choice that it had no part in."""
+def measured(task: str, whose: str, grid: Ranked, choice: tuple[float, float]) -> Measured:
+    """One grid under a blend and a correlation that it had no part in."""
     cells, success = grid.cells, grid.success
-    error, off = grid.predicted(blend, correlation), grid.off_critical()
+    error, off = grid.predicted(*choice), grid.off_critical()
     ratio = (cells.kd / cells.kp).to_numpy()
     compliant = (cells.kp <= REGIONS.compliant_up_to_kp) & (cells.kd >= REGIONS.overdamped_from_kd)
     nearest = off == pd.Series(off).groupby(cells.kp.to_numpy()).transform("min").to_numpy()
-    print(f"{task}, {whose}: blend {blend:g}, correlation {correlation:g}", flush=True)
     return Measured(
         task, whose, len(cells),
         *(float(spearman(one, success)) for one in (-error, ratio, -off, compliant.astype(float))),

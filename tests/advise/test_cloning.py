@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from t2l.advise.attenuation import attenuation
 from t2l.advise.cloning import amplifications, blended, difficulty, predicted_error
-from t2l.advise.evidence import OURS, evidence, mean_rho
+from t2l.advise.evidence import OURS, evidence, mean_of
 from t2l.advise.loop import closed, sampled
 from t2l.advise.machine import of_model
 from t2l.identify.model import Model
@@ -73,8 +73,8 @@ def test_between_two_difficulties_lies_their_mean_of_logarithms():
 def test_the_kept_evidence_is_what_the_benchmark_measures():
     ours = {task: advice.of_ours(task, name) for task, name in advice.GRIDS.items()}
     others = {task: grid for task, grid in ours.items() if task != "dishwasher"}
-    found = advice.measured("dishwasher", OURS, ours["dishwasher"], *advice.chosen(others))
-    (kept,) = [row for row in evidence() if row.grid == "dishwasher" and row.whose == OURS]
+    found = advice.measured("dishwasher", OURS, ours["dishwasher"], advice.chosen(others))
+    (kept,) = [row for row in evidence().of(OURS) if row.grid == "dishwasher"]
     assert vars(kept) == {
         key: pytest.approx(value, abs=1e-3) if isinstance(value, float) else value
         for key, value in vars(found).items()
@@ -83,7 +83,15 @@ def test_the_kept_evidence_is_what_the_benchmark_measures():
 
 
 def test_the_evidence_has_every_grid():
-    rows = evidence()
-    assert {row.grid for row in rows if row.whose == OURS} == set(advice.GRIDS)
-    assert all(row.best >= row.advised for row in rows)
-    assert mean_rho(rows) == pytest.approx(np.mean([row.rho for row in rows]))
+    kept = evidence()
+    assert {row.grid for row in kept.of(OURS)} == set(advice.GRIDS)
+    assert all(row.best >= row.advised for row in kept.grids)
+    assert mean_of(kept.grids, "rho") == pytest.approx(np.mean([r.rho for r in kept.grids]))
+
+
+def test_the_more_predicted_errors_differ_the_surer_is_their_order():
+    kept = evidence().pairs
+    assert kept[0].factor == 1
+    assert [one.right for one in kept] == sorted(one.right for one in kept)
+    assert evidence().right(1.0) == kept[0]
+    assert evidence().right(100.0) == kept[-1]

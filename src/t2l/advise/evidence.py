@@ -52,22 +52,65 @@ class Measured:
         return self.best - self.advised
 
 
+@dataclass(frozen=True)
+class Pairs:
+    """How often, of two cells, the one of the smaller predicted error succeeded more.
+
+    Attributes:
+        factor: from this one of their predicted errors on, up to that of the next entry.
+        right: share of pairs, ties counting half; the mean over grids, ours and the study's.
+        least: that of the grid where it is least.
+    """
+
+    factor: float
+    right: float
+    least: float
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All that was measured.
+
+    Attributes:
+        grids: one a grid.
+        pairs: by rising factor, of which the first is 1.
+    """
+
+    grids: tuple[Measured, ...]
+    pairs: tuple[Pairs, ...]
+
+    def of(self, whose: str) -> tuple[Measured, ...]:
+        """The grids of `OURS` or `STUDY`."""
+        return tuple(row for row in self.grids if row.whose == whose)
+
+    def right(self, factor: float) -> Pairs:
+        """Of pairs whose predicted errors differ by a factor of 1 or more."""
+        return [one for one in self.pairs if one.factor <= factor][-1]
+
+
 @cache
-def evidence() -> tuple[Measured, ...]:
+def evidence() -> Evidence:
     """What is kept in the package."""
-    kept = Path(str(files("t2l.advise") / EVIDENCE))
-    return tuple(Measured(**row) for row in read_yaml(kept, "measured orders"))
+    kept = read_yaml(Path(str(files("t2l.advise") / EVIDENCE)), "measured orders")
+    return Evidence(
+        tuple(Measured(**row) for row in kept["grids"]),
+        tuple(Pairs(**row) for row in kept["pairs"]),
+    )
 
 
-def write_evidence(rows: Sequence[Measured], path: Path) -> None:
+def write_evidence(found: Evidence, path: Path) -> None:
     """Write what was measured, with as many digits as it is worth."""
-    plain = [
-        {key: round(value, 3) if isinstance(value, float) else value for key, value in row.items()}
-        for row in map(asdict, rows)
-    ]
-    write_text(to_yaml(plain, sort_keys=False), path)
+
+    def plain(row: Measured | Pairs) -> dict:
+        values = asdict(row).items()
+        return {
+            key: round(value, 3) if isinstance(value, float) else value for key, value in values
+        }
+
+    content = {"grids": [*map(plain, found.grids)], "pairs": [*map(plain, found.pairs)]}
+    write_text(to_yaml(content, sort_keys=False), path)
 
 
-def mean_rho(rows: Sequence[Measured], key: str = "rho") -> float:
+def mean_of(rows: Sequence[Measured], key: str) -> float:
     """Over grids, each of which counts as one."""
     return float(np.mean([getattr(row, key) for row in rows]))

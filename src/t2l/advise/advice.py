@@ -1,0 +1,276 @@
+"""Advice on the gains of a robot's position controller: what is asked, and what is answered."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from t2l.advise.beforehand import residuals
+from t2l.advise.cloning import amplifications, blended, difficulty, predicted_error
+from t2l.advise.evidence import evidence
+from t2l.advise.exclusions import MOST_SAG_RAD, Excluded, excluded
+from t2l.advise.machine import Machine, of_model
+from t2l.advise.responses import Responses, responses, settles_together
+from t2l.advise.retargeted import (
+    Labels,
+    Replayed,
+    held_steps,
+    labels,
+    moving_most,
+    plant_of,
+    replayed,
+)
+from t2l.advise.shown import Shown, free_torques
+from t2l.errors import ConfigurationError
+from t2l.gains import Grid
+from t2l.identify.model import Model
+
+POSES = 5  # numerics: inertia changes slowly from pose to pose
+CHUNK = 10  # convention: commands ahead that labels are compared over, as of the measured policies
+STATES = 4000  # numerics: whose neighbours are looked for
+LASTS_S = 0.2  # convention: of an error that is alike over a chunk of 10 commands at 50 Hz
+ALIKE = 1.25  # measured: up to this factor, three pairs in five are in the right order
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What advice is about.
+
+    Attributes:
+        model: of the machine, with its effects.
+        joints: names.
+        poses: (k, n) rad.
+        grid: of gains, factors on `units` (n, 2).
+        control_rate_hz, policy_rate_hz: of the robot's loop, and of its policy.
+        compensated: whether the controller carries the weight.
+        ranges: (n, 2) rad; velocity_limit, torque_limit: (n,); infinite where unknown.
+        shown: what it is to do, if that is known.
+        most_sag_rad: that an arm may hang low.
+        threads: of the replay.
+    """
+
+    model: Model
+    joints: tuple[str, ...]
+    poses: np.ndarray
+    grid: Grid
+    units: np.ndarray
+    control_rate_hz: float
+    policy_rate_hz: float
+    compensated: bool
+    ranges: np.ndarray
+    velocity_limit: np.ndarray
+    torque_limit: np.ndarray
+    shown: Shown | None = None
+    most_sag_rad: float = MOST_SAG_RAD
+    threads: int = 1
+
+    @cached_property
+    def gains(self) -> tuple[np.ndarray, np.ndarray]:
+        """Kp and Kd (cell, n), by Kd upward, then by Kp."""
+        cells = np.array([[cell.kp, cell.kd] for cell in self.grid.cells])
+        return cells[:, :1] * self.units[:, 0], cells[:, 1:] * self.units[:, 1]
+
+    def machine(self) -> Machine:
+        """The machine at the poses."""
+        return of_model(
+            self.model, self.joints, self.poses, self.control_rate_hz, self.compensated,
+            self.torque_limit,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cloning:
+    """What behaviour cloning makes of every pair of gains.
+
+    Attributes:
+        labels: of the demonstrations; replay: of some of them.
+        amplification: (cell, n) of independent errors; lasting: of errors alike for `LASTS_S`.
+        difficulty: (cell, n) rad² of labels.
+        error: (cell,) rad, predicted.
+        by_joint: (cell, n) rad² of which that is the root of the mean.
+    """
+
+    labels: Labels
+    replay: Replayed
+    amplification: np.ndarray
+    lasting: np.ndarray
+    difficulty: np.ndarray
+
+    @cached_property
+    def by_joint(self) -> np.ndarray:
+        return self.amplification * self.difficulty
+
+    @cached_property
+    def error(self) -> np.ndarray:
+        return predicted_error(self.amplification, self.difficulty)
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What is answered.
+
+    Attributes:
+        responses: of the loop; cloning: None where nothing was shown.
+        excluded: pairs of gains and joints, each with its reason.
+        score: (cell,) the smaller the better: predicted error in rad, or |ln ζ| of the joint of
+            median inertia where nothing was shown.
+        best: the cell that is advised.
+        own: joints that rule `best` out and have gains of a cell of their own.
+        cells: (n,) the cell of each joint.
+    """
+
+    asked: Asked
+    machine: Machine
+    responses: Responses
+    cloning: Cloning | None
+    excluded: list[Excluded]
+    score: np.ndarray
+    best: int
+    cells: np.ndarray
+
+    @cached_property
+    def allowed(self) -> np.ndarray:
+        """(cell, n) bool."""
+        return allowed(self.excluded, self.responses.overshoot.shape)
+
+    @property
+    def gains(self) -> np.ndarray:
+        """(n, 2) N·m/rad and N·m·s/rad, advised."""
+        joints = np.arange(len(self.cells))
+        return np.stack([gain[self.cells, joints] for gain in self.asked.gains], axis=1)
+
+    @property
+    def own(self) -> tuple[int, ...]:
+        """Joints whose gains are of another cell than `best`."""
+        return tuple(np.flatnonzero(self.cells != self.best).tolist())
+
+    @cached_property
+    def as_good(self) -> np.ndarray:
+        """(cell,) bool: allowed as `best` is, and not to be told from it by the score."""
+        ruled = (~self.allowed).sum(axis=1)
+        near = self.score <= ALIKE * self.score[self.best]
+        if self.cloning is None:
+            near = self.score <= self.score[self.best] + np.log(ALIKE)
+        return near & (ruled <= ruled[self.best])
+
+    def chance(self) -> np.ndarray:
+        """(cell,) share of measured pairs in which the like of `best` was better than a cell's."""
+        factor = self.score / self.score[self.best]
+        return np.array([evidence().right(max(f, 1.0)).right for f in factor])
+
+
+def advised(
+    asked: Asked, progress: Callable[[str, float], None] = lambda what, part: None
+) -> Advice:
+    """Compute all of it.
+
+    Raises:
+        ConfigurationError: no gains of the grid hold a joint; it says which, and why.
+    """
+    progress("the loop of every joint", 0.0)
+    machine = asked.machine()
+    found = responses(machine, *asked.gains)
+    cloning = None
+    if asked.shown is not None:
+        cloning = _cloning(asked, machine, asked.shown, progress)
+    told = excluded(
+        machine, *asked.gains, found, cloning and cloning.labels, cloning and cloning.replay,
+        asked.most_sag_rad,
+    )  # fmt: skip
+    may = allowed(told, found.overshoot.shape)
+    for joint in np.flatnonzero(~may.any(axis=0)):
+        _refuse(asked, told, int(joint))
+    score = _off_critical(machine, *asked.gains) if cloning is None else cloning.error
+    best, cells = chosen(score, may, cloning and cloning.by_joint)
+    advice = Advice(asked, machine, found, cloning, told, score, best, cells)
+    gains = (gain[None] for gain in advice.gains.T)
+    if advice.own and not settles_together(machine, *gains)[0]:
+        raise ConfigurationError(
+            "--kp, --kd: found no gains of one pair for all joints that hold the robot, and those "
+            "that hold each joint alone do not settle together; allowed: a finer grid"
+        )
+    return advice
+
+
+def allowed(told: list[Excluded], shape: tuple[int, int]) -> np.ndarray:
+    """(cell, n) bool, what is left."""
+    may = np.ones(shape, bool)
+    for one in told:
+        may[one.cell, one.joint] = False
+    return may
+
+
+def chosen(
+    score: np.ndarray, may: np.ndarray, by_joint: np.ndarray | None
+) -> tuple[int, np.ndarray]:
+    """The cell of the least score of those that the fewest joints rule out, and each joint's cell.
+
+    A joint that rules it out has the best of its own that is left.
+
+    Args:
+        score: (cell,); may: (cell, n) bool.
+        by_joint: (cell, n) a score of each joint; by default that of the cell.
+    """
+    ruled = (~may).sum(axis=1)
+    best = int(np.flatnonzero(ruled == ruled.min())[np.argmin(score[ruled == ruled.min()])])
+    each = np.broadcast_to(score[:, None], may.shape) if by_joint is None else by_joint
+    own = np.where(may, each, np.inf).argmin(axis=0)
+    return best, np.where(may[best], best, own)
+
+
+def _cloning(asked: Asked, machine: Machine, shown: Shown, progress) -> Cloning:
+    kp, kd = asked.gains
+    steps = held_steps(shown.rate_hz, asked.policy_rate_hz)
+    progress("labels of every pair of gains", 0.1)
+    told = labels(shown, kp, kd, steps, asked.ranges, asked.velocity_limit)
+    states = [one[::steps] for one in shown.state]
+    recorded = [
+        np.stack(parts, axis=-1)[::steps]
+        for parts in zip(shown.q, shown.torque, shown.dq, strict=True)
+    ]
+    every = max(1, sum(map(len, states)) // STATES)
+    progress("how alike commands of alike states are", 0.2)
+    hard = blended(
+        *(
+            difficulty(residuals(states, recorded, CHUNK, every, displacements), kp, kd)
+            for displacements in (False, True)
+        )
+    )
+    progress("what errors of commands become", 0.4)
+    # e' = ρ e loses all but 1/e over the time that an error lasts
+    alike = float(np.exp(-1 / (LASTS_S * asked.policy_rate_hz)))
+    amplification, lasting = amplifications(machine, kp, kd, asked.policy_rate_hz, (0.0, alike))
+    progress("replaying demonstrations in the machine's loop", 0.5)
+    plant = plant_of(asked.model, asked.joints)
+    motions = moving_most(
+        shown,
+        lambda q, dq: free_torques(
+            plant, asked.joints, q, dq, shown.rate_hz, not asked.compensated
+        ),
+    )
+    replay = replayed(
+        asked.model, asked.joints, motions, shown.rate_hz, kp, kd, asked.policy_rate_hz,
+        asked.control_rate_hz, asked.compensated, machine.torque_limit, asked.threads,
+        lambda part: progress("replaying demonstrations in the machine's loop", 0.5 + 0.4 * part),
+    )  # fmt: skip
+    return Cloning(told, replay, amplification, lasting, hard)
+
+
+def _off_critical(machine: Machine, kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
+    """(cell,) |ln ζ| of the joint of median inertia."""
+    inertia = machine.inertia.mean(axis=0)
+    j = int(np.argsort(inertia)[len(inertia) // 2])
+    kp, kd = (machine.gain_factor[j, i] * gain[:, j] for i, gain in enumerate((kp, kd)))
+    return np.abs(np.log(kd / (2 * np.sqrt(kp * inertia[j]))))
+
+
+def _refuse(asked: Asked, told: list[Excluded], joint: int) -> None:
+    own = [one for one in told if one.joint == joint]
+    nearest = min(own, key=lambda one: (one.by, one.cell))
+    kp, kd = asked.grid.kp, asked.grid.kd
+    raise ConfigurationError(
+        f"--kp, --kd: found no gains among Kp {kp[0]:g} to {kp[-1]:g} and Kd {kd[0]:g} to "
+        f"{kd[-1]:g} that hold {asked.joints[joint]}; the nearest: {nearest.why}; allowed: a grid "
+        "with gains that do"
+    )
