@@ -24,6 +24,8 @@ from t2l.advise.attenuation import held_variance, step_matrices
 from t2l.advise.beforehand import matrices
 from t2l.advise.cloning import BLEND, CORRELATION, blended, difficulty, predicted_error
 from t2l.advise.evidence import EVIDENCE, OURS, STUDY, Evidence, Measured, Pairs, write_evidence
+from t2l.advise.exclusions import MOST_OVERSHOOT
+from t2l.advise.loop import Loop, overshoot
 from t2l.config.models.cloning import CloningGrid
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.rank import spearman
@@ -156,6 +158,23 @@ def measured(task: str, whose: str, grid: Ranked, choice: tuple[float, float]) -
         *(float(spearman(one, success)) for one in (-error, ratio, -off, compliant.astype(float))),
         float(success.max()), float(success[error.argmin()]), float(success[ratio.argmax()]),
         float(success[nearest].mean()),
+        *ruled_out(grid, error),
+    )  # fmt: skip
+
+
+def ruled_out(grid: Ranked, error: np.ndarray) -> tuple[int, float, float, bool, float]:
+    """What `Measured` says of cells that ring, and of the others."""
+    cells, success = grid.cells, grid.success
+    over = []
+    for kp, kd in zip(cells.kp, cells.kd, strict=True):
+        steps = [step_matrices(kp, kd, m, TIMESTEP_S) for m in grid.inertia]
+        f, g = (np.array(parts) for parts in zip(*steps, strict=True))
+        loop = Loop(f, g[..., None], np.array([[1.0, 0.0]]), TIMESTEP_S)
+        over.append(overshoot(loop, np.sqrt(kp / grid.inertia) / (2 * np.pi)).max())
+    rings = np.array(over) > MOST_OVERSHOOT
+    return (
+        int(rings.sum()), float(success[rings].mean()), float(success[~rings].mean()),
+        bool(rings[success.argmax()]), float(success[np.where(rings, np.inf, error).argmin()]),
     )  # fmt: skip
 
 

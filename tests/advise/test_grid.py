@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.advise.grid import default_grid, of
+from t2l.advise.grid import default_grid, grid_of_factors, of
 
 
 def test_the_grid_of_a_wide_range_of_inertias_is_about_that_of_the_study():
@@ -23,12 +23,10 @@ def test_it_scales_with_the_robot(mass, factor):
     assert np.array(other.kd) == pytest.approx(factor * np.array(one.kd), rel=0.11)
 
 
-def test_gains_that_are_factors_are_those_of_the_robots_own():
-    inertia = np.array([[0.1, 0.4]])
-    plain, units = default_grid(inertia), np.array([[50.0, 4.0], [200.0, 1.0]])
-    found = default_grid(inertia, units)
-    assert found.kp[0] == pytest.approx(plain.kp[0] / 100, rel=0.06)
-    assert found.kd[0] == pytest.approx(plain.kd[0] / 2, rel=0.06)
+def test_factors_are_about_the_robots_own_gains():
+    found = grid_of_factors()
+    assert found.kp == (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+    assert 1.0 in found.kd
 
 
 def test_cells_go_by_damping_upward_then_by_stiffness():

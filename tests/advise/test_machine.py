@@ -57,3 +57,10 @@ def test_of_a_known_robot():
     alone = machine.alone(3)
     assert alone.mass.shape == (1, 1, 1)
     assert alone.mass[0, 0, 0] == machine.inertia[0, 3]
+
+
+def test_names_with_a_slash_are_names_of_joints():
+    robot = make_robot("fr3_duo")
+    machine = of_model(Model("fr3_duo"), robot.joints, robot.home[None], 1000.0, True)
+    assert machine.of_joint.tolist() == list(range(14))
+    assert machine.inertia[0, :7] == pytest.approx(machine.inertia[0, 7:], rel=1e-3)

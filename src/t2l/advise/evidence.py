@@ -32,6 +32,9 @@ class Measured:
         best, advised, ratio, critical: success of the best cell, of the cell that is predicted to
             be best, of that with the largest Kd/Kp, and mean of those nearest critical damping at
             each stiffness.
+        ringing: how many cells are ruled out as they ring; in_them, in_others: mean success.
+        best_rings: whether the best cell is one of them; advised_left: success of the cell that is
+            predicted to be best of the others.
     """
 
     grid: str
@@ -45,6 +48,11 @@ class Measured:
     advised: float
     ratio: float
     critical: float
+    ringing: int
+    in_them: float
+    in_others: float
+    best_rings: bool
+    advised_left: float
 
     @property
     def lost(self) -> float:

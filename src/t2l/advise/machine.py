@@ -129,8 +129,9 @@ def of_model(
 
 def _owners(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
     """(m,) which of the joints is on the axis of each degree of freedom."""
-    names = [model.joint(i).name.partition("/")[0] for i in model.dof_jntid]
-    return np.array([joints.index(name) for name in names])
+    names = [model.joint(i).name for i in model.dof_jntid]
+    # what an effect adds to a joint is named after it, behind a slash
+    return np.array([joints.index(n if n in joints else n.rpartition("/")[0]) for n in names])
 
 
 def _plant(model: mujoco.MjModel, loop, q: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -18,9 +18,9 @@ def headline(advice: Advice) -> str:
     own = [advice.asked.joints[j] for j in advice.own]
     but = f", but for {listed(own)}, which cannot have them" if own else ""
     what = "cloning" if advice.cloning else "a loop that is damped critically"
-    return (
-        f"Kp {cell.kp:g}, Kd {cell.kd:g} on every joint{but}: the best of what is left, for {what}"
-    )
+    factors = (advice.asked.units != 1).any()
+    where = "times the robot's own gains" if factors else "on every joint"
+    return f"Kp {cell.kp:g}, Kd {cell.kd:g} {where}{but}: the best of what is left, for {what}"
 
 
 def as_good(advice: Advice) -> str:

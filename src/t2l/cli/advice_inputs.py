@@ -224,9 +224,10 @@ def asked_of(
     kp, kd = listed(arguments.kp), listed(arguments.kd)
     if kp is not None and kd is not None:
         return Asked(grid=grid.of(kp, kd), **common)
-    first = Asked(grid=grid.of([1.0], [1.0]), **common)
-    units = None if (body.units == 1).all() else body.units
-    return Asked(grid=grid.default_grid(first.machine().inertia, units), **common)
+    first = Asked(grid=grid.grid_of_factors(), **common)
+    if (body.units != 1).any():
+        return first
+    return Asked(grid=grid.default_grid(first.machine().inertia), **common)
 
 
 def _poses(body: Body, count: int) -> np.ndarray:

@@ -25,8 +25,8 @@ MJCF or URDF file. OUT receives report.html, gains.yaml, advice.json and figures
 """
 
 ENTRIES = ("report.html", "advice.json", "gains.yaml", "model.yaml", "figures/")
-# measured: on one core of 2 GHz, that a demonstration of a table-top task takes
-DEMONSTRATION_S = 0.4
+# measured: on one core of 2 GHz, that a demonstration of a table-top task takes, a joint
+DEMONSTRATION_S = 0.07
 OTHERWISE_S = 12.0  # measured: imports, labels, figures
 PAGE_DPI = 110  # format: a page holds them whole
 TIMED_STEPS = 200  # numerics: of the plant, by which the replay is timed
@@ -202,7 +202,7 @@ def _about_s(arguments: argparse.Namespace, body: "Body", recordings: "list[Reco
     if recordings and arguments.model is None:
         total += arguments.time
     if arguments.task:
-        total += DEMONSTRATION_S * arguments.count * 2 / (1 + min(cores(), 4))
+        total += DEMONSTRATION_S * len(body.joints) * arguments.count / min(cores(), 2)
     if arguments.task or arguments.demonstrations:
         model = with_effects(body.robot, body.joints)
         data = mujoco.MjData(model)
