@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from t2l.advise import files, words
-from t2l.advise.advice import Asked, advised, chosen
+from t2l.advise.advice import Asked, advised, least, middle, own_cells
 from t2l.advise.grid import of
 from t2l.advise.shown import of_dataset
 from t2l.errors import ConfigurationError
@@ -80,9 +80,16 @@ def test_a_late_machine_is_given_less_damping(shown, advice):
 def test_a_joint_that_rules_the_cell_out_has_one_of_its_own():
     may = np.array([[True, False], [False, True], [True, False]])
     by_joint = np.array([[3.0, 1.0], [1.0, 2.0], [2.0, 1.0]])
-    best, cells = chosen(np.array([3.0, 2.0, 1.0]), may, by_joint)
+    best = least(np.array([3.0, 2.0, 1.0]), may)
     assert best == 2
-    assert cells.tolist() == [2, 1]
+    assert own_cells(best, may, by_joint).tolist() == [2, 1]
+
+
+def test_of_what_is_near_to_critical_the_middle_stiffness_is_named():
+    may = np.ones((5, 1), bool)
+    may[4] = False
+    off, kp = np.array([0.1, 0.0, 0.3, 1.0, 0.0]), np.array([100.0, 10.0, 1.0, 20.0, 5.0])
+    assert middle(off, may, kp) == 1
 
 
 def test_no_gains_that_hold_the_robot_are_refused_by_joint_and_reason():

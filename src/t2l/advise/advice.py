@@ -30,6 +30,8 @@ POSES = 5  # numerics: inertia changes slowly from pose to pose
 CHUNK = 10  # convention: commands ahead that labels are compared over, as of the measured policies
 STATES = 4000  # numerics: whose neighbours are looked for
 LASTS_S = 0.2  # convention: of an error that is alike over a chunk of 10 commands at 50 Hz
+# format: of ln ζ, a factor of √2: a stiffness of the default grid has a damping so near to critical
+NEAR_CRITICAL = np.log(2) / 2
 ALIKE = 1.25  # measured: up to this factor, three pairs in five are in the right order
 
 
@@ -148,11 +150,10 @@ class Advice:
     @cached_property
     def as_good(self) -> np.ndarray:
         """(cell,) bool: allowed as `best` is, and not to be told from it by the score."""
-        ruled = (~self.allowed).sum(axis=1)
-        near = self.score <= ALIKE * self.score[self.best]
+        left = _left(self.allowed)
         if self.cloning is None:
-            near = self.score <= self.score[self.best] + np.log(ALIKE)
-        return near & (ruled <= ruled[self.best])
+            return left & (self.score <= self.score[left].min() + NEAR_CRITICAL)
+        return left & (self.score <= ALIKE * self.score[self.best])
 
     def chance(self) -> np.ndarray:
         """(cell,) share of measured pairs in which the like of `best` was better than a cell's."""
@@ -182,7 +183,8 @@ def advised(
     for joint in np.flatnonzero(~may.any(axis=0)):
         _refuse(asked, told, int(joint))
     score = _off_critical(machine, *asked.gains) if cloning is None else cloning.error
-    best, cells = chosen(score, may, cloning and cloning.by_joint)
+    best = middle(score, may, asked.gains[0][:, 0]) if cloning is None else least(score, may)
+    cells = own_cells(best, may, score[:, None] if cloning is None else cloning.by_joint)
     advice = Advice(asked, machine, found, cloning, told, score, best, cells)
     gains = (gain[None] for gain in advice.gains.T)
     if advice.own and not settles_together(machine, *gains)[0]:
@@ -201,22 +203,40 @@ def allowed(told: list[Excluded], shape: tuple[int, int]) -> np.ndarray:
     return may
 
 
-def chosen(
-    score: np.ndarray, may: np.ndarray, by_joint: np.ndarray | None
-) -> tuple[int, np.ndarray]:
-    """The cell of the least score of those that the fewest joints rule out, and each joint's cell.
-
-    A joint that rules it out has the best of its own that is left.
+def least(score: np.ndarray, may: np.ndarray) -> int:
+    """The cell of the least score (cell,) of those that the fewest joints rule out.
 
     Args:
-        score: (cell,); may: (cell, n) bool.
-        by_joint: (cell, n) a score of each joint; by default that of the cell.
+        may: (cell, n) bool.
     """
+    left = np.flatnonzero(_left(may))
+    return int(left[score[left].argmin()])
+
+
+def middle(off: np.ndarray, may: np.ndarray, kp: np.ndarray) -> int:
+    """Of such cells that are near to critical damping, that of middle stiffness kp (cell,).
+
+    Args:
+        off: (cell,) |ln ζ|.
+    """
+    near = np.flatnonzero(_left(may) & (off <= off[_left(may)].min() + NEAR_CRITICAL))
+    return int(near[np.argsort(kp[near], kind="stable")[(len(near) - 1) // 2]])
+
+
+def own_cells(best: int, may: np.ndarray, by_joint: np.ndarray) -> np.ndarray:
+    """(n,) the cell of each joint: `best`, or where it rules that out, the best of its own.
+
+    Args:
+        by_joint: a score of each joint, that broadcasts to (cell, n).
+    """
+    own = np.where(may, by_joint, np.inf).argmin(axis=0)
+    return np.where(may[best], best, own)
+
+
+def _left(may: np.ndarray) -> np.ndarray:
+    """(cell,) bool, which cells the fewest joints rule out."""
     ruled = (~may).sum(axis=1)
-    best = int(np.flatnonzero(ruled == ruled.min())[np.argmin(score[ruled == ruled.min()])])
-    each = np.broadcast_to(score[:, None], may.shape) if by_joint is None else by_joint
-    own = np.where(may, each, np.inf).argmin(axis=0)
-    return best, np.where(may[best], best, own)
+    return ruled == ruled.min()
 
 
 def _cloning(asked: Asked, machine: Machine, shown: Shown, progress) -> Cloning:
