@@ -19,14 +19,27 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.rules import table
-from benchmarks.scene import ROOT
+from benchmarks.scene import ROOT, task_file
+from t2l.advise.action_scale import action_scales
 from t2l.advise.attenuation import held_variance, step_matrices
 from t2l.advise.beforehand import matrices
 from t2l.advise.cloning import BLEND, CORRELATION, blended, difficulty, predicted_error
-from t2l.advise.evidence import EVIDENCE, OURS, STUDY, Evidence, Measured, Pairs, write_evidence
+from t2l.advise.evidence import (
+    EVIDENCE,
+    OURS,
+    STUDY,
+    Evidence,
+    Measured,
+    Pairs,
+    Trials,
+    write_evidence,
+)
 from t2l.advise.exclusions import MOST_OVERSHOOT
 from t2l.advise.loop import Loop, overshoot
+from t2l.advise.shown import FREE, Shown, free_torques
 from t2l.config.models.cloning import CloningGrid
+from t2l.identify.prediction import with_effects
+from t2l.robots import Robot, make_robot
 from t2l.sim.batch import TIMESTEP_S
 from t2l.stats.rank import spearman
 from t2l.study.published.grids import COUNTERPARTS
@@ -40,6 +53,10 @@ GRIDS = {
 STEPS = 10  # of the simulator, that a command of these policies was held for
 BLENDS = (0.0, 0.25, 0.5, 0.75, 1.0)
 CORRELATIONS = (0.0, 0.5, 0.8)
+SUCCEEDED = 0.95  # reference: of trials, in the study
+SECONDS = (1.0, 2.0, 4.0)  # of motions, from brisk to slow for an episode of 5 s
+HOLD_S = 0.02
+MOTIONS = 50
 FACTORS = (1.0, 1.25, 1.6, 2.5, 4.0)  # format: between two predicted errors
 REGIONS = CloningGrid()
 STUDY_NAMES = {theirs: ours for ours, theirs in COUNTERPARTS.items()}
@@ -114,7 +131,7 @@ def main(arguments: list[str]) -> pd.DataFrame:
     choices += [(task, STUDY, grid, of_all) for task, grid in theirs.items()]
     if theirs:
         rows = tuple(measured(*choice) for choice in choices)
-        write_evidence(Evidence(rows, pairs(choices)), ROOT / "src/t2l/advise" / EVIDENCE)
+        write_evidence(Evidence(rows, pairs(choices), trials()), ROOT / "src/t2l/advise" / EVIDENCE)
     else:
         print("T2L_STUDY_DATA does not name the folder of the study's grids: nothing is written")
         rows = tuple(measured(*choice) for choice in choices)
@@ -144,6 +161,48 @@ def chosen(grids: Mapping[str, Ranked]) -> tuple[float, float]:
     """The blend and the correlation with the greatest mean ρ over some tasks."""
     pairs = [(blend, correlation) for blend in BLENDS for correlation in CORRELATIONS]
     return max(pairs, key=lambda pair: np.mean([grid.rho(*pair) for grid in grids.values()]))
+
+
+def trials() -> tuple[Trials, ...]:
+    """Trainings of docs/data/landscape.csv, four pairs of gains, by smooth motions of some lengths.
+
+    The starts and goals are of the task as the trainings had it.
+    """
+    robot, task = make_robot("fr3"), task_file("joint_reach")
+    plant = with_effects("fr3", robot.joints)
+    friction = plant.dof_frictionloss[[plant.joint(j).dofadr[0] for j in robot.joints]]
+    table = pd.read_csv(DATA / "landscape.csv")
+    succeeded = (table.success >= SUCCEEDED).to_numpy()
+    found = []
+    for seconds in SECONDS:
+        shown = reaching(robot, task, plant, seconds)
+        kp, kd = (table[key].to_numpy(float)[:, None] + np.zeros(7) for key in ("kp", "kd"))
+        scales = action_scales(shown, kp, kd, friction, robot.torque_limit, 1)
+        given = np.where(
+            robot.proximal, table.action_scale_proximal.to_numpy()[:, None],
+            table.action_scale_distal.to_numpy()[:, None],
+        )  # fmt: skip
+        inside = ((given >= scales.low) & (given <= scales.high)).all(axis=1)
+        shares = (float(succeeded[which].mean()) for which in (inside, ~inside))
+        first, second = shares
+        found.append(Trials(seconds, int(inside.sum()), first, int((~inside).sum()), second))
+    return tuple(found)
+
+
+def reaching(robot: Robot, task: Mapping, plant, seconds: float) -> Shown:
+    """Motions of least jerk from starts to goals of Joint-Reach, at the rate of its policies."""
+    rng, t = np.random.default_rng(0), np.arange(0, 1, HOLD_S / seconds)[:, None]
+    path, speed = t**3 * (10 - 15 * t + 6 * t**2), 30 * t**2 * (1 - t) ** 2 / seconds
+    q, dq = [], []
+    for _ in range(MOTIONS):
+        start, goal = (
+            np.clip(robot.home + spread * rng.normal(size=7), *robot.position_limit.T)
+            for spread in (task["start_spread_rad"], task["goal_spread_rad"])
+        )
+        q.append(start + path * (goal - start))
+        dq.append(speed * (goal - start))
+    torque = free_torques(plant, robot.joints, q, dq, 1 / HOLD_S, weighs=False)
+    return Shown(1 / HOLD_S, q, dq, torque, q, FREE)
 
 
 def measured(task: str, whose: str, grid: Ranked, choice: tuple[float, float]) -> Measured:

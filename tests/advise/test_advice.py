@@ -124,7 +124,14 @@ def test_sentences_are_of_this_robot(advice):
     assert len(set(trained)) == len(trained)
 
 
+def test_room_for_actions_is_told(advice):
+    told = " ".join(words.trying(advice))
+    assert "within the torque limits" in told or "more torque at once" in told
+    assert "200 trainings of Joint-Reach" in told
+    assert words.trying(advised(asked())) == []
+
+
 def test_maps_have_a_panel_a_number(advice):
-    assert sum(axes.get_visible() for axes in advice_maps(advice).axes if axes.images) == 6
+    assert sum(axes.get_visible() for axes in advice_maps(advice).axes if axes.images) == 7
     assert len(advice_maps(advised(asked())).axes) >= 3
     assert sum(bool(axes.images) for axes in reasons(advice).axes) == 2

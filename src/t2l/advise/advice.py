@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from t2l.advise.action_scale import ActionScales, action_scales
 from t2l.advise.beforehand import residuals
 from t2l.advise.cloning import amplifications, blended, difficulty, predicted_error
 from t2l.advise.evidence import evidence
@@ -113,7 +114,7 @@ class Advice:
     """What is answered.
 
     Attributes:
-        responses: of the loop; cloning: None where nothing was shown.
+        responses: of the loop; cloning, scales: None where nothing was shown.
         excluded: pairs of gains and joints, each with its reason.
         score: (cell,) the smaller the better: predicted error in rad, or |ln ζ| of the joint of
             median inertia where nothing was shown.
@@ -126,6 +127,7 @@ class Advice:
     machine: Machine
     responses: Responses
     cloning: Cloning | None
+    scales: ActionScales | None
     excluded: list[Excluded]
     score: np.ndarray
     best: int
@@ -172,9 +174,12 @@ def advised(
     progress("the loop of every joint", 0.0)
     machine = asked.machine()
     found = responses(machine, *asked.gains)
-    cloning = None
+    cloning = scales = None
     if asked.shown is not None:
         cloning = _cloning(asked, machine, asked.shown, progress)
+        steps = held_steps(asked.shown.rate_hz, asked.policy_rate_hz)
+        limits = machine.friction, machine.torque_limit
+        scales = action_scales(asked.shown, *asked.gains, *limits, steps)
     told = excluded(
         machine, *asked.gains, found, cloning and cloning.labels, cloning and cloning.replay,
         asked.most_sag_rad,
@@ -185,7 +190,7 @@ def advised(
     score = _off_critical(machine, *asked.gains) if cloning is None else cloning.error
     best = middle(score, may, asked.gains[0][:, 0]) if cloning is None else least(score, may)
     cells = own_cells(best, may, score[:, None] if cloning is None else cloning.by_joint)
-    advice = Advice(asked, machine, found, cloning, told, score, best, cells)
+    advice = Advice(asked, machine, found, cloning, scales, told, score, best, cells)
     gains = (gain[None] for gain in advice.gains.T)
     if advice.own and not settles_together(machine, *gains)[0]:
         raise ConfigurationError(

@@ -76,16 +76,35 @@ class Pairs:
 
 
 @dataclass(frozen=True)
+class Trials:
+    """Trainings by reinforcement of Joint-Reach whose action scales lay in the range, and others.
+
+    Attributes:
+        seconds: of the motions that the range is of: smooth ones from start to goal.
+        inside, outside: how many; inside_succeeded, outside_succeeded: share of them that reached
+            a success of 0.95.
+    """
+
+    seconds: float
+    inside: int
+    inside_succeeded: float
+    outside: int
+    outside_succeeded: float
+
+
+@dataclass(frozen=True)
 class Evidence:
     """All that was measured.
 
     Attributes:
         grids: one a grid.
+        trials: by seconds.
         pairs: by rising factor, of which the first is 1.
     """
 
     grids: tuple[Measured, ...]
     pairs: tuple[Pairs, ...]
+    trials: tuple[Trials, ...]
 
     def of(self, whose: str) -> tuple[Measured, ...]:
         """The grids of `OURS` or `STUDY`."""
@@ -103,19 +122,20 @@ def evidence() -> Evidence:
     return Evidence(
         tuple(Measured(**row) for row in kept["grids"]),
         tuple(Pairs(**row) for row in kept["pairs"]),
+        tuple(Trials(**row) for row in kept["trials"]),
     )
 
 
 def write_evidence(found: Evidence, path: Path) -> None:
     """Write what was measured, with as many digits as it is worth."""
 
-    def plain(row: Measured | Pairs) -> dict:
+    def plain(row: Measured | Pairs | Trials) -> dict:
         values = asdict(row).items()
         return {
             key: round(value, 3) if isinstance(value, float) else value for key, value in values
         }
 
-    content = {"grids": [*map(plain, found.grids)], "pairs": [*map(plain, found.pairs)]}
+    content = {key: [*map(plain, getattr(found, key))] for key in ("grids", "pairs", "trials")}
     write_text(to_yaml(content, sort_keys=False), path)
 
 

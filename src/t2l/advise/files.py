@@ -57,6 +57,9 @@ class JointEntry(Typed):
     overshoot: Known
     margin: Number
     lag_s: Number
+    action_scale_rad: Annotated[
+        tuple[Known, Known] | None, AsTuple, Field(description="least and largest, null if unknown")
+    ]
 
 
 class AdviceFile(Typed):
@@ -113,8 +116,13 @@ def _joint(advice: Advice, j: int) -> dict:
     return {
         "kp": float(kp), "kd": float(kd), "natural_hz": float(found.natural_hz[at]),
         "overshoot": _known(found.overshoot[at]), "margin": float(found.margin[at]),
-        "lag_s": float(found.lag_s[at]),
+        "lag_s": float(found.lag_s[at]), "action_scale_rad": _scale(advice, at),
     }  # fmt: skip
+
+
+def _scale(advice: Advice, at: tuple[int, int]) -> list[float | None] | None:
+    scales = advice.scales
+    return scales and [_known(scales.low[at]), _known(scales.high[at])]
 
 
 def _cell(advice: Advice, i: int) -> dict:

@@ -83,6 +83,54 @@ def wants(advice: Advice) -> list[str]:
     return found
 
 
+def trying(advice: Advice) -> list[str]:
+    """What reinforcement learning wants, and whether cloning's gains leave it that."""
+    scales = advice.scales
+    if scales is None:
+        return []
+    cells, best, may = advice.asked.grid.cells, advice.best, advice.allowed.all(axis=1)
+    room, joints = scales.room, advice.asked.joints
+    found = []
+    low, high = scales.low[best], scales.high[best]
+    if not np.isfinite(high).any():
+        return [
+            "The robot's file states no torque limits: an action scale has no upper end. The least "
+            f"are {low.min():.2g} to {low.max():.2g} rad under the gains above."
+        ]
+    tight = int(np.argmin(high / low))
+    if room[best] >= 1:
+        found.append(
+            "Under the gains above, actions that move commands from where the joint is reach what "
+            f"is shown within the torque limits. {joints[tight]} has the least room, a factor of "
+            f"{room[best]:.2g}."
+        )
+    else:
+        found.append(
+            f"Under the gains above, {joints[tight]} has to be asked for more torque at once than "
+            f"it has: its actions have to reach {low[tight]:.2g} rad, of which it can give "
+            f"{high[tight]:.2g} rad."
+        )
+    left = np.flatnonzero(may)
+    roomy = int(left[np.argmax(room[left])]) if len(left) else best
+    if roomy != best:
+        found.append(
+            f"Of the pairs that are left, Kp {cells[roomy].kp:g}, Kd {cells[roomy].kd:g} leaves "
+            f"most room, a factor of {room[roomy]:.2g}."
+        )
+    trials = evidence().trials
+    inside, outside = (
+        [getattr(one, f"{where}_succeeded") for one in trials] for where in ("inside", "outside")
+    )
+    found.append(
+        f"Where it was measured, of 200 trainings of Joint-Reach under four pairs of gains, those "
+        f"with scales in such a range succeeded in {100 * min(inside):.0f} to "
+        f"{100 * max(inside):.0f} %, the others in {100 * min(outside):.0f} to "
+        f"{100 * max(outside):.0f} %. It is a range to begin a search in; which gains learn "
+        "best it does not say."
+    )
+    return found
+
+
 def confidence(advice: Advice) -> list[str]:
     """How often this order was right where it was measured, and where nothing is known."""
     ours, theirs = evidence().of(OURS), evidence().of(STUDY)
@@ -134,7 +182,7 @@ def _of_ringing() -> str:
 
 def _unknown(advice: Advice) -> list[str]:
     found = [
-        "Of transfer from a simulator and of reinforcement learning this says nothing.",
+        "Of transfer from a simulator this says nothing.",
         "All of these grids are of simulated FR3 arms, one pair of gains for all joints.",
     ]
     asked = advice.asked

@@ -74,7 +74,17 @@ def _panels(advice: Advice) -> list[tuple]:
             "error of replayed demonstrations, worst joint", replay, "magma_r",
             error_norm(_finite(replay)), "{:.2g}".format, "RMS error [mrad]",
         ),
+        *_room(advice),
     ]  # fmt: skip
+
+
+def _room(advice: Advice) -> list[tuple]:
+    room = advice.scales.room
+    if not np.isfinite(room).any():
+        return []
+    norm = LogNorm(0.1, 10, clip=True)
+    title = "room of action scales within torque limits, worst joint"
+    return [(title, room, "viridis", norm, "{:.2g}".format, "largest / least action scale")]
 
 
 def _finite(values: np.ndarray) -> list[float]:

@@ -1,6 +1,7 @@
 """Advice as one page that needs nothing but a browser."""
 
 import base64
+import math
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -32,13 +33,15 @@ def write_advice_page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"number": words.number, "sentence": words.sentence}
+    environment.filters |= {"number": words.number, "isinf": math.isinf, "sentence": words.sentence}
     found, joints = advice.responses, advice.asked.joints
     rows = [
         {
             "joint": name, "kp": kp, "kd": kd, "own": j in advice.own,
             "natural": found.natural_hz[at], "over": 100 * found.overshoot[at],
             "margin": found.margin[at], "lag": 1e3 * found.lag_s[at],
+            "scale": advice.scales
+            and (float(advice.scales.low[at]), float(advice.scales.high[at])),
             "inertia": advice.machine.inertia[:, j].mean(),
         }
         for j, (name, (kp, kd)) in enumerate(zip(joints, advice.gains, strict=True))
@@ -50,6 +53,7 @@ def write_advice_page(
         headline=said.headline(advice),
         as_good=said.as_good(advice),
         wants=said.wants(advice),
+        trying=said.trying(advice),
         excluded=said.exclusions(advice),
         confidence=said.confidence(advice),
         changes=said.changes(advice, measured),
