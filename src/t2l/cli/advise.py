@@ -124,10 +124,10 @@ def run(arguments: argparse.Namespace) -> None:
         say(f"This takes about {_about_s(arguments, body, recordings):.0f} s on this machine.")
         progress = progress_line()
         measured = bool(recordings) or arguments.model is not None
-        if recordings and arguments.model is None:
-            model = _explained(arguments, model, recordings, part(progress, 0.0, 0.4))
-        progress("demonstrations", 0.4)
+        progress("demonstrations", 0.0)
         shown = shown_of(arguments, body, recordings)
+        if recordings and arguments.model is None:
+            model = _explained(arguments, model, recordings, part(progress, 0.1, 0.5))
         asked = asked_of(arguments, body, model, recordings, shown)
         advice = advised(asked, part(progress, 0.5, 0.9))
         progress("figures", 0.9)
