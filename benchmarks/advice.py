@@ -1,11 +1,11 @@
 """How well `t2l advise` orders gains for cloning, on grids whose policies were trained.
 
 `python -m benchmarks advice` ranks the cells of every grid by what `t2l.advise.cloning` predicts
-from demonstrations (docs/data/label_residuals.csv), and by simple rules. What the prediction has
-fitted, BLEND and CORRELATION, is chosen anew for each task on the other tasks alone. The study's
-own grids chose nothing: where `T2L_STUDY_DATA` names the folder with `paper_results.json` they are
-ranked with the choice of all of ours, the labels being those of our task of the same name. Writes
-src/t2l/advise/evidence.yaml, which the page of `t2l advise` quotes.
+from demonstrations (docs/data/label_residuals*.csv), and by simple rules. What the prediction has
+fitted, BLEND and CORRELATION, is chosen anew for each task on the other tasks alone. A grid of a
+UR5e and the study's own chose nothing: they are ranked with the choice of all tasks of the FR3,
+the labels of the study's being those of our task of the same name. With `T2L_STUDY_DATA` naming the
+folder with `paper_results.json` it writes src/t2l/advise/evidence.yaml, which the page quotes.
 """
 
 import json
@@ -26,6 +26,7 @@ from t2l.advise.beforehand import matrices
 from t2l.advise.cloning import BLEND, CORRELATION, blended, difficulty, predicted_error
 from t2l.advise.evidence import (
     EVIDENCE,
+    OTHER,
     OURS,
     STUDY,
     Evidence,
@@ -50,6 +51,7 @@ GRIDS = {
     "dishrack_unloading": "dishrack_unloading", "bimanual_handover": "bimanual_handover",
     "mug_hanging": "mug_hanging", "dishwasher": "dishwasher",
 }  # fmt: skip
+ANOTHER = {"block_stack_ur5e": "ur5e"}
 STEPS = 10  # of the simulator, that a command of these policies was held for
 BLENDS = (0.0, 0.25, 0.5, 0.75, 1.0)
 CORRELATIONS = (0.0, 0.5, 0.8)
@@ -128,6 +130,7 @@ def main(arguments: list[str]) -> pd.DataFrame:
     if of_all != (BLEND, CORRELATION):
         print(f"t2l.advise.cloning: BLEND, CORRELATION are to be {of_all}", flush=True)
     theirs = of_study(ours)
+    choices += [(task, OTHER, of_ours(task, name), of_all) for task, name in ANOTHER.items()]
     choices += [(task, STUDY, grid, of_all) for task, grid in theirs.items()]
     if theirs:
         rows = tuple(measured(*choice) for choice in choices)
@@ -246,7 +249,7 @@ def of_ours(task: str, name: str) -> Ranked:
 
 def labels_of(task: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Inertia and residuals of positions and of displacements."""
-    kept = pd.read_csv(DATA / "label_residuals.csv")
+    kept = pd.concat([pd.read_csv(DATA / f"label_residuals{end}.csv") for end in ("", "_ur5e")])
     of_task = kept[kept.task == task]
     both = [of_task[of_task.labels == kind] for kind in ("positions", "displacements")]
     return both[0].inertia_kg_m2.to_numpy(), *map(matrices, both)

@@ -15,7 +15,7 @@ from t2l.artefacts import write_text
 from t2l.documents import read_yaml, to_yaml
 
 EVIDENCE = "evidence.yaml"
-OURS, STUDY = "ours", "the study's"
+OURS, OTHER, STUDY = "ours", "ours, UR5e", "the study's"
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class Measured:
     """One grid of cells with trained policies.
 
     Attributes:
-        grid: the task; whose: `OURS`, where the order was fitted on the other tasks alone, or
-            `STUDY`, of which nothing was fitted.
+        grid: the task; whose: `OURS`, where the order was fitted on the other tasks alone, or of
+            which nothing was fitted: `OTHER`, another robot of ours, or `STUDY`.
         cells: how many were ranked.
         rho: Spearman's, of the predicted order with success.
         rho_ratio, rho_critical, rho_compliant: of Kd/Kp, of nearness to critical damping, and of

@@ -3,7 +3,7 @@
 import numpy as np
 
 from t2l.advise.advice import ALIKE, LASTS_S, Advice
-from t2l.advise.evidence import OURS, STUDY, evidence, mean_of
+from t2l.advise.evidence import OTHER, OURS, STUDY, evidence, mean_of
 from t2l.advise.exclusions import LEAST_MARGIN, mildest
 from t2l.advise.responses import LONGEST_DELAY_S, longest_delay_s
 from t2l.advise.shown import FREE
@@ -145,6 +145,7 @@ def confidence(advice: Advice) -> list[str]:
             _of_ringing(),
             *_unknown(advice),
         ]
+    (other,) = evidence().of(OTHER)
     rhos = sorted(row.rho for row in (*ours, *theirs))
     said = [
         f"The predicted order and success had a rank correlation of {mean_of(ours, 'rho'):.2f} in "
@@ -153,6 +154,8 @@ def confidence(advice: Advice) -> list[str]:
         f"{rhos[-1]:.2f}). Kd/Kp alone has {mean_of(ours, 'rho_ratio'):.2f} and "
         f"{mean_of(theirs, 'rho_ratio'):.2f}, nearness to critical damping "
         f"{mean_of(ours, 'rho_critical'):.2f} and {mean_of(theirs, 'rho_critical'):.2f}.",
+        f"On the one grid of another robot, a UR5e with {other.cells} cells, it has "
+        f"{other.rho:.2f}, and Kd/Kp {other.rho_ratio:.2f}.",
         f"The cell that it names succeeded less often than the best of its grid by "
         f"{100 * mean_of(ours, 'lost'):.0f} per cent points in ours and "
         f"{100 * mean_of(theirs, 'lost'):.0f} in the study's, on average. It is no place to stop: "
@@ -183,7 +186,7 @@ def _of_ringing() -> str:
 def _unknown(advice: Advice) -> list[str]:
     found = [
         "Of transfer from a simulator this says nothing.",
-        "All of these grids are of simulated FR3 arms, one pair of gains for all joints.",
+        "All grids are of simulated arms, one pair of gains for all joints.",
     ]
     asked = advice.asked
     if asked.shown is not None and asked.shown.torques == FREE:
