@@ -38,7 +38,9 @@ from t2l.advise.evidence import (
 from t2l.advise.exclusions import MOST_OVERSHOOT
 from t2l.advise.loop import Loop, overshoot
 from t2l.advise.shown import FREE, Shown, free_torques
+from t2l.advise.trainings import to_train
 from t2l.config.models.cloning import CloningGrid
+from t2l.gains import Cell
 from t2l.identify.prediction import with_effects
 from t2l.robots import Robot, make_robot
 from t2l.sim.batch import TIMESTEP_S
@@ -59,6 +61,7 @@ SUCCEEDED = 0.95  # reference: of trials, in the study
 SECONDS = (1.0, 2.0, 4.0)  # of motions, from brisk to slow for an episode of 5 s
 HOLD_S = 0.02
 MOTIONS = 50
+TRAINED, DRAWN = 3, 10_000  # cells that are drawn at random, and how often
 FACTORS = (1.0, 1.25, 1.6, 2.5, 4.0)  # format: between two predicted errors
 REGIONS = CloningGrid()
 STUDY_NAMES = {theirs: ours for ours, theirs in COUNTERPARTS.items()}
@@ -224,7 +227,7 @@ def measured(task: str, whose: str, grid: Ranked, choice: tuple[float, float]) -
     )  # fmt: skip
 
 
-def ruled_out(grid: Ranked, error: np.ndarray) -> tuple[int, float, float, bool, float]:
+def ruled_out(grid: Ranked, error: np.ndarray) -> tuple:
     """What `Measured` says of cells that ring, and of the others."""
     cells, success = grid.cells, grid.success
     over = []
@@ -234,9 +237,15 @@ def ruled_out(grid: Ranked, error: np.ndarray) -> tuple[int, float, float, bool,
         loop = Loop(f, g[..., None], np.array([[1.0, 0.0]]), TIMESTEP_S)
         over.append(overshoot(loop, np.sqrt(kp / grid.inertia) / (2 * np.pi)).max())
     rings = np.array(over) > MOST_OVERSHOOT
+    pairs = [Cell(kp, kd) for kp, kd in zip(cells.kp, cells.kd, strict=True)]
+    best = int(np.where(rings, np.inf, error).argmin())
+    named = to_train(best, grid.off_critical(), ~rings, pairs)
+    rng = np.random.default_rng(0)
+    drawn = [rng.choice(success[~rings], TRAINED, replace=False).max() for _ in range(DRAWN)]
     return (
         int(rings.sum()), float(success[rings].mean()), float(success[~rings].mean()),
-        bool(rings[success.argmax()]), float(success[np.where(rings, np.inf, error).argmin()]),
+        bool(rings[success.argmax()]), float(success[best]),
+        float(success[named].max()), float(np.mean(drawn)),
     )  # fmt: skip
 
 

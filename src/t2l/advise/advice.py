@@ -9,7 +9,7 @@ import numpy as np
 from t2l.advise.action_scale import ActionScales, action_scales
 from t2l.advise.beforehand import residuals
 from t2l.advise.cloning import amplifications, blended, difficulty, predicted_error
-from t2l.advise.evidence import evidence
+from t2l.advise.evidence import ALIKE, evidence
 from t2l.advise.exclusions import MOST_SAG_RAD, Excluded, excluded
 from t2l.advise.machine import Machine, of_model
 from t2l.advise.responses import Responses, responses, settles_together
@@ -23,6 +23,7 @@ from t2l.advise.retargeted import (
     replayed,
 )
 from t2l.advise.shown import Shown, free_torques
+from t2l.advise.trainings import NEAR_CRITICAL, middle
 from t2l.errors import ConfigurationError
 from t2l.gains import Grid
 from t2l.identify.model import Model
@@ -31,9 +32,6 @@ POSES = 5  # numerics: inertia changes slowly from pose to pose
 CHUNK = 10  # convention: commands ahead that labels are compared over, as of the measured policies
 STATES = 4000  # numerics: whose neighbours are looked for
 LASTS_S = 0.2  # convention: of an error that is alike over a chunk of 10 commands at 50 Hz
-# format: of ln ζ, a factor of √2: a stiffness of the default grid has a damping so near to critical
-NEAR_CRITICAL = np.log(2) / 2
-ALIKE = 1.25  # measured: up to this factor, three pairs in five are in the right order
 
 
 @dataclass(frozen=True)
@@ -116,8 +114,9 @@ class Advice:
     Attributes:
         responses: of the loop; cloning, scales: None where nothing was shown.
         excluded: pairs of gains and joints, each with its reason.
-        score: (cell,) the smaller the better: predicted error in rad, or |ln ζ| of the joint of
-            median inertia where nothing was shown.
+        off_critical: (cell,) |ln ζ| of the joint of median inertia.
+        score: (cell,) the smaller the better: predicted error in rad, or `off_critical` where
+            nothing was shown.
         best: the cell that is advised.
         own: joints that rule `best` out and have gains of a cell of their own.
         cells: (n,) the cell of each joint.
@@ -129,6 +128,7 @@ class Advice:
     cloning: Cloning | None
     scales: ActionScales | None
     excluded: list[Excluded]
+    off_critical: np.ndarray
     score: np.ndarray
     best: int
     cells: np.ndarray
@@ -152,10 +152,15 @@ class Advice:
     @cached_property
     def as_good(self) -> np.ndarray:
         """(cell,) bool: allowed as `best` is, and not to be told from it by the score."""
-        left = _left(self.allowed)
+        left = self.left
         if self.cloning is None:
             return left & (self.score <= self.score[left].min() + NEAR_CRITICAL)
         return left & (self.score <= ALIKE * self.score[self.best])
+
+    @cached_property
+    def left(self) -> np.ndarray:
+        """(cell,) bool, which cells the fewest joints rule out."""
+        return _left(self.allowed)
 
     def chance(self) -> np.ndarray:
         """(cell,) share of measured pairs in which the like of `best` was better than a cell's."""
@@ -187,10 +192,13 @@ def advised(
     may = allowed(told, found.overshoot.shape)
     for joint in np.flatnonzero(~may.any(axis=0)):
         _refuse(asked, told, int(joint))
-    score = _off_critical(machine, *asked.gains) if cloning is None else cloning.error
-    best = middle(score, may, asked.gains[0][:, 0]) if cloning is None else least(score, may)
+    off, left = _off_critical(machine, *asked.gains), _left(may)
+    if cloning is None:
+        score, best = off, middle(off, left, asked.gains[0][:, 0])
+    else:
+        score, best = cloning.error, least(cloning.error, left)
     cells = own_cells(best, may, score[:, None] if cloning is None else cloning.by_joint)
-    advice = Advice(asked, machine, found, cloning, scales, told, score, best, cells)
+    advice = Advice(asked, machine, found, cloning, scales, told, off, score, best, cells)
     gains = (gain[None] for gain in advice.gains.T)
     if advice.own and not settles_together(machine, *gains)[0]:
         raise ConfigurationError(
@@ -208,24 +216,9 @@ def allowed(told: list[Excluded], shape: tuple[int, int]) -> np.ndarray:
     return may
 
 
-def least(score: np.ndarray, may: np.ndarray) -> int:
-    """The cell of the least score (cell,) of those that the fewest joints rule out.
-
-    Args:
-        may: (cell, n) bool.
-    """
-    left = np.flatnonzero(_left(may))
-    return int(left[score[left].argmin()])
-
-
-def middle(off: np.ndarray, may: np.ndarray, kp: np.ndarray) -> int:
-    """Of such cells that are near to critical damping, that of middle stiffness kp (cell,).
-
-    Args:
-        off: (cell,) |ln ζ|.
-    """
-    near = np.flatnonzero(_left(may) & (off <= off[_left(may)].min() + NEAR_CRITICAL))
-    return int(near[np.argsort(kp[near], kind="stable")[(len(near) - 1) // 2]])
+def least(score: np.ndarray, left: np.ndarray) -> int:
+    """The cell of the least score (cell,) of those that are left (cell,)."""
+    return int(np.where(left, score, np.inf).argmin())
 
 
 def own_cells(best: int, may: np.ndarray, by_joint: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from t2l.artefacts import write_text
 from t2l.documents import read_yaml, to_yaml
 
 EVIDENCE = "evidence.yaml"
+ALIKE = 1.25  # measured: up to this factor, three pairs in five are in the right order
 OURS, OTHER, STUDY = "ours", "ours, UR5e", "the study's"
 
 
@@ -35,6 +36,8 @@ class Measured:
         ringing: how many cells are ruled out as they ring; in_them, in_others: mean success.
         best_rings: whether the best cell is one of them; advised_left: success of the cell that is
             predicted to be best of the others.
+        trained: that of the best of the three of the others that `t2l.advise.trainings` names;
+            trained_at_random: the same of as many of the others, on average.
     """
 
     grid: str
@@ -53,6 +56,8 @@ class Measured:
     in_others: float
     best_rings: bool
     advised_left: float
+    trained: float
+    trained_at_random: float
 
     @property
     def lost(self) -> float:
