@@ -68,6 +68,15 @@ def test_a_model_of_the_machine_counts(tmp_path, capsys):
     assert yaml.safe_load((tmp_path / "out/model.yaml").read_text())["effects"]["torque_delay"]
 
 
+def test_effects_of_the_same_arm_without_its_hand_count(tmp_path, capsys):
+    (tmp_path / "model.yaml").write_text("robot: fr3\neffects:\n  torque_delay: {delay: 0.004}\n")
+    small = ("--kp", "50,200", "--kd", "5,40")
+    advise("fr3_hand", "--model", tmp_path / "model.yaml", *small, "--out", tmp_path / "out")
+    assert "come 4 ms late" in (tmp_path / "out/report.html").read_text()
+    said = refused(capsys, "ur5e", "--model", tmp_path / "model.yaml", "--out", tmp_path / "no")
+    assert "found fr3, which has no joint shoulder_pan_joint" in said
+
+
 def test_nothing_is_left_of_a_run_that_fails(shown, tmp_path, capsys):
     out = tmp_path / "out"
     said = refused(

@@ -81,27 +81,20 @@ def machine_of(arguments: argparse.Namespace, body: Body) -> tuple["Model", "lis
     from t2l.errors import ConfigurationError
     from t2l.identify.model import Model, check_joints, read_model
     from t2l.registry import python_files
-    from t2l.robots.plant import mjcf_path
 
     own = tuple(path.resolve() for path in arguments.effects)
     if not arguments.logs:
         if arguments.model is None:
             return Model(body.robot, {}, own), []
         model = read_model(arguments.model, trusted=python_files(own))
-        if mjcf_path(model.robot).resolve() != mjcf_path(body.robot).resolve():
-            raise ConfigurationError(
-                f"{arguments.model}: robot: found {model.robot}; allowed: {body.robot}, of ROBOT"
-            )
+        _check_alike(f"{arguments.model}: robot", model.robot, body)
         check_joints(arguments.model, model, body.joints)
         return model, []
     model, recordings, _ = read_recordings_and_model(
         arguments.logs, (), arguments.model, arguments.effects
     )
     first = recordings[0]
-    if mjcf_path(first.robot).resolve() != mjcf_path(body.robot).resolve():
-        raise ConfigurationError(
-            f"--logs: found recordings of {first.robot}; allowed: of {body.robot}, as ROBOT says"
-        )
+    _check_alike("--logs", first.robot, body)
     if set(first.joints) != set(body.joints):
         raise ConfigurationError(
             f"--logs: found joints {', '.join(first.joints)}; allowed: {', '.join(body.joints)}, "
@@ -111,6 +104,25 @@ def machine_of(arguments: argparse.Namespace, body: Body) -> tuple["Model", "lis
         _check_excited(recordings)
         check_worth_fitting(model, recordings)
     return model, recordings
+
+
+def _check_alike(what: str, robot: str, body: Body) -> None:
+    """Whether effects of another robot may be taken for this one: its joints have the same names.
+
+    Raises:
+        ConfigurationError: they have not.
+    """
+    from t2l.errors import ConfigurationError
+    from t2l.robots.plant import mjcf_path, scalar_joints
+
+    if mjcf_path(robot).resolve() == mjcf_path(body.robot).resolve():
+        return
+    names = {joint.name for joint in scalar_joints(robot)}
+    if missing := [name for name in body.joints if name not in names]:
+        raise ConfigurationError(
+            f"{what}: found {robot}, which has no joint {missing[0]}; allowed: {body.robot}, of "
+            "ROBOT, or a robot with its joints, such as the same arm without a hand"
+        )
 
 
 def _check_excited(recordings: "list[Recording]") -> None:

@@ -2,6 +2,7 @@
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -128,7 +129,9 @@ def run(arguments: argparse.Namespace) -> None:
         shown = shown_of(arguments, body, recordings)
         if recordings and arguments.model is None:
             model = _explained(arguments, model, recordings, part(progress, 0.1, 0.5))
-        asked = asked_of(arguments, body, model, recordings, shown)
+        # what recordings show of an arm is true of it with a hand
+        machine = replace(model, robot=body.robot)
+        asked = asked_of(arguments, body, machine, recordings, shown)
         advice = advised(asked, part(progress, 0.5, 0.9))
         progress("figures", 0.9)
         write_advice(advice, out)
