@@ -28,11 +28,11 @@ def gains(kp, kd):
     return np.array(kp)[:, None] * np.ones(2), np.array(kd)[:, None] * np.ones(2)
 
 
-def replay(shown, kp, kd, policy_rate_hz, model=None):
+def replay(shown, kp, kd, policy_rate_hz, model=None, factor=1.0):
     motions = moving_most(shown, lambda q, dq: free_torques(PLANT, JOINTS, q, dq, RATE, False))
     return replayed(
         model or Model(ARM), JOINTS, motions, RATE, *gains(kp, kd), policy_rate_hz, 1000.0, True,
-        LIMIT,
+        LIMIT, factor,
     )  # fmt: skip
 
 
@@ -78,6 +78,16 @@ def test_friction_of_the_machine_is_seen_where_stiffness_is_low(shown):
     bare, rough = (replay(shown, [10.0, 200.0], [1.0, 4.0], 50.0, m) for m in (None, rubs))
     more = rough.rmse_rad - bare.rmse_rad
     assert (more[0] > 5 * np.abs(more[1])).all()
+
+
+def test_commands_are_made_for_the_gains_that_the_machine_has(shown):
+    each = {"shoulder": 0.5, "elbow": 0.5}
+    weak = Model(ARM, {"controller_gains": {"kp_factor": each, "kd_factor": each}})
+    own = replay(shown, [50.0], [2.0], 100.0)
+    told = replay(shown, [100.0], [4.0], 100.0, weak, np.full((2, 2), 0.5))
+    np.testing.assert_allclose(told.rmse_rad, own.rmse_rad, rtol=1e-6)
+    wrong = replay(shown, [100.0], [4.0], 100.0, weak)
+    assert (wrong.rmse_rad > told.rmse_rad).all()
 
 
 def test_what_runs_away_has_an_infinite_error(shown):

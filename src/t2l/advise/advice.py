@@ -184,7 +184,7 @@ def advised(
         cloning = _cloning(asked, machine, asked.shown, progress)
         steps = held_steps(asked.shown.rate_hz, asked.policy_rate_hz)
         limits = machine.friction, machine.torque_limit
-        scales = action_scales(asked.shown, *asked.gains, *limits, steps)
+        scales = action_scales(asked.shown, *machine.real(*asked.gains), *limits, steps)
     told = excluded(
         machine, *asked.gains, found, cloning and cloning.labels, cloning and cloning.replay,
         asked.most_sag_rad,
@@ -239,9 +239,10 @@ def _left(may: np.ndarray) -> np.ndarray:
 
 def _cloning(asked: Asked, machine: Machine, shown: Shown, progress) -> Cloning:
     kp, kd = asked.gains
+    real = machine.real(kp, kd)
     steps = held_steps(shown.rate_hz, asked.policy_rate_hz)
     progress("labels of every pair of gains", 0.1)
-    told = labels(shown, kp, kd, steps, asked.ranges, asked.velocity_limit)
+    told = labels(shown, *real, steps, asked.ranges, asked.velocity_limit)
     states = [one[::steps] for one in shown.state]
     recorded = [
         np.stack(parts, axis=-1)[::steps]
@@ -251,7 +252,7 @@ def _cloning(asked: Asked, machine: Machine, shown: Shown, progress) -> Cloning:
     progress("how alike commands of alike states are", 0.2)
     hard = blended(
         *(
-            difficulty(residuals(states, recorded, CHUNK, every, displacements), kp, kd)
+            difficulty(residuals(states, recorded, CHUNK, every, displacements), *real)
             for displacements in (False, True)
         )
     )
@@ -269,7 +270,8 @@ def _cloning(asked: Asked, machine: Machine, shown: Shown, progress) -> Cloning:
     )
     replay = replayed(
         asked.model, asked.joints, motions, shown.rate_hz, kp, kd, asked.policy_rate_hz,
-        asked.control_rate_hz, asked.compensated, machine.torque_limit, asked.threads,
+        asked.control_rate_hz, asked.compensated, machine.torque_limit,
+        machine.gain_factor.T, asked.threads,
         lambda part: progress("replaying demonstrations in the machine's loop", 0.5 + 0.4 * part),
     )  # fmt: skip
     return Cloning(told, replay, amplification, lasting, hard)

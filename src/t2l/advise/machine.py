@@ -61,6 +61,10 @@ class Machine:
         driven = self.plant.drive.argmax(axis=0)
         return self.plant.mass[:, driven, driven]
 
+    def real(self, kp: np.ndarray, kd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The gains (cell, n) that it has where it is told these."""
+        return self.gain_factor[:, 0] * kp, self.gain_factor[:, 1] * kd
+
     def alone(self, joint: int) -> Plant:
         """The plants of one joint, the others held: it and what gives on its axis."""
         own = np.flatnonzero(self.of_joint == joint)

@@ -123,6 +123,7 @@ def replayed(
     control_rate_hz: float,
     compensated: bool,
     limit: np.ndarray,
+    factor: np.ndarray | float = 1.0,
     threads: int = 1,
     progress: Callable[[float], None] = lambda part: None,
 ) -> Replayed:
@@ -133,11 +134,15 @@ def replayed(
         motions: q, dq and the torque of the free motion, (rows, n) each; see `moving_most`.
         rate_hz: of their rows.
         limit: (n,) N·m of torque.
+        factor: (2, n) on Kp and Kd, by which the machine has other gains than it is told; commands
+            are made for what it has.
     """
     steps = held_steps(rate_hz, policy_rate_hz)
     rows = min(len(q) for q, _, _ in motions) // steps * steps
+    own = np.broadcast_to(factor, (2, kp.shape[1]))
+    real = own[0] * kp, own[1] * kd
     held = np.stack(
-        [commands(*(part[:rows] for part in motion), kp, kd, steps) for motion in motions], axis=1
+        [commands(*(part[:rows] for part in motion), *real, steps) for motion in motions], axis=1
     )  # (c, motion, command, n)
     c, m, told, n = held.shape
     ticks = round(told * steps / rate_hz * control_rate_hz)
@@ -161,7 +166,7 @@ def replayed(
     wanted = np.stack([motion[0][steps:rows:steps] for motion in motions])
     gone = ~np.isfinite(q).all(axis=(1, 2, 3))
     error = np.sqrt(np.mean((q - wanted) ** 2, axis=(1, 2)))
-    asked = pd_torque(held[:, :, 1:], q, dq, kp[:, None, None], kd[:, None, None])
+    asked = pd_torque(held[:, :, 1:], q, dq, *(gain[:, None, None] for gain in real))
     saturated = (np.abs(asked) > limit).mean(axis=(1, 2))
     error[gone], saturated[gone] = np.inf, 1.0
     return Replayed(error, saturated)
