@@ -93,6 +93,14 @@ def test_a_loop_too_slow_for_its_damping_is_near_unstable_and_then_is():
     assert "a loop of 1000 Hz is slow for so much damping" in why(told, 1, NEAR)[0]
 
 
+def test_a_loop_too_slow_for_its_stiffness_says_so():
+    slow = of_model(Model(ARM), JOINTS, POSES, 50.0, True)
+    pair = gains([20.0], [0.11])
+    told = excluded(slow, *pair, responses(slow, *pair))
+    assert {x.kind for x in told} == {UNSTABLE}
+    assert "a loop of 50 Hz is slow for so much stiffness" in why(told)[0]
+
+
 def test_an_arm_that_nobody_carries_sags_by_its_weight_over_stiffness():
     hangs, pair = machine(compensated=False), gains([5.0, 200.0], [0.5, 3.0])
     found = responses(hangs, *pair)

@@ -148,6 +148,12 @@ class _Judge:
                 f", because a loop of {1 / period:.0f} Hz is slow for so much damping of "
                 f"{inertia:.2g} kg·m²"
             )
+        if which == 1:
+            # a torque that is held for a tick takes half a tick of Kp from the damping
+            return (
+                f", because a loop of {1 / period:.0f} Hz is slow for so much stiffness and so "
+                "little damping"
+            )
         return f", because Kd damps its {inertia:.2g} kg·m² too little"
 
 
