@@ -6,6 +6,7 @@ import pytest
 from t2l.advise import files, words
 from t2l.advise.advice import Asked, advised, least, own_cells
 from t2l.advise.grid import of
+from t2l.advise.responses import settles_together
 from t2l.advise.shown import of_dataset
 from t2l.errors import ConfigurationError
 from t2l.figures.advice import advice_maps, reasons
@@ -125,3 +126,12 @@ def test_maps_have_a_panel_a_number(advice):
     assert sum(axes.get_visible() for axes in advice_maps(advice).axes if axes.images) == 7
     assert len(advice_maps(advised(asked())).axes) >= 3
     assert sum(bool(axes.images) for axes in reasons(advice).axes) == 2
+
+
+def test_gains_of_each_joint_settle_together():
+    """The elbow rules out what the shoulder needs: what is given to each is checked together."""
+    late = {"torque_delay": {"delay": 0.02}}
+    found = advised(asked(effects=late, grid=of([1.0, 3.0, 9.0], [0.05, 0.2, 0.8])))
+    loop = found.asked.machine()
+    assert settles_together(loop, *(gain[None] for gain in found.gains.T))[0]
+    assert found.allowed[found.cells, np.arange(2)].all()

@@ -189,6 +189,16 @@ def test_ring_and_overshoot_of_a_simulated_step(kp, kd):
         assert found.hz[0] == pytest.approx(1 / period, rel=0.03)
 
 
+def test_what_dies_within_a_tick_does_not_ring():
+    """A loop with a delay has fast modes; what an engineer sees is the slow one."""
+    late = Signals(0.001, np.array([0.018]), *(np.full(1, x) for x in (0.0, np.inf, np.inf)))
+    found = ring(closed(one(2.0), *gains(4.0, 1.2), late))
+    assert found.hz[0] == pytest.approx(np.sqrt(4.0 / 2.0) / (2 * np.pi), rel=0.05)
+    chatters = ring(closed(one(0.1), *gains(4.0, 210.0), Signals.ideal(0.001, 1)))
+    assert chatters.hz[0] == pytest.approx(500)
+    assert chatters.damping[0] < 0
+
+
 @settings(max_examples=20)
 @given(kp=st.floats(5, 200), kd=st.floats(0.1, 5))
 def test_joints_that_do_not_touch_are_as_alone(kp, kd):

@@ -27,6 +27,7 @@ from t2l.advise.trainings import NEAR_CRITICAL, middle
 from t2l.errors import ConfigurationError
 from t2l.gains import Grid
 from t2l.identify.model import Model
+from t2l.names import listed
 
 POSES = 5  # numerics: inertia changes slowly from pose to pose
 CHUNK = 10  # convention: commands ahead that labels are compared over, as of the measured policies
@@ -197,15 +198,19 @@ def advised(
         score, best = off, middle(off, left, asked.gains[0][:, 0])
     else:
         score, best = cloning.error, least(cloning.error, left)
-    cells = own_cells(best, may, score[:, None] if cloning is None else cloning.by_joint)
-    advice = Advice(asked, machine, found, cloning, scales, told, off, score, best, cells)
-    gains = (gain[None] for gain in advice.gains.T)
-    if advice.own and not settles_together(machine, *gains)[0]:
-        raise ConfigurationError(
-            "--kp, --kd: found no gains of one pair for all joints that hold the robot, and those "
-            "that hold each joint alone do not settle together; allowed: a finer grid"
-        )
-    return advice
+    # what is best for each joint alone, or else what is farthest from unstable
+    for by_joint in (score[:, None] if cloning is None else cloning.by_joint, -found.margin):
+        cells = own_cells(best, may, by_joint)
+        advice = Advice(asked, machine, found, cloning, scales, told, off, score, best, cells)
+        gains = (gain[None] for gain in advice.gains.T)
+        if not advice.own or settles_together(machine, *gains)[0]:
+            return advice
+    names = listed([asked.joints[j] for j in advice.own])
+    raise ConfigurationError(
+        f"--kp, --kd: found no pair of gains that holds every joint, and with gains of their own "
+        f"for {names} the joints do not settle together, though each does alone; allowed: a finer "
+        "grid, with lower gains"
+    )
 
 
 def allowed(told: list[Excluded], shape: tuple[int, int]) -> np.ndarray:

@@ -137,7 +137,7 @@ def write_evidence(found: Evidence, path: Path) -> None:
     def plain(row: Measured | Pairs | Trials) -> dict:
         values = asdict(row).items()
         return {
-            key: round(value, 3) if isinstance(value, float) else value for key, value in values
+            key: round(value, 4) if isinstance(value, float) else value for key, value in values
         }
 
     content = {key: [*map(plain, getattr(found, key))] for key in ("grids", "pairs", "trials")}

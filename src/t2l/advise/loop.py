@@ -17,6 +17,7 @@ from scipy.linalg import expm
 
 MOST_MARGIN = 16.0  # format: a loop that bears more is called that
 HALVINGS = 14  # numerics: of a margin, to a part in a thousand
+FASTEST = 1 / 4  # physics: of the ticks, a torque that changes its sign at every second one
 STEPS = 256  # numerics: of a step response, over `PERIODS` natural periods
 PERIODS = 1.5  # physics: up to ζ = 0.94 the peak comes within them
 
@@ -203,11 +204,16 @@ class Ring:
 
 
 def ring(loop: Loop) -> Ring:
-    """By the eigenvalues λ: s = ln λ / h, f = Im s / 2π, ζ = −Re s / |s|."""
+    """By the eigenvalues λ: s = ln λ / h, f = Im s / 2π, ζ = −Re s / |s|.
+
+    What is faster than `FASTEST` is no motion of a joint: it counts only if it fades last.
+    """
     found = np.linalg.eigvals(loop.f).astype(complex)
     size = np.maximum(np.abs(found), 1e-12)
     rate = (np.log(size) + 1j * np.angle(found)) / loop.period_s
     turning = (rate.imag > 1e-9 / loop.period_s) & (size > 1e-9)
+    last = size >= np.where(turning, size, 0.0).max(axis=1, keepdims=True)
+    turning &= last | (rate.imag < 2 * np.pi * FASTEST / loop.period_s)
     damping = np.where(turning, -rate.real / np.maximum(np.abs(rate), 1e-12), np.inf)
     least = damping.argmin(axis=1)[:, None]
     hz = np.take_along_axis(np.where(turning, rate.imag, 0.0) / (2 * np.pi), least, 1)[:, 0]
