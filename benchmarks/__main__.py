@@ -14,6 +14,7 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 import sys
 
 from benchmarks import (
+    advice,
     cell,
     collections,
     constants,
@@ -59,6 +60,7 @@ BENCHMARKS = {
     )
 }
 WITH_ARGUMENTS = {
+    "advice": advice,
     "hidden": hidden,
     "from_truth": from_truth,
     "proposals": proposals,

@@ -14,6 +14,7 @@ LAYERS = [
     {"cli", "config", "figures", "report"},
     {"study"},
     {"plotting", "stats"},
+    {"advise"},
     {
         *("bc", "design", "detective", "diagnose", "drift", "export", "propose"),
         *("response", "rl", "transfer"),

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from t2l.cli import (
     adopt,
+    advise,
     check,
     compare,
     diagnose,
@@ -39,6 +40,7 @@ COMMANDS = {
     "gains": gains,
     "check": check,
     "export": export,
+    "advise": advise,
     "tune": tune,
     "plan": plan,
     "record": record,

@@ -107,7 +107,7 @@ def retarget_dataset(
     for number, (_, features) in read_episodes(folder, info).items():
         read = {kind: features[key][:, at] * unit for kind, (key, at) in where.items()}
         q_des, q = read[COMMANDED], read["q"]
-        _check_numbers(folder, number, joints, q_des, q, ranges)
+        check_positions(folder, number, joints, q_des, q, ranges)
         dq = read["dq"] if "dq" in read else _velocity(folder, number, q, info.fps)
         new = commands(q_des, q, dq, own, other)
         torques.append(np.abs(pd_torque(q_des, q, dq, own.kp, own.kd)))
@@ -205,7 +205,7 @@ def _velocity(folder: Path, episode: int, q: np.ndarray, fps: float) -> np.ndarr
     return np.gradient(q, 1 / fps, axis=0)
 
 
-def _check_numbers(
+def check_positions(
     folder: Path,
     episode: int,
     joints: Sequence[str],

@@ -57,7 +57,7 @@ class RobotFromFile(Robot):
                 name="arm",
                 joints=joints,
                 proximal=len(joints),
-                home=tuple(_home(self._path, model, joints).tolist()),
+                home=tuple(home_of(self._path, model, joints).tolist()),
                 velocity_limit=tuple(map(float, velocity_limit)),
                 torque_limit=tuple(map(float, torque_limit)),
                 torque_rate_limit=(np.inf,) * len(joints),
@@ -95,7 +95,8 @@ def _torques(model: mujoco.MjModel, joints: Sequence[str]) -> np.ndarray:
     return np.abs(torque_limits(model, tuple(joints))).min(axis=1)
 
 
-def _home(path: Path, model: mujoco.MjModel, joints: Sequence[str]) -> np.ndarray:
+def home_of(path: Path, model: mujoco.MjModel, joints: Sequence[str]) -> np.ndarray:
+    """(njoint,) rad of the first keyframe of a file, or zero, within the joints' ranges."""
     pose = {name: model.qpos0[model.joint(name).qposadr[0]] for name in joints}
     try:
         # the plant has no keyframes

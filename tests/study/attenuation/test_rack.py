@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
+from t2l.advise.attenuation import step_matrices
 from t2l.gains import Cell
 from t2l.robots import ROBOTS, make_robot
 from t2l.sim import apply_position_gains, make_batch
 from t2l.sim.batch import TIMESTEP_S
 from t2l.study.attenuation.rack import COLUMNS, held_noise, make_rack
-from t2l.study.attenuation.theory import step_matrices
 
 # h Kp / (2 Kd) is 0.04, 0.08 and 2.56
 CELLS = [Cell(128, 32), Cell(256, 32), Cell(512, 2)]

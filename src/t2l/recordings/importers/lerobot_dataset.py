@@ -70,11 +70,20 @@ def read_info(folder: Path) -> Info:
                 "nothing",
                 f"{ACTION} and {STATE}, with joint positions",
             )
-        feature = features[key] = checked(Feature, features[key], path, f"features.{key}.")
+        feature = features[key] = feature_of(features, key, path)
         if len(feature.shape) != 1:
             shape = describe(feature.shape)
             raise RecordingError(path, f"key features.{key}.shape", shape, "one number")
     return found.model_copy(update={"features": features})
+
+
+def feature_of(features: Mapping[str, Any], key: str, path: Path) -> Feature:
+    """A feature that is there, checked.
+
+    Raises:
+        RecordingError: it is described wrongly.
+    """
+    return checked(Feature, features[key], path, f"features.{key}.")
 
 
 def find(
@@ -138,14 +147,20 @@ def _index(names: Sequence[str], patterns: Sequence[str], joint: str) -> int | N
     return None
 
 
-def read_episodes(folder: Path, info: Info) -> dict[int, tuple[np.ndarray, dict[str, np.ndarray]]]:
+def read_episodes(
+    folder: Path, info: Info, more: Sequence[str] = ()
+) -> dict[int, tuple[np.ndarray, dict[str, np.ndarray]]]:
     """By episode: frame numbers (n,), and each feature (n, size).
+
+    Args:
+        more: features beside action and state, of numbers too.
 
     Raises:
         RecordingError: the files cannot be read or are not all there.
     """
     where = folder / "data"
-    columns = [ACTION, STATE, "episode_index", "frame_index"]
+    keys, counters = (ACTION, STATE, *more), ("episode_index", "frame_index")
+    columns = [*keys, *counters]
     try:
         files = sorted(where.glob("*/*.parquet"))
         for file in files:
@@ -155,10 +170,9 @@ def read_episodes(folder: Path, info: Info) -> dict[int, tuple[np.ndarray, dict[
         missing = [name for name in columns if name not in table.column_names]
         if missing:
             raise RecordingError(where, f"column {missing[0]}", "nothing", ", ".join(columns))
-        numbers = {name: _numbers(table[name], name, where) for name in columns[2:]}
+        numbers = {name: _numbers(table[name], name, where) for name in counters}
         features = {
-            key: _matrix(table[key], info.features[key].shape[0], key, where)
-            for key in (ACTION, STATE)
+            key: _matrix(table[key], info.features[key].shape[0], key, where) for key in keys
         }
     # ValueError: no file at all
     except (pa.ArrowException, OSError, ValueError) as error:

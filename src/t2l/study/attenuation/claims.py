@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
+from t2l.advise.attenuation import SMALL, attenuation, effective_error
 from t2l.stats.bootstrap import mean
 from t2l.stats.rank import spearman
 from t2l.stats.verdict import Finding, above_zero, correlated, every_at_most, greater, within
-from t2l.study.attenuation.theory import SMALL, attenuation, effective_error
 from t2l.study.claim import Claim, Judge
 from t2l.study.cloning.claims import (
     ANEW,

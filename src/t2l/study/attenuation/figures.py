@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from t2l.advise.attenuation import SMALL
 from t2l.gains import Cell, Grid
 from t2l.plotting.heatmap import heatmap, height, matrix, width
 from t2l.plotting.over_time import panels_over_time
 from t2l.plotting.style import COLOURS, styled, title
 from t2l.stats.text import interval
-from t2l.study.attenuation.theory import SMALL
 from t2l.study.published.numbers import REGIONS
 
 if TYPE_CHECKING:

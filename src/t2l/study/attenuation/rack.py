@@ -12,18 +12,18 @@ import mujoco
 import numpy as np
 import pandas as pd
 
-from t2l.gains import Cell
-from t2l.robots import plant
-from t2l.robots.robot import Robot
-from t2l.sim import apply_position_gains, diverged, make_batch
-from t2l.sim.batch import TIMESTEP_S
-from t2l.study.attenuation.theory import (
+from t2l.advise.attenuation import (
     attenuation,
     continuous_matrices,
     held_variance,
     step_matrices,
     time_constant_s,
 )
+from t2l.gains import Cell
+from t2l.robots import plant
+from t2l.robots.robot import Robot
+from t2l.sim import apply_position_gains, diverged, make_batch
+from t2l.sim.batch import TIMESTEP_S
 
 COLUMNS = (
     *("plant", "inertia_kg_m2", "kp", "kd", "hold_s", "noise_rad", "replicates"),

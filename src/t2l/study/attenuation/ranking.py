@@ -12,12 +12,12 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from t2l.advise.beforehand import forecast, matrices
 from t2l.names import heading
 from t2l.stats.bootstrap import bootstrap_interval, mean
 from t2l.stats.rank import rank_correlations, spearman
 from t2l.stats.text import interval, p_value
 from t2l.stats.verdict import paired_greater
-from t2l.study.attenuation.beforehand import forecast, matrices
 from t2l.study.attenuation.success import predictors
 
 # and whether success is to rise (+1) or to fall (−1) with each; the last is known after training

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 from scipy.stats import t as student
 
+from t2l.advise.attenuation import SMALL
 from t2l.gains import Cell, Grid
 from t2l.names import heading
 from t2l.stats.rank import rank_correlations
 from t2l.stats.text import interval, rate
 from t2l.study.attenuation.noise import CONDITIONS
 from t2l.study.attenuation.success import PREDICTORS, predictors
-from t2l.study.attenuation.theory import SMALL
 from t2l.study.published.numbers import REGIONS
 
 NAMES = {

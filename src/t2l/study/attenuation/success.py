@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from t2l.study.attenuation.theory import effective_error
+from t2l.advise.attenuation import effective_error
 
 # of the table of cells: one row a cell and training seed
 COLUMNS = ("kp", "kd", "success", "validation_mse_rad2")

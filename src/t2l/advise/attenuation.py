@@ -76,29 +76,40 @@ def continuous_matrices(
     return state, pushed[:, 0]
 
 
-def held_variance(a: np.ndarray, b: np.ndarray, steps: int) -> float:
+def held_variance(
+    a: np.ndarray,
+    b: np.ndarray,
+    steps: int,
+    correlation: float = 0.0,
+    read: np.ndarray | None = None,
+) -> float:
     """Var[δq] / σ² of a joint, exact, as a mean over the hold.
 
-    Where commands change, the covariance P solves P = Aₕ P Aₕᵀ + Bₕ Bₕᵀ (the discrete Lyapunov
-    equation), Aₕ and Bₕ being A and B over a hold; the variance in between follows from it.
+    Each error is e' = ρ e + √(1 − ρ²) w with w independent. Where commands change, the covariance P
+    of (x, e) solves P = F P Fᵀ + Q (the discrete Lyapunov equation), F holding A and B over a hold;
+    the variance in between follows from it. With ρ towards 1 the arm follows: the variance is σ².
 
     Args:
-        a, b: over one step, see `step_matrices`.
+        a, b: (N, N) and (N,) over one step, see `step_matrices`.
         steps: that a command is held for, at the end of each of which the variance is taken.
+        correlation: ρ, of one error with the next, from 0 to below 1.
+        read: (N,) what of the state is δq; its first element by default.
     """
-    states, inputs = [np.eye(2)], [np.zeros(2)]
+    size = len(a)
+    states, inputs = [np.eye(size)], [np.zeros(size)]
     for _ in range(steps):
         states.append(a @ states[-1])
         inputs.append(a @ inputs[-1] + b)
-    covariance = solve_discrete_lyapunov(states[-1], np.outer(inputs[-1], inputs[-1]))
-    return float(
-        np.mean(
-            [
-                (state @ covariance @ state.T)[0, 0] + held[0] ** 2
-                for state, held in zip(states[1:], inputs[1:], strict=True)
-            ]
-        )
+    over = np.zeros((size + 1, size + 1))
+    over[:size, :size], over[:size, size], over[size, size] = states[-1], inputs[-1], correlation
+    fresh = np.zeros_like(over)
+    fresh[size, size] = 1 - correlation**2
+    covariance = solve_discrete_lyapunov(over, fresh)
+    read = np.eye(size)[0] if read is None else read
+    seen = np.array(
+        [[*(read @ state), read @ held] for state, held in zip(states[1:], inputs[1:], strict=True)]
     )
+    return float(np.einsum("ti,ij,tj->t", seen, covariance, seen).mean())
 
 
 def time_constant_s(kp: float, kd: float, inertia: float, timestep_s: float) -> float:

@@ -12,7 +12,7 @@ thus holds all that demonstrations say, whatever the gains:
 - label difficulty wᵀ C w: the squared error of a command in rad²
 - injection: how far a joint has gone after one hold, per error of its command
 - contraction: what a hold leaves of a disturbance, the spectral radius of the loop over it
-- amplification Var[δq] / σ², which injection and contraction make, see `theory`
+- amplification Var[δq] / σ², which injection and contraction make, see `t2l.advise.attenuation`
 - predicted error, rad: the root of amplification times label difficulty, mean over joints
 """
 
@@ -21,7 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from t2l.study.attenuation.theory import held_variance, step_matrices
+from t2l.advise.attenuation import held_variance, step_matrices
 
 RECORDED = ("q", "torque", "velocity")
 # columns of C, by rows of its upper triangle

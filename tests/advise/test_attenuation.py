@@ -3,7 +3,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from t2l.study.attenuation.theory import (
+from t2l.advise.attenuation import (
     attenuation,
     continuous_matrices,
     effective_error,
@@ -73,3 +73,32 @@ def test_the_integrator_damps_by_a_timestep_of_stiffness():
     assert simulated == pytest.approx(
         held_variance(*continuous_matrices(kp, 8.0 + damped, inertia, 0.002), 10), rel=0.05
     )
+
+
+@settings(max_examples=15)
+@given(kp=STIFFNESS, kd=DAMPING, inertia=INERTIA, factor=st.floats(0.01, 100))
+def test_to_scale_masses_and_gains_changes_nothing(kp, kd, inertia, factor):
+    one = held_variance(*step_matrices(kp, kd, inertia, 0.002), 10, 0.5)
+    scaled = (factor * x for x in (kp, kd, inertia))
+    assert held_variance(*step_matrices(*scaled, 0.002), 10, 0.5) == pytest.approx(one, rel=1e-6)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.7, 0.95])
+def test_correlated_errors_as_drawn(correlation):
+    rng, a, b = np.random.default_rng(3), *step_matrices(200.0, 10.0, 0.3, 0.002)
+    n, steps, holds = 400, 10, 400
+    x, error, seen = np.zeros((n, 2)), rng.normal(size=n), []
+    for hold in range(holds):
+        for _ in range(steps):
+            x = x @ a.T + error[:, None] * b
+            if hold >= holds // 4:
+                seen.append(np.mean(x[:, 0] ** 2))
+        fresh = np.sqrt(1 - correlation**2) * rng.normal(size=n)
+        error = correlation * error + fresh
+    # 120,000 holds, of which some tens at a time are alike
+    assert held_variance(a, b, steps, correlation) == pytest.approx(np.mean(seen), rel=0.05)
+
+
+def test_an_error_that_stays_is_followed_whole():
+    a, b = step_matrices(200.0, 10.0, 0.3, 0.002)
+    assert held_variance(a, b, 10, 1 - 1e-9) == pytest.approx(1.0, rel=1e-4)

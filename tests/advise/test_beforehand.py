@@ -4,14 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from t2l.study.attenuation.beforehand import (
+from t2l.advise.attenuation import attenuation
+from t2l.advise.beforehand import (
     PAIRS,
     RESIDUALS,
     forecast,
     matrices,
     residuals,
 )
-from t2l.study.attenuation.theory import attenuation
 
 TIMESTEP_S, STEPS = 0.002, 10
 INERTIA = np.array([0.5])

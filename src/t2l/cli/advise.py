@@ -1,0 +1,231 @@
+"""``t2l advise``: gains for a robot, before anything is trained."""
+
+import argparse
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from t2l.cli.inputs import add_effects, add_extensions, add_force
+from t2l.cli.words import numbers, words
+
+if TYPE_CHECKING:
+    from t2l.advise.advice import Advice
+    from t2l.cli.advice_inputs import Body
+    from t2l.identify.model import Model
+    from t2l.recordings.recording import Recording
+
+HELP = "say which gains suit a robot for behaviour cloning, which do not, and why"
+
+DESCRIPTION = """\
+Look at a grid of stiffness and damping for a robot's position controller. Of each joint the loop is
+computed as it is sampled, with what a model or recordings say of the real machine. Gains that ring,
+are near unstable, sag, or cannot follow demonstrations are ruled out, with the reason. The others
+are put in the order in which cloning is predicted to succeed. ROBOT is a name, or the path of an
+MJCF or URDF file. OUT receives report.html, gains.yaml, advice.json and figures.
+"""
+
+ENTRIES = ("report.html", "advice.json", "gains.yaml", "model.yaml", "figures/")
+# measured: on one core of 2 GHz, that a demonstration of a table-top task takes, a joint
+DEMONSTRATION_S = 0.07
+OTHERWISE_S = 12.0  # measured: imports, labels, figures
+PAGE_DPI = 110  # format: a page holds them whole
+TIMED_STEPS = 200  # numerics: of the plant, by which the replay is timed
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.description = DESCRIPTION
+    parser.add_argument("robot", metavar="ROBOT")
+    parser.add_argument(
+        "--joints", type=words, metavar="A,B,...", help="that the controller moves (default: all)"
+    )
+    known = parser.add_argument_group("what is known of the real machine")
+    known.add_argument(
+        "--logs", nargs="+", type=Path, default=[], metavar="LOG",
+        help="recordings of it, or folders, which are explained first as t2l explain does",
+    )  # fmt: skip
+    known.add_argument("--model", type=Path, help="a model.yaml of t2l explain, in place of that")
+    known.add_argument(
+        "--time", type=float, default=30.0, metavar="SECONDS",
+        help="after which explaining --logs ends (default: 30)",
+    )  # fmt: skip
+    known.add_argument(
+        "--control-rate", type=float, metavar="HZ",
+        help="of the robot's loop (default: of --logs, or 1000)",
+    )  # fmt: skip
+    known.add_argument(
+        "--no-gravity-compensation", action="store_true",
+        help="the controller does not carry the weight (default: as --logs say, or it does)",
+    )  # fmt: skip
+    add_effects(parser)
+    shown = parser.add_argument_group("what it is to do")
+    shown.add_argument(
+        "--demonstrations", type=Path, metavar="DATASET", help="a LeRobot data set on disk"
+    )
+    shown.add_argument("--task", help="file of a task that an expert shows, as in config/tasks")
+    shown.add_argument(
+        "--count", type=int, default=50, help="demonstrations of the expert (default: 50)"
+    )
+    shown.add_argument(
+        "--recorded-kp", type=numbers, metavar="KP",
+        help="stiffness that the data set was recorded under, N·m/rad, one or one for each joint",
+    )  # fmt: skip
+    shown.add_argument(
+        "--recorded-kd", type=numbers, metavar="KD", help="damping likewise, N·m·s/rad"
+    )
+    shown.add_argument("--degrees", action="store_true", help="the data set is in degrees")
+    shown.add_argument(
+        "--policy-rate", type=float, default=50.0, metavar="HZ", help="(default: 50)"
+    )
+    parser.add_argument(
+        "--kp", type=numbers, metavar="A,B,...", help="stiffnesses to look at (default: by inertia)"
+    )
+    parser.add_argument("--kd", type=numbers, metavar="A,B,...", help="dampings, likewise")
+    parser.add_argument(
+        "--most-sag", type=float, default=0.1, metavar="RAD",
+        help="by which a joint may hang low at rest (default: 0.1)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", type=Path, default=Path("advice"), help="folder for the answer (default: advice)"
+    )
+    add_extensions(parser)
+    add_force(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Advise, write, and say the answer.
+
+    Raises:
+        ConfigurationError: an option, the robot or the task is wrong, or no gains hold a joint.
+        RecordingError: recordings or demonstrations are wrong, or of another robot.
+        OutputError: the folder is not this command's.
+    """
+    from t2l.advise.advice import advised
+    from t2l.advise.files import write_advice
+    from t2l.advise.words import headline, most_common
+    from t2l.cli.advice_inputs import asked_of, body_of, machine_of, shown_of
+    from t2l.cli.inputs import progress_line, say
+    from t2l.identify.model import write_model
+    from t2l.identify.progress import part
+    from t2l.outputs import output_folder
+    from t2l.registry import python_files
+    from t2l.robots.plant import files
+
+    began = time.monotonic()
+    _check(arguments)
+    body = body_of(arguments)
+    model, recordings = machine_of(arguments, body)
+    inputs = [
+        *arguments.logs, *(path for path in (arguments.model, arguments.demonstrations) if path),
+        *([Path(arguments.task)] if arguments.task else []), *files(model.robot),
+        *python_files((*model.effect_files, *arguments.extensions)),
+    ]  # fmt: skip
+    with output_folder(arguments.out, "t2l advise", ENTRIES, inputs, arguments.force) as out:
+        say(f"This takes about {_about_s(arguments, body, recordings):.0f} s on this machine.")
+        progress = progress_line()
+        measured = bool(recordings) or arguments.model is not None
+        progress("demonstrations", 0.0)
+        shown = shown_of(arguments, body, recordings)
+        if recordings and arguments.model is None:
+            model = _explained(arguments, model, recordings, part(progress, 0.1, 0.5))
+        # what recordings show of an arm is true of it with a hand
+        machine = replace(model, robot=body.robot)
+        asked = asked_of(arguments, body, machine, recordings, shown)
+        advice = advised(asked, part(progress, 0.5, 0.9))
+        progress("figures", 0.9)
+        write_advice(advice, out)
+        if measured:
+            write_model(model, out / "model.yaml")
+        _draw(advice, out, measured)
+        progress("done", 1.0)
+    print(headline(advice))
+    for sentence in most_common(advice):
+        print(f"  ruled out: {sentence}")
+    print(
+        f"Written to {arguments.out} in {time.monotonic() - began:.0f} s; open "
+        f"{arguments.out / 'report.html'}"
+    )
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    from t2l.cli.advice_inputs import listed
+    from t2l.errors import ConfigurationError
+
+    for key, least, most in (
+        ("policy_rate", 1.0, 1000.0), ("control_rate", 10.0, 20_000.0), ("count", 2, 1000),
+        ("time", 1.0, 604_800.0), ("most_sag", 1e-6, 3.0),
+    ):  # fmt: skip
+        value = getattr(arguments, key)
+        if value is not None and not least <= value <= most:
+            option = f"--{key.replace('_', '-')}"
+            raise ConfigurationError(f"{option}: found {value:g}; allowed: {least:g} to {most:g}")
+    if arguments.demonstrations and arguments.task:
+        raise ConfigurationError("--demonstrations and --task: found both; allowed: one of them")
+    given = arguments.recorded_kp is not None, arguments.recorded_kd is not None
+    if given[0] != given[1] or (given[0] and not arguments.demonstrations):
+        raise ConfigurationError(
+            "--recorded-kp and --recorded-kd: found one of them, or no --demonstrations; allowed: "
+            "both, beside a data set"
+        )
+    if (arguments.kp is None) != (arguments.kd is None):
+        raise ConfigurationError("--kp and --kd: found one of them; allowed: both or none")
+    for key in ("kp", "kd"):
+        values = listed(getattr(arguments, key))
+        if values is not None and (not all(0 < v < 1e9 for v in values) or len(values) > 30):
+            raise ConfigurationError(
+                f"--{key}: found {values}; allowed: up to 30 numbers above 0, as 32,64,128"
+            )
+
+
+def _explained(arguments, model: "Model", recordings: "list[Recording]", progress) -> "Model":
+    """The model with what the recordings show, found within --time."""
+    from t2l.cli.explain import Deadline
+    from t2l.cli.inputs import say
+    from t2l.detective.data_split import split
+    from t2l.detective.explanation import explained
+    from t2l.identify.step_size import substeps_for
+
+    say(f"the recordings are explained first, for up to {arguments.time:g} s")
+    data = split(model.robot, recordings, (), substeps_for(model, recordings))
+    over = Deadline(time.monotonic(), arguments.time)
+    return explained(model, data, say, progress, over).model
+
+
+def _about_s(arguments: argparse.Namespace, body: "Body", recordings: "list[Recording]") -> float:
+    """Seconds that all of it takes, by some steps of the robot."""
+    import mujoco
+
+    from t2l.advise.grid import DAMPINGS, FREQUENCIES_HZ
+    from t2l.advise.retargeted import LONGEST_S, REPLAYED
+    from t2l.cli.advice_inputs import control_rate_hz, cores, listed
+    from t2l.identify.prediction import with_effects
+
+    total = OTHERWISE_S
+    if recordings and arguments.model is None:
+        total += arguments.time
+    if arguments.task:
+        total += DEMONSTRATION_S * len(body.joints) * arguments.count / min(cores(), 2)
+    if arguments.task or arguments.demonstrations:
+        model = with_effects(body.robot, body.joints)
+        data = mujoco.MjData(model)
+        began = time.perf_counter()
+        mujoco.mj_step(model, data, TIMED_STEPS)
+        each = (time.perf_counter() - began) / TIMED_STEPS
+        kp, kd = listed(arguments.kp), listed(arguments.kd)
+        cells = len(kp) * len(kd) if kp and kd else len(FREQUENCIES_HZ) * len(DAMPINGS)
+        rate = control_rate_hz(arguments, recordings)
+        total += cells * REPLAYED * LONGEST_S * max(rate, 1000.0) * each / cores()
+    return total
+
+
+def _draw(advice: "Advice", out: Path, measured: bool) -> None:
+    from t2l.figures.advice import advice_maps, reasons
+    from t2l.plotting.style import write
+    from t2l.report.advice import write_advice_page
+
+    pictures = {}
+    for name, figure in (("maps", advice_maps(advice)), ("reasons", reasons(advice))):
+        pictures[name] = out / "figures" / f"{name}.png"
+        write(figure, [out / "figures" / f"{name}.pdf", pictures[name]], PAGE_DPI)
+    write_advice_page(advice, pictures, out, measured)
