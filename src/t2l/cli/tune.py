@@ -88,6 +88,7 @@ def run(arguments: argparse.Namespace) -> None:
     """
     from t2l.cli.inputs import say
     from t2l.config.models.learning import ReinforcementLearning
+    from t2l.environment.twin import check_task
     from t2l.figures.pareto import write_search
     from t2l.outputs import output_folder
     from t2l.registry import python_files
@@ -107,6 +108,8 @@ def run(arguments: argparse.Namespace) -> None:
     of_task = (entry, name, parameters, learning)
     problem, search, settings = gain_search.of_entry(*of_task)
     gain_search.check(problem, search, settings)
+    if arguments.logs:
+        check_task(problem.task)
     with output_folder(arguments.out, "t2l tune", ENTRIES, inputs, arguments.force) as out:
         if machine := _twin(arguments, problem.task.robot, out / TWIN):
             problem, *_ = gain_search.of_entry(*of_task, machine)

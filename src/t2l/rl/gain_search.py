@@ -208,11 +208,6 @@ def check(problem: GainProblem, search: GainSearch, settings: Settings) -> None:
     if not problem.twin:
         return
     task = problem.task
-    if not task.deployable:
-        raise ConfigurationError(
-            f"recordings of a robot, for the task {task.name}: it has objects or a hand, which a "
-            "model of the joints cannot move; allowed: no recordings, or a task of joints alone"
-        )
     twin = _twin(problem, task, softest, 1)
     twin.begin(np.arange(1), task.sample_starts(np.random.default_rng(0), 1))
     twin.step(twin.q, 1)
