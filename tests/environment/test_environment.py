@@ -57,6 +57,21 @@ def test_what_the_device_knows_of_an_episodes_age_is_what_the_processor_knows(de
     assert begun.min() == 1
 
 
+def test_a_world_made_alike_goes_on_from_a_state():
+    # as a policy gives them; episodes end on the way
+    actions = np.random.default_rng(0).normal(size=(30, 2 * EACH, 7)).astype(np.float32)
+    noisy = {"noise": (0.01, 0.01), "staggered": True}
+    world, other = (make("mujoco", **noisy) for _ in range(2))
+    world.begin()
+    for action in actions:
+        world.advance(action)
+    other.restore(world.state())
+    for action in actions:
+        for one, another in zip(world.advance(action), other.advance(action), strict=True):
+            np.testing.assert_equal(another, one)
+    np.testing.assert_equal(other.paid(), world.paid())
+
+
 @pytest.fixture(scope="module")
 def runs():
     actions = np.random.default_rng(0).uniform(-1.2, 1.2, (45, 2 * EACH, 7))

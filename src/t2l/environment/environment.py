@@ -9,6 +9,7 @@ trainings side by side, each with as many robots: what differs between them has 
         observation, reward, ended = environment.advance(policy(observation))
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -27,6 +28,11 @@ from t2l.sim.training_simulator import Parameters, Simulator
 from t2l.tasks import Rewarded
 from t2l.tasks.terms import Moment
 
+# what a step changes besides the simulations, a row a robot or a training
+CHANGING = (
+    "_goal", "_elapsed", "_age", "_action", "_command", "_torque", "_violated", "_moments",
+    "_effort", "_paid",
+)  # fmt: skip
 STAGGER = 10  # steps between instants at which episodes end: resets are dear one by one
 # actions are not clipped at it: stable-baselines3 takes no infinite bounds
 UNBOUNDED = 100.0
@@ -162,6 +168,29 @@ class Environment:
         """Begin every episode at given starts (rows, nq) and goals (rows, goal_size)."""
         return self._observe(self._begin(np.arange(self.rows), qpos, goal))
 
+    def state(self) -> dict[str, Any]:
+        """All that the steps to come depend on, of an environment on the processor: arrays,
+        numbers and text. One that was made alike goes on from it, see `restore`.
+        """
+        return {
+            "own": {name: getattr(self, name).copy() for name in CHANGING},
+            "others": [array.copy() for array in self._others()],
+            "generators": [json.dumps(own.bit_generator.state) for own in self.generators],
+            "steps": self.steps,
+            "paid_steps": self._paid_steps,
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from a `state`, whose arrays may be tensors, to the same numbers."""
+        for name in CHANGING:
+            # not written into what is there: actions have the precision of the policy that acted
+            setattr(self, name, to_numpy(state["own"][name]).copy())
+        for array, kept in zip(self._others(), state["others"], strict=True):
+            array[:] = to_numpy(kept)
+        for own, kept in zip(self.generators, state["generators"], strict=True):
+            own.bit_generator.state = json.loads(kept)
+        self.steps, self._paid_steps = state["steps"], state["paid_steps"]
+
     def advance(self, action: Array) -> tuple[Array, Array, Ended]:
         """Hold actions (rows, naction) for a policy period.
 
@@ -210,6 +239,11 @@ class Environment:
         )
         observation[ids] = self._observe(self._begin(ids))[ids]
         return observation, reward, ended
+
+    def _others(self) -> list[np.ndarray]:
+        """What a step changes that is not the environment's own."""
+        memory = self.disturbance.memory if self.disturbance is not None else {}
+        return [*memory.values(), *_arrays_in(self._before), self.simulator.batch.state]
 
     def _advance(self, q_des: Array) -> None:
         simulator, xp = self.simulator, namespace(q_des)
@@ -367,3 +401,12 @@ class Environment:
 
     def _zeros(self, columns: int) -> Array:
         return self.array(np.zeros((self.rows, columns)))
+
+
+def _arrays_in(measured: Any) -> list[np.ndarray]:
+    """The arrays of what a task measures: one, or those in a tuple, a mapping or a data class."""
+    if isinstance(measured, np.ndarray):
+        return [measured]
+    parts = measured if isinstance(measured, tuple) else getattr(measured, "__dict__", measured)
+    parts = parts.values() if isinstance(parts, Mapping) else parts
+    return [array for part in parts for array in _arrays_in(part)]

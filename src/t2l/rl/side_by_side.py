@@ -19,18 +19,24 @@ from t2l.rl.problem import Choice, Problem
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
+from t2l.rl.unfinished import Unfinished
 from t2l.sim.batch import MUJOCO
 from t2l.tasks import Rewarded
 
 
 @dataclass(frozen=True, eq=False)
 class Training:
-    """One of the trainings; see `t2l.rl.learn.learn`."""
+    """One of the trainings; see `t2l.rl.learn.learn`.
+
+    Attributes:
+        unfinished: where its state is kept while it is trained alone on the processor.
+    """
 
     problem: Problem
     choice: Choice
     settings: Settings
     report: Report = lambda update, policy, evaluation: None
+    unfinished: Unfinished | None = None
 
 
 def device_for(task: Rewarded) -> str:
@@ -98,8 +104,9 @@ def learn_and_judge(
 
 def learn_alone(training: Training, threads: int = 1) -> Trained | TrainingError | TrainingEnded:
     """What `t2l.rl.learn.learn` gives or raises."""
+    t = training
     try:
-        return learn(training.problem, training.choice, training.settings, training.report, threads)
+        return learn(t.problem, t.choice, t.settings, t.report, threads, t.unfinished)
     except (TrainingError, TrainingEnded) as reason:
         return reason
 
