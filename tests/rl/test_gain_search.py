@@ -14,7 +14,6 @@ from optuna.trial import TrialState
 
 from t2l.cli.main import main
 from t2l.config.models.gain_search import GainSearchEntry
-from t2l.environment.twin import Machine, Twin
 from t2l.errors import ConfigurationError, EffectError
 from t2l.figures.pareto import write_search
 from t2l.gains import Cell
@@ -29,6 +28,7 @@ from t2l.rl.gain_table import gain_table, in_words, not_beaten
 from t2l.rl.problem import Choice
 from t2l.rl.side_by_side import Training
 from t2l.rl.trials import count, open_study
+from t2l.rl.twin import Machine, Twin
 from t2l.sim.schedule import Schedule
 from t2l.tasks.reach import JointReach
 from t2l.tasks.terms import TerminationTerm

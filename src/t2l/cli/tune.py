@@ -10,7 +10,7 @@ from t2l.cli.inputs import add_effects, add_extensions, add_force
 from t2l.cli.words import numbers, words
 
 if TYPE_CHECKING:
-    from t2l.environment.twin import Machine
+    from t2l.rl.twin import Machine
     from t2l.robots import Robot
 
 HELP = "search gains and action scale for a task that is learned in simulation"
@@ -88,7 +88,6 @@ def run(arguments: argparse.Namespace) -> None:
     """
     from t2l.cli.inputs import say
     from t2l.config.models.learning import ReinforcementLearning
-    from t2l.environment.twin import check_task
     from t2l.figures.pareto import write_search
     from t2l.outputs import output_folder
     from t2l.registry import python_files
@@ -96,6 +95,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.rl.gain_table import gain_table, in_words
     from t2l.rl.settings import JOURNAL
     from t2l.rl.trials import open_study
+    from t2l.rl.twin import check_task
 
     entry, (name, parameters) = _entry(arguments), _task(arguments)
     learning = ReinforcementLearning().model_dump()
@@ -192,10 +192,10 @@ def _twin(arguments: argparse.Namespace, robot: "Robot", folder: Path) -> "Machi
     from t2l.detective.explanation import explained
     from t2l.diagnose.files import MODEL
     from t2l.diagnose.recordings_and_model import check_worth_fitting, read_recordings_and_model
-    from t2l.environment.twin import Machine
     from t2l.errors import ConfigurationError
     from t2l.identify.model import read_again
     from t2l.identify.step_size import substeps_for
+    from t2l.rl.twin import Machine
 
     if not arguments.logs:
         if arguments.model:

@@ -82,7 +82,7 @@ class Environment:
         noise: uniform, up to so many rad and rad/s, on the q and q̇ that are observed.
         device: of the simulations.
         simulator: of all robots, in place of the training simulator, such as a
-            `t2l.environment.twin.Twin`; then `parameters` are not used.
+            `t2l.rl.twin.Twin`; then `parameters` are not used.
 
     Attributes:
         action_names: of the elements of an action.
