@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+import torch
 import yaml
 
 from t2l.gains import Cell
 from t2l.rl.alone import depends_on, problem_of, settings_of, train_alone
+from t2l.rl.side_by_side import Training, learn_side_by_side
 from t2l.rl.unfinished import Unfinished
 from tests.conftest import ROOT
 from tests.defaults import DEFAULTS
@@ -36,7 +38,7 @@ learn(sys.argv[1], sys.argv[2], wait)
 
 
 def asked(task):
-    cell = TASKS[task]
+    cell = TASKS.get(task, Cell(128, 16))
     scale = {"kp": cell.kp, "kd": cell.kd, "rad": [0.5, 0.2]}
     entry = {"task": task, "actions": {"kind": "joint_delta"}, "action_scales": [scale], **SMALL}
     parameters = yaml.safe_load((ROOT / f"config/tasks/{task}.yaml").read_text())
@@ -50,6 +52,14 @@ def learn(task, path=None, report=lambda update, policy, evaluation: None):
     return train_alone(problem, choice, settings, 1, report, unfinished=unfinished)
 
 
+def assert_same_training(one, other):
+    histories = (each.history.drop(columns="seconds") for each in (one, other))
+    pd.testing.assert_frame_equal(*histories, check_exact=True)
+    for name, tensor in other.policy.tensors().items():
+        np.testing.assert_array_equal(one.policy.tensors()[name], tensor, strict=True)
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="digits of the processor")
 @pytest.mark.parametrize("task", TASKS)
 def test_a_killed_training_goes_on_to_the_same_digits(tmp_path, task):
     path = tmp_path / "unfinished.pt"
@@ -66,13 +76,31 @@ def test_a_killed_training_goes_on_to_the_same_digits(tmp_path, task):
     # update 6 was judged, and what came of it was not kept
     assert told == [6, 7]
     whole, expected, shown = learn(task)
-    pd.testing.assert_frame_equal(
-        *(one.history.drop(columns="seconds") for one in (trained, whole)), check_exact=True
-    )
-    for name, tensor in whole.policy.tensors().items():
-        np.testing.assert_array_equal(trained.policy.tensors()[name], tensor, strict=True)
+    assert_same_training(trained, whole)
     assert {**row, "seconds": 0} == {**expected, "seconds": 0}
     np.testing.assert_array_equal(np.stack(episodes.qpos), np.stack(shown.qpos))
+
+
+@pytest.mark.parametrize("device", ["mujoco", "cpu"])
+def test_so_does_one_that_is_trained_as_on_a_gpu(tmp_path, device):
+    class StoppedError(Exception):
+        """In place of a kill."""
+
+    def stop(update, policy, evaluation):
+        if update == STOPPED_AT:
+            raise StoppedError
+
+    problem, choice, settings = asked("joint_reach")
+    kept = Unfinished(tmp_path / "unfinished.pt", "this one")
+    training = Training(problem, choice, settings)
+    with pytest.raises(StoppedError):
+        learn_side_by_side([replace(training, report=stop, unfinished=kept)], device=device)
+    told = []
+    going_on = replace(training, report=lambda update, *_: told.append(update), unfinished=kept)
+    (trained,) = learn_side_by_side([going_on], device=device)
+    assert told == [6, 7]
+    (whole,) = learn_side_by_side([training], device=device)
+    assert_same_training(trained, whole)
 
 
 def test_what_was_kept_of_another_training_or_is_broken_is_not_used(tmp_path):

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from array_api_compat import is_array_api_obj
 
 from t2l.actions import ActionSpace
 from t2l.actions.gripper import BinaryGrippers
@@ -169,12 +170,14 @@ class Environment:
         return self._observe(self._begin(np.arange(self.rows), qpos, goal))
 
     def state(self) -> dict[str, Any]:
-        """All that the steps to come depend on, of an environment on the processor: arrays,
-        numbers and text. One that was made alike goes on from it, see `restore`.
+        """All that the steps to come depend on: arrays of NumPy, numbers and text.
+
+        One that was made alike goes on from it, see `restore`. What noise of a device depends on is
+        the state of torch, not of this.
         """
         return {
-            "own": {name: getattr(self, name).copy() for name in CHANGING},
-            "others": [array.copy() for array in self._others()],
+            "own": {name: to_numpy(getattr(self, name)).copy() for name in CHANGING},
+            "others": [to_numpy(array).copy() for array in self._others()],
             "generators": [json.dumps(own.bit_generator.state) for own in self.generators],
             "steps": self.steps,
             "paid_steps": self._paid_steps,
@@ -184,9 +187,10 @@ class Environment:
         """Go on from a `state`, whose arrays may be tensors, to the same numbers."""
         for name in CHANGING:
             # not written into what is there: actions have the precision of the policy that acted
-            setattr(self, name, to_numpy(state["own"][name]).copy())
+            kept = to_numpy(state["own"][name]).copy()
+            setattr(self, name, like(kept, getattr(self, name)))
         for array, kept in zip(self._others(), state["others"], strict=True):
-            array[:] = to_numpy(kept)
+            array[:] = like(to_numpy(kept), array)
         for own, kept in zip(self.generators, state["generators"], strict=True):
             own.bit_generator.state = json.loads(kept)
         self.steps, self._paid_steps = state["steps"], state["paid_steps"]
@@ -240,10 +244,10 @@ class Environment:
         observation[ids] = self._observe(self._begin(ids))[ids]
         return observation, reward, ended
 
-    def _others(self) -> list[np.ndarray]:
+    def _others(self) -> list[Array]:
         """What a step changes that is not the environment's own."""
         memory = self.disturbance.memory if self.disturbance is not None else {}
-        return [*memory.values(), *_arrays_in(self._before), self.simulator.batch.state]
+        return [*memory.values(), *_arrays_in((self._before, self.simulator.batch.state))]
 
     def _advance(self, q_des: Array) -> None:
         simulator, xp = self.simulator, namespace(q_des)
@@ -403,9 +407,9 @@ class Environment:
         return self.array(np.zeros((self.rows, columns)))
 
 
-def _arrays_in(measured: Any) -> list[np.ndarray]:
+def _arrays_in(measured: Any) -> list[Array]:
     """The arrays of what a task measures: one, or those in a tuple, a mapping or a data class."""
-    if isinstance(measured, np.ndarray):
+    if is_array_api_obj(measured):
         return [measured]
     parts = measured if isinstance(measured, tuple) else getattr(measured, "__dict__", measured)
     parts = parts.values() if isinstance(parts, Mapping) else parts

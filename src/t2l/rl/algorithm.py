@@ -57,8 +57,8 @@ class Algorithm(ABC):
     Attributes:
         name: what configurations write as `reinforcement_learning.algorithm`.
         side_by_side: whether it can train many policies at once.
-        resumes: whether `train` takes `unfinished` too, a `t2l.rl.unfinished.Unfinished`: where it
-            keeps its state now and then, and goes on from, to the same policy.
+        resumes: whether its trainings take `unfinished` too, a `t2l.rl.unfinished.Unfinished`:
+            where they keep their state now and then, and go on from, to the same policy.
     """
 
     name: str

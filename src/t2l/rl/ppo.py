@@ -46,11 +46,11 @@ class ProximalPolicyOptimisation(Algorithm):
     side_by_side = True
     resumes = True
 
-    def train_side_by_side(self, world, judges, seeds, settings, reports):
+    def train_side_by_side(self, world, judges, seeds, settings, reports, unfinished=None):
         """See `Algorithm.train_side_by_side`."""
         from t2l.rl.ppo_side_by_side import train_side_by_side
 
-        return train_side_by_side(world, judges, seeds, settings, reports)
+        return train_side_by_side(world, judges, seeds, settings, reports, unfinished)
 
     def train(
         self,

@@ -94,6 +94,7 @@ class Progress:
             "seconds": time.perf_counter() - self._began,
             "history": self._history,
             "highest": self._highest,
+            "enough": self.enough,
             "policy": policy.name,
             "metadata": policy.metadata(),
             "tensors": policy.tensors(),
@@ -103,7 +104,8 @@ class Progress:
     def restore(self, state: Mapping[str, Any]) -> None:
         """Go on from a `state`, whose arrays may be tensors."""
         self._began = time.perf_counter() - state["seconds"]
-        self._history, self._highest = list(state["history"]), state["highest"]
+        self._history = list(state["history"])
+        self._highest, self.enough = state["highest"], state["enough"]
         tensors = {name: to_numpy(tensor) for name, tensor in state["tensors"].items()}
         policy = POLICIES.find(state["policy"]).restored(tensors, state["metadata"])
         self._best = policy, Evaluation(**state["evaluation"])

@@ -12,7 +12,7 @@ import numpy as np
 
 from t2l.environment.interface import action_space, scale_per_joint
 from t2l.policies import Policy
-from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
+from t2l.rl.algorithm import Algorithm, Report, Trained, TrainingEnded, TrainingError
 from t2l.rl.evaluate import evaluate_side_by_side
 from t2l.rl.learn import EPISODES, PROGRESS_EPISODES, gain_of, judge, learn
 from t2l.rl.problem import Choice, Problem
@@ -29,7 +29,7 @@ class Training:
     """One of the trainings; see `t2l.rl.learn.learn`.
 
     Attributes:
-        unfinished: where its state is kept while it is trained alone on the processor.
+        unfinished: where its state is kept while it is trained with no other.
     """
 
     problem: Problem
@@ -59,13 +59,15 @@ def learn_side_by_side(
     first = trainings[0]
     if not _together(trainings, device):
         return [learn_alone(training, threads) for training in trainings]
-    where = device or device_for(first.problem.task)
-    return ALGORITHMS.find(first.settings.algorithm)().train_side_by_side(
+    where, algorithm = device or device_for(first.problem.task), _algorithm(first)
+    kept = {"unfinished": first.unfinished} if len(trainings) == 1 and algorithm.resumes else {}
+    return algorithm().train_side_by_side(
         _world(trainings, first.settings.environments, 0, True, threads, where),
         _world(trainings, PROGRESS_EPISODES, 1, False, threads, where),
         [training.settings.seed for training in trainings],
         first.settings,
         [training.report for training in trainings],
+        **kept,
     )
 
 
@@ -111,10 +113,14 @@ def learn_alone(training: Training, threads: int = 1) -> Trained | TrainingError
         return reason
 
 
+def _algorithm(training: Training) -> type[Algorithm]:
+    return ALGORITHMS.find(training.settings.algorithm)
+
+
 def _together(trainings: Sequence[Training], device: str | None) -> bool:
     """Whether one world can hold them: they differ in cell, action scales and seed alone."""
     first = trainings[0]
-    able = ALGORITHMS.find(first.settings.algorithm).side_by_side
+    able = _algorithm(first).side_by_side
     return (able and (len(trainings) > 1 or device is not None)) and all(
         training.problem.condition == first.problem.condition
         and training.choice.reward_weights == first.choice.reward_weights
