@@ -411,6 +411,6 @@ def _arrays_in(measured: Any) -> list[Array]:
     """The arrays of what a task measures: one, or those in a tuple, a mapping or a data class."""
     if is_array_api_obj(measured):
         return [measured]
-    parts = measured if isinstance(measured, tuple) else getattr(measured, "__dict__", measured)
-    parts = parts.values() if isinstance(parts, Mapping) else parts
+    named = measured if isinstance(measured, Mapping) else getattr(measured, "__dict__", {})
+    parts = measured if isinstance(measured, (tuple, list)) else named.values()
     return [array for part in parts for array in _arrays_in(part)]
