@@ -11,7 +11,7 @@ from mujoco.batch import MODEL_FIELDS, Batch
 from t2l.sim import make_batch
 
 # where batches are made that demonstrations and policies are replayed and rolled out in
-MADE_IN = ("t2l.demos.replay.make_batch", "t2l.bc.episodes.make_batch")
+MADE_IN = "t2l.environment.episodes.make_batch"
 
 
 class Recording(Batch):
@@ -67,7 +67,5 @@ def recorded() -> Iterator[list[Steps]]:
         made.append(Steps(Recording(make_batch(model, nsim, threads, **more))))
         return made[-1].batch
 
-    with contextlib.ExitStack() as stack:
-        for name in MADE_IN:
-            stack.enter_context(mock.patch(name, make))
+    with mock.patch(MADE_IN, make):
         yield made

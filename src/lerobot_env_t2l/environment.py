@@ -10,7 +10,7 @@ from gymnasium.vector.utils import batch_space
 
 from lerobot_env_t2l.pictures import Pictures
 from t2l.actions import Control
-from t2l.bc.episodes import Episodes
+from t2l.bc.episodes import PolicyEpisodes
 from t2l.demos.dataset import ACTION, ENVIRONMENT, STATE, policy_features
 from t2l.errors import ConfigurationError
 from t2l.sim.batch import TIMESTEP_S
@@ -104,7 +104,7 @@ class BatchEnvironment(VectorEnv):
         elif isinstance(seed, int):
             seed = range(seed, seed + self.num_envs)
         starts = [self._task.sample_starts(np.random.default_rng(one), 1) for one in seed]
-        self._episodes = Episodes(
+        self._episodes = PolicyEpisodes(
             self._task, self._control, np.concatenate(starts), self._decimation, self._threads
         )
         self._pictures.begin(self._episodes)

@@ -5,7 +5,7 @@ from typing import overload
 
 import numpy as np
 
-from t2l.bc.episodes import Episodes
+from t2l.bc.episodes import PolicyEpisodes
 from t2l.tasks import Demonstrated
 
 
@@ -20,7 +20,7 @@ class Pictures(Sequence[np.ndarray]):
         self._task, self._n, self._every = task, n, every
         self._painter = None
 
-    def begin(self, episodes: Episodes) -> None:
+    def begin(self, episodes: PolicyEpisodes) -> None:
         """Show other episodes from now on."""
         self._episodes, self._held = episodes, {}
 

@@ -143,6 +143,15 @@ def test_a_task_is_learned_once(config, refused):
     assert "learning.tasks[1].task: found 'lift_cube' a second time" in refused(config)
 
 
+@pytest.mark.parametrize("task", ["lift_cube", "pose_hold"])
+def test_a_search_of_gains_has_a_twin_for_what_joints_alone_show(config, refused, task):
+    twin = {"recordings": ["examples/two_joint_arm/train"], "model": "config/config.yaml"}
+    entry = {"task": task, "kp": [16, 512], "kd": [4, 32], **twin}
+    config["learning"] = {"gain_searches": [entry]}
+    message = f"learning.gain_searches[0].recordings: found recordings for {task}, which has "
+    assert message in refused(config)
+
+
 def test_what_a_robots_joints_alone_cannot_do_is_not_deployed(config, refused):
     config["sim_to_real"]["conditions"] = [{"name": "lift", "task": "lift_cube"}]
     found = refused(config)

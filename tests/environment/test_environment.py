@@ -57,6 +57,23 @@ def test_what_the_device_knows_of_an_episodes_age_is_what_the_processor_knows(de
     assert begun.min() == 1
 
 
+@pytest.mark.parametrize("device", ["mujoco", "cpu"])
+def test_a_world_made_alike_goes_on_from_a_state(device):
+    # as a policy gives them; episodes end on the way
+    actions = np.random.default_rng(0).normal(size=(30, 2 * EACH, 7)).astype(np.float32)
+    noise = (0.01, 0.01) if device == "mujoco" else (0.0, 0.0)
+    world, other = (make(device, noise=noise, staggered=True) for _ in range(2))
+    world.begin()
+    for action in actions:
+        world.advance(world.array(action))
+    other.restore(world.state())
+    for action in actions:
+        (seen, paid, ended), *again = (one.advance(one.array(action)) for one in (world, other))
+        for one, another in zip((seen, paid, *ended), (*again[0][:2], *again[0][2]), strict=True):
+            np.testing.assert_array_equal(to_numpy(another), to_numpy(one))
+    np.testing.assert_equal(other.paid(), world.paid())
+
+
 @pytest.fixture(scope="module")
 def runs():
     actions = np.random.default_rng(0).uniform(-1.2, 1.2, (45, 2 * EACH, 7))

@@ -1,5 +1,6 @@
 import json
 import warnings
+from itertools import pairwise
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -129,3 +130,23 @@ def test_the_region_is_the_only_formula(tmp_path):
 )
 def test_labels_leave_out_what_all_names_share(names, labels):
     assert list(style.short(names).values()) == labels
+
+
+@pytest.mark.parametrize("low", [2e-4, 0.07, 40.0])
+@pytest.mark.parametrize("factor", [1.3, 2.0, 5.0, 9.0, 25.0, 60.0, 1e3, 1e5])
+def test_plain_labels_of_a_logarithmic_axis_do_not_touch(low, factor):
+    with style.styled():
+        figure, axes = plt.subplots(figsize=(2.6, 2.6))
+        axes.loglog([low, low * factor], [low, low * factor])
+        style.plain_ticks(axes.xaxis, axes.yaxis)
+        figure.canvas.draw()
+    inside = axes.get_window_extent()
+    for axis, ends in ((axes.xaxis, ("x0", "x1")), (axes.yaxis, ("y0", "y1"))):
+        boxes = [label.get_window_extent() for label in axis.get_ticklabels(which="both")
+                 if label.get_text()]  # fmt: skip
+        spans = sorted([getattr(box, end) for end in ends] for box in boxes)
+        assert all(a[1] < b[0] for a, b in pairwise(spans))
+        middles = [sum(span) / 2 for span in spans]
+        low_end, high_end = (getattr(inside, end) for end in ends)
+        assert sum(low_end <= middle <= high_end for middle in middles) >= 2
+    plt.close(figure)

@@ -14,7 +14,6 @@ from optuna.trial import TrialState
 
 from t2l.cli.main import main
 from t2l.config.models.gain_search import GainSearchEntry
-from t2l.environment.twin import Machine, Twin
 from t2l.errors import ConfigurationError, EffectError
 from t2l.figures.pareto import write_search
 from t2l.gains import Cell
@@ -29,7 +28,10 @@ from t2l.rl.gain_table import gain_table, in_words, not_beaten
 from t2l.rl.problem import Choice
 from t2l.rl.side_by_side import Training
 from t2l.rl.trials import count, open_study
+from t2l.rl.twin import Machine, Twin
 from t2l.sim.schedule import Schedule
+from t2l.tasks.reach import JointReach
+from t2l.tasks.terms import TerminationTerm
 from t2l.typed import check as checked
 from tests.defaults import DEFAULTS, shipped
 
@@ -216,7 +218,12 @@ def test_a_twin_that_cannot_follow_is_no_end_of_a_search(tmp_path):
         (["joint_reach", "--evaluate-every", "99"], "evaluate_every: found 99"),
         (["joint_reach", "--control-rate-hz", "20"], "unstable at 20 Hz"),
         (["joint_reach", "--model", "m.yaml"], "no --logs beside it"),
-        (["lift_cube", "--logs", "examples/two_joint_arm/train"], "robot of the recordings"),
+        (["joint_reach", "--logs", "examples/two_joint_arm/train"], "robot of the recordings"),
+        (
+            ["lift_cube", "--logs", "nowhere"],
+            "lift_cube: found objects or a hand.* allowed: no rec",
+        ),
+        (["pose_hold", "--logs", "nowhere"], "pose_hold: found forces from outside.* allowed: no"),
     ],
 )
 def test_what_is_wrong_is_said_before_a_trial(tmp_path, arguments, message):
@@ -225,6 +232,17 @@ def test_what_is_wrong_is_said_before_a_trial(tmp_path, arguments, message):
     with pytest.raises(SystemExit, match=message):
         main(given)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_task_whose_episodes_end_early_has_no_twin():
+    """Once the episode of one of two motions has ended, there is nothing to compare."""
+
+    class Stopping(JointReach):
+        terminations = (TerminationTerm("far", lambda at: np.abs(at.q[:, 0]) > 2.0),)
+
+    task = Stopping(**{k: v for k, v in PARAMETERS.items() if k != "kind"})
+    with pytest.raises(ConfigurationError, match=r"end early \(far\).* such as joint_reach"):
+        Twin(BARE, task, np.full(7, 100.0), np.full(7, 12.0), 1, 50.0, 0.4)
 
 
 def test_recordings_of_several_loops_make_no_twin():

@@ -1,5 +1,10 @@
 """Tasks with contacts are learned from a configuration alone."""
 
+import os
+import signal
+import subprocess
+import time
+
 import pandas as pd
 from matplotlib.image import imread
 
@@ -88,3 +93,34 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     assert len(front)
     assert (front.again == 1).all()
     assert imread(searched / "figures/front.png")[..., :3].std() > 0.02
+
+
+def test_a_training_that_was_killed_goes_on(empty_project):
+    scale = {"kp": 128, "kd": 16, "rad": [0.2, 0.1]}
+    pose = {**SMALL, "task": "pose_hold", "action_scales": [scale], "updates": 200}
+    config = {"study": "killed", "learning": {"tasks": [pose]}, "sim_to_real": {"conditions": []}}
+    policy = "results/killed/learning/pose_hold/kp128_kd16/seed1/policy.safetensors"
+    unfinished = (empty_project.folder / policy).with_name("unfinished.pt")
+    command = empty_project.command("--", policy, config=config)
+    run = subprocess.Popen(command, cwd=empty_project.folder, start_new_session=True)
+    until = time.monotonic() + 120
+    while not unfinished.exists():
+        assert run.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    os.killpg(run.pid, signal.SIGKILL)
+    run.wait()
+    assert not (empty_project.folder / policy).exists()
+    done = empty_project.run("--", policy, config=config)
+    assert done.returncode == 0, done.stdout
+    log = (
+        empty_project.folder / "results/killed/logs/learn/pose_hold_kp128_kd16_1.log"
+    ).read_text()
+    assert "goes on after update" in log
+    assert "update 1: " not in log
+    made = {path.name for path in unfinished.parent.iterdir()}
+    assert made == {
+        "policy.safetensors", "training.parquet", "outcome.parquet", "episodes.parquet",
+    }  # fmt: skip
+    history = pd.read_parquet(unfinished.with_name("training.parquet"))
+    assert history["update"].tolist() == list(range(1, 201))

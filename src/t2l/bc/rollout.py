@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from t2l.actions import Control
-from t2l.bc.episodes import Episodes
+from t2l.bc.episodes import PolicyEpisodes
 from t2l.gains import Cell
 from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated
@@ -59,7 +59,7 @@ def roll_out(
         cameras: of a policy that sees by them, and else the robot's own state alone. They are asked
             when the policy is.
     """
-    episodes = Episodes(task, control, starts, decimation, threads)
+    episodes = PolicyEpisodes(task, control, starts, decimation, threads)
     n, ticks, grippers = len(starts), episodes.ticks, len(task.robot.grippers)
     own = task.robot_observation_size if cameras else None
     past = np.repeat(episodes.observation[:, None, :own], history, axis=1)

@@ -10,7 +10,7 @@ from t2l.cli.inputs import add_effects, add_extensions, add_force
 from t2l.cli.words import numbers, words
 
 if TYPE_CHECKING:
-    from t2l.environment.twin import Machine
+    from t2l.rl.twin import Machine
     from t2l.robots import Robot
 
 HELP = "search gains and action scale for a task that is learned in simulation"
@@ -95,6 +95,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.rl.gain_table import gain_table, in_words
     from t2l.rl.settings import JOURNAL
     from t2l.rl.trials import open_study
+    from t2l.rl.twin import check_task
 
     entry, (name, parameters) = _entry(arguments), _task(arguments)
     learning = ReinforcementLearning().model_dump()
@@ -107,6 +108,8 @@ def run(arguments: argparse.Namespace) -> None:
     of_task = (entry, name, parameters, learning)
     problem, search, settings = gain_search.of_entry(*of_task)
     gain_search.check(problem, search, settings)
+    if arguments.logs:
+        check_task(problem.task)
     with output_folder(arguments.out, "t2l tune", ENTRIES, inputs, arguments.force) as out:
         if machine := _twin(arguments, problem.task.robot, out / TWIN):
             problem, *_ = gain_search.of_entry(*of_task, machine)
@@ -189,10 +192,10 @@ def _twin(arguments: argparse.Namespace, robot: "Robot", folder: Path) -> "Machi
     from t2l.detective.explanation import explained
     from t2l.diagnose.files import MODEL
     from t2l.diagnose.recordings_and_model import check_worth_fitting, read_recordings_and_model
-    from t2l.environment.twin import Machine
     from t2l.errors import ConfigurationError
     from t2l.identify.model import read_again
     from t2l.identify.step_size import substeps_for
+    from t2l.rl.twin import Machine
 
     if not arguments.logs:
         if arguments.model:

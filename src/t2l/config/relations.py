@@ -16,6 +16,7 @@ from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated, Rewarded, Task
 from t2l.tasks.pose_hold import PoseHold
 from t2l.tasks.reach import EndEffectorReach
+from t2l.tasks.task import OF_JOINTS
 from t2l.transfer.deploy import LOG_RATE_HZ
 from t2l.typed import Problem, describe, suggestion
 
@@ -222,6 +223,9 @@ def _learning(configuration: Configuration, tasks: Mapping[str, Task]) -> Iterat
             yield from of_actions(f"{key}.actions", entry.actions, "joint_pd")
             if isinstance(entry, LearnedTask):
                 yield from _of_cells(key, entry, task)
+            elif entry.recordings and task is not None and task.beyond_joints:
+                found = f"recordings for {entry.task}, which has {task.beyond_joints}"
+                yield Problem(f"{key}.recordings", found, f"no recordings, or {OF_JOINTS}")
             yield from _of_training(key, entry, task)
 
 

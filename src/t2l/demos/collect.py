@@ -8,10 +8,9 @@ import pandas as pd
 
 from t2l.actions import Control
 from t2l.demos.operator import Operator, Person
+from t2l.environment.episodes import Episodes
 from t2l.errors import OperatorError
 from t2l.gains import Cell
-from t2l.sim import make_batch
-from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated
 
 TABLE_COLUMNS = ("kp", "kd", "demonstration", "success", "failure", "time_s", "crossover_rad_s")
@@ -103,31 +102,27 @@ def attempt(
     Args:
         crossover_rad_s: (n,) or one number.
     """
-    n, tick_s = len(starts), decimation * TIMESTEP_S
-    ticks = round(task.horizon_s / tick_s)
-    batch, controller = make_batch(task.model, n, threads), control.controller
-    controller.install(batch)
-    task.reset(batch, starts)
+    n, controller = len(starts), control.controller
+    episodes = Episodes(task, controller, starts, decimation, threads)
+    batch, tick_s = episodes.batch, episodes.tick_s
+    ticks, lengths = round(task.horizon_s / tick_s), np.zeros(n, int)
     operator = Operator(task, control, batch, starts, tick_s, person, crossover_rad_s, rng)
-    monitor = task.monitor(n)
-    running, lengths = np.ones(n, dtype=bool), np.zeros(n, int)
     observations = np.empty((n, ticks, len(task.observation_names)), dtype=np.float32)
     actions, grippers = [], []
     before = controller.measured(batch).copy()
     for k in range(ticks):
         observations[:, k] = task.observe(batch)
-        command, gripper = operator.act(running & ~operator.finished)
+        command, gripper = operator.act(episodes.sound & ~operator.finished)
         actions.append(control.actions.action(command, controller.measured(batch), before))
         grippers.append(gripper)
         before = command
-        task.command_grippers(batch.ctrl, gripper)
-        controller.step(batch, command, running, decimation)
-        busy = running & ~operator.finished
-        monitor.update(batch, (k + 1) * tick_s, busy)
+        episodes.hold(command, gripper)
+        busy = episodes.sound & ~operator.finished
+        episodes.judge(busy)
         lengths[busy] = k + 1
         if not busy.any():
             break
-    failures = monitor.failures(running)
+    failures = episodes.failures()
     labels = np.concatenate([actions, grippers], axis=2, dtype=np.float32).swapaxes(0, 1)
     crossover = np.broadcast_to(crossover_rad_s, n)
     return [

@@ -1,12 +1,13 @@
 """An expert that follows a task's waypoints under operational-space control, in torques."""
 
-import mujoco
 import numpy as np
+from mujoco.batch import Batch
 
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.plan import planned
+from t2l.environment.episodes import Episodes
 from t2l.errors import ExpertError
-from t2l.sim import apply_torque_control, make_batch, step
+from t2l.sim import apply_torque_control, step
 from t2l.sim.batch import TIMESTEP_S
 from t2l.sim.controllers import Arm
 from t2l.sim.controllers.arm_dynamics import ArmDynamics
@@ -49,9 +50,8 @@ def attempt(
 ) -> tuple[list[Demonstration], np.ndarray]:
     """One demonstration from each of `starts` (n, nq), and which succeeded, (n,) bool."""
     n, robot = len(starts), task.robot
-    batch = make_batch(task.model, n, threads)
-    apply_torque_control(batch, robot.joints)
-    task.reset(batch, starts)
+    episodes = Episodes(task, _Torques(task), starts, 1, threads)
+    batch = episodes.batch
     arms = [ArmDynamics(batch, arm) for arm in robot.arms]
     plan = planned(task, arms, starts, TIMESTEP_S, rng)
     motion, gripper, lengths = plan.motions, plan.gripper, plan.lengths
@@ -61,8 +61,6 @@ def attempt(
     qpos = np.empty((n, steps, task.model.nq))
     dq = np.empty((n, steps, limit.size))
     torque = np.empty_like(dq)
-    monitor = task.monitor(n)
-    running = np.ones(n, dtype=bool)
     for k in range(steps):
         qpos[:, k] = batch.qpos
         dq[:, k] = batch.qvel[:, task.arm_dofs]
@@ -71,15 +69,28 @@ def attempt(
             for arm, each, of_arm in zip(robot.arms, arms, motion, strict=True)
         ]
         torque[:, k] = np.clip(np.concatenate(wanted, axis=1), -limit, limit)
-        task.command(batch.ctrl, torque[:, k], gripper[:, k])
-        step(batch, running, stage=mujoco.mjtStage.mjSTAGE_VEL)
+        episodes.hold(torque[:, k], gripper[:, k])
         # what happens after a motion has ended is no part of its demonstration
-        monitor.update(batch, (k + 1) * TIMESTEP_S, running & (k < lengths))
+        episodes.judge(episodes.sound & (k < lengths))
     demonstrations = [
         Demonstration(qpos[i, :m], dq[i, :m], torque[i, :m], gripper[i, :m])
         for i, m in enumerate(lengths)
     ]
-    return demonstrations, running & (monitor.success_time_s <= lengths * TIMESTEP_S)
+    return demonstrations, episodes.sound & (episodes.success_time_s <= lengths * TIMESTEP_S)
+
+
+class _Torques:
+    """Commands are the joints' torques, (n, njoint) N·m."""
+
+    def __init__(self, task: Demonstrated):
+        self._task = task
+
+    def install(self, batch: Batch) -> None:
+        apply_torque_control(batch, self._task.robot.joints)
+
+    def step(self, batch: Batch, command: np.ndarray, running: np.ndarray, nstep: int) -> None:
+        batch.ctrl[:, self._task.arm_ctrl] = command
+        step(batch, running, nstep)
 
 
 def _torque(arm: Arm, now: ArmDynamics, motion: Motion, k: int) -> np.ndarray:

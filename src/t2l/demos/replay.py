@@ -9,10 +9,9 @@ import pandas as pd
 from t2l.actions import Control
 from t2l.demos.demonstration import Demonstration
 from t2l.demos.retarget import hold, retarget
+from t2l.environment.episodes import Episodes
 from t2l.errors import ReplayError
 from t2l.gains import Cell
-from t2l.sim import make_batch
-from t2l.sim.batch import TIMESTEP_S
 from t2l.tasks import Demonstrated
 
 TABLE_COLUMNS = ("kp", "kd", "demonstration", "success", "failure", "mse_q_rad2")
@@ -73,11 +72,9 @@ def replay(
         command = command + noise(command.shape)
     reference = _pad([d.qpos[:, task.arm_qpos] for d in demonstrations], ticks * decimation + 1)
 
-    batch = make_batch(task.model, n, threads)
-    controller.install(batch)
-    task.reset(batch, np.stack([d.qpos[0] for d in demonstrations]))
-    monitor = task.monitor(n)
-    running = np.ones(n, dtype=bool)
+    starts = np.stack([d.qpos[0] for d in demonstrations])
+    episodes = Episodes(task, controller, starts, decimation, threads)
+    batch = episodes.batch
     observations = np.empty((n, ticks, len(task.observation_names)), dtype=np.float32)
     actions = np.empty((n, ticks, len(control.actions.names)))
     squared_error = np.zeros((n, ticks))
@@ -86,14 +83,13 @@ def replay(
         observations[:, k] = task.observe(batch)
         actions[:, k] = control.actions.action(command[:, k], controller.measured(batch), before)
         before = command[:, k]
-        task.command_grippers(batch.ctrl, gripper[:, k])
-        controller.step(batch, before, running, decimation)
-        in_time = running & (k < lengths)
-        monitor.update(batch, (k + 1) * decimation * TIMESTEP_S, in_time)
+        episodes.hold(before, gripper[:, k])
+        in_time = episodes.sound & (k < lengths)
+        episodes.judge(in_time)
         error = batch.qpos[:, task.arm_qpos] - reference[:, (k + 1) * decimation]
         squared_error[:, k] = np.where(in_time, (error**2).mean(axis=1), np.nan)
 
-    failures = monitor.failures(running)
+    failures = episodes.failures()
     return [
         Replay(
             observation=observations[i, :m],

@@ -1,1 +1,1 @@
-"""One closed loop on one batch: a task, a robot, an action space, a controller, physics."""
+"""Closed loops on one batch: of tasks that pay (`environment`), and that are shown (`episodes`)."""

@@ -9,10 +9,12 @@ trainings side by side, each with as many robots: what differs between them has 
         observation, reward, ended = environment.advance(policy(observation))
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from array_api_compat import is_array_api_obj
 
 from t2l.actions import ActionSpace
 from t2l.actions.gripper import BinaryGrippers
@@ -27,6 +29,11 @@ from t2l.sim.training_simulator import Parameters, Simulator
 from t2l.tasks import Rewarded
 from t2l.tasks.terms import Moment
 
+# what a step changes besides the simulations, a row a robot or a training
+CHANGING = (
+    "_goal", "_elapsed", "_age", "_action", "_command", "_torque", "_violated", "_moments",
+    "_effort", "_paid",
+)  # fmt: skip
 STAGGER = 10  # steps between instants at which episodes end: resets are dear one by one
 # actions are not clipped at it: stable-baselines3 takes no infinite bounds
 UNBOUNDED = 100.0
@@ -76,7 +83,7 @@ class Environment:
         noise: uniform, up to so many rad and rad/s, on the q and q̇ that are observed.
         device: of the simulations.
         simulator: of all robots, in place of the training simulator, such as a
-            `t2l.environment.twin.Twin`; then `parameters` are not used.
+            `t2l.rl.twin.Twin`; then `parameters` are not used.
 
     Attributes:
         action_names: of the elements of an action.
@@ -162,6 +169,32 @@ class Environment:
         """Begin every episode at given starts (rows, nq) and goals (rows, goal_size)."""
         return self._observe(self._begin(np.arange(self.rows), qpos, goal))
 
+    def state(self) -> dict[str, Any]:
+        """All that the steps to come depend on: arrays of NumPy, numbers and text.
+
+        One that was made alike goes on from it, see `restore`. What noise of a device depends on is
+        the state of torch, not of this.
+        """
+        return {
+            "own": {name: to_numpy(getattr(self, name)).copy() for name in CHANGING},
+            "others": [to_numpy(array).copy() for array in self._others()],
+            "generators": [json.dumps(own.bit_generator.state) for own in self.generators],
+            "steps": self.steps,
+            "paid_steps": self._paid_steps,
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from a `state`, whose arrays may be tensors, to the same numbers."""
+        for name in CHANGING:
+            # not written into what is there: actions have the precision of the policy that acted
+            kept = to_numpy(state["own"][name]).copy()
+            setattr(self, name, like(kept, getattr(self, name)))
+        for array, kept in zip(self._others(), state["others"], strict=True):
+            array[:] = like(to_numpy(kept), array)
+        for own, kept in zip(self.generators, state["generators"], strict=True):
+            own.bit_generator.state = json.loads(kept)
+        self.steps, self._paid_steps = state["steps"], state["paid_steps"]
+
     def advance(self, action: Array) -> tuple[Array, Array, Ended]:
         """Hold actions (rows, naction) for a policy period.
 
@@ -210,6 +243,11 @@ class Environment:
         )
         observation[ids] = self._observe(self._begin(ids))[ids]
         return observation, reward, ended
+
+    def _others(self) -> list[Array]:
+        """What a step changes that is not the environment's own."""
+        memory = self.disturbance.memory if self.disturbance is not None else {}
+        return [*memory.values(), *_arrays_in((self._before, self.simulator.batch.state))]
 
     def _advance(self, q_des: Array) -> None:
         simulator, xp = self.simulator, namespace(q_des)
@@ -367,3 +405,12 @@ class Environment:
 
     def _zeros(self, columns: int) -> Array:
         return self.array(np.zeros((self.rows, columns)))
+
+
+def _arrays_in(measured: Any) -> list[Array]:
+    """The arrays of what a task measures: one, or those in a tuple, a mapping or a data class."""
+    if is_array_api_obj(measured):
+        return [measured]
+    named = measured if isinstance(measured, Mapping) else getattr(measured, "__dict__", {})
+    parts = measured if isinstance(measured, (tuple, list)) else named.values()
+    return [array for part in parts for array in _arrays_in(part)]

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
 from t2l.artefacts import write_text
-from t2l.plotting.style import styled, write
+from t2l.plotting.style import plain_ticks, styled, write
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -62,7 +62,10 @@ def pareto(trials: "pd.DataFrame") -> Figure:
                 panel.set_yscale("log")
                 panel.set_xlabel("Kp")
                 panel.set_ylabel("Kd")
-        figure.colorbar(shown, ax=axes.tolist(), label="Kp")
+                plain_ticks(panel.yaxis)
+            plain_ticks(panel.xaxis)
+        bar = figure.colorbar(shown, ax=axes.tolist(), label="Kp")
+        plain_ticks(bar.ax.yaxis)
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)
     return figure

@@ -5,18 +5,15 @@ from collections.abc import Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import LogLocator, NullFormatter
 
-from t2l.plotting.style import COLOURS, short, shown, styled
+from t2l.plotting.style import COLOURS, plain_ticks, short, shown, styled
 from t2l.response.joints import JointResponse
 
 TOGETHER = 24  # points that can be told apart in one panel; of more, each joint has its own
 COLUMNS = 4
-FEW = 60.0  # from one end of an axis to the other: fewer than two powers of ten
 MARKERS = ("o", "s", "^", "D")  # beside colours, for more joints than there are colours
 MOST_HZ, MOST_ZETA = 500.0, 300.0  # shown: faster or more damped than any controller of a robot
 CORNERS = {"CO": (0.03, 0.97), "SO": (0.97, 0.97), "CU": (0.03, 0.03), "SU": (0.97, 0.03)}
@@ -106,8 +103,7 @@ def _frame(axes: Axes, found: Sequence[JointResponse], stiff_from_hz: float) -> 
     axes.set(xscale="log", yscale="log")
     axes.set_xlim(min(hz.min(), stiff_from_hz) / 2, min(max(hz.max(), stiff_from_hz) * 2, MOST_HZ))
     axes.set_ylim(min(zeta.min() / 2, 0.5), min(max(zeta.max() * 2, 2.0), MOST_ZETA))
-    for axis in (axes.xaxis, axes.yaxis):
-        _numbered(axis)
+    plain_ticks(axes.xaxis, axes.yaxis)
     axes.axhline(1.0, color="0.6", lw=0.8, zorder=1)
     axes.axvline(stiff_from_hz, color="0.6", lw=0.8, zorder=1)
     for text, (x, y) in CORNERS.items():
@@ -116,15 +112,6 @@ def _frame(axes: Axes, found: Sequence[JointResponse], stiff_from_hz: float) -> 
             ha="left" if x < 0.5 else "right", va="bottom" if y < 0.5 else "top",
             path_effects=[withStroke(linewidth=3, foreground="white")],
         )  # fmt: skip
-
-
-def _numbered(axis: Axis) -> None:
-    """Plain numbers at powers of ten, and between them where there are few."""
-    low, high = axis.get_view_interval()
-    few = high / low < FEW
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
 
 
 def _told(response: JointResponse) -> bool:

@@ -11,8 +11,15 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatterMathtext, LogFormatterSciNotation
+from matplotlib.ticker import (
+    LogFormatterMathtext,
+    LogFormatterSciNotation,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+)
 
 from t2l.artefacts import whole
 from t2l.names import heading
@@ -90,6 +97,20 @@ def _write_powers_out(figure: Figure) -> None:
                 axis.set_major_formatter(_Powers())
             if isinstance(axis.get_minor_formatter(), LogFormatterMathtext):
                 axis.set_minor_formatter(_Powers(labelOnlyBase=False))
+
+
+def plain_ticks(*axes: Axis) -> None:
+    """Label logarithmic axes by plain numbers, as many as their ends are apart.
+
+    Powers of ten from a factor of 100 on; below it 3 too, below 30 instead 2 and 5, and below 4
+    whatever is round.
+    """
+    for axis in axes:
+        low, high = axis.get_view_interval()
+        within = (1, 2, 5) if high < 30 * low else (1, 3) if high < 100 * low else (1,)
+        axis.set_major_locator(MaxNLocator(2) if high < 4 * low else LogLocator(subs=within))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
 
 
 def shown(name: str) -> str:

@@ -4,6 +4,9 @@ Schulman et al. (2017), section 4, adapt a penalty by the KL divergence; here it
 an epoch, by the rule and with the bounds of skrl's KLAdaptiveLR, which the study uses.
 """
 
+from collections.abc import Mapping
+from typing import Any
+
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.buffers import RolloutBuffer
@@ -67,6 +70,14 @@ class AdaptiveRate:
         self._ppo, self._minibatches, self._found = ppo, minibatches, []
         ppo.lr_schedule = lambda _: self.rate
         ppo.policy.watch = self._watch
+
+    def state(self) -> dict[str, Any]:
+        """What later rates depend on, for `restore`."""
+        return {"rate": self.rate, "kl": self.kl, "found": self._found}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from a `state`."""
+        self.rate, self.kl, self._found = state["rate"], state["kl"], list(state["found"])
 
     def _watch(self, log_prob: torch.Tensor) -> None:
         if len(self._found) == self._minibatches:

@@ -57,10 +57,13 @@ class Algorithm(ABC):
     Attributes:
         name: what configurations write as `reinforcement_learning.algorithm`.
         side_by_side: whether it can train many policies at once.
+        resumes: whether its trainings take `unfinished` too, a `t2l.rl.unfinished.Unfinished`:
+            where they keep their state now and then, and go on from, to the same policy.
     """
 
     name: str
     side_by_side = False
+    resumes = False
 
     @abstractmethod
     def train(

@@ -4,9 +4,10 @@ Whether there is a policy for a task at some gains is a question about simulatio
 section V-B): nothing is identified, and nothing is deployed. On a GPU where there is one.
 """
 
+import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from t2l.rl.problem import Choice, Condition, Problem
 from t2l.rl.settings import Search, Settings
 from t2l.rl.side_by_side import Training, device_for, judge_side_by_side, learn_side_by_side
 from t2l.rl.trials import Best, best
+from t2l.rl.unfinished import Unfinished
 from t2l.sim.batch import MUJOCO
 from t2l.tasks import Rewarded, make_task
 
@@ -56,6 +58,12 @@ def problem_of(
     plant = ideal_plant(make_task(parameters), cell)
     problem = Problem(condition, cell, plant, entry["rate_hz"], entry["horizon_s"])
     return problem, condition.given(cell)
+
+
+def depends_on(problem: Problem, choice: Choice, settings: Settings, seed: int) -> str:
+    """All that a policy of `train_alone` depends on, but the version of t2l, as text."""
+    content = [asdict(problem), asdict(choice), asdict(settings), seed, device_for(problem.task)]
+    return json.dumps(content, sort_keys=True, default=np.ndarray.tolist)
 
 
 def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Settings:
@@ -115,11 +123,13 @@ def train_alone(
     seed: int,
     report: Report = lambda update, policy, evaluation: None,
     threads: int = 1,
+    unfinished: Unfinished | None = None,
 ) -> tuple[Trained, dict[str, Any], "pd.DataFrame"]:
     """A policy, and how it does in episodes that neither trained nor chose it.
 
     Args:
         seed: number of the policy, which its own seed is derived from.
+        unfinished: see `Training`.
 
     Returns:
         The policy as it was kept, its row of a table, columns `COLUMNS`, and episodes to show,
@@ -131,7 +141,8 @@ def train_alone(
     """
     name, cell = problem.condition.name, problem.cell
     own = settings.of_policy(name, cell, seed)
-    training, device = [Training(problem, choice, own, report)], device_for(problem.task)
+    training = [Training(problem, choice, own, report, unfinished)]
+    device = device_for(problem.task)
     # one policy on the processor is stable-baselines3's
     where = {"threads": threads, "device": None if device == MUJOCO else device}
     (trained,) = learn_side_by_side(training, **where)

@@ -22,7 +22,6 @@ from optuna.trial import TrialState
 
 from t2l.diagnose.recordings_and_model import read_recordings_and_model
 from t2l.environment.ideal import ideal_plant
-from t2l.environment.twin import Machine, Twin
 from t2l.errors import ConfigurationError
 from t2l.gains import Cell
 from t2l.identify.model import Model
@@ -35,6 +34,7 @@ from t2l.rl.settings import LOGARITHMIC, Search, Settings
 from t2l.rl.side_by_side import Training, device_for, learn_and_judge
 from t2l.rl.trials import open_study, requeue_abandoned
 from t2l.rl.tuning import ask, at_once, choose, first_guess
+from t2l.rl.twin import Machine, Twin
 from t2l.sim.batch import MUJOCO
 from t2l.tasks import Rewarded
 
@@ -208,11 +208,6 @@ def check(problem: GainProblem, search: GainSearch, settings: Settings) -> None:
     if not problem.twin:
         return
     task = problem.task
-    if not task.deployable:
-        raise ConfigurationError(
-            f"recordings of a robot, for the task {task.name}: it has objects or a hand, which a "
-            "model of the joints cannot move; allowed: no recordings, or a task of joints alone"
-        )
     twin = _twin(problem, task, softest, 1)
     twin.begin(np.arange(1), task.sample_starts(np.random.default_rng(0), 1))
     twin.step(twin.q, 1)

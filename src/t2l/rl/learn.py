@@ -8,6 +8,7 @@ from t2l.rl.problem import Choice, Problem
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
+from t2l.rl.unfinished import Unfinished
 
 EPISODES = 100  # that judge a policy, the study's number
 PROGRESS_EPISODES = 50  # that judge a policy while it trains
@@ -19,15 +20,22 @@ def learn(
     settings: Settings,
     report: Report = lambda update, policy, evaluation: None,
     threads: int = 1,
+    unfinished: Unfinished | None = None,
 ) -> Trained:
-    """Train a policy, see `Algorithm.train`."""
-    seed = settings.seed
-    return ALGORITHMS.find(settings.algorithm)().train(
+    """Train a policy, see `Algorithm.train`.
+
+    Args:
+        unfinished: where the state of an algorithm that `resumes` is kept.
+    """
+    seed, algorithm = settings.seed, ALGORITHMS.find(settings.algorithm)()
+    kept = {"unfinished": unfinished} if unfinished and algorithm.resumes else {}
+    return algorithm.train(
         problem.environments(choice, settings, settings.environments, seed, True, threads),
         problem.environments(choice, settings, PROGRESS_EPISODES, seed + 1, threads=threads),
         settings,
         report,
         threads,
+        **kept,
     )
 
 

@@ -1,5 +1,8 @@
 """Observations and rewards in units of their spread, of many trainings side by side."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import torch
 from torch import Tensor
 
@@ -23,6 +26,23 @@ class Normaliser:
         self._normalised = normalised
         self.observation = Moments(n, observation_size, device)
         self._returned, self._discounted = Moments(n, 1, device), None
+
+    def state(self) -> dict[str, Any]:
+        """What was taken in, for `restore`."""
+        kept = {name: vars(getattr(self, name)) for name in ("observation", "_returned")}
+        return {**kept, "_discounted": self._discounted}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from a `state`, whose tensors may be elsewhere."""
+        device = self.observation.mean.device
+        for name in ("observation", "_returned"):
+            moments = getattr(self, name)
+            moments.mean, moments.variance = (
+                state[name][each].to(device) for each in ("mean", "variance")
+            )
+            moments.count = state[name]["count"]
+        if state["_discounted"] is not None:
+            self._discounted = state["_discounted"].to(device)
 
     def seen(self, observation: Tensor, learn: bool = True) -> Tensor:
         """Observations (n, m, nobs) normalised, taken in before if they are to be learned from."""
@@ -52,17 +72,18 @@ class Moments:
 
     Attributes:
         mean, variance: (n, k) float64.
+        count: how many numbers they are of.
     """
 
     def __init__(self, n: int, k: int, device: torch.device):
         self.mean = torch.zeros(n, k, dtype=torch.float64, device=device)
-        self.variance, self._count = torch.ones_like(self.mean), 1e-4
+        self.variance, self.count = torch.ones_like(self.mean), 1e-4
 
     def update(self, values: Tensor) -> None:
         """Take in values (n, m, k)."""
         values, m = values.double(), values.shape[1]
         variance, mean = torch.var_mean(values, dim=1, correction=0)
-        off, total = mean - self.mean, self._count + m
-        spread = self.variance * self._count + variance * m + off**2 * self._count * m / total
+        off, total = mean - self.mean, self.count + m
+        spread = self.variance * self.count + variance * m + off**2 * self.count * m / total
         self.mean = self.mean + off * m / total
-        self.variance, self._count = spread / total, total
+        self.variance, self.count = spread / total, total

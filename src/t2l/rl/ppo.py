@@ -1,5 +1,6 @@
 """PPO (Schulman et al. 2017) of stable-baselines3 with the study's hyper-parameters."""
 
+import logging
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
@@ -16,6 +17,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from torch.distributions import Normal
 
 from t2l.policies.gaussian_mlp import CLIPPED_AT, GaussianMLP
+from t2l.rl import ppo_state
 from t2l.rl.adaptive_rate import AdaptiveRate, RememberingBuffer, WatchedPolicy
 from t2l.rl.algorithm import Algorithm, Report, Trained, TrainingError
 from t2l.rl.environments import Environments
@@ -32,6 +34,9 @@ from t2l.rl.hyperparameters import (
 )
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
+from t2l.rl.unfinished import Unfinished
+
+log = logging.getLogger(__name__)
 
 
 class ProximalPolicyOptimisation(Algorithm):
@@ -39,12 +44,13 @@ class ProximalPolicyOptimisation(Algorithm):
 
     name = "ppo"
     side_by_side = True
+    resumes = True
 
-    def train_side_by_side(self, world, judges, seeds, settings, reports):
+    def train_side_by_side(self, world, judges, seeds, settings, reports, unfinished=None):
         """See `Algorithm.train_side_by_side`."""
         from t2l.rl.ppo_side_by_side import train_side_by_side
 
-        return train_side_by_side(world, judges, seeds, settings, reports)
+        return train_side_by_side(world, judges, seeds, settings, reports, unfinished)
 
     def train(
         self,
@@ -53,8 +59,13 @@ class ProximalPolicyOptimisation(Algorithm):
         settings: Settings,
         report: Report = lambda update, policy, evaluation: None,
         threads: int = 1,
+        unfinished: Unfinished | None = None,
     ) -> Trained:
-        """See `Algorithm.train`."""
+        """See `Algorithm.train`.
+
+        Args:
+            unfinished: where its state is kept after each evaluation.
+        """
         column = of_task(environments.task)
         model = make_model(environments, settings.seed, settings.shared_network, column)
         listener = _Listener(
@@ -63,11 +74,14 @@ class ProximalPolicyOptimisation(Algorithm):
             Progress(settings, report),
             settings.evaluate_every,
             threads,
+            unfinished,
         )
         steps = settings.updates * column.rollout_steps * environments.num_envs
+        resumed = listener.resume(model)
         before = torch.get_num_threads()
         try:
-            model.learn(steps, listener, log_interval=None)
+            missing = steps - model.num_timesteps
+            model.learn(missing, listener, log_interval=None, reset_num_timesteps=not resumed)
         finally:
             torch.set_num_threads(before)
         listener.finish()
@@ -225,7 +239,7 @@ class _BoundedPolicy(WatchedPolicy):
 
 
 class _Listener(BaseCallback):
-    """Evaluates after some updates."""
+    """Evaluates after some updates, and keeps the state then."""
 
     def __init__(
         self,
@@ -234,12 +248,40 @@ class _Listener(BaseCallback):
         progress: Progress,
         evaluate_every: int,
         threads: int,
+        unfinished: Unfinished | None,
     ):
         super().__init__()
+        self.unfinished = unfinished
         self.rate, self.judges, self.progress = rate, judges, progress
         self.evaluate_every, self.threads = evaluate_every, threads
-        self.updates = -1
+        self.updates, self._resumed = -1, False
         self._rewards: list[float] = []
+
+    def resume(self, model: PPO) -> bool:
+        """Whether there was a state that the model goes on from."""
+        state = self.unfinished.read() if self.unfinished else None
+        if state is None:
+            return False
+        ppo_state.restore(model, state["model"])
+        self.rate.restore(state["rate"])
+        self.progress.restore(state["progress"])
+        self.judges.restore(state["judges"])
+        # the rollout that comes is the one that was to follow
+        self.updates, self._resumed = state["updates"] - 1, True
+        log.info("goes on after update %d", state["updates"])
+        return True
+
+    def _keep(self) -> None:
+        if self.unfinished:
+            self.unfinished.write(
+                {
+                    "model": ppo_state.state_of(self.model),
+                    "rate": self.rate.state(),
+                    "progress": self.progress.state(),
+                    "judges": self.judges.state(),
+                    "updates": self.updates,
+                }
+            )
 
     def _on_step(self) -> bool:
         self._rewards.append(float(self.training_env.get_original_reward().mean()))
@@ -252,10 +294,13 @@ class _Listener(BaseCallback):
         # small forward passes gain nothing from threads, which would get in the simulator's way
         torch.set_num_threads(1)
         self.updates += 1
-        if self.updates:
-            self._check()
-        if self.updates and self.updates % self.evaluate_every == 0:
+        judged, self._resumed = self._resumed, False
+        if not self.updates or judged:
+            return
+        self._check()
+        if self.updates % self.evaluate_every == 0:
             self.judge()
+            self._keep()
 
     def finish(self) -> None:
         """Evaluate the last policy too, unless training ended by an evaluation."""

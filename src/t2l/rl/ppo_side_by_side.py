@@ -9,6 +9,7 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -26,6 +27,7 @@ from t2l.rl.ppo import ActorCritic, layers_of, make_policy
 from t2l.rl.progress import Progress
 from t2l.rl.settings import Settings
 from t2l.rl.stacked import Adam, Stack
+from t2l.rl.unfinished import Unfinished
 
 log = logging.getLogger(__name__)
 
@@ -154,6 +156,31 @@ class SideBySide:
         loss = loss + self.column.value * value_loss
         return loss, divergence(log_ratio)
 
+    def state(self) -> dict[str, Any]:
+        """All that further updates depend on, for `restore`."""
+        cuda = self.device.type == "cuda"
+        return {
+            "networks": self._adam.state(),
+            "normaliser": self.normaliser.state(),
+            "rate": self.rate,
+            "seen": self._seen,
+            "world": self.world.state(),
+            "generator": self._generator.get_state(),
+            "torch": torch.cuda.get_rng_state(self.device) if cuda else torch.get_rng_state(),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from a `state` of trainings that began alike."""
+        self._adam.restore(state["networks"])
+        self.normaliser.restore(state["normaliser"])
+        self.rate, self._seen = (state[name].to(self.device) for name in ("rate", "seen"))
+        self.world.restore(state["world"])
+        self._generator.set_state(state["generator"])
+        if self.device.type == "cuda":
+            torch.cuda.set_rng_state(state["torch"], self.device)
+        else:
+            torch.set_rng_state(state["torch"])
+
     def finite(self) -> np.ndarray:
         """(n,) bool: whose parameters are finite."""
         return torch.isfinite(self.stack.rows).all(dim=1).cpu().numpy()
@@ -228,13 +255,25 @@ def train_side_by_side(
     seeds: Sequence[int],
     settings: Settings,
     reports: Sequence[Report],
+    unfinished: Unfinished | None = None,
 ) -> list[Trained | TrainingError | TrainingEnded]:
-    """See `Algorithm.train_side_by_side`."""
+    """See `Algorithm.train_side_by_side`.
+
+    Args:
+        unfinished: where their state is kept after each evaluation, while none has ended.
+    """
     learning = SideBySide(world, seeds, settings.shared_network)
     progress = [Progress(settings, report) for report in reports]
     ended: dict[int, TrainingError | TrainingEnded] = {}
-    rewards, began = [], time.monotonic()
-    for update in range(1, settings.updates + 1):
+    rewards, began, done = [], time.monotonic(), 0
+    if kept := unfinished.read() if unfinished else None:
+        learning.restore(kept["learning"])
+        judges.restore(kept["judges"])
+        for own, state in zip(progress, kept["progress"], strict=True):
+            own.restore(state)
+        done = kept["updates"]
+        log.info("goes on after update %d", done)
+    for update in range(1 + done, settings.updates + 1):
         rewards.append(learning.update())
         for i in np.flatnonzero(~learning.finite()):
             ended.setdefault(int(i), TrainingError.not_finite(update))
@@ -245,7 +284,7 @@ def train_side_by_side(
         log.info(
             "update %d of %d: success %.2f, mean of %d trainings; %.0f s left",
             *(update, settings.updates, np.mean([own.success for own in found]), len(found)),
-            (time.monotonic() - began) / update * (settings.updates - update),
+            (time.monotonic() - began) / (update - done) * (settings.updates - update),
         )
         reward, paid = torch.stack(rewards).mean(dim=0) / world.period_s, world.paid()
         rewards.clear()
@@ -264,4 +303,13 @@ def train_side_by_side(
                 ended[i] = reason
         if all(i in ended or own.enough for i, own in enumerate(progress)):
             break
+        if unfinished and not ended:
+            unfinished.write(
+                {
+                    "learning": learning.state(),
+                    "judges": judges.state(),
+                    "progress": [own.state() for own in progress],
+                    "updates": update,
+                }
+            )
     return [ended.get(i) or own.trained() for i, own in enumerate(progress)]

@@ -9,11 +9,14 @@ import logging
 import math
 import time
 from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
 
-from t2l.policies import Policy
+from t2l.policies import POLICIES, Policy
 from t2l.rl.algorithm import Report, Trained
 from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
+from t2l.sim.arrays import to_numpy
 
 log = logging.getLogger(__name__)
 
@@ -83,6 +86,29 @@ class Progress:
         if self._best is None or self.enough or reward > self._highest:
             self._best, self._highest = (policy, found), reward
         self._report(update, policy, found)
+
+    def state(self) -> dict[str, Any]:
+        """What was taken in, as numbers, text and arrays, for `restore`."""
+        policy, evaluation = self._best
+        return {
+            "seconds": time.perf_counter() - self._began,
+            "history": self._history,
+            "highest": self._highest,
+            "enough": self.enough,
+            "policy": policy.name,
+            "metadata": policy.metadata(),
+            "tensors": policy.tensors(),
+            "evaluation": asdict(evaluation),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from a `state`, whose arrays may be tensors."""
+        self._began = time.perf_counter() - state["seconds"]
+        self._history = list(state["history"])
+        self._highest, self.enough = state["highest"], state["enough"]
+        tensors = {name: to_numpy(tensor) for name, tensor in state["tensors"].items()}
+        policy = POLICIES.find(state["policy"]).restored(tensors, state["metadata"])
+        self._best = policy, Evaluation(**state["evaluation"])
 
     def trained(self) -> Trained:
         """The best of the policies; at least one has been judged."""

@@ -12,25 +12,31 @@ import numpy as np
 
 from t2l.environment.interface import action_space, scale_per_joint
 from t2l.policies import Policy
-from t2l.rl.algorithm import Report, Trained, TrainingEnded, TrainingError
+from t2l.rl.algorithm import Algorithm, Report, Trained, TrainingEnded, TrainingError
 from t2l.rl.evaluate import evaluate_side_by_side
 from t2l.rl.learn import EPISODES, PROGRESS_EPISODES, gain_of, judge, learn
 from t2l.rl.problem import Choice, Problem
 from t2l.rl.registry import ALGORITHMS
 from t2l.rl.results import Evaluation
 from t2l.rl.settings import Settings
+from t2l.rl.unfinished import Unfinished
 from t2l.sim.batch import MUJOCO
 from t2l.tasks import Rewarded
 
 
 @dataclass(frozen=True, eq=False)
 class Training:
-    """One of the trainings; see `t2l.rl.learn.learn`."""
+    """One of the trainings; see `t2l.rl.learn.learn`.
+
+    Attributes:
+        unfinished: where its state is kept while it is trained with no other.
+    """
 
     problem: Problem
     choice: Choice
     settings: Settings
     report: Report = lambda update, policy, evaluation: None
+    unfinished: Unfinished | None = None
 
 
 def device_for(task: Rewarded) -> str:
@@ -53,13 +59,15 @@ def learn_side_by_side(
     first = trainings[0]
     if not _together(trainings, device):
         return [learn_alone(training, threads) for training in trainings]
-    where = device or device_for(first.problem.task)
-    return ALGORITHMS.find(first.settings.algorithm)().train_side_by_side(
+    where, algorithm = device or device_for(first.problem.task), _algorithm(first)
+    kept = {"unfinished": first.unfinished} if len(trainings) == 1 and algorithm.resumes else {}
+    return algorithm().train_side_by_side(
         _world(trainings, first.settings.environments, 0, True, threads, where),
         _world(trainings, PROGRESS_EPISODES, 1, False, threads, where),
         [training.settings.seed for training in trainings],
         first.settings,
         [training.report for training in trainings],
+        **kept,
     )
 
 
@@ -98,16 +106,21 @@ def learn_and_judge(
 
 def learn_alone(training: Training, threads: int = 1) -> Trained | TrainingError | TrainingEnded:
     """What `t2l.rl.learn.learn` gives or raises."""
+    t = training
     try:
-        return learn(training.problem, training.choice, training.settings, training.report, threads)
+        return learn(t.problem, t.choice, t.settings, t.report, threads, t.unfinished)
     except (TrainingError, TrainingEnded) as reason:
         return reason
+
+
+def _algorithm(training: Training) -> type[Algorithm]:
+    return ALGORITHMS.find(training.settings.algorithm)
 
 
 def _together(trainings: Sequence[Training], device: str | None) -> bool:
     """Whether one world can hold them: they differ in cell, action scales and seed alone."""
     first = trainings[0]
-    able = ALGORITHMS.find(first.settings.algorithm).side_by_side
+    able = _algorithm(first).side_by_side
     return (able and (len(trainings) > 1 or device is not None)) and all(
         training.problem.condition == first.problem.condition
         and training.choice.reward_weights == first.choice.reward_weights

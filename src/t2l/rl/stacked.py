@@ -1,6 +1,7 @@
 """Networks of one shape side by side: their parameters as rows of one matrix."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -53,6 +54,20 @@ class Adam:
     def __init__(self, rows: Tensor):
         self._rows, self._steps = rows, 0
         self._mean, self._square = torch.zeros_like(rows), torch.zeros_like(rows)
+
+    def state(self) -> dict[str, Any]:
+        """Of rows and their moments, for `restore`."""
+        return {
+            "rows": self._rows.detach(), "mean": self._mean, "square": self._square,
+            "steps": self._steps,
+        }  # fmt: skip
+
+    @torch.no_grad()
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from a `state`, in place: whoever holds the rows sees it."""
+        for name in ("rows", "mean", "square"):
+            getattr(self, f"_{name}").copy_(state[name])
+        self._steps = state["steps"]
 
     @torch.no_grad()
     def step(self, gradient: Tensor, rate: Tensor) -> None:

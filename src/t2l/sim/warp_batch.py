@@ -99,6 +99,11 @@ class WarpBatch:
         self._initial = self.asarray(model.qpos0)
         self.reset()
 
+    @property
+    def state(self) -> tuple[torch.Tensor, ...]:
+        """What the next step depends on besides parameters, (nsim, …) each, to be written to."""
+        return self.qpos, self.qvel, self.ctrl, self._warmstart, self._time
+
     def asarray(self, values: np.ndarray) -> torch.Tensor:
         """Numbers on the device, in single precision."""
         return torch.as_tensor(np.asarray(values, dtype=np.float32), device=self._torch_device)

@@ -19,7 +19,10 @@ def add_point(spec: mujoco.MjSpec, site: str) -> None:
 
 
 class Disturbance(ABC):
-    """What acts on the `n` robots of a batch, besides their controllers."""
+    """What acts on the `n` robots of a batch, besides their controllers.
+
+    What it remembers is in arrays that are attributes of it.
+    """
 
     def begin(self, ids: np.ndarray) -> None:  # noqa: B027
         """Take in that robots `ids` begin an episode."""
@@ -27,6 +30,11 @@ class Disturbance(ABC):
     @abstractmethod
     def apply(self, time_s: np.ndarray) -> None:
         """Set what acts during the next policy period, (n,) s after each episode began."""
+
+    @property
+    def memory(self) -> dict[str, np.ndarray]:
+        """What it remembers, by name; written in place it is another memory."""
+        return {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
 
 
 class Forces(Disturbance):

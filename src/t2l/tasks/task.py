@@ -26,6 +26,12 @@ if TYPE_CHECKING:
     from t2l.tasks.disturbance import Disturbance
     from t2l.tasks.waypoints import Waypoint
 
+# tasks of which `Rewarded.beyond_joints` says nothing, in words
+OF_JOINTS = (
+    "a task of joints alone that nothing pushes and whose episodes only their length ends, such as "
+    "joint_reach"
+)
+
 
 class Monitor(ABC):
     """Watches the simulations of one batch and says, at the end, how each went.
@@ -279,6 +285,18 @@ class Rewarded(Task):
     def deployable(self) -> bool:
         """Whether a robot can do it by its joints alone: nothing to grasp, nothing else to see."""
         return not (self.gripper_qpos.size or self.object_qpos.size)
+
+    @property
+    def beyond_joints(self) -> str:
+        """What of it a model of the joints alone cannot show, in words; nothing if it shows all."""
+        if not self.deployable:
+            return "objects or a hand, which a model of the joints cannot move"
+        if type(self).disturbance is not Rewarded.disturbance:
+            return "forces from outside, which a model of the joints does not feel"
+        if self.terminations:
+            names = ", ".join(term.name for term in self.terminations)
+            return f"episodes that may end early ({names}), which leaves unequal motions to compare"
+        return ""
 
     def reweighted(self, weights: Mapping[str, float]) -> Self:
         """The task with some weights of its reward replaced.

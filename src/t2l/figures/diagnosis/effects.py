@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from t2l.diagnose.results import kind_of
-from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, SKY, plain_ticks
-from t2l.plotting.style import COLOURS, shown, styled
+from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, SKY
+from t2l.plotting.style import COLOURS, plain_ticks, shown, styled
 
 # of a ranking: what a mark means, its colour, and that of its inside if another
 KINDS = {

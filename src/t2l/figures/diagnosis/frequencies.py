@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from t2l.diagnose import traces as of_traces
 from t2l.diagnose.results import Compared, noise_density
-from t2l.figures.diagnosis.panels import BLACK, colours, place, placed_by_hand, plain_ticks
-from t2l.plotting.style import shown, styled
+from t2l.figures.diagnosis.panels import BLACK, colours, place, placed_by_hand
+from t2l.plotting.style import plain_ticks, shown, styled
 
 
 def spectrum(compared: Sequence[Compared]) -> Figure:

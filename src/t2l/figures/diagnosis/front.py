@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from t2l.diagnose.fronts import Front
-from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, ORANGE, plain_ticks
-from t2l.plotting.style import styled
+from t2l.figures.diagnosis.panels import BLACK, BLUE, GREY, ORANGE
+from t2l.plotting.style import plain_ticks, styled
 
 
 def front(one: Front, floor: float) -> Figure:

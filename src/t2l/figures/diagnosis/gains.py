@@ -7,10 +7,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from t2l.diagnose.results import Compared, mapped, same_gains
-from t2l.figures.diagnosis.panels import BLACK, colours, place, placed_by_hand, plain_ticks
+from t2l.figures.diagnosis.panels import BLACK, colours, place, placed_by_hand
 from t2l.gains import Grid
 from t2l.plotting.heatmap import error_norm, heatmap
-from t2l.plotting.style import shown, styled
+from t2l.plotting.style import plain_ticks, shown, styled
 
 MOST_NUMBERS = 25  # in a joint's panel of cells; more take long to draw and are hard to read
 

@@ -5,9 +5,7 @@ from contextlib import AbstractContextManager
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from t2l.diagnose.results import Compared
 from t2l.diagnose.traces import Traces
@@ -39,13 +37,3 @@ def joints_by_error(traces: Traces) -> list[int]:
 def colours(compared: Sequence[Compared]) -> tuple[str, ...]:
     """Of the lines of one model, or of both."""
     return (BLUE,) if len(compared) == 1 else (ORANGE, BLUE)
-
-
-def plain_ticks(*axes: Axis) -> None:
-    """Label logarithmic axes 0.1, 1, 10; between them 2 and 5 where decades are few."""
-    for axis in axes:
-        low, high = axis.get_view_interval()
-        few = high < 100 * low
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,)))
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter(NullFormatter())

@@ -9,13 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from t2l.advise.attenuation import SMALL
 from t2l.gains import Cell, Grid
 from t2l.plotting.heatmap import heatmap, height, matrix, width
 from t2l.plotting.over_time import panels_over_time
-from t2l.plotting.style import COLOURS, styled, title
+from t2l.plotting.style import COLOURS, plain_ticks, styled, title
 from t2l.stats.text import interval
 from t2l.study.published.numbers import REGIONS
 
@@ -105,7 +104,8 @@ def success(
             colours = [_COLOURS[region] for region in _regions(cells, grid)]
             for panel, (column, label) in zip(axes[row], _LABELS.items(), strict=True):
                 panel.scatter(cells[column], 100 * cells.success, c=colours, s=16, lw=0)
-                _decades(panel)
+                panel.set_xscale("log")
+                plain_ticks(panel.xaxis)
                 one = known.loc[(name, column)]
                 text = interval(one.rho, one.low, one.high)
                 panel.set_title(f"ρ {text}", fontsize=8, loc="right")
@@ -190,16 +190,6 @@ def _lines(axes: Axes, table: "pd.DataFrame", name: str) -> None:
         noisy = condition != "none"
         style = {"color": COLOURS[1], "lw": 0.7, "alpha": 0.7} if noisy else {"color": "black"}
         axes.plot(own.time_s, own[name], zorder=1 if noisy else 2, **style)
-
-
-def _decades(axes: Axes) -> None:
-    """A logarithmic axis that has labels within a decade too where it has few decades."""
-    axes.set_xscale("log")
-    low, high = axes.get_xlim()
-    within = (1, 3) if high / low < 100 else (1,)
-    axes.xaxis.set_major_locator(LogLocator(subs=within))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _regions(table: "pd.DataFrame", grid: Grid) -> list[str]:

@@ -19,6 +19,7 @@ from t2l.sim.batch import make_batch
 from t2l.sim.sampled_loop import longest_stable_s
 from t2l.sim.schedule import Schedule
 from t2l.tasks import Rewarded
+from t2l.tasks.task import OF_JOINTS
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,19 @@ class Machine:
         )
 
 
+def check_task(task: Rewarded) -> None:
+    """Whether a twin does a task as the machine would.
+
+    Raises:
+        ConfigurationError: a model of the joints cannot show it.
+    """
+    if beyond := task.beyond_joints:
+        raise ConfigurationError(
+            f"recordings of a robot, for the task {task.name}: found {beyond}; allowed: no "
+            f"recordings, or {OF_JOINTS}"
+        )
+
+
 class Twin:
     """`n` machines that begin episodes together, in an `Environment`'s hands like a `Simulator`.
 
@@ -87,6 +101,9 @@ class Twin:
     Attributes:
         batch: the task's scene, its joints where encoders see them.
         timestep_s: of the loop.
+
+    Raises:
+        ConfigurationError: see `check_task`.
     """
 
     def __init__(
@@ -100,6 +117,7 @@ class Twin:
         longest_s: float,
         threads: int = 1,
     ):
+        check_task(task)
         self.joints, self.n = task.robot.joints, n
         self.timestep_s = 1.0 / machine.control_rate_hz
         self.batch = make_batch(task.model, n, threads)
