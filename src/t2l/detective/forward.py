@@ -51,7 +51,7 @@ def growing(
         After each step the sets with those that grew from them, and the best.
     """
     known = {frozenset(one.names): one for one in sets}
-    best, floor = before, FLOOR * linearised_rmse
+    best, floor = choose(before, sets, judge) or before, FLOOR * linearised_rmse
     exact, grew = set(known), set()
     for _ in range(STEPS):
         left = min((one.left_out_rmse for one in known.values()), default=np.inf)

@@ -195,6 +195,7 @@ class _Search:
         simulated: what was adopted last.
         current: the same along the measured motion, or what the linear model promises beyond it.
         linearised_rmse: rad, what the model of which the loop is linearised leaves by simulation.
+        nearest_rmse: likewise of the last one at which that was tried.
     """
 
     def __init__(self, model: Model, data: DataSplit, looked, over, offered: Offered):
@@ -308,27 +309,23 @@ class _Search:
             The new ones that a simulation follows.
         """
         folds, before = self.data.folds, this.led
-        simulated = [(f, f.rmse) for f in this.fits]
-        more = True
-        while more:
-            nearer = self._nearer(simulated, judge)
-            if nearer is not None:
-                screen = self._again_at(this, *nearer)
+        screen = self._again_at(this, [(f, f.rmse) for f in this.fits], judge) or screen
+        again: Screen | None = screen
+        while again is not None:
+            screen, again = again, None
             steps = growing(
                 self.current, this.led, screen, self.rows, self.along, folds, judge,
                 self.linearised_rmse,
             )  # fmt: skip
-            simulated = []
             for this.led, best in steps:
                 this.grown.append(best)
                 self.looked(this)
                 if self.over():
                     break
-                if best.left_out_rmse <= NEARER * self.linearised_rmse:
-                    simulated = self._followed(this.led, CHECKED)
-                    if self._nearer(simulated, judge) is not None:
+                if best.left_out_rmse <= NEARER * self.nearest_rmse:
+                    again = self._again_at(this, self._followed(this.led, CHECKED), judge)
+                    if again is not None:
                         break
-            more = self._nearer(simulated, judge) is not None and not self.over()
         followed = self._followed(this.led, GROWN)
         new = [one for one, _ in followed if all(one is not old for old in before)]
         if new and not self.over():
@@ -340,23 +337,27 @@ class _Search:
                 this.led.append(fewer)
         return new
 
-    def _nearer(
-        self, simulated: Sequence[tuple[FittedSet, float]], judge: Judge
-    ) -> tuple[FittedSet, float] | None:
-        """The best of them with what it leaves, if the loop is to be linearised again at it."""
-        one, rmse = min(simulated, key=lambda pair: pair[1], default=(None, np.inf))
-        near = rmse <= NEARER * self.linearised_rmse and not judge.quiet(rmse)
-        return (one, rmse) if near else None
+    def _again_at(
+        self, this: Round, simulated: Sequence[tuple[FittedSet, float]], judge: Judge
+    ) -> Screen | None:
+        """Linearise at the best of some sets, if that is much nearer, and true to its simulation.
 
-    def _again_at(self, this: Round, one: FittedSet, rmse_rad: float) -> Screen:
-        """Linearise at a set of which `rmse_rad` is the error by simulation.
+        Args:
+            simulated: with what the simulation of each leaves, rad.
 
         Returns:
             The screen there; the sets that may grow are fitted again.
         """
-        self._linearise(this.noise_rad, one.known, rmse_rad)
-        carried = [Start(f.layout, f.u) for f in of_each_size(this.led)]
-        this.led = fit_along(carried, self.along, self.data.folds)
+        one, rmse = min(simulated, key=lambda pair: pair[1], default=(None, np.inf))
+        if rmse > NEARER * self.nearest_rmse or judge.quiet(rmse):
+            return None
+        before = self.samples, self.sections, self.along, self.current, self.linearised_rmse
+        self._linearise(this.noise_rad, one.known, rmse)
+        if self.along.rmse > ASTRAY * rmse:
+            self.samples, self.sections, self.along, self.current, self.linearised_rmse = before
+            return None
+        carried = {frozenset(f.names): Start(f.layout, f.u) for f in (*of_each_size(this.led), one)}
+        this.led = fit_along([*carried.values()], self.along, self.data.folds)
         clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
         guesses = self._guesses(self._left(clearer))
         return self._screen(self._left(self.current), *guesses, may_bend=False)
@@ -450,7 +451,7 @@ class _Search:
         that of the model as it came.
         """
         data, model = self.data, known[0]
-        self.linearised_rmse = rmse_rad
+        self.linearised_rmse = self.nearest_rmse = rmse_rad
         self.samples = Samples.of(data.fitted, data.fitted_mask, data.folds, model, noise_rad)
         linear = self.samples.linear
         motions = measured_motion(linear, *model)
