@@ -22,7 +22,7 @@ FINISHING = 3  # numerics: on every tick, from what coarser ones led to
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
 LONG_TICK_S = 1e-2  # numerics: likewise for a slow loop
-MANY_TICKS = 2_000  # numerics: of recordings, of which more ask for longer ticks
+MANY_TICKS = 24_000  # numerics: of recordings, of which more ask for longer ticks
 SHORT_TICK_S = 2.5e-3  # numerics: in which the linear model of a loop is nearly exact
 HOPELESS = 4.0  # numerics: times the least loss, at which a fit that gains little is given up
 
