@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from t2l.detective.along_motion import AlongMotion, fit_along
+from t2l.detective.along_motion import AlongMotion, fit_along, of_joints, together
+from t2l.detective.candidates import encoded
 from t2l.detective.data_split import split
 from t2l.detective.explanation import explained
 from t2l.detective.fit import Samples, fit_sets
@@ -16,8 +17,18 @@ from t2l.detective.responses import added_torques, stiffness
 from t2l.detective.rule import Judge
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
+from t2l.identify.first_guesses import first_guesses
 from t2l.identify.model import Model
-from tests.diagnose.made import measured, pendulum, recording, step, swings
+from t2l.identify.scales import sized
+from tests.diagnose.made import (
+    measured,
+    pendulum,
+    recording,
+    step,
+    swing,
+    swings,
+    two_pendulums,
+)
 
 BARE = Layout(()), np.zeros(0)
 NOISE_RAD = 1e-4
@@ -65,6 +76,33 @@ def test_the_truth_leaves_little_however_far_the_model_so_far_is(robot, name):
     (truth,) = fit_along([Start(layout, u)], along, data.folds, 0)
     assert rms(so_far.residual) > 30 * NOISE_RAD
     assert rms(truth.residual) < 0.1 * rms(so_far.residual)
+
+
+def test_points_that_move_one_joint_each_have_the_torques_of_fewer_points(tmp_path):
+    """Of every effect with numbers of single joints, to the last digit."""
+    robot = two_pendulums(tmp_path)
+    commands = lambda t: np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)  # noqa: E731
+    logs = [measured(recording(robot, commands, kp=20.0), noise_rad=NOISE_RAD)]
+    data = split(robot, logs, logs, threads=1)
+    along, _ = along_of(data)
+    model, counts = sized(Model(robot), data.fitted), {}
+    for effect in model.known_effects(data.fitted.joints).values():
+        if effect.needs or not effect.may_act(data.fitted.recordings):
+            continue
+        layout = Layout([Term(effect, (0, 1))])
+        encode = encoded(first_guesses(effect, model.sizes, 2)[0])
+        u = np.clip([encode(slot) for slot in layout.slots], layout.lower, layout.upper)
+        points = u + np.vstack([np.zeros(len(u)), 0.01 * np.diag(np.maximum(np.abs(u), 0.1))])
+        points = np.clip(points, layout.lower, layout.upper)
+        rows, of = together(layout, points, 2)
+        counts[effect.name] = len(points) - len(rows)
+        (section,) = along.sections
+        (apart,) = added_torques(data.fitted, section, along.base, [(layout, points)])
+        (alike,) = added_torques(data.fitted, section, along.base, [(layout, rows)])
+        np.testing.assert_array_equal(apart, of_joints(alike, of, 1), err_msg=effect.name)
+    assert counts["coulomb_friction"] == 1
+    assert counts["controller_gains"] == 2
+    assert counts["encoder_eccentricity"] == counts["supply_sag"] == 0
 
 
 def test_the_model_so_far_leaves_what_its_simulation_leaves(robot):

@@ -9,12 +9,15 @@ import pytest
 from t2l.cli.main import main
 from t2l.detective.data_split import split
 from t2l.detective.explanation import explained
+from t2l.detective.fit import Samples, fit_sets
+from t2l.detective.fitted_set import Start
 from t2l.detective.search import search
 from t2l.diagnose.ranking import NOTHING_MISSING
 from t2l.effects.law import FRICTION
+from t2l.effects.term import Layout, Term
 from t2l.identify.model import Model, read_model
 from t2l.recordings.log import write_recording
-from tests.diagnose.made import measured, pendulum, recording, swing, swings
+from tests.diagnose.made import measured, pendulum, recording, swing, swings, two_pendulums
 
 HIDDEN = {"coulomb_friction": {"torque": {"hinge": 0.05}}, "command_delay": {"delay": 0.02}}
 
@@ -49,6 +52,27 @@ def test_friction_is_found_where_the_motor_is_at_its_limit_most_of_the_time(tmp_
     found = search(Model(robot), split(robot, logs[:3], logs[3:], threads=1)).model
     assert set(found.effects) == set(hidden)
     assert found.effects["coulomb_friction"]["torque"]["hinge"] == pytest.approx(0.2, rel=0.01)
+
+
+def test_what_says_as_much_with_fewer_numbers_takes_the_place_of_a_term(tmp_path):
+    """Constant friction in the place of a drifting one, of which a first guess is far off."""
+    robot = two_pendulums(tmp_path)
+    hidden = {"coulomb_friction": {"torque": {"left": 0.2, "right": 0.03}}}
+    commands = lambda t: np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)  # noqa: E731
+    logs = [
+        measured(recording(robot, commands, kp=kp, duration_s=2.0), hidden, 1e-4, seed)
+        for seed, kp in enumerate((20.0, 40.0, 30.0))
+    ]
+    model, data = Model(robot), split(robot, logs[:2], logs[2:], threads=1)
+    layout = Layout([Term(model.known_effects(data.fitted.joints)["friction_drift"], (0, 1))])
+    level = np.array([0.2, 0.03])
+    u = layout.encode(
+        {"friction_drift": {"at_start": level, "at_end": level, "time_constant": np.array([1.0])}}
+    )
+    whole = Samples(data.fitted, data.fitted, data.fitted, data.fitted_mask, data.folds)
+    (drifting,) = fit_sets([Start(layout, u)], whole)
+    found = search(model, data, resumed=(1, drifting)).model
+    assert set(found.effects) == set(hidden)
 
 
 def test_where_nothing_is_missing_nothing_is_looked_for(robot):

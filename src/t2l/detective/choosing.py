@@ -46,19 +46,25 @@ def worth_fitting(screen: Screen) -> list[Scored]:
 
 
 def exchanges(screen: Screen) -> list[Scored]:
-    """Sets with others in the place of terms, the best first, of one number more at most.
+    """Sets with others in the place of terms, of one number more at most.
 
-    Of a term and an effect in its place only the best joints and settings count.
+    First those with one effect in the place of one term, the best first. Of the same names only
+    the best joints and settings count.
     """
     screen.search()
     least = screen.score(()).error
-    alike = (s for s in screen.known.values() if s.error <= RIVAL * least)
+    alike = [s for s in screen.known.values() if s.members and s.error <= RIVAL * least]
     best: dict[frozenset, Scored] = {}
-    for one in sorted([*alike, *screen.in_place()], key=lambda s: s.error):
-        if one.members and one.complexity <= 1:
-            names = frozenset((c.removal, c.effect.name) for c in screen.chosen(one.members))
-            best.setdefault(names, one)
-    return [*best.values()][:EXCHANGES]
+
+    def take(sets: Sequence[Scored], most: int) -> None:
+        for one in sorted(sets, key=lambda s: s.error):
+            if one.complexity <= 1 and len(best) < most:
+                names = frozenset((c.removal, c.effect.name) for c in screen.chosen(one.members))
+                best.setdefault(names, one)
+
+    take(screen.in_place(), EXCHANGES // 2)
+    take(alike, EXCHANGES)
+    return [*best.values()]
 
 
 def leaders(before: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
@@ -73,12 +79,16 @@ def leaders(before: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[
     best = ranked[0].left_out_rmse
     unsure = LINEAR * max(before.left_out_rmse**2 - best**2, 0.0)
     limit = max(PROMISING * best, 2 * judge.noise_rad, (best**2 + unsure) ** 0.5)
-    near = [f for f in ranked if f.left_out_rmse <= limit]
+    return _simplest_too([f for f in ranked if f.left_out_rmse <= limit])
+
+
+def _simplest_too(ranked: Sequence[FittedSet]) -> list[FittedSet]:
+    """Of some sets, the best first, those that are fitted by simulation: that, and simpler ones."""
     front: list[FittedSet] = []
-    for one in sorted(near, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse)):
+    for one in sorted(ranked, key=lambda f: (f.complexity, len(f.layout.terms), f.left_out_rmse)):
         if not front or one.left_out_rmse < BETTER * front[-1].left_out_rmse:
             front.append(one)
-    kept = {id(f): f for f in (ranked[0], front[0], *front[::-1], *near)}
+    kept = {id(f): f for f in (*ranked[:1], *front[:1], *front[::-1], *ranked)}
     return [*kept.values()][:FINISHED]
 
 
@@ -92,7 +102,7 @@ def exchanged(
     """
     limit = max(PROMISING * before.left_out_rmse, 2 * judge.noise_rad)
     near = [f for f in fits if f.left_out_rmse <= limit and f.complexity <= most]
-    return sorted(near, key=lambda f: f.left_out_rmse)[:FINISHED]
+    return _simplest_too(sorted(near, key=lambda f: f.left_out_rmse))
 
 
 def nearest(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
