@@ -122,9 +122,10 @@ class Exported:
         - to add to: `torque` (N·m), `friction` (N·m of dry friction), `damping` (N·m·s/rad),
           `stiffness` (N·m/rad) and `pull` (N·m that it gives at zero).
 
-        `demand_at_rest()` is what a controller asks for, N·m by joint, where joints stay where
-        they are. Of its own it has `state`, a dict that is empty at the start. `tick` counts,
-        `period_s` is the time from tick to tick.
+        `torques_at_rest()` and `given_at_rest(demand)` are the torques on joints that rest, and
+        what motors make of a demand there, N·m by joint, of what remembers nothing. Of its own it
+        has `state`, a dict that is empty at the start. `tick` counts, `period_s` is the time from
+        tick to tick.
 
         Args:
             on: CONTROLLER, MOTOR or JOINT: it changes what the loop computes, what the motor makes

@@ -6,6 +6,9 @@ from t2l.effects.effect import AT_REST_RAD_S, Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.sim.loop import each_tick, over_ticks
 
+SLOPE, TINY = 1e-6, 1e-12  # numerics: share of a torque and N·m, of a difference; a slope of zero
+SECANTS = 2  # numerics: steps to a demand; one is exact where motors give a share of it
+
 
 class IntegralAction(Effect):
     """τ_I(k) = clip(τ_I(k−1) + Ki h (q_des − q), ±limit): anti-windup by clamping.
@@ -50,7 +53,7 @@ class IntegralAction(Effect):
                 if not state:
                     pulled = loop.kp[at] * error
                     load = bias[:, loop.dofs] - passive[:, loop.dofs]
-                    load, added = loop.demand_at_rest(load)[at], gain * first * error
+                    load, added = demand_at_rest(loop, load)[at], gain * first * error
                     state["sum"] = first_sum(load, now[at], pulled, dq[at], gain, added)
                 now[at] += integrated(state, gain * error, first, period, limit)
 
@@ -62,6 +65,24 @@ class IntegralAction(Effect):
             for time_s in (60.0, 15.0, 4.0, 1.5, 0.4)  # of the stiffest recording
             for share in (0.01, 0.1, 0.5, 10.0)
         ]
+
+
+def demand_at_rest(loop, load):
+    """N·m that a controller asks for where joints rest: what remembers has no part in it.
+
+    Args:
+        loop: or an exported robot.
+        load: N·m that the weight takes, less springs of the model.
+    """
+    needed = load - loop.torques_at_rest()
+    demand, step = needed.copy(), SLOPE * np.abs(needed) + TINY
+    for _ in range(SECANTS):
+        given = loop.given_at_rest(demand)
+        slope = (loop.given_at_rest(demand + step) - given) / step
+        # a motor at its limit gives no more
+        gives = slope > SLOPE
+        demand += np.where(gives, needed - given, 0.0) / np.where(gives, slope, 1.0)
+    return demand
 
 
 def first_sum(load, given, pulled, dq, gain, added):
@@ -94,7 +115,7 @@ def integrate_error(robot, joints, values):
     gain, period_s, motor = values["gain"], robot.period_s, robot.motor[joints]
     error = robot.target[joints] - robot.q[joints]
     if not robot.state:
-        load, dq = robot.demand_at_rest()[joints], robot.dq[joints]
+        load, dq = demand_at_rest(robot, robot.load - robot.passive)[joints], robot.dq[joints]
         robot.state["sum"] = first_sum(
             load, motor, robot.kp[joints] * error, dq, gain, gain * period_s * error
         )

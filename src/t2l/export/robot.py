@@ -136,31 +136,24 @@ class Robot:
         """Measured velocities, rad/s."""
         return self._reading(self.data.qvel)
 
-    def demand_at_rest(self):
-        """N·m that a controller asks for where joints stay where they are.
+    def torques_at_rest(self):
+        """N·m on joints that rest, of what remembers nothing."""
+        return self._at_rest("joint", self.motor)[1]
 
-        What remembers has no part in it, nor has dry friction.
-        """
+    def given_at_rest(self, demand):
+        """What motors that remember nothing make there of a demand, N·m."""
+        return self._at_rest("motor", demand.copy())[0]
+
+    def _at_rest(self, signal, motor):
         names = "motor", "torque", "friction", "stiffness", "pull", "damping", "rate", "velocity"
         before = {name: getattr(self, name).copy() for name in names}
-        self.rate, self.velocity = np.zeros((2, len(self.joints)))
-        for function, joints, values in self.stateless["joint"]:
+        self.motor, (self.rate, self.velocity) = motor, np.zeros((2, len(self.joints)))
+        for function, joints, values in self.stateless[signal]:
             function(self, joints, values)
-        needed = self.load - self.passive - self.torque
-        step, asked = 1e-6 * np.abs(needed) + 1e-12, needed.copy()
-        for _ in range(2):
-            given = []
-            for more in (0.0, step):
-                self.motor = asked + more
-                for function, joints, values in self.stateless["motor"]:
-                    function(self, joints, values)
-                given.append(self.motor)
-            slope = (given[1] - given[0]) / step
-            gives = slope > 1e-6
-            asked += np.where(gives, needed - given[0], 0.0) / np.where(gives, slope, 1.0)
+        found = self.motor, self.torque
         for name, values in before.items():
             setattr(self, name, values)
-        return asked
+        return found
 
     def _reading(self, values):
         return self.reads @ values

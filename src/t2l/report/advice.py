@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from t2l.advise import words as said
@@ -15,6 +14,7 @@ from t2l.advise.evidence import evidence
 from t2l.artefacts import write_text
 from t2l.diagnose.files import REPORT
 from t2l.report import words
+from t2l.report.templating import templates
 
 
 def write_advice_page(
@@ -26,14 +26,9 @@ def write_advice_page(
         pictures: PNG files by what they are named in the template: maps, reasons.
         measured: whether the machine's effects are known from recordings.
     """
-    environment = Environment(
-        loader=PackageLoader("t2l.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+    environment = templates(
+        {"number": words.number, "isinf": math.isinf, "sentence": words.sentence}
     )
-    environment.filters |= {"number": words.number, "isinf": math.isinf, "sentence": words.sentence}
     found, joints = advice.responses, advice.asked.joints
     rows = [
         {

@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
@@ -22,6 +22,7 @@ from t2l.report import words
 from t2l.report.menus import menus
 from t2l.report.payload import COARSEST, payload, unmapped
 from t2l.report.saved import saved
+from t2l.report.templating import templates
 from t2l.report.view import LIMITS, view
 
 
@@ -84,23 +85,15 @@ def _of_comparison(found: Found) -> dict[str, Any]:
 
 
 def _environment() -> Environment:
-    """Templates in which every value is escaped, since recordings and effects name themselves."""
-    environment = Environment(
-        loader=PackageLoader("t2l.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
-    environment.filters |= {
+    environment = templates({
         filter.__name__: filter
         for filter in (
             words.estimate, words.gains, listed, words.mrad, words.number, percent,
             words.capital, words.sentence, words.span, words.title_in, with_minus,
             by_share, by_value, contents,
         )
-    }  # fmt: skip
+    })  # fmt: skip
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     return environment
 
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from importlib.resources import files
 
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from t2l.report.templating import templates
 from t2l.stats.verdict import Verdict
 from t2l.study.scoreboard.table import CHAINS, counts, printable_scoreboard
 from t2l.study.scoreboard.weight import independent
@@ -23,14 +23,7 @@ def render(table: pd.DataFrame, studies: Sequence[str], robot: str) -> str:
         studies: of t2l, whose results were read.
         robot: the name of the robot that they are of.
     """
-    environment = Environment(
-        loader=PackageLoader("t2l.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["breakable"] = breakable
+    environment = templates({"breakable": breakable})
     printed = printable_scoreboard(table).rename(columns=str.lower)
     rows = table.assign(shown=printed.ours, shown_p=printed.p).to_dict("records")
     return environment.get_template("scoreboard.html").render(

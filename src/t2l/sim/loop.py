@@ -8,9 +8,6 @@ import numpy as np
 from t2l.sim.schedule import Schedule
 from t2l.sim.transmission import Transmission
 
-SLOPE, TINY = 1e-6, 1e-12  # numerics: share of a torque and N·m, of a difference; a slope of zero
-SECANTS = 2  # numerics: steps to a demand; one is exact where motors give a share of it
-
 
 def over_ticks(change: Callable) -> Callable:
     """Mark what acts in a loop as fit for several ticks that follow each other, in one call.
@@ -156,32 +153,22 @@ class Loop:
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
 
-    def demand_at_rest(self, load: np.ndarray) -> np.ndarray:
-        """N·m (nsim, njoint) that a controller asks for where joints rest at the start.
+    def torques_at_rest(self) -> np.ndarray:
+        """N·m (nsim, njoint) on joints that rest at the start, of what remembers nothing."""
+        return self._at_rest("joint_torques", np.zeros_like(self.start_q))
 
-        What remembers has no part in it, nor has dry friction.
+    def given_at_rest(self, demand: np.ndarray) -> np.ndarray:
+        """What motors that remember nothing make there of a demand, N·m (nsim, njoint)."""
+        return self._at_rest("motor_filters", demand.copy())
 
-        Args:
-            load: N·m that the weight takes, less springs of the model.
-        """
+    def _at_rest(self, place: str, torque: np.ndarray) -> np.ndarray:
         moving = getattr(self, "q", None), getattr(self, "dq", None)
         self.q, self.dq = self.start_q - self.encoder_offset, np.zeros_like(self.start_q)
-        added = np.zeros_like(load)
-        for add in self.stateless["joint_torques"]:
-            add(0, self.q, self.dq, added)
-        needed = load - added
-        demand = needed.copy()
-        step = SLOPE * np.abs(needed) + TINY
-        for _ in range(SECANTS):
-            given = np.stack([demand, demand + step])
-            for one in given:
-                for change in self.stateless["motor_filters"]:
-                    change(0, one)
-            slope = (given[1] - given[0]) / step
-            missing = np.where(slope > SLOPE, needed - given[0], 0.0)
-            demand += missing / np.where(slope > SLOPE, slope, 1.0)
+        state = (self.q, self.dq) if place == "joint_torques" else ()
+        for change in self.stateless[place]:
+            change(0, *state, torque)
         self.q, self.dq = moving
-        return demand
+        return torque
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:
         return np.tile(values, (self.nvariant, 1)).astype(float)
