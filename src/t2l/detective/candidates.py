@@ -1,7 +1,8 @@
 """What may be missing: known effects on one joint or on all, each with columns of responses.
 
 A candidate's response is affine in its parameters: what it does at a setting, and the derivatives
-there. Each of an effect's first guesses is a setting; on each joint the best few are kept.
+there. Each of an effect's first guesses is a setting; on each joint the best few are kept, or all
+if there are no derivatives.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
@@ -226,7 +227,7 @@ def known_candidates(
 
     Args:
         guesses: of each effect by name, each parameter (njoint,) or (1,).
-        residual: (nsample,) measured minus predicted, rad.
+        residual: (nsample,) measured minus predicted, rad, of which settings tell the most.
         rows: (k,) indices of the samples that columns have.
 
     Raises:
@@ -400,7 +401,9 @@ def _driven(
     for one, at in zip(asked, places, strict=True):
         best = []
         for joint in one.each:
-            kept = _ranked(residual, values[:, at[joint]])[:KEPT]
+            ranked = _ranked(residual, values[:, at[joint]])
+            # where there is no derivative, no setting leads to another, and none costs a column
+            kept = ranked[:KEPT] if one.groups else ranked
             made = [_derived(one, s, joint, at[joint][s], second) for s in kept]
             candidates += made
             best += made[:1]

@@ -39,12 +39,14 @@ def has_a_name(law: Law) -> bool:
     return law.follows == "constant" or law.kind in (INERTIA, LIMIT)
 
 
-def is_straight(effect: SplineTorque) -> bool:
-    """Whether it is no more than a line: a spring, viscous friction, friction by load, a coupling.
+def is_named_line(effect: SplineTorque, joints: Sequence[str]) -> bool:
+    """Whether it is a line that known effects are too: a spring, viscous friction, a coupling.
 
-    Known effects are that too.
+    Of joints that are no neighbours no known effect is a coupling.
     """
-    return effect.basis.shape[1] <= LINE
+    law = effect.law
+    apart = abs(joints.index(law.joint) - joints.index(law.of))
+    return effect.basis.shape[1] <= LINE and apart <= 1
 
 
 def curves(
@@ -88,7 +90,7 @@ def curves(
         else:
             finest = effect_of(law, ends[law], motor[law.joint])
             found.append(straight(finest) if law in only_lines else finest)
-    return [one for one in found if not (named and is_straight(one))]
+    return [one for one in found if not (named and is_named_line(one, predictor.joints))]
 
 
 def with_curves(
@@ -119,7 +121,7 @@ def with_curves(
     found: dict[int, list[tuple[float, list[tuple[Candidate, np.ndarray]]]]] = {}
     for effect, at in zip(finest, places, strict=True):
         joint = predictor.joints.index(effect.law.joint)
-        made = _versions(effect, joint, len(screened.base), named)
+        made = _versions(effect, predictor.joints, len(screened.base), named)
         # what other joints lack is no reason to prefer a simple one
         here = np.isin(
             joints, [predictor.joints.index(n) for n in (effect.law.joint, effect.law.of)]
@@ -182,14 +184,14 @@ def _ask(wanted: Responses, predictor, sections, adopted, effect: SplineTorque) 
 
 
 def _versions(
-    finest: SplineTorque, joint: int, first: int, named: bool
+    finest: SplineTorque, joints: Sequence[str], first: int, named: bool
 ) -> list[tuple[Candidate, np.ndarray]]:
     """Candidates, the fewest numbers first, their columns numbered from `first` on.
 
     Each with its columns as combinations of the finest ones.
     """
-    made = []
-    bent = [(one, of) for one, of in versions(finest) if not (named and is_straight(one))]
+    made, joint = [], joints.index(finest.law.joint)
+    bent = [(one, of) for one, of in versions(finest) if not (named and is_named_line(one, joints))]
     every = ((one.bending(bend), of) for one, of in bent for bend in BENDS)
     for effect, of_finest in every:
         parameters = effect.parameters

@@ -8,7 +8,8 @@ Source: beam search over models, Hastie et al., The elements of statistical lear
 3.3 (forward and backward selection); leave-one-out as of section 7.10.
 """
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice
 
@@ -20,7 +21,8 @@ RIDGE = 1e-6  # numerics: of a column's sum of squares: keeps what is alike at a
 TINY = 1e-100  # numerics: keeps what does nothing solvable, in any unit
 PARSIMONY = 0.01  # tuned: of the squared error, for each number
 WIDTH = 6  # numerics: sets that go on at each size
-LOOKED_AT = 30  # numerics: of the candidates to add, the most promising, that are scored in full
+# numerics: of the candidates to add, the most promising, that are scored in full; of each its best
+LOOKED_AT, SETTINGS = 30, 2
 MOST = 5  # bound: candidates in a set
 FIXINGS = 4  # numerics: times that what lies outside is fixed at its bound, and the rest solved
 SWEEPS = 10  # numerics: of coordinate descent within bounds then
@@ -214,11 +216,21 @@ class Screen:
             left[rows] = error - (target * w).sum(axis=1)
         left *= 1 + PARSIMONY * np.array(self.complexity)
         free = (
-            i for i in np.argsort(left, kind="stable")
+            int(i) for i in np.argsort(left, kind="stable")
             if not self.table.candidates[i].removal
             and not any(_excludes(self.table.candidates[i], other) for other in taken)
         )  # fmt: skip
-        return [int(i) for i in islice(free, LOOKED_AT)]
+        return list(islice(self._best_settings(free), LOOKED_AT))
+
+    def _best_settings(self, ranked: Iterable[int]) -> Iterator[int]:
+        """Of candidates, the most promising first, the first few settings of each."""
+        seen: Counter = Counter()
+        for i in ranked:
+            one = self.table.candidates[i]
+            version = *one.key, len(one.columns)
+            seen[version] += 1
+            if seen[version] <= SETTINGS:
+                yield i
 
     def search(self) -> list[Scored]:
         """The front: of every complexity the best set, if it is better than all less.

@@ -359,8 +359,10 @@ class _Search:
         carried = {frozenset(f.names): Start(f.layout, f.u) for f in (*of_each_size(this.led), one)}
         this.led = fit_along([*carried.values()], self.along, self.data.folds)
         clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
-        guesses = self._guesses(self._left(clearer))
-        return self._screen(self._left(self.current), *guesses, may_bend=False)
+        still = self._left(clearer)
+        return self._screen(
+            self._left(self.current), *self._guesses(still), may_bend=False, still=still
+        )
 
     def _followed(
         self, led: Sequence[FittedSet], most: int = FOLLOWED
@@ -484,8 +486,14 @@ class _Search:
         effects: Sequence[Effect],
         guesses: Mapping[str, Sequence[Values]],
         may_bend: bool = True,
+        still: np.ndarray | None = None,
     ) -> Screen:
-        """Candidates, scored at some of the samples."""
+        """Candidates, scored at some of the samples.
+
+        Args:
+            left: (nsample,) what the current model leaves, rad.
+            still: likewise another, which says what settings of an effect promise most.
+        """
         predictor, mask = self.samples.linear, self.samples.mask
         every = -(-int(mask.sum()) // SCREENED)
         joint = predictor.samples.joint[mask]
@@ -503,7 +511,8 @@ class _Search:
             effects = [*effects, *begun_at]
             guesses = {**guesses, **{e.name: e.starts(sizes) for e in begun_at}}
             finest = [e for e in finest if e.atoms is None]
-        table = known_candidates(predictor, self.sections, adopted, effects, guesses, left, rows)
+        still = left if still is None else still
+        table = known_candidates(predictor, self.sections, adopted, effects, guesses, still, rows)
         if finest:
             table, self.ceilings = with_curves(
                 table, predictor, self.sections, adopted, finest, noise, left[rows], folds, rows,

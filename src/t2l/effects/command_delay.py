@@ -4,7 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.sim.delay import DelayLine
-from t2l.sim.loop import each_tick, over_ticks
+from t2l.sim.loop import over_ticks
 
 
 class CommandDelay(Effect):
@@ -25,7 +25,7 @@ class CommandDelay(Effect):
         to.delay_s[joints] += values["delay"]
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
         for filters in (loop.command_filters, loop.feed_forward_filters):
             filters.append(_delay(DelayLine(values["delay"] / loop.period_s), at))
 
@@ -36,7 +36,6 @@ class CommandDelay(Effect):
 def _delay(delayed, at):
     @over_ticks
     def change(tick, command):
-        for now in each_tick(command):
-            now[at] = delayed(now[at])
+        command[at] = delayed(command[at])
 
     return change

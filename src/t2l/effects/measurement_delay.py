@@ -6,7 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import delayed
 from t2l.sim.delay import DelayLine
-from t2l.sim.loop import each_tick, over_ticks
+from t2l.sim.loop import over_ticks
 
 
 class MeasurementDelay(Effect):
@@ -28,13 +28,12 @@ class MeasurementDelay(Effect):
         to.call(self.name, measure_late, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        ticks, at = values["delay"] / loop.period_s, (rows, loop.columns(joints))
+        ticks, at = values["delay"] / loop.period_s, (..., rows, loop.columns(joints))
         late = DelayLine(ticks), DelayLine(ticks)
 
         @over_ticks
         def change(tick, q, dq):
-            for here, speed in zip(each_tick(q), each_tick(dq), strict=True):
-                here[at], speed[at] = late[0](here[at]), late[1](speed[at])
+            q[at], dq[at] = late[0](q[at]), late[1](dq[at])
 
         loop.feedback_filters.append(change)
 

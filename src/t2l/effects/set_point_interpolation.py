@@ -6,7 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import delayed
 from t2l.sim.delay import DelayLine
-from t2l.sim.loop import each_tick, over_ticks
+from t2l.sim.loop import over_ticks
 
 
 class SetPointInterpolation(Effect):
@@ -34,23 +34,24 @@ class SetPointInterpolation(Effect):
         to.call(self.name, ramp_commands, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        at, period, state = (rows, loop.columns(joints)), loop.real_period_s, {}
+        at, period, state = (..., rows, loop.columns(joints)), loop.real_period_s, {}
         ramp = np.maximum(values["ramp"], period)
-        before = DelayLine(ramp / period)
-
-        def follow(command):
-            state["sum"] = state["sum"] + (command - state["first"]) * period
-            return state["first"] + (state["sum"] - before(state["sum"])) / ramp
+        before, several = DelayLine(ramp / period), loop.schedule.coarseness
 
         @over_ticks
         def change(tick, target):
-            for now in each_tick(target):
-                command = now[at].copy()
-                if not state:
-                    state.update(first=command, sum=0.0 * command)
-                # a tick may hold several of the real loop, of which the torque sees the mean
-                steps = [follow(command) for _ in range(loop.schedule.coarseness)]
-                now[at] = sum(steps) / len(steps)
+            command = target[at]
+            each = command.reshape(-1, *command.shape[-2:])
+            if not state:
+                state.update(first=each[0].copy(), sum=0.0 * each[0])
+            # a tick may hold several of the real loop, of which the torque sees the mean
+            more = np.repeat(each - state["first"], several, axis=0) * period
+            sums = np.cumsum(np.concatenate([state["sum"][None], more]), axis=0)[1:]
+            state["sum"] = sums[-1]
+            steps = state["first"] + (sums - before(sums)) / ramp
+            target[at] = (
+                steps.reshape(-1, several, *each.shape[1:]).mean(axis=1).reshape(command.shape)
+            )
 
         loop.command_filters.append(change)
 

@@ -6,7 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import delayed
 from t2l.sim.delay import DelayLine
-from t2l.sim.loop import each_tick, over_ticks
+from t2l.sim.loop import over_ticks
 
 
 class TorqueDelay(Effect):
@@ -27,12 +27,11 @@ class TorqueDelay(Effect):
         to.call(self.name, send_torque_late, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        late, at = DelayLine(values["delay"] / loop.period_s), (rows, loop.columns(joints))
+        late, at = DelayLine(values["delay"] / loop.period_s), (..., rows, loop.columns(joints))
 
         @over_ticks
         def change(tick, torque):
-            for now in each_tick(torque):
-                now[at] = late(now[at])
+            torque[at] = late(torque[at])
 
         loop.controller_filters.append(change)
 

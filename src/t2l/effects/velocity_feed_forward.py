@@ -5,7 +5,7 @@ import numpy as np
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.sim.delay import DelayLine
-from t2l.sim.loop import each_tick, over_ticks
+from t2l.sim.loop import over_ticks
 
 
 class VelocityFeedForward(Effect):
@@ -27,7 +27,7 @@ class VelocityFeedForward(Effect):
         to.call(self.name, add_command_velocity, joints, values, CONTROLLER)
 
     def install(self, loop, rows, joints, values):
-        at = rows, loop.columns(joints)
+        at = ..., rows, loop.columns(joints)
         period = loop.schedule.command_period_s
         period = np.full(loop.nrec, loop.period_s) if period is None else period
         period = np.tile(period, loop.nvariant)[rows, None]
@@ -36,10 +36,9 @@ class VelocityFeedForward(Effect):
 
         @over_ticks
         def change(tick, torque):
-            both = zip(each_tick(torque), each_tick(loop.command), strict=True)
-            for now, command in both:
-                velocity = (command[at] - before(command[at])) / period
-                now[at] += values["factor"] * loop.kd[at] * velocity
+            command = loop.command[at]
+            velocity = (command - before(command)) / period
+            torque[at] += values["factor"] * loop.kd[at] * velocity
 
         loop.controller_filters.append(change)
 
