@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+from benchmarks.hidden_effects.effects import CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY
+
 # class in the generator: by parameter of t2l's effect the generator's number, the telling one first
 ALIKE = {
     "Armature": {"inertia": "inertia"},
@@ -39,7 +41,14 @@ ALIKE = {
     "Backlash": {"play": "width"},
 }  # fmt: skip
 # what t2l's effect has beside
-BESIDE = {"LowRateLoop": {"phase": 0.0}, "TorqueRateLimit": {"ramp": 1.0}}
+BESIDE = {
+    "LowRateLoop": {"phase": 0.0},
+    "TorqueRateLimit": {"ramp": 1.0},
+    "Backlash": {
+        "contact_time": 1 / CONTACT_FREQUENCY,
+        "contact_damping": CONTACT_DAMPING_RATIO,
+    },
+}
 
 
 def numbers(entry: Mapping, joints: Sequence[str], links: Mapping[str, str]) -> dict | None:
@@ -82,4 +91,7 @@ def numbers(entry: Mapping, joints: Sequence[str], links: Mapping[str, str]) -> 
         )
     if kind not in ALIKE:
         return None
-    return {ours: entry[theirs] for ours, theirs in ALIKE[kind].items()} | BESIDE.get(kind, {})
+    found = {ours: entry[theirs] for ours, theirs in ALIKE[kind].items()} | BESIDE.get(kind, {})
+    if kind in ("JointFlexibility", "Backlash"):
+        found["encoder_on_link"] = float(entry["encoder_side"] == "link")
+    return found

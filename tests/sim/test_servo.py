@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor, Request
 from t2l.robots import plant
+from t2l.sim import servo
 from t2l.sim.schedule import Schedule
 from t2l.sim.servo import ServoLoop
 from tests.diagnose.made import (
@@ -294,3 +295,21 @@ def test_what_balances_the_weight_elsewhere_goes_on_without_torque():
     falls, balanced = predict(off).reshape(2, -1, 2)
     np.testing.assert_allclose(balanced, np.tile(HOME, (len(balanced), 1)), atol=1e-9)
     assert np.abs(falls[-1] - HOME).max() > 0.5
+
+
+def test_what_carries_the_weight_continuously_is_no_later_than_the_weight(monkeypatch):
+    def swinging(t):
+        return HOME + np.stack([swing(0.5, 0.9)(t), swing(0.6, 1.4)(t)], axis=1)
+
+    made = dataclasses.replace(
+        recording(str(ARM.mjcf), swinging, kp=20.0, kd=1.0),
+        joints=ARM.joints, gravity_compensation="continuous", control_rate_hz=125.0,
+    )  # fmt: skip
+    stronger = {"torque_constant": {"factor": dict.fromkeys(ARM.joints, 1.3)}}
+
+    def at(plant_period_s):
+        monkeypatch.setattr(servo, "PLANT_PERIOD_S", plant_period_s)
+        return predict(made, stronger, substeps=8)
+
+    # late by half a tick, it would be off by 3.5e-4 rad
+    assert np.abs(at(8e-3) - at(2.5e-4)).max() < 1e-4

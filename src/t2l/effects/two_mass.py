@@ -54,10 +54,11 @@ def addresses(loop: ServoLoop, joints: np.ndarray, suffix: str) -> tuple[np.ndar
 def gravity_compensation_on_motor_only(loop: ServoLoop, rows: slice, dofs: np.ndarray) -> None:
     """Take off the joints between the compensation that only the motor can give."""
     compensation, applied = loop.batch.bind("qfrc_gravcomp"), loop.batch.qfrc_applied
+    held = loop.until_next()
 
     @over_ticks  # what is applied there no joint that is led is told
     def add(tick, q, dq, torque):
-        applied[rows, dofs] = -compensation[rows, dofs]
+        applied[rows, dofs] = -held(tick, compensation[rows, dofs])
 
     loop.joint_torques.append(add)
 

@@ -317,6 +317,10 @@ class DrivenLoop(Loop):
 
         return give
 
+    def until_next(self) -> Callable:
+        """As of `ServoLoop`, where a force is that of the middle of the tick already."""
+        return lambda tick, now: now
+
     def _every(self, values: np.ndarray) -> np.ndarray:
         """A copy (…, nsim, k) of what all variants share, (…, nrec, k)."""
         return values.take(self.recording, axis=-2)

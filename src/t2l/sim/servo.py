@@ -176,7 +176,7 @@ class ServoLoop(Loop):
                 middle_q, middle_dq = q + half * dq, 1.5 * dq - 0.5 * last_dq
                 torque = demand.copy()
                 if balance is not None:
-                    carried = carrying()
+                    carried, balanced = carrying(now)
                     torque += carried
                 for change in self.motor_filters:
                     change(now, torque)
@@ -192,7 +192,7 @@ class ServoLoop(Loop):
                     friction.write(level)
                 if balance is not None:
                     # MuJoCo itself applies what carries the real weight
-                    torque -= balance[:, dofs]
+                    torque -= balanced
                 if brake is not None:
                     torque -= brake(tick, dq)
                 if hold is not None:
@@ -247,19 +247,48 @@ class ServoLoop(Loop):
                 return None
         return self.batch.bind("qfrc_gravcomp")
 
-    def _carrying(self, balance: np.ndarray) -> Callable[[], np.ndarray]:
-        """What the machine gives to carry the weight that it knows of, (nsim, njoint) N·m.
+    def _carrying(self, balance: np.ndarray) -> Callable[[int], tuple[np.ndarray, np.ndarray]]:
+        """What carries the weight at a plant tick, by the machine and by MuJoCo.
 
-        That is the model's, times a factor; `balance` carries the real one.
+        Each (nsim, njoint) N·m on average until the next, as it is held meanwhile. The machine
+        carries what it knows of, times a factor; `balance` the real weight.
         """
         factor = self.compensation_factor
         wrong = self.other_weight | (factor != 1).any(axis=1)
         wrong &= np.tile(self.schedule.balanced, self.nvariant)
-        if not wrong.any():
-            return lambda: balance[:, self.dofs]
-        nominal = GravityCompensation(self.batch, self.joints)
-        # both where the last step evaluated its forces
-        return lambda: np.where(wrong[:, None], factor * nominal(0.0), balance[:, self.dofs])
+        nominal = GravityCompensation(self.batch, self.joints) if wrong.any() else None
+        held = self.until_next()
+
+        def carrying(tick: int) -> tuple[np.ndarray, np.ndarray]:
+            real = held(tick, balance[:, self.dofs])
+            if nominal is None:
+                return real, real
+            return np.where(wrong[:, None], factor * nominal(self._halfway(tick)), real), real
+
+        return carrying
+
+    def until_next(self) -> Callable[[int, np.ndarray], np.ndarray]:
+        """What extends a force, as the last step left it, to its mean until the next plant tick.
+
+        Called with each plant tick in turn and the force there.
+        """
+        last: list[np.ndarray] = []
+
+        def held(tick: int, now: np.ndarray) -> np.ndarray:
+            now = now.copy()
+            before = last.pop() if last else now
+            last.append(now)
+            return now + (now - before) * self._halfway(tick)
+
+        return held
+
+    def _halfway(self, tick: int) -> float:
+        """Time from the last forces to the middle of a plant tick, over that between the two last.
+
+        A step evaluates its forces in its middle; those of the first tick are of the start.
+        """
+        period, half_step = self.plant_period_s, 0.5 * self.batch.model.opt.timestep
+        return (half_step + 0.5 * period) / (period - half_step if tick == 1 else period)
 
     def _brake(self) -> Callable[[int, np.ndarray], np.ndarray | float]:
         """Back-EMF as damping of the joints; what it takes beside that, N·m, at a tick and dq.
