@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from t2l.detective.choosing import as_good
 from t2l.detective.fitted_set import FittedSet
 from t2l.detective.rule import Judge
 from t2l.effects.term import Layout
@@ -35,3 +36,15 @@ def test_what_leaves_noise_alone_is_not_given_up_for_what_leaves_more():
     assert not judge.misses(whole, leaving(in_one_block(noise, 1.15 * NOISE_RAD)))
     worse = leaving(3 * noise), leaving(in_one_block(3 * noise, 3.9 * NOISE_RAD))
     assert not judge.misses(*worse)
+
+
+def test_no_exchange_beside_noise_for_what_leaves_more_in_one_place():
+    rng = np.random.default_rng(0)
+    noise = NOISE_RAD * rng.standard_normal(BLOCKS * OF_BLOCK)
+    judge = Judge(np.repeat(np.arange(BLOCKS), OF_BLOCK), NOISE_RAD)
+    whole, worse, as_near = (
+        leaving(in_one_block(noise, times * NOISE_RAD)) for times in (1.01, 1.15, 1.05)
+    )
+    # the rule alone would take either, if it had fewer numbers
+    assert not judge.misses(whole, worse)
+    assert as_good(whole, [worse, as_near], judge) == [as_near]
