@@ -6,7 +6,7 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
 from t2l.effects.loop_signals import delayed
 from t2l.sim.delay import DelayLine
-from t2l.sim.loop import over_ticks
+from t2l.sim.loop import each_tick, over_ticks
 
 
 class SetPointInterpolation(Effect):
@@ -41,7 +41,7 @@ class SetPointInterpolation(Effect):
         @over_ticks
         def change(tick, target):
             command = target[at]
-            each = command.reshape(-1, *command.shape[-2:])
+            each = each_tick(command)
             if not state:
                 state.update(first=each[0].copy(), sum=0.0 * each[0])
             # a tick may hold several of the real loop, of which the torque sees the mean
