@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from t2l.detective.curves import is_named_line
 from t2l.detective.data_split import split
 from t2l.detective.search import search
 from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, PHASE, TENDON, TORQUE, Law
@@ -52,14 +51,6 @@ def test_fewer_functions_are_combinations_of_the_finest(law, low, length):
     )
     for coarse, made in found:
         np.testing.assert_allclose(finest.basis @ made, coarse.basis, atol=1e-6)
-
-
-@pytest.mark.parametrize(("of", "named"), [("second", True), ("first", False)])
-def test_a_line_over_joints_that_are_no_neighbours_has_no_other_name(of, named):
-    line, *more = versions(tendon_of(Law(TENDON, "third", "position", of), [(0.0, 1.0)], 1.0, 0.5))
-    joints = ("first", "second", "third")
-    assert is_named_line(line[0], joints) is named
-    assert not any(is_named_line(one, joints) for one, _ in more)
 
 
 @given(st.integers(0, 10_000))

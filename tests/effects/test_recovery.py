@@ -15,6 +15,8 @@ from tests.diagnose.made import (
     GRAVITY,
     LENGTH,
     WEIGHT,
+    _body,
+    _write,
     hold,
     measured,
     pendulum,
@@ -118,8 +120,8 @@ def test_what_follows_a_column_is_not_tried_without_it(tmp_path):
 
 def test_a_coupling_is_found_on_the_joint_that_has_it(tmp_path):
     robot = two_pendulums(tmp_path)
-    truth = {"stiffness": 0.6, "damping": 0.02, "ratio": 0.7, "rest": 0.3}
-    planted = {"joint_coupling": {k: {"left": 0.0, "right": v} for k, v in truth.items()}}
+    truth = {"stiffness": 0.6, "damping": 0.02, "ratio": 0.7, "rest": 0.3, "before": 1.0}
+    planted = {"joint_coupling": {k: {"right": v} for k, v in truth.items()}}
 
     def both(t):
         return np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)
@@ -131,6 +133,34 @@ def test_a_coupling_is_found_on_the_joint_that_has_it(tmp_path):
     found, error = recovered("joint_coupling", made, joints=(1,))
     assert error < 1.1 * NOISE_RAD
     assert {k: v[0] for k, v in found.items()} == pytest.approx(truth, rel=0.03)
+
+
+def test_a_cable_passes_a_joint_by(tmp_path):
+    """Of three pendulums the middle one feels nothing of a cable from the last to the first."""
+    names = ("left", "middle", "right")
+    bodies = [_body(name, x=float(i), site=f"on_{name}") for i, name in enumerate(names)]
+    three = _write(tmp_path, "three", *bodies)
+    values = {"stiffness": 2.0, "damping": 0.1, "ratio": 0.7, "rest": 0.3}
+
+    def coupled(robot, joints, before):
+        made = recording(robot, lambda t: np.stack([swing()(t)] * 2, axis=1))
+        n = len(joints)
+        made = dataclasses.replace(
+            made, joints=joints, kp=np.full(n, KP), kd=np.full(n, 0.8),
+            q=np.repeat(made.q[:, :1], n, axis=1), q_des=np.repeat(made.q_des[:, :1], n, axis=1),
+        )  # fmt: skip
+        cable = {name: {"right": value} for name, value in {**values, "before": before}.items()}
+        return [
+            predict(made, effects).reshape(made.q.shape)
+            for effects in ({"joint_coupling": cable}, {})
+        ]
+
+    two = _write(tmp_path, "two", bodies[0], bodies[2])
+    far, free = coupled(three, names, 2.0)
+    near, _ = coupled(two, ("left", "right"), 1.0)
+    np.testing.assert_allclose(far[:, [0, 2]], near, atol=1e-12)
+    np.testing.assert_array_equal(far[:, 1], free[:, 1])
+    assert np.abs(far - free)[:, [0, 2]].max(axis=0).min() > 0.01
 
 
 def test_lugre_friction_is_found_by_what_it_does(tmp_path):
@@ -230,7 +260,7 @@ def test_an_integrator_begins_with_what_holds_a_joint_whatever_acts_on_it(tmp_pa
     others = {
         "joint_coupling": {
             "stiffness": {"right": 2.0}, "damping": {"right": 0.1}, "ratio": {"right": 0.5},
-            "rest": {"right": 0.4},
+            "rest": {"right": 0.4}, "before": {"right": 1.0},
         },
         "torque_offset": {"torque": left}, "torque_constant": {"factor": right},
         "cogging": {"amplitude": left, "phase": left, "periods": {"left": 7.0, "right": 7.0}},

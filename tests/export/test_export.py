@@ -287,7 +287,7 @@ def test_a_cable_and_friction_beside_the_mjcfs_own_are_tendons(tmp_path):
         "joint_coupling": {
             key: {joint: size * value for joint, size in both.items()}
             for key, value in
-            {"stiffness": 0.6, "damping": 0.02, "ratio": 0.7, "rest": 0.3}.items()
+            {"stiffness": 0.6, "damping": 0.02, "ratio": 0.7, "rest": 0.3, "before": 1.0}.items()
         },
     }  # fmt: skip
 

@@ -207,3 +207,25 @@ def test_joints_that_no_recording_has_are_named():
     check_joints("m.yaml", Model("fr3", {"command_delay": {"delay": 0.1}}), JOINTS)
     with pytest.raises(ConfigurationError, match=r"m\.yaml.*torque_offset\.torque.*'gripper'"):
         check_joints("m.yaml", model, JOINTS)
+
+
+def coupling(folder, **changes):
+    """A model file of a cable from the wrist, and its path."""
+    values = {"stiffness": 2.0, "damping": 0.0, "ratio": -0.5, "rest": 0.1, **changes}
+    written = {name: {"wrist": value} for name, value in values.items()}
+    path = folder / "model.yaml"
+    path.write_text(yaml.safe_dump({"robot": arm(folder), "effects": {"joint_coupling": written}}))
+    return read_model(path), path
+
+
+def test_a_cable_runs_to_the_joint_before_where_a_file_does_not_say(tmp_path):
+    model, _ = coupling(tmp_path)
+    assert model.effects["joint_coupling"]["before"] == {"wrist": 1.0}
+    assert model.effects == coupling(tmp_path, before=1.0)[0].effects
+
+
+@pytest.mark.parametrize("before", [3.0, 1.5])
+def test_a_cable_to_no_joint_is_named(tmp_path, before):
+    model, path = coupling(tmp_path, before=before)
+    with pytest.raises(ConfigurationError, match=rf"before = {before:g} of wrist; allowed: .* 2,"):
+        check_joints(path, model, JOINTS)

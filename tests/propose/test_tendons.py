@@ -52,7 +52,7 @@ def predictor(robot):
 
 def test_a_line_is_a_cable(robot):
     one = recording(robot, commands)
-    values = {"stiffness": STIFFNESS, "damping": 0.0, "ratio": RATIO, "rest": REST}
+    values = {"stiffness": STIFFNESS, "damping": 0.0, "ratio": RATIO, "rest": REST, "before": 1.0}
     effects = {"joint_coupling": {name: {"right": value} for name, value in values.items()}}
     as_line = predict(one, model=Model(robot, learned=(cable(),)))
     np.testing.assert_allclose(as_line, predict(one, effects), atol=1e-9)

@@ -1,8 +1,8 @@
 """What may be missing: known effects on one joint or on all, each with columns of responses.
 
 A candidate's response is affine in its parameters: what it does at a setting, and the derivatives
-there. Each of an effect's first guesses is a setting; on each joint the best few are kept, or all
-if there are no derivatives.
+there. Each of an effect's first guesses is a setting; on each joint the best few are kept, and the
+best for each value of what has no derivative.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
@@ -200,6 +200,14 @@ class _Asked:
         own = [parameter for parameter in self.effect.parameters if parameter.per_joint]
         return len(self.each) > 1 and not any(p.scale or p.rough for p in own)
 
+    def kept(self, ranked: Sequence[int]) -> list[int]:
+        """Of settings, the best first, those that go on to the screen."""
+        rough = [i for i in self.own if self.layout.slots[i].parameter.rough]
+        # where there is no derivative, no setting leads to another
+        ways = {tuple(self.settings[s, rough]): s for s in reversed(ranked)}
+        chosen = {*ranked[:KEPT], *ways.values()}
+        return [s for s in ranked if s in chosen]
+
     def of(self, joint: int | None, slots: Sequence[int]) -> list[int]:
         """Of some own slots those of a candidate on `joint`."""
         joints = (joint, None)
@@ -351,6 +359,8 @@ def _asked(
             rows.append([old[s.key] if s.key in old else own_u(s) for s in whole.slots])
         settings = np.array(rows, float)
         settings = np.clip(settings, whole.lower, whole.upper)
+        # guesses that differ on other joints alone are one here
+        settings = np.array(list(dict.fromkeys(map(tuple, settings.tolist()))))
         steps = np.array([_steps(whole, own, row) for row in settings])
         yield _Asked(effect, term, whole, settings, own, steps, apart)
 
@@ -398,20 +408,18 @@ def _driven(
     values = first.responses()
     second = Responses(predictor, sections, rows, values.shape[1])
     candidates: list[Candidate] = []
+    best: dict[str, list[Candidate]] = {}
     for one, at in zip(asked, places, strict=True):
-        best = []
         for joint in one.each:
             ranked = _ranked(residual, values[:, at[joint]])
-            # where there is no derivative, no setting leads to another, and none costs a column
-            kept = ranked[:KEPT] if one.groups else ranked
+            kept = one.kept(ranked)
             made = [_derived(one, s, joint, at[joint][s], second) for s in kept]
             candidates += made
-            best += made[:1]
-        if len(best) > 1:
-            candidates.append(_together(best))
+            best.setdefault(one.effect.name, []).extend(made[:1])
         if one.shared:
             kept = _ranked(residual, values[:, at[None]])[:1]
             candidates += [_derived(one, s, None, at[None][s], second) for s in kept]
+    candidates += [_together(some) for some in best.values() if len(some) > 1]
     return Table(np.concatenate([values, second.responses()], axis=1), candidates)
 
 

@@ -39,14 +39,9 @@ def has_a_name(law: Law) -> bool:
     return law.follows == "constant" or law.kind in (INERTIA, LIMIT)
 
 
-def is_named_line(effect: SplineTorque, joints: Sequence[str]) -> bool:
-    """Whether it is a line that known effects are too: a spring, viscous friction, a coupling.
-
-    Of joints that are no neighbours no known effect is a coupling.
-    """
-    law = effect.law
-    apart = abs(joints.index(law.joint) - joints.index(law.of))
-    return effect.basis.shape[1] <= LINE and apart <= 1
+def is_named_line(effect: SplineTorque) -> bool:
+    """Whether it is a line that known effects are too: a spring, viscous friction, a coupling."""
+    return effect.basis.shape[1] <= LINE
 
 
 def curves(
@@ -90,7 +85,7 @@ def curves(
         else:
             finest = effect_of(law, ends[law], motor[law.joint])
             found.append(straight(finest) if law in only_lines else finest)
-    return [one for one in found if not (named and is_named_line(one, predictor.joints))]
+    return [one for one in found if not (named and is_named_line(one))]
 
 
 def with_curves(
@@ -191,7 +186,7 @@ def _versions(
     Each with its columns as combinations of the finest ones.
     """
     made, joint = [], joints.index(finest.law.joint)
-    bent = [(one, of) for one, of in versions(finest) if not (named and is_named_line(one, joints))]
+    bent = [(one, of) for one, of in versions(finest) if not (named and is_named_line(one))]
     every = ((one.bending(bend), of) for one, of in bent for bend in BENDS)
     for effect, of_finest in every:
         parameters = effect.parameters

@@ -37,6 +37,7 @@ class Parameter:
         kinked: the error has kinks over it, as where a joint begins to stick; a derivative must
             look across them.
         size: a value that makes a difference, for derivatives where first guesses are zero.
+        default: what a model file means that does not say it; NaN if it must.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Parameter:
     size: float | tuple[float, ...] = 0.0
     adds_to: str = ""
     scale: str | float | tuple[float, ...] = ""
+    default: float = np.nan
 
     def in_units(self, sizes: "Scales | None" = None) -> "Parameter":
         """The same with bounds, size and scale in `unit`, a number a joint.
@@ -225,6 +227,17 @@ class Effect(ABC):
     def places(self, joints: Sequence[str]) -> tuple[int, ...]:
         """Indices of the driven joints that may have it; by default of all."""
         return tuple(range(len(joints)))
+
+    def check(self, joints: Sequence[str], values: Mapping[str, Mapping[str, float]]) -> None:
+        """Find what no robot with these driven joints can have; by default nothing.
+
+        Args:
+            values: of each parameter, by joint where it has one a joint.
+
+        Raises:
+            ValueError: parameter and joint, what was found and what is allowed.
+        """
+        return
 
     @property
     def stateless(self) -> bool:

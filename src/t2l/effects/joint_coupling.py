@@ -7,10 +7,10 @@ from t2l.sim.loop import over_ticks
 
 
 class JointCoupling(Effect):
-    """A tendon of length L = q_i + r q_(i−1): τ_i = −k (L − L0) − d L̇, and τ_(i−1) = r τ_i.
+    """A tendon of length L = q_i + r q_j: τ_i = −k (L − L0) − d L̇, and τ_j = r τ_i.
 
-    So a torque of one joint follows position and velocity of the joint before it, and no energy
-    comes from nowhere.
+    So a torque of one joint follows position and velocity of one before it, j = i − `before`, and
+    no energy comes from nowhere.
     """
 
     name = "joint_coupling"
@@ -22,18 +22,36 @@ class JointCoupling(Effect):
             scale="torque / velocity",
         ),
         Parameter(
-            "ratio", "1", -5.0, 5.0, "of the lever arms, of the joint before over this one, r",
+            "ratio", "1", -5.0, 5.0, "of the lever arms, of the other joint over this one, r",
             neutral=np.nan, size=0.3,
         ),
         Parameter("rest", "rad", -30.0, 30.0, "where it is slack, L0", neutral=np.nan, size=0.3),
+        Parameter(
+            "before", "1", 1.0, 100.0, "how many joints before this one the other is",
+            neutral=np.nan, rough=True, default=1.0,
+        ),
     )  # fmt: skip
-    summary = "a cable or belt along a joint and the one before it ties the two elastically"
-    signature = "the torque that one joint lacks follows the position of its neighbour"
+    summary = "a cable or belt along a joint and one before it ties the two elastically"
+    signature = "the torque that one joint lacks follows the position of another"
     source = "MuJoCo, XML reference, tendon/fixed: a spring and damper over a sum of joints"
     remembers = False
     follows = "position"
     coupled = True
     least_joints = 2
+
+    def places(self, joints):
+        return tuple(range(1, len(joints)))
+
+    def check(self, joints, values):
+        for name, before in values["before"].items():
+            place = joints.index(name)
+            if not place and not (values["stiffness"][name] or values["damping"][name]):
+                continue
+            if not (before <= place and float(before).is_integer()):
+                raise ValueError(
+                    f"found before = {before:g} of {name}; allowed: a whole number up to {place}, "
+                    "as so many joints are before it"
+                )
 
     def export(self, to, joints, values):
         for i, j in enumerate(joints):
@@ -43,36 +61,44 @@ class JointCoupling(Effect):
             tendon.stiffness[0], tendon.damping[0] = values["stiffness"][i], values["damping"][i]
             tendon.springlength = (values["rest"][i],) * 2
             tendon.wrap_joint(to.joints[j], 1.0)
-            tendon.wrap_joint(to.joints[j - 1], values["ratio"][i])
+            tendon.wrap_joint(to.joints[j - round(values["before"][i])], values["ratio"][i])
 
     def install(self, loop, rows, joints, values):
-        here = joints[joints > 0]
-        own = {name: value[:, joints > 0] for name, value in values.items()}
-        stiffness, damping, ratio, rest = (
-            own[name] for name in ("stiffness", "damping", "ratio", "rest")
-        )
+        row = np.arange(len(values["ratio"])) + rows.start
+        others = joints - values["before"].round().astype(int)
 
         @over_ticks
         def add(tick, q, dq, torque):
-            rate = dq[..., rows, here] + ratio * dq[..., rows, here - 1]
-            length = q[..., rows, here] + ratio * q[..., rows, here - 1]
-            pull = -stiffness * (length - rest) - damping * rate
-            torque[..., rows, here] += pull
-            torque[..., rows, here - 1] += ratio * pull
+            for i, joint in enumerate(joints):
+                if joint == 0:
+                    continue
+                stiffness, damping, ratio, rest = (
+                    values[name][:, i] for name in ("stiffness", "damping", "ratio", "rest")
+                )
+                one, other = (..., row, joint), (..., row, others[:, i])
+                length, rate = (x[one] + ratio * x[other] for x in (q, dq))
+                pull = -stiffness * (length - rest) - damping * rate
+                torque[one] += pull
+                torque[other] += ratio * pull
 
         loop.joint_torques.append(add)
 
     def starts(self, scales):
-        one = np.ones_like(scales.torque)
-        stiffness = scales.torque / scales.range
-        before = np.concatenate([scales.centre[:1], scales.centre[:-1]])
-        return [
-            {
-                "stiffness": f * stiffness,
-                "damping": 0.0 * one,
-                "ratio": ratio * one,
-                "rest": scales.centre + ratio * before,  # slack in the middle of the motion
-            }
-            for f in (0.1, 1.0)
-            for ratio in (1.0, -1.0)
-        ]
+        place = np.arange(len(scales.torque))
+        one = np.ones(len(place))
+        found = []
+        for before in range(1, len(place)):
+            apart = np.clip(before, 1, np.maximum(place, 1))
+            found += [
+                {
+                    "stiffness": f * scales.torque / scales.range,
+                    "damping": 0.0 * one,
+                    "ratio": ratio * one,
+                    # slack in the middle of the motion
+                    "rest": scales.centre + ratio * scales.centre[place - np.minimum(apart, place)],
+                    "before": 1.0 * apart,
+                }
+                for f in (0.1, 1.0)
+                for ratio in (1.0, -1.0)
+            ]
+        return found

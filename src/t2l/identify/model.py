@@ -213,8 +213,10 @@ def read_model(
         files = tuple((path.parent / file).resolve() for file in found.effect_files or ())
         check_trusted(python_files(files), "effect_files", trusted)
         formulas = read_formulas(found.formulas or ())
-        model = Model(robot, found.effects or {}, files, without=without, formulas=formulas)
-        _check_effects(model.effects, Model(robot, {}, files, formulas=formulas).known_effects())
+        known = Model(robot, {}, files, formulas=formulas).known_effects()
+        effects = _with_defaults(found.effects or {}, known)
+        _check_effects(effects, known)
+        model = Model(robot, effects, files, without=without, formulas=formulas)
         _check_formulas(model)
         learned = read_curves(found.learned or ())
     except (Invalid, ConfigurationError) as error:
@@ -250,6 +252,21 @@ def _read_robot(robot: str, folder: Path) -> str:
     resolved = str((folder / robot).resolve())
     mjcf_path(resolved)
     return resolved
+
+
+def _with_defaults(effects: object, known: Mapping[str, Effect]) -> object:
+    """Effects with what a file may leave out, on the joints that it names."""
+    if not isinstance(effects, dict):
+        return effects
+    found = {}
+    for name, values in effects.items():
+        found[name] = values
+        for p in known[name].parameters if name in known and isinstance(values, dict) else ():
+            if p.name not in values and math.isfinite(p.default):
+                on = next((v for v in values.values() if isinstance(v, dict)), {})
+                default = dict.fromkeys(on, p.default) if p.per_joint else p.default
+                found[name] = {**found[name], p.name: default}
+    return found
 
 
 def _check_effects(effects: object, known: Mapping[str, Effect]) -> None:
@@ -340,6 +357,12 @@ def check_joints(
                         f"{path}: effects.{name}.{parameter} names joint {joint!r}; {whose} "
                         f"{', '.join(joints)}"
                     )
+    known = model.known_effects()
+    for name, values in model.effects.items():
+        try:
+            known[name].check(joints, values)
+        except ValueError as error:
+            raise ConfigurationError(f"{path}: effects.{name}: {error}") from None
     for key, laws in (("learned", model.learned), ("formulas", model.formulas)):
         check_law_joints(path, key, [one.law for one in laws], joints, whose)
 
