@@ -26,7 +26,7 @@ import yaml
 from benchmarks import one_core
 from benchmarks.hidden_effects.__main__ import write_case
 from benchmarks.hidden_effects.as_t2l import ALIKE
-from benchmarks.hidden_effects.cases import Case, cases
+from benchmarks.hidden_effects.cases import VISIBLE, Case, cases
 from benchmarks.hidden_effects.drawn_robots import cases_on_robots
 from benchmarks.scene import ROOT
 
@@ -185,6 +185,7 @@ def explained(folder: Path, only_true: bool = False) -> dict:
         "unknown": unknown,
         "unknown_on": joints_of([hidden[name] for name in unknown], data.fitted.joints),
         "known": not unknown,
+        "hardly_seen": hardly_seen(folder),
         "verdict": "missing_effect" if adopted else found.verdict,
         "first": adopted[0] if adopted else None,
         "adopted": adopted,
@@ -200,6 +201,15 @@ def explained(folder: Path, only_true: bool = False) -> dict:
         "recovered": recovered(truth["hidden"], found.model),
         "seconds": seconds,
     }
+
+
+def hardly_seen(folder: Path) -> list[str]:
+    """Hidden effects that move no joint of the training recordings by `VISIBLE` times the noise."""
+    path = folder / "visibility.csv"
+    if not path.exists():
+        return []
+    table = pd.read_csv(path)
+    return [snake(name) for name in table["effect"][table["ratio"] < VISIBLE]]
 
 
 def joints_of(hidden: Sequence[dict], joints: Sequence[str]) -> list[str]:
@@ -265,9 +275,15 @@ def summary(results: Sequence[dict]) -> pd.DataFrame:
     clean = [r for r in results if not r["hidden"]]
     unknown = [r for r in results if r["unknown"]]
     seconds = [r["seconds"] for r in results]
+
+    def seen(result: dict) -> set[str]:
+        return set(result["hidden"]) - set(result["hardly_seen"])
+
     counted = {
         "known effects named": [n in r["stand"] for r in known for n in r["hidden"]],
+        "… of those that show": [n in r["stand"] for r in known for n in seen(r)],
         "several at once: all are named": [set(r["hidden"]) <= set(r["stand"]) for r in several],
+        "… all that show": [seen(r) <= set(r["stand"]) for r in several],
         "nothing hidden, yet something adopted": [bool(r["stand"] or r["curves"]) for r in clean],
         "unknown effect: a wrong name beside": [bool(wrong_names(r)) for r in unknown],
         "unknown effect: curves, all on its joints": [right_curves(r) for r in unknown],

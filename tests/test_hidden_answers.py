@@ -8,6 +8,7 @@ RESULT = {
     "hidden": ["odd_position_torque", "armature"],
     "unknown": ["odd_position_torque"],
     "unknown_on": ["elbow"],
+    "hardly_seen": [],
     "stand": ["armature"],
     "curves": ["learned_torque_elbow_position"],
     "curves_on": [["elbow"]],
@@ -19,6 +20,7 @@ RESULT = {
 NONE = {"curves": [], "curves_on": []}
 CLEAN = RESULT | NONE | {"hidden": [], "unknown": [], "unknown_on": [], "stand": []}
 PAIR = RESULT | NONE | {"hidden": ["armature", "cogging"], "unknown": [], "unknown_on": []}
+HARDLY = PAIR | {"hardly_seen": ["cogging"]}
 
 
 @pytest.mark.parametrize(
@@ -42,17 +44,19 @@ def test_names_and_curves_are_judged(result, right):
 
 def test_the_summary_counts_each_answer_with_its_n():
     wrong = RESULT | NONE | {"stand": ["cogging"], "after": 2e-3, "seconds": 9.0}
-    table = hidden.summary([RESULT, wrong, CLEAN, PAIR]).set_index("what")
+    table = hidden.summary([RESULT, wrong, CLEAN, PAIR, HARDLY]).set_index("what")
     assert {what: (row["found"], row["n"]) for what, row in table.iterrows()} == {
-        "known effects named": ("1", 2),
-        "several at once: all are named": ("0", 1),
+        "known effects named": ("2", 4),
+        "… of those that show": ("2", 3),
+        "several at once: all are named": ("0", 2),
+        "… all that show": ("1", 2),
         "nothing hidden, yet something adopted": ("0", 1),
         "unknown effect: a wrong name beside": ("1", 2),
         "unknown effect: curves, all on its joints": ("1", 2),
         "unknown effect: error at most twice the noise": ("1", 2),
         "known effect beside an unknown one: it is named": ("1", 2),
-        "test error no larger than before": ("3", 4),
-        "seconds, median and longest": ("3 and 9", 4),
+        "test error no larger than before": ("4", 5),
+        "seconds, median and longest": ("3 and 9", 5),
     }
 
 
