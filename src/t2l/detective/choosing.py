@@ -105,11 +105,6 @@ def exchanged(
     return _simplest_too(sorted(near, key=lambda f: f.left_out_rmse))
 
 
-def as_good(before: FittedSet, fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
-    """Fits that explain as well as a model, by their errors alone."""
-    return [f for f in fits if judge.alike(f.left_out_rmse, before.left_out_rmse)]
-
-
 def nearest(fits: Sequence[FittedSet], judge: Judge) -> list[FittedSet]:
     """Fits of which one may turn out to be the best."""
     if not fits:

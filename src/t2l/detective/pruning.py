@@ -69,29 +69,33 @@ def prune(
     finish: Callable[[list[FittedSet]], list[FittedSet]] = lambda sets: sets,
     over: Callable[[], bool] = lambda: False,
 ) -> FittedSet:
-    """Drop terms, joint by joint, that the rule does not miss.
+    """Drop terms, joint by joint, that the rule does not miss beside the best set on the way.
+
+    Beside the last one alone, many small losses would add up to a large one.
 
     Args:
         fit: fits what is left of a set when a term goes; `finish` does the same to the end.
         over: whether the time is: then what is not dropped stays.
     """
+    best = better
     while not over():
         trials = worth_a_fit(better, without_one(better), along)
-        kept = [f for f in fit(better, trials) if not judge.misses(better, f)]
+        kept = [f for f in fit(better, trials) if not judge.misses(best, f)]
         kept.sort(key=lambda f: f.left_out_rmse)
         # what may go one by one often may go together, which saves as many fits
         for many in (kept, kept[: len(kept) // 2]):
             gone = {pair for f in many for pair in _pairs(better.layout) - _pairs(f.layout)}
             if len(many) > 1 and gone < _pairs(better.layout):
                 fits = finish(fit(better, [without(better, gone)]))
-                fewer = [f for f in fits if not judge.misses(better, f)]
+                fewer = [f for f in fits if not judge.misses(best, f)]
                 if fewer:
                     break
         else:
-            fewer = [f for f in finish(kept[:2]) if not judge.misses(better, f)]
+            fewer = [f for f in finish(kept[:2]) if not judge.misses(best, f)]
         if not fewer:
             break
         better = min(fewer, key=lambda f: f.left_out_rmse)
+        best = min(best, better, key=lambda f: f.left_out_rmse)
     return better
 
 

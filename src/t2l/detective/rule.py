@@ -12,7 +12,7 @@ import numpy as np
 
 from t2l.detective.fitted_set import FittedSet
 from t2l.identify.block_bootstrap import Improvement, improvement
-from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, TIED
 
 SEED = 0  # statistics: of the bootstrap
 
@@ -86,13 +86,10 @@ class Judge:
         """Whether `after`, of fewer numbers, lacks what `before` has.
 
         A block of time that only one of them explains is often not drawn, so that chance cannot be
-        excluded; so an error that is much larger needs no such proof, nor does one that is more
-        than noise where there was only noise.
+        excluded; so an error that is no longer as near needs no such proof.
         """
-        errors = before.left_out_rmse, after.left_out_rmse
-        larger = errors[1] > PROMISING * errors[0]
-        beyond = self.quiet(errors[0]) and not self.quiet(errors[1], as_it_came=True)
-        return larger or beyond or self.earns(after, before)
+        farther = after.left_out_rmse > AT_THE_FLOOR * before.left_out_rmse
+        return farther or self.earns(after, before)
 
     def alike(self, error: float, best: float) -> bool:
         """Whether an RMS error is as good as another: within a tie of it, or noise alone."""

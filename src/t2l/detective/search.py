@@ -10,7 +10,6 @@ from t2l.detective.candidates import Values, known_candidates
 from t2l.detective.certainty import chosen_shares
 from t2l.detective.choosing import (
     ASTRAY,
-    as_good,
     astray,
     choose,
     exchanged,
@@ -398,9 +397,7 @@ class _Search:
         if not self._stop(this, FINISH):
             fits = finish(nearest(fits, judge), samples, self.along)
             this.fits = sorted([*before, *fits], key=lambda f: f.left_out_rmse)
-        # beside noise a rare effect shows in few blocks, of which chance says little
-        some = as_good(self.simulated, this.fits, judge) if this.quiet else this.fits
-        return choose(self.simulated, some, judge)
+        return choose(self.simulated, this.fits, judge)
 
     def _read_anew(self, fit: FittedSet, judge: Judge) -> FittedSet:
         """It, or the same set from second guesses where these lead to surely less."""

@@ -64,22 +64,24 @@ class JointCoupling(Effect):
             tendon.wrap_joint(to.joints[j - round(values["before"][i])], values["ratio"][i])
 
     def install(self, loop, rows, joints, values):
-        row = np.arange(len(values["ratio"])) + rows.start
         others = joints - values["before"].round().astype(int)
+        cables = [
+            (slice(rows.start + first, rows.start + end), joint, others[first, i], first, end, i)
+            for i, joint in enumerate(joints)
+            if joint > 0
+            for first, end in _alike(others[:, i])
+        ]
 
         @over_ticks
         def add(tick, q, dq, torque):
-            for i, joint in enumerate(joints):
-                if joint == 0:
-                    continue
+            for row, joint, other, first, end, i in cables:
                 stiffness, damping, ratio, rest = (
-                    values[name][:, i] for name in ("stiffness", "damping", "ratio", "rest")
+                    values[name][first:end, i] for name in ("stiffness", "damping", "ratio", "rest")
                 )
-                one, other = (..., row, joint), (..., row, others[:, i])
-                length, rate = (x[one] + ratio * x[other] for x in (q, dq))
+                length, rate = (x[..., row, joint] + ratio * x[..., row, other] for x in (q, dq))
                 pull = -stiffness * (length - rest) - damping * rate
-                torque[one] += pull
-                torque[other] += ratio * pull
+                torque[..., row, joint] += pull
+                torque[..., row, other] += ratio * pull
 
         loop.joint_torques.append(add)
 
@@ -87,18 +89,24 @@ class JointCoupling(Effect):
         place = np.arange(len(scales.torque))
         one = np.ones(len(place))
         found = []
-        for before in range(1, len(place)):
+        for before in range(1, max(len(place), 2)):
             apart = np.clip(before, 1, np.maximum(place, 1))
             found += [
                 {
-                    "stiffness": f * scales.torque / scales.range,
+                    # its torque is proportional to it, so that one guess is enough
+                    "stiffness": 0.3 * scales.torque / scales.range,
                     "damping": 0.0 * one,
                     "ratio": ratio * one,
                     # slack in the middle of the motion
                     "rest": scales.centre + ratio * scales.centre[place - np.minimum(apart, place)],
                     "before": 1.0 * apart,
                 }
-                for f in (0.1, 1.0)
                 for ratio in (1.0, -1.0)
             ]
         return found
+
+
+def _alike(values):
+    """Stretches (first, end) of equal values (n,)."""
+    ends = [*(np.flatnonzero(np.diff(values)) + 1).tolist(), len(values)]
+    return list(zip([0, *ends[:-1]], ends, strict=True))
