@@ -153,7 +153,7 @@ def fit_along(
         minimise(fits, objective, iterations)
     if iterations:
         fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
-    return fitted(fits, objective, folds, at_once=True)
+    return fitted(fits, objective, folds)
 
 
 def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:

@@ -130,7 +130,7 @@ def fit_corrected(
     fits = [LeastSquares(one.layout, one.u, one.size, noise=along.noise_rad) for one in kept]
     objective = _corrected(fits, kept, along)
     minimise(fits, objective, 0)
-    return fitted(fits, objective, folds, at_once=True)
+    return fitted(fits, objective, folds)
 
 
 def _move(corrections: Sequence[Correction], along: AlongMotion) -> None:

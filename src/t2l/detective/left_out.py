@@ -18,20 +18,18 @@ TINY = 1e-300  # numerics: of a column that does nothing
 
 
 def fitted(
-    fits: Sequence[LeastSquares], objective: Objective, folds: np.ndarray, at_once: bool = False
+    fits: Sequence[LeastSquares], objective: Objective, folds: np.ndarray
 ) -> list[FittedSet]:
     """Fits with what they leave on each fold when the others fit them; not those that ran away.
 
     Args:
         objective: that they were fitted by.
-        at_once: ask for all dampings of a step in one call.
     """
     fits = [fit for fit in fits if np.isfinite(fit.loss) and fit.jacobian is not None]
     each = [_LeftOut(fit, folds) for fit in fits if fit.free.any()]
-    # along a motion many points take hardly longer than one
-    for dampings in [DAMPINGS] if at_once else [(damping,) for damping in DAMPINGS]:
+    for damping in DAMPINGS:
         some = [one for one in each if len(one.open)]
-        asked = [(one.fit, one.points(dampings)) for one in some]
+        asked = [(one.fit, one.points(damping)) for one in some]
         for one, residuals in zip(some, objective.residuals(asked), strict=True):
             one.receive(residuals)
     left = {id(one.fit): (one.left_out, one.told) for one in each}
@@ -85,8 +83,8 @@ class _LeftOut:
     def _others(self, mine: np.ndarray, damping: float) -> np.ndarray:
         return self.normal - mine.T @ mine + damping * np.eye(len(self.free)) + self.held
 
-    def points(self, dampings: Sequence[float]) -> np.ndarray:
-        """Parameters (nopen · ndamping, n) that fit all but each of the open parts in turn."""
+    def points(self, damping: float) -> np.ndarray:
+        """Parameters (nopen, n) that fit all but each of the open parts in turn."""
         fit, free = self.fit, self.free
         u, lower, upper = (x[free] for x in (fit.u, fit.layout.lower, fit.layout.upper))
         log = fit.layout.log[free]
@@ -101,21 +99,20 @@ class _LeftOut:
             at = self.folds == fold
             mine = self.jacobian[at]
             target = mine.T @ fit.residual[at] - self.slope - away
-            for damping in dampings:
-                rest, found = self._others(mine, damping), fit.u.copy()
-                found[free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / self.size
-                self._asked.append((fold, found))
+            rest, found = self._others(mine, damping), fit.u.copy()
+            found[free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / self.size
+            self._asked.append((fold, found))
         return np.array([found for _, found in self._asked])
 
     def receive(self, residuals: np.ndarray) -> None:
-        """Take the residuals (nopen · ndamping, nsample) at `points`; the first step serves."""
+        """Take the residuals (nopen, nsample) at `points`; the first step that serves counts."""
         fit, done = self.fit, set()
         before = fit.residual**2
         for (fold, u), residual in zip(self._asked, residuals, strict=True):
             others = self.folds != fold
             known = np.sum((fit.prior @ fit.u) ** 2) - np.sum((fit.prior @ u) ** 2)
             least = before[others].sum() + known + LONGER * fit.loss
-            if fold not in done and np.sum(residual[others] ** 2) <= least:
+            if np.sum(residual[others] ** 2) <= least:
                 at = ~others & self.told
                 self.left_out[at] = residual[at]
                 done.add(fold)
