@@ -10,7 +10,7 @@ from t2l.detective.fitted_set import FittedSet, Known, Start, names_of, sizes
 from t2l.detective.rule import Judge
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.levels import PROMISING
+from t2l.identify.levels import AT_THE_FLOOR
 from t2l.identify.optimiser import minimise
 
 PRUNING = 3  # numerics: iterations of a fit with a term less
@@ -108,7 +108,7 @@ def worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> li
     ]
     minimise(fits, along, 0)
     # along the motion the set itself may leave more or less than by simulation
-    limit = SURELY * PROMISING * max(fits[0].loss ** 0.5, whole.left_out_rmse)
+    limit = SURELY * AT_THE_FLOOR * max(fits[0].loss ** 0.5, whole.left_out_rmse)
     left = [(fit.loss * (1 - max(fit.promise(), 0.0))) ** 0.5 for fit in fits[1:]]
     return [t for t, error in zip(trials, left, strict=True) if error <= limit]
 
