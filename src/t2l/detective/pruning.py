@@ -6,11 +6,11 @@ import numpy as np
 
 from t2l.detective.along_motion import AlongMotion, fit_along
 from t2l.detective.fit import Samples, finish, fit_sets
-from t2l.detective.fitted_set import FittedSet, Known, Start, names_of, sizes
+from t2l.detective.fitted_set import FittedSet, Start, names_of, sizes
 from t2l.detective.rule import Judge
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.levels import AT_THE_FLOOR
+from t2l.identify.levels import PROMISING
 from t2l.identify.optimiser import minimise
 
 PRUNING = 3  # numerics: iterations of a fit with a term less
@@ -22,13 +22,13 @@ def pruned(
     samples: Samples,
     judge: Judge,
     along: AlongMotion,
-    so_far: Known,
+    before: FittedSet,
     over: Callable[[], bool],
 ) -> FittedSet:
-    """What is left of a set, by simulation.
+    """What is left of a set, by simulation, that takes the place of a model.
 
     Args:
-        so_far: the model before it, and what that leaves on every tick.
+        before: the model.
         over: whether the time is.
     """
 
@@ -41,9 +41,12 @@ def pruned(
             known = of.get(frozenset(whole.names))
             missed = {n for n, f in of.items() if known is not None and judge.misses(known, f)}
             trials = [t for t in trials if frozenset(names_of(t.layout)) not in missed]
-        return fit_sets(trials, samples, along, so_far, PRUNING)
+        return fit_sets(trials, samples, along, before.known, PRUNING)
 
-    return prune(better, judge, along, fit, lambda sets: finish(sets, samples, along), over)
+    def stands(one: FittedSet) -> bool:
+        return judge.takes(before, one)
+
+    return prune(better, judge, along, fit, lambda sets: finish(sets, samples, along), over, stands)
 
 
 def pruned_along(
@@ -68,6 +71,7 @@ def prune(
     fit: Callable[[FittedSet, list[Start]], list[FittedSet]],
     finish: Callable[[list[FittedSet]], list[FittedSet]] = lambda sets: sets,
     over: Callable[[], bool] = lambda: False,
+    stands: Callable[[FittedSet], bool] = lambda one: True,
 ) -> FittedSet:
     """Drop terms, joint by joint, that the rule does not miss beside the best set on the way.
 
@@ -76,22 +80,26 @@ def prune(
     Args:
         fit: fits what is left of a set when a term goes; `finish` does the same to the end.
         over: whether the time is: then what is not dropped stays.
+        stands: what must hold of what is left, beside.
     """
     best = better
+
+    def enough(some: list[FittedSet]) -> list[FittedSet]:
+        return [f for f in some if not judge.misses(best, f) and stands(f)]
+
     while not over():
         trials = worth_a_fit(better, without_one(better), along)
-        kept = [f for f in fit(better, trials) if not judge.misses(best, f)]
+        kept = enough(fit(better, trials))
         kept.sort(key=lambda f: f.left_out_rmse)
         # what may go one by one often may go together, which saves as many fits
         for many in (kept, kept[: len(kept) // 2]):
             gone = {pair for f in many for pair in _pairs(better.layout) - _pairs(f.layout)}
             if len(many) > 1 and gone < _pairs(better.layout):
-                fits = finish(fit(better, [without(better, gone)]))
-                fewer = [f for f in fits if not judge.misses(best, f)]
+                fewer = enough(finish(fit(better, [without(better, gone)])))
                 if fewer:
                     break
         else:
-            fewer = [f for f in finish(kept[:2]) if not judge.misses(best, f)]
+            fewer = enough(finish(kept[:2]))
         if not fewer:
             break
         better = min(fewer, key=lambda f: f.left_out_rmse)
@@ -108,7 +116,7 @@ def worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> li
     ]
     minimise(fits, along, 0)
     # along the motion the set itself may leave more or less than by simulation
-    limit = SURELY * AT_THE_FLOOR * max(fits[0].loss ** 0.5, whole.left_out_rmse)
+    limit = SURELY * PROMISING * max(fits[0].loss ** 0.5, whole.left_out_rmse)
     left = [(fit.loss * (1 - max(fit.promise(), 0.0))) ** 0.5 for fit in fits[1:]]
     return [t for t, error in zip(trials, left, strict=True) if error <= limit]
 

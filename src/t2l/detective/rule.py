@@ -12,7 +12,7 @@ import numpy as np
 
 from t2l.detective.fitted_set import FittedSet
 from t2l.identify.block_bootstrap import Improvement, improvement
-from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, TIED
+from t2l.identify.levels import AT_THE_FLOOR, MATERIAL, PROMISING, TIED
 
 SEED = 0  # statistics: of the bootstrap
 
@@ -64,7 +64,7 @@ class Judge:
         """Whether `after` takes the place of `before`.
 
         What has more numbers must earn them. Of as many, what has surely less error is better,
-        however little; of fewer, all that does not lack what `before` has.
+        however little; of fewer, what is as near and does not lack what `before` has.
 
         Args:
             least: share of the error by which more numbers must let it fall.
@@ -73,7 +73,8 @@ class Judge:
             return self.earns(before, after, least)
         if after.complexity == before.complexity:
             return self.earns(before, after, 0.0)
-        return not self.misses(before, after)
+        near = after.left_out_rmse <= AT_THE_FLOOR * before.left_out_rmse
+        return near and not self.misses(before, after)
 
     def ties(self, one: FittedSet, other: FittedSet) -> bool:
         """Whether `other` explains as well by other names, with one number more at most."""
@@ -86,10 +87,13 @@ class Judge:
         """Whether `after`, of fewer numbers, lacks what `before` has.
 
         A block of time that only one of them explains is often not drawn, so that chance cannot be
-        excluded; so an error that is no longer as near needs no such proof.
+        excluded; so an error that is much larger needs no such proof, nor does one that is more
+        than noise where there was only noise.
         """
-        farther = after.left_out_rmse > AT_THE_FLOOR * before.left_out_rmse
-        return farther or self.earns(after, before)
+        errors = before.left_out_rmse, after.left_out_rmse
+        larger = errors[1] > PROMISING * errors[0]
+        beyond = self.quiet(errors[0]) and not self.quiet(errors[1], as_it_came=True)
+        return larger or beyond or self.earns(after, before)
 
     def alike(self, error: float, best: float) -> bool:
         """Whether an RMS error is as good as another: within a tie of it, or noise alone."""

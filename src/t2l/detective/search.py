@@ -417,9 +417,8 @@ class _Search:
 
     def _adopt(self, this: Round, better: FittedSet, judge: Judge) -> bool:
         """Whether something is adopted: not what has the same effects again and is no better."""
-        along, so_far = self.along, self.simulated.known
         better = self._read_anew(better, judge)
-        adopted = pruned(better, self.samples, judge, along, so_far, self.over)
+        adopted = pruned(better, self.samples, judge, self.along, self.simulated, self.over)
         same = adopted.names == this.before.names
         if same and adopted.rmse > (1 - NOTHING) * this.before.rmse:
             this.ties = [f for f in this.fits if judge.ties(self.simulated, f)]
