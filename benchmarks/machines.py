@@ -98,17 +98,18 @@ def chosen(folders: Sequence[Path], names: Sequence[str]) -> list[Machine]:
         if not folder.is_dir():
             raise SystemExit(f"--data: found no folder {folder}")
         inside = [folder] if _is_machine(folder) else filter(_is_machine, folder.iterdir())
-        here = [_machine(path.resolve()) for path in inside]
+        here = {path.name: path for path in (one.resolve() for one in inside)}
         if not here:
             raise SystemExit(
                 f"--data: found no machine in {folder}; allowed: recordings, or train/ with some, "
                 "in it or in its folders"
             )
-        found |= {machine.name: machine for machine in here}
+        found |= here
     unknown = sorted(set(names) - set(found))
     if unknown:
         raise SystemExit(f"no machine {', '.join(unknown)}; there are {', '.join(sorted(found))}")
-    return [found[name] for name in sorted(names or found)]
+    # recordings in the makers' format are imported only if they are asked for
+    return [_machine(found[name]) for name in sorted(names or found)]
 
 
 def _is_machine(folder: Path) -> bool:
