@@ -199,8 +199,9 @@ def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
         "makers": makers and rmse(Model(model.robot, makers), data.test, data.test_mask),
         "told": [],
     }
-    late = partial(_past, began + limit_s)
-    found = explanation.explained(model, data, result["told"].append, over=late)
+    found = explanation.explained(
+        model, data, result["told"].append, over=partial(_past, began + limit_s)
+    )
     return result | {
         "seconds": perf_counter() - began,
         "lacks": in_words(found.model, joints),
@@ -210,7 +211,7 @@ def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
         "after": found.steps[-1].test_rmse_rad,
         "noise": found.noise_floor_rad,
         "verdict": found.verdict,
-        "stopped": late(),
+        "stopped": found.stopped_after_s is not None,
     }
 
 
