@@ -68,8 +68,6 @@ def numbers(entry: Mapping, joints: Sequence[str], links: Mapping[str, str]) -> 
         return {name: {joint: value} for name, value in values.items()}
     if kind == "JointCoupling":
         i, j = joints.index(entry["joint"]), joints.index(entry["other"])
-        if abs(i - j) != 1:
-            return None
         k, r = entry["stiffness"], entry["ratio"]
         own = {"stiffness": k, "damping": entry["damping"], "ratio": r, "rest": entry["rest"]}
         if i < j:  # of the later of the two
@@ -77,6 +75,7 @@ def numbers(entry: Mapping, joints: Sequence[str], links: Mapping[str, str]) -> 
                 "stiffness": k * r**2, "damping": entry["damping"] * r**2, "ratio": 1 / r,
                 "rest": entry["rest"] / r,
             }  # fmt: skip
+        own["before"] = abs(i - j)
         return {name: {joints[max(i, j)]: value} for name, value in own.items()}
     if kind in ("StribeckFriction", "LugreFriction"):
         extra = {j: entry["static"][j] - level for j, level in entry["coulomb"].items()}

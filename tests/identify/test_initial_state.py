@@ -12,6 +12,7 @@ from t2l.identify.initial_state import (
     first_slope,
     half_begin_in_motion,
     slope_of_motion,
+    start_state,
 )
 from tests.diagnose.made import hold, recording
 
@@ -95,10 +96,24 @@ def test_a_log_of_a_set_in_motion_begins_with_its_slope_however_slow():
     assert 0 < abs(dq[0] - 0.015) < doubt[0] < 0.05
 
 
-def test_a_measured_velocity_is_not_in_doubt():
+@pytest.mark.parametrize("rad_s", [0.0, 0.7])
+def test_a_measured_velocity_is_as_sure_as_its_noise(rad_s):
+    made, rng = recording("none.xml", hold(0.0)), np.random.default_rng(0)
+    noisy = rad_s + 0.005 * rng.standard_normal(made.q.shape)
+    noisy[0] = rad_s + 0.01
+    log = dataclasses.replace(made, dq=noisy)
+    dq, doubt = slope_of_motion(log)
+    assert abs(dq - rad_s) < doubt < 0.02
+    # at rest the noise of one sample is no motion
+    assert begins_in_motion(log) == (rad_s > 0)
+    assert start_state(log)[1] == (dq if rad_s else 0.0)
+
+
+def test_a_velocity_without_noise_is_not_in_doubt():
     made = recording("none.xml", hold(0.0))
     dq, doubt = slope_of_motion(dataclasses.replace(made, dq=np.full_like(made.q, 0.7)))
-    assert (dq, doubt) == (0.7, 0.0)
+    assert dq == pytest.approx([0.7], abs=1e-9)
+    assert doubt == pytest.approx([0.0], abs=1e-9)
 
 
 def test_half_of_a_set_say_that_all_may_begin_in_motion():

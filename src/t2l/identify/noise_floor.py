@@ -46,6 +46,12 @@ def noise_floor(
     return float(np.sqrt(total / count))
 
 
+def noise_of(values: np.ndarray, time: np.ndarray) -> float:
+    """Likewise of one signal (n,), in its own unit, whose samples were taken then, s."""
+    white = _least([_white([values], [time])], len(values) // BLOCK)
+    return float(np.sqrt(max(white, _step([values]) ** 2 / 12)))
+
+
 def _white(series: list[np.ndarray], taken: list[np.ndarray] | None = None) -> float:
     """Variance of the white part of some signals, whose samples were `taken` then, s."""
     estimates = []
