@@ -61,7 +61,7 @@ def test_simulations_that_fall_over_leave_a_start_where_it_is():
         0.001, np.zeros((1, 1, 2)), *np.zeros((4, 1, 2)), *np.zeros((2, 1), bool), np.arange(1)
     )
     wanted = (np.zeros(12, int), np.arange(12), np.zeros(12, int), np.arange(12) % 2)
-    beginning = Beginning(schedule, wanted, measured, 1e-6, np.zeros((1, 2)))
+    beginning = Beginning(schedule, wanted, measured, 1e-6, np.zeros((1, 2)), np.ones(1, bool))
 
     def predict(starts):
         return np.where(starts.any(axis=(1, 2, 3))[:, None], np.nan, np.zeros(12))
@@ -162,7 +162,7 @@ def beginning(slopes, doubt):
     empty, one = np.zeros((1, 1, njoint)), np.zeros((1, njoint))
     schedule = Schedule(0.001, empty, one, one, one, one, *np.zeros((2, 1), bool), np.arange(1))
     wanted = (np.zeros(k, int), np.arange(k), np.zeros(k, int), np.zeros(k, int))
-    made = Beginning(schedule, wanted, np.zeros(k), NOISE_RAD, np.array([doubt]))
+    made = Beginning(schedule, wanted, np.zeros(k), NOISE_RAD, np.array([doubt]), np.ones(1, bool))
     return made, lambda starts: 1e-3 + starts[:, 0, :, 2] @ slopes.T
 
 
@@ -182,39 +182,6 @@ def test_a_step_never_makes_a_linear_response_worse(doubt, response, seed):
     assert np.linalg.norm(predict(found)) <= before * (1 + 1e-9)
     assert (np.abs(found[0, 0, :, 2]) <= np.linalg.norm(doubt) * before / NOISE_RAD).all()
     assert (found[..., :2] == 0).all()
-
-
-def test_rough_starts_are_the_same_where_no_joint_moves_another():
-    rng = np.random.default_rng(0)
-    joint, slopes = np.arange(24) % 2, rng.normal(size=(24, 2, 3))
-    own = slopes * (joint[:, None] == np.arange(2))[..., None]
-    schedule = Schedule(
-        0.001, np.zeros((1, 1, 2)), *np.zeros((4, 1, 2)), *np.zeros((2, 1), bool), np.arange(1)
-    )
-    wanted = (np.zeros(24, int), np.arange(24), np.zeros(24, int), joint)
-    made = Beginning(schedule, wanted, 1e-3 * rng.normal(size=24), NOISE_RAD, np.zeros((1, 2)))
-    asked = []
-
-    def predict(starts):
-        asked.append(len(starts))
-        return np.einsum("kju,vju->vk", own, starts[:, 0])
-
-    exact = made.estimate(predict, [0, 1], np.zeros((1, 1, 2)))
-    needed, asked = sum(asked), []
-    rough = made.estimate(predict, [0, 1], np.zeros((1, 1, 2)), rough=True)
-    np.testing.assert_allclose(rough, exact, atol=1e-3 * np.abs(exact).max())
-    assert 0 < sum(asked) < needed / 2
-
-
-@pytest.mark.parametrize("link", [0.0, 1.0])
-def test_a_rough_prediction_is_about_right(tmp_path, link):
-    effects = {"joint_flexibility": SPRING | {"encoder_on_link": link}}
-    made = in_motion(pendulum(tmp_path), effects, 0.8)
-    layout, u = Model(made.robot, effects).vector(made.joints)
-    requests = [PLAIN, Request(layout, u[None])]
-    plain, spring = Predictor(made.robot, [made], threads=1).predict(requests, rough=True)
-    bare, left = (np.sqrt(np.mean((q[0] - made.q[:, 0]) ** 2)) for q in (plain, spring))
-    assert left < 0.1 * bare
 
 
 def test_a_joint_that_does_not_answer_keeps_its_slope():

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.detective.fitted_set import FittedSet, Known, Start, sizes
+from t2l.detective.held_torques import HeldTorques
 from t2l.detective.left_out import fitted
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.motion import at_samples
@@ -44,6 +45,8 @@ class AlongMotion(Objective):
         self.joints = predictor.samples.joint[mask]
         self.answer = np.zeros(len(predictor.samples))
         self.residual = self._residual()[mask]
+        place = np.where(mask, np.cumsum(mask) - 1, -1)
+        self.held_torques = HeldTorques(predictor, sections, place, noise_rad)
         base = self.base[0], self.base[1][None]
         self.stiffness = [stiffness(predictor, section, [base])[0] for section in sections]
 
@@ -61,7 +64,9 @@ class AlongMotion(Objective):
     @property
     def rmse(self) -> float:
         """Of the model so far, rad; not a number where the loop runs away."""
-        return float(np.sqrt(np.mean(self.residual**2)))
+        layout, u = self.base
+        left = self.held_torques.freed(layout, u[None], self.residual[None])
+        return float(np.sqrt(np.mean(left**2)))
 
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
         if not asked:
@@ -84,7 +89,11 @@ class AlongMotion(Objective):
             stiffer = np.clip(np.where(own > 0, stiffer, 1.0), *STIFFER).T
             moved[held] = (before + respond(section, whole)) / stiffer[joint] - before
         moved = self.residual[:, None] + moved[self.mask]
-        return np.split(moved.T, np.cumsum(counts)[:-1])
+        each = np.split(moved.T, np.cumsum(counts)[:-1])
+        return [
+            self.held_torques.freed(optimiser.layout, points, left)
+            for (optimiser, points), left in zip(asked, each, strict=True)
+        ]
 
 
 def together(layout: Layout, points: np.ndarray, njoint: int) -> tuple[np.ndarray, np.ndarray]:

@@ -42,6 +42,7 @@ def install_bristles(
     passive, bias = batch.bind("qfrc_passive"), batch.bind("qfrc_bias")
     resolved = 1 / (batch.model.dof_invweight0[dofs] * batch.model.opt.timestep**2)
     sigma = np.minimum(stiffness, resolved)
+    loop.bristles[at] += level(np.zeros_like(stiffness))
     state: dict[str, np.ndarray] = {}
 
     @over_ticks
@@ -53,7 +54,9 @@ def install_bristles(
             missing = each_tick(torque)[0][at] + passive[rows, dofs] - bias[rows, dofs]
             start, dq_start = each_tick(here)[0], each_tick(speed)[0]
             least = each_tick(np.broadcast_to(g, here.shape))[0]
-            state.update(q=start, z=bent_at_start(missing, dq_start, least, sigma))
+            bent = bent_at_start(missing, dq_start, least, sigma)
+            most = least / np.maximum(sigma, LEAST)
+            state.update(q=start, z=loop.held_at_start(rows, joints, bent, most, most))
         z, share = deflection(here, speed, state, g, sigma, loop.plant_period_s)
         torque[at] -= sigma * z
         give(torque, sigma * share, damping * share)

@@ -23,10 +23,14 @@ class DahlFriction(Effect):
     source = "Dahl, A solid friction model, 1968, with exponent 1"
     contains = ("coulomb_friction",)
     follows = "direction"
+    holds_torque = True
     order = 50  # at the start bristles hold what all other torques leave
 
     def export(self, to, joints, values):
         to.call(self.name, bend_then_slip, joints, values)
+
+    def held(self, values):
+        return values["coulomb"], values["presliding"]
 
     def install(self, loop, rows, joints, values):
         coulomb = values["coulomb"]

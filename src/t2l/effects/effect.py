@@ -148,6 +148,8 @@ class Effect(ABC):
         least_joints: how many driven joints it takes.
         remembers: what it does at a tick depends on ticks before.
         hides_state: it has a far side that no encoder sees, which need not start at rest.
+        holds_torque: what it remembers is a torque, which a recording that begins in motion may
+            begin with; `holds_at_rest`: or any recording, as far as friction balances it.
         reads_motor: `read_off` takes a further argument `motor`: the motor torque (n,) of the
             logged commands and gains, N·m.
         names_joints: its title says already which joints it is on.
@@ -172,6 +174,8 @@ class Effect(ABC):
     least_joints: int = 1
     remembers: bool = True
     hides_state: bool = False
+    holds_torque: bool = False
+    holds_at_rest: bool = False
     reads_motor: bool = False
     names_joints: bool = False
     prior: np.ndarray | None = None
@@ -189,6 +193,14 @@ class Effect(ABC):
             values: for each parameter (k,), or one number if it is not per joint.
         """
         to.cannot_carry(self.name, "the effect does not say how it is exported")
+
+    def held(self, values: Values) -> tuple[np.ndarray, np.ndarray]:
+        """What it may hold at the start, where it `holds_torque`.
+
+        Returns:
+            N·m (nrow, k) at most, and rad likewise of motion that leave little of it.
+        """
+        raise NotImplementedError
 
     @abstractmethod
     def install(self, loop: ServoLoop, rows: slice, joints: np.ndarray, values: Values) -> None:

@@ -7,14 +7,15 @@ from t2l.effects.exported import CONTROLLER
 from t2l.sim.loop import each_tick, over_ticks
 
 SLOPE, TINY = 1e-6, 1e-12  # numerics: share of a torque and N·m, of a difference; a slope of zero
+HELD_RAD = 0.05  # bound: position error whose torque an integral may begin with
 SECANTS = 2  # numerics: steps to a demand; one is exact where motors give a share of it
 
 
 class IntegralAction(Effect):
     """τ_I(k) = clip(τ_I(k−1) + Ki h (q_des − q), ±limit): anti-windup by clamping.
 
-    It begins with the torque that holds the joint where it starts, whatever else acts on it; in
-    motion, without that of the position error.
+    It begins with the torque that holds the joint where it starts, whatever else acts on it, give
+    or take what friction holds; in motion nobody knows it.
     """
 
     name = "integral_action"
@@ -33,10 +34,15 @@ class IntegralAction(Effect):
     source = "Åström and Hägglund, Advanced PID control, 2006, section 3.5: clamped integrator"
     acts_through = ("kp",)
     follows = "constant"
+    holds_torque = holds_at_rest = True
     order = -10  # the loop's rate and all else act on the whole torque
 
     def export(self, to, joints, values):
         to.call(self.name, integrate_error, joints, values, CONTROLLER)
+
+    def held(self, values):
+        limit = values["limit"]
+        return limit, np.full_like(limit, np.inf)
 
     def install(self, loop, rows, joints, values):
         at, period, state = (rows, loop.columns(joints)), loop.period_s, {}
@@ -53,8 +59,13 @@ class IntegralAction(Effect):
                 if not state:
                     pulled = loop.kp[at] * error
                     load = bias[:, loop.dofs] - passive[:, loop.dofs]
-                    load, added = demand_at_rest(loop, load)[at], gain * first * error
-                    state["sum"] = first_sum(load, now[at], pulled, dq[at], gain, added)
+                    load, added = demand_at_rest(loop, load), gain * first * error
+                    begun = first_sum(load[at], now[at], pulled, dq[at], gain, added)
+                    rests = np.abs(dq[at]) < AT_REST_RAD_S
+                    friction = loop.friction_at_rest(bias[:, loop.dofs])[at]
+                    most = np.where(rests, friction, HELD_RAD * loop.kp[at]) * (gain > 0)
+                    most = np.minimum(most, limit)
+                    state["sum"] = loop.held_at_start(rows, joints, begun, most, limit)
                 now[at] += integrated(state, gain * error, first, period, limit)
 
         loop.controller_filters.append(change)

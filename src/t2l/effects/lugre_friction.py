@@ -35,10 +35,14 @@ class LugreFriction(Effect):
     source = "Canudas de Wit et al., A new model for control of systems with friction, 1995"
     contains = ("coulomb_friction", "stribeck_friction", "dahl_friction")
     follows = "direction"
+    holds_torque = True
     order = 50
 
     def export(self, to, joints, values):
         to.call(self.name, bend_then_slip_easier, joints, values)
+
+    def held(self, values):
+        return values["coulomb"] + values["extra_at_rest"], values["presliding"]
 
     def install(self, loop, rows, joints, values):
         coulomb, extra = values["coulomb"], values["extra_at_rest"]

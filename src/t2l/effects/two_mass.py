@@ -12,6 +12,7 @@ from t2l.sim.servo import ServoLoop
 # tuned: of what it moves: of a motor, where the MJCF has none, of its link's mass at 10 cm; of what
 # lies between two joints that give, of the motor's
 LEAST_INERTIA = 0.1
+SETTLINGS = 6  # numerics: times that a load is looked at where the last one bent what lies between
 
 
 def add_joint(spec: mujoco.MjSpec, name: str, suffix: str) -> mujoco.MjsJoint:
@@ -121,12 +122,15 @@ def start_under_load(
     bias = loop.batch.bind("qfrc_bias")  # before the start is computed, which fills it
 
     def settle(loop):
-        rest = angle(bias[rows, dofs])
+        turned, motor = loop.batch.qpos, loop.qpos[joints]
+        own = turned[rows, motor].copy()
         beyond, velocity = np.moveaxis(loop.hidden_start[rows, joints, :2], -1, 0)
-        most = np.maximum(np.abs(rest), farthest)
-        start = np.clip(rest + beyond, -most, most)
-        loop.batch.qpos[rows, qpos] = start
-        loop.batch.qpos[rows, loop.qpos[joints]] -= link * start
+        for _ in range(SETTLINGS):
+            rest = angle(bias[rows, dofs])
+            most = np.maximum(np.abs(rest), farthest)
+            start = np.clip(rest + beyond, -most, most)
+            turned[rows, qpos], turned[rows, motor] = start, own - link * start
+            loop.batch.forward()
         loop.batch.qvel[rows, dofs] = velocity
         loop.batch.qvel[rows, loop.dofs[joints]] -= link * velocity
 

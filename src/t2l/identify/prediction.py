@@ -15,7 +15,7 @@ from t2l.identify import batches
 from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.samples import Samples
 from t2l.identify.schedules import Group, groups
-from t2l.identify.simulation import at_every_tick, simulate
+from t2l.identify.simulation import at_every_tick, holding, simulate
 from t2l.identify.soft_hold import Gains, hold_gains
 from t2l.recordings.recording import Recording
 from t2l.robots import plant
@@ -100,17 +100,15 @@ class Predictor:
         requests: Sequence[Request],
         velocity: bool = False,
         progress: Callable[[float], None] = lambda part: None,
-        rough: bool = False,
     ) -> list[np.ndarray] | tuple[list[np.ndarray], list[np.ndarray]]:
         """Position at every sample, (m, nsample) for each request; NaN where it diverged.
 
         With `velocity`, also the velocity, likewise. `progress` is told now and then which part of
-        the work is done. With `rough`, plants with more joints than are driven start and step only
-        about right, which is quicker.
+        the work is done.
         """
         q = [np.full((len(request.u), len(self.samples)), np.nan) for request in requests]
         dq = [np.full_like(values, np.nan) for values in q] if velocity else []
-        batches.run(self._jobs(requests, velocity, progress, rough), (q, dq), self.threads)
+        batches.run(self._jobs(requests, velocity, progress), (q, dq), self.threads)
         return (q, dq) if velocity else q
 
     def at_ticks(
@@ -132,14 +130,13 @@ class Predictor:
         requests: Sequence[Request],
         velocity: bool,
         progress: Callable[[float], None],
-        rough: bool,
     ) -> list[batches.Job]:
         """Batches to simulate, shared out among the threads."""
         together = batches.Progress(progress)
         parts = [
-            (model, pieces, group, self._steps(model, group, rough))
+            (model, pieces, group, self._steps(model, group))
             for model, pieces in self._by_structure(requests)
-            for group in self._groups[self._coarseness(model, rough)]
+            for group in self._groups[self._coarseness(model)]
         ]
         work = sum(steps * len(pieces) for _, pieces, _, steps in parts)
         jobs = []
@@ -153,9 +150,9 @@ class Predictor:
                     for i, rows in batches.by_request(chunk)
                 ]
                 call = partial(
-                    simulate, model, self.joints, group.schedule, self._substeps(model, rough),
+                    simulate, model, self.joints, group.schedule, self._substeps(model),
                     variants, group.wanted, velocity, beginning=group.beginning,
-                    progress=together.of(len(chunk) * steps), rough=rough,
+                    progress=together.of(len(chunk) * steps),
                 )  # fmt: skip
                 jobs.append(
                     batches.Job(
@@ -165,28 +162,31 @@ class Predictor:
                 )  # fmt: skip
         return jobs
 
-    def _substeps(self, model: mujoco.MjModel, rough: bool = False) -> int:
-        exact = self._extended(model) and not rough
-        return self.substeps * (EXTENDED if exact else 1)
+    def _substeps(self, model: mujoco.MjModel) -> int:
+        return self.substeps * (EXTENDED if self._extended(model) else 1)
 
-    def _coarseness(self, model: mujoco.MjModel, rough: bool = False) -> int:
-        exact = self._extended(model) and not rough
-        return min(self.coarseness, EXTENDED) if exact else self.coarseness
+    def _coarseness(self, model: mujoco.MjModel) -> int:
+        return min(self.coarseness, EXTENDED) if self._extended(model) else self.coarseness
 
     def _extended(self, model: mujoco.MjModel) -> bool:
         return model.nv > len(self.joints)
 
-    def _steps(self, model: mujoco.MjModel, group: Group, rough: bool) -> int:
+    def _steps(self, model: mujoco.MjModel, group: Group) -> int:
         """Steps of single joints that one variant takes."""
         ticks = int(group.schedule.sample_ticks[-1])
-        return ticks * len(group.recordings) * model.nv * self._substeps(model, rough)
+        return ticks * len(group.recordings) * model.nv * self._substeps(model)
 
     def _by_structure(self, requests: Sequence[Request]) -> list[tuple]:
-        """Models, each with the (request, row) pieces that it simulates."""
+        """Models, each with the (request, row) pieces that it simulates.
+
+        What remembers different things begins differently, so that it is simulated apart.
+        """
         members: dict[tuple, list[int]] = {}
         for i, request in enumerate(requests):
-            extending = [term for term in request.layout.terms if term.effect.extends]
-            members.setdefault(_structure(extending), []).append(i)
+            terms = request.layout.terms
+            extending = [term for term in terms if term.effect.extends]
+            key = _structure(extending), holding(terms)
+            members.setdefault(key, []).append(i)
         return [
             (
                 self.model(requests[alike[0]].layout.terms),

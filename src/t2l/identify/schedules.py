@@ -22,7 +22,7 @@ class Group:
     """Recordings of one loop rate and like length.
 
     Attributes:
-        beginning: of the recordings, if any of them begins in motion.
+        beginning: of the recordings.
         recordings: indices.
         held: which samples are theirs, (k,) indices.
         wanted: for each of these its recording in the schedule, the index in `sample_ticks` of the
@@ -30,7 +30,7 @@ class Group:
     """
 
     schedule: Schedule
-    beginning: Beginning | None
+    beginning: Beginning
     recordings: tuple[int, ...]
     held: np.ndarray
     wanted: tuple[np.ndarray, ...]
@@ -100,7 +100,7 @@ def _group(
     sample_ticks = np.unique(np.concatenate([[0], below, below + 1]))
     start_q, start_dq = np.moveaxis([start_state(recording) for recording in recordings], 1, 0)
     doubt = np.zeros_like(start_dq)
-    moving = [in_motion or begins_in_motion(recording) for recording in recordings]
+    moving = np.array([in_motion or begins_in_motion(recording) for recording in recordings])
     for i in np.flatnonzero(moving):
         start_dq[i], doubt[i] = slope_of_motion(recordings[i])
     # that is where the first sample was; some were taken later or earlier
@@ -127,10 +127,9 @@ def _group(
     column = {index: i for i, index in enumerate(indices)}
     record = np.array([column[r] for r in samples.recording[held]])
     wanted = record, np.searchsorted(sample_ticks, below), rest, samples.joint[held]
-    beginning = None
-    if any(moving):
-        noise = max(noise_floor(list(recordings), divided=True), 1e-9)
-        beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt).within(WINDOW_S)
+    noise = max(noise_floor(list(recordings), divided=True), 1e-9)
+    beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt, moving)
+    beginning = beginning.within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
 
 

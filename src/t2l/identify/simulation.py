@@ -8,7 +8,7 @@ import numpy as np
 
 from t2l.effects.blame import blaming
 from t2l.effects.effect import Effect
-from t2l.effects.term import Layout
+from t2l.effects.term import Layout, Term
 from t2l.identify.hidden_state import UNKNOWN, VELOCITY_S, Beginning
 from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
@@ -26,7 +26,6 @@ def simulate(
     threads: int = 1,
     beginning: Beginning | None = None,
     progress: Callable[[float], None] = lambda part: None,
-    rough: bool = False,
 ) -> tuple[np.ndarray, ...]:
     """Position (m, k) of each variant at each wanted sample, NaN where it diverged.
 
@@ -37,11 +36,10 @@ def simulate(
         wanted: of each sample its recording in the schedule, the index in `sample_ticks` of the
             tick at or before it, the fraction of a period since, and its joint; (k,) each.
         velocity: return that too, likewise.
-        beginning: of recordings of which some begin in motion.
+        beginning: of the recordings.
         progress: told now and then which part of the ticks is done.
-        rough: as of `Beginning.estimate`.
     """
-    hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning, rough)
+    hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning)
     with blaming(_taking_part(variants), "to simulate it"):
         run = _run(model, joints, schedule, substeps, variants, threads, hidden, progress)
     between, rate = run.at(wanted)
@@ -81,26 +79,41 @@ def _starts(
     variants,
     threads,
     beginning: Beginning | None,
-    rough: bool = False,
 ) -> np.ndarray | None:
-    """How recordings start that begin in motion, (m, nrec, njoint, 3); None if none does."""
-    hiding = _hiding(variants)
-    if beginning is None or not (hiding or beginning.doubt.any()):
+    """How recordings start beyond what was measured, (m, nrec, njoint, k); None if that is all."""
+    if beginning is None:
+        return None
+    # one that begins where a motion turns looks as if it were at rest
+    hiding = _hiding(variants) if beginning.moving.any() else []
+    held, at_rest = holding([term for layout, _ in variants for term in layout.terms])
+    estimated = (beginning.doubt > 0).any(axis=1) | bool(hiding or at_rest)
+    estimated |= beginning.moving & bool(held)
+    if not estimated.any():
         return None
     hidden = np.zeros((sum(len(u) for _, u in variants), *beginning.doubt.shape, UNKNOWN))
-    estimated = np.arange(len(schedule.kp))
-    if not hiding:
-        estimated = np.flatnonzero(beginning.doubt.any(axis=1))
-        beginning = beginning.of(estimated).within(VELOCITY_S)
-    hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads, rough)
+    beginning = beginning.of(np.flatnonzero(estimated))
+    if not (hiding or held):
+        beginning = beginning.within(VELOCITY_S)
+    unknown = hiding, held
+    hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads, unknown)
     return hidden
 
 
 def _hidden(
-    model, joints, beginning: Beginning, substeps, variants, threads, rough: bool
+    model,
+    joints,
+    beginning: Beginning,
+    substeps,
+    variants,
+    threads,
+    unknown: tuple[Sequence[int], Sequence[int]],
 ) -> np.ndarray:
-    """How the recordings start, (m, nrec, njoint, 3), as `ServoLoop.hidden_start`."""
-    m, hiding = sum(len(u) for _, u in variants), _hiding(variants)
+    """How the recordings start, (m, nrec, njoint, k), as `Loop.hidden_start`.
+
+    Args:
+        unknown: joints with a far side, and those that hold a torque.
+    """
+    m, (hiding, held) = sum(len(u) for _, u in variants), unknown
 
     def predict(starts: np.ndarray) -> np.ndarray:
         copies = list(variants) * (len(starts) // m)
@@ -112,13 +125,20 @@ def _hidden(
         if hiding:
             loop = made_loop(model, joints, beginning.schedule, substeps, variants, threads)
             play = loop.transmission.play.reshape(play.shape)
-        return beginning.estimate(predict, hiding, play, rough)
+        return beginning.estimate(predict, hiding, play, held)
 
 
 def _hiding(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[int]:
     """Joints with a far side that no encoder sees."""
     terms = [term for layout, _ in variants for term in layout.terms if term.effect.hides_state]
     return sorted({joint for term in terms for joint in term.joints})
+
+
+def holding(terms: Sequence[Term]) -> tuple[tuple[int, ...], bool]:
+    """Joints that hold a torque which nobody knows at the start, and whether also from rest."""
+    some = [term for term in terms if term.effect.holds_torque]
+    joints = tuple(sorted({joint for term in some for joint in term.joints}))
+    return joints, any(term.effect.holds_at_rest for term in some)
 
 
 def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:

@@ -8,6 +8,8 @@ import numpy as np
 from t2l.sim.schedule import Schedule
 from t2l.sim.transmission import Transmission
 
+ROOM = 0.05  # numerics: of what can be held, to the balance at the start
+
 
 def over_ticks(change: Callable) -> Callable:
     """Mark what acts in a loop as fit for several ticks that follow each other, in one call.
@@ -43,8 +45,9 @@ class Loop:
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
         ahead: (nsim, njoint) s, how far the loop looks ahead to be no later than the real one.
-        hidden_start: (nsim, njoint, 3) angle and velocity with which what no encoder sees starts,
-            beyond its rest under load, rad and rad/s, and what to add to `Schedule.start_dq`.
+        hidden_start: (nsim, njoint, 4) angle and velocity with which what no encoder sees starts,
+            beyond its rest under load, rad and rad/s; what to add to `Schedule.start_dq`; and the
+            torque that what remembers holds then, beyond what balances, as a share of what it can.
         q, dq: (nsim, njoint) rad and rad/s of the joints at the present plant tick.
         command, measured, measured_dq: (nsim, njoint) rad and rad/s of the present tick, as they
             reach the controller after all filters; for what changes what it makes of them.
@@ -67,6 +70,7 @@ class Loop:
         added_friction: (nsim, njoint) N·m of Coulomb friction beside the MJCF's own.
         friction: called with (plant tick, dq, motor torque, level), add to the last in place;
             dq likewise.
+        bristles: (nsim, njoint) N·m of friction at rest that acts as a joint torque.
         stateless: of the motor filters and joint torques those that remember nothing, by place.
         settle: called once with the loop after the start state is set.
         other_weight: (nsim,) bool, where gravity or masses are not the model's, which is all that
@@ -93,7 +97,7 @@ class Loop:
         self.encoder_offset = np.zeros_like(self.kp)
         late = (schedule.period_s - self.real_period_s) / 2
         self.ahead = np.full_like(self.kp, late)
-        self.hidden_start = np.zeros((*self.kp.shape, 3))
+        self.hidden_start = np.zeros((*self.kp.shape, 4))
         self.transmission = Transmission.rigid(self.kp.shape)
         self.command_lead_s = np.zeros_like(self.kp)
         self.added_friction = np.zeros_like(self.kp)
@@ -106,6 +110,7 @@ class Loop:
         self.compensation_factor = np.ones_like(self.kp)
         self.joint_torques: list[Callable] = []
         self.friction: list[Callable] = []
+        self.bristles = np.zeros_like(self.kp)
         self.stateless: dict[str, list[Callable]] = {"motor_filters": [], "joint_torques": []}
         self.settle: list[Callable] = []
         self.other_weight = np.zeros(len(self.kp), bool)
@@ -157,6 +162,14 @@ class Loop:
         """N·m (nsim, njoint) on joints that rest at the start, of what remembers nothing."""
         return self._at_rest("joint_torques", np.zeros_like(self.start_q))
 
+    def friction_at_rest(self, motor: np.ndarray) -> np.ndarray:
+        """N·m (nsim, njoint) up to which joints are held where motors give a torque (likewise)."""
+        own = self.batch.model.dof_frictionloss[self.dofs]
+        level, still = self.added_friction + own + self.bristles, np.zeros_like(self.kp)
+        for add in self.friction:
+            add(0, still, motor, level)
+        return np.maximum(level, 0.0)
+
     def given_at_rest(self, demand: np.ndarray) -> np.ndarray:
         """What motors that remember nothing make there of a demand, N·m (nsim, njoint)."""
         return self._at_rest("motor_filters", demand.copy())
@@ -180,6 +193,28 @@ class Loop:
     def columns(self, joints: np.ndarray) -> np.ndarray | slice:
         """`joints` as an index into signals (nsim, njoint), a slice where it is all of them."""
         return slice(None) if len(joints) == len(self.joints) else joints
+
+    def held_at_start(
+        self,
+        rows: slice,
+        joints: np.ndarray,
+        balance: np.ndarray,
+        unit: np.ndarray,
+        limit: np.ndarray,
+    ) -> np.ndarray:
+        """What is held at the start, (nrow, k), by the first that asks: the rest is in balance.
+
+        Args:
+            balance: what is held in balance, as far as it is known.
+            unit: of which `hidden_start` says a share.
+            limit: of what can be held. There a share more would do nothing, so that no derivative
+                tells which is the right one: a balance comes nearly so far.
+        """
+        at, room = (rows, joints, -1), (1 - ROOM) * limit
+        share = self.hidden_start[at].copy()
+        self.hidden_start[at] = 0.0
+        within = np.minimum(np.maximum(balance, -room), room)
+        return np.minimum(np.maximum(within + share * unit, -limit), limit)
 
     def per_row(self, values: np.ndarray) -> np.ndarray:
         """(nvariant, k) values as (nvariant * nrec, k), one row a simulation."""
