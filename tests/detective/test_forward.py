@@ -56,7 +56,7 @@ def test_from_nothing_they_grow_to_what_is_hidden(made, monkeypatch):
     every, best = zip(*steps, strict=True)
     sets = every[-1]
     assert [len(one.names) for one in best] == list(range(1, len(best) + 1))
-    assert min(one.left_out_rmse for one in best) < 0.05 * came.left_out_rmse
+    assert min(one.left_out_rmse for one in best) < 0.1 * came.left_out_rmse
     three = {name for name, _ in best[2].names}
     assert {"joint_flexibility", "command_delay"} < three
     # what did not lead on is kept too

@@ -65,7 +65,7 @@ class AlongMotion(Objective):
     def rmse(self) -> float:
         """Of the model so far, rad; not a number where the loop runs away."""
         layout, u = self.base
-        left = self.held_torques.freed(layout, u[None], self.residual[None])
+        (left,) = self.held_torques.freed([(layout, u[None])], [self.residual[None]])
         return float(np.sqrt(np.mean(left**2)))
 
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
@@ -90,10 +90,7 @@ class AlongMotion(Objective):
             moved[held] = (before + respond(section, whole)) / stiffer[joint] - before
         moved = self.residual[:, None] + moved[self.mask]
         each = np.split(moved.T, np.cumsum(counts)[:-1])
-        return [
-            self.held_torques.freed(optimiser.layout, points, left)
-            for (optimiser, points), left in zip(asked, each, strict=True)
-        ]
+        return self.held_torques.freed([(one.layout, points) for one, points in asked], each)
 
 
 def together(layout: Layout, points: np.ndarray, njoint: int) -> tuple[np.ndarray, np.ndarray]:

@@ -7,15 +7,57 @@ and Pereyra, 1973), as a simulation is begun anew for each variant (`t2l.identif
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from t2l.detective.linear_loop import Section, respond
 from t2l.effects.blame import blaming
-from t2l.effects.term import Layout, Term
+from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop
+
+# of what is held: section, joint, and rad of motion that leave little of it
+Key = tuple[int, int, float]
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What points (m, n) of a layout may hold at the start, at k places.
+
+    Attributes:
+        torque, reach: (m, k) N·m, and rad of motion that leave little of it.
+        joints: (k,) of the places; at `rests` (k,) something may be held from rest too.
+    """
+
+    layout: Layout
+    points: np.ndarray
+    torque: np.ndarray
+    reach: np.ndarray
+    joints: np.ndarray
+    rests: np.ndarray
+
+    @classmethod
+    def of(cls, layout: Layout, points: np.ndarray) -> "_Held | None":
+        terms = [term for term in layout.terms if term.effect.holds_torque]
+        if not terms:
+            return None
+        values, m = layout.decode(points), len(points)
+        each = [(term, *term.effect.held(values[term.effect.name])) for term in terms]
+        return cls(
+            layout,
+            points,
+            np.concatenate([np.broadcast_to(t, (m, len(term.joints))) for term, t, _ in each], 1),
+            np.concatenate([np.broadcast_to(r, (m, len(term.joints))) for term, _, r in each], 1),
+            np.array([joint for term in terms for joint in term.joints]),
+            np.array([term.effect.holds_at_rest for term in terms for _ in term.joints]),
+        )
+
+    def keys(self, section: int) -> list[list[Key]]:
+        """(m, k) of what moves positions alike."""
+        pairs = (zip(self.joints.tolist(), row, strict=True) for row in self.reach.tolist())
+        return [[(section, joint, far) for joint, far in row] for row in pairs]
 
 
 class HeldTorques:
@@ -42,64 +84,61 @@ class HeldTorques:
             np.cumsum(np.abs(section.path.dq), axis=0) * period_s
             for section, period_s in zip(sections, period, strict=True)
         ]
+        # what lasts is the same for all variants
+        self._lasting: dict[Key, np.ndarray] = {}
 
-    def freed(self, layout: Layout, points: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """Residuals (m, nsample) of points (m, n), less what the start may explain."""
-        holding = [term for term in layout.terms if term.effect.holds_torque]
-        if not holding:
-            return residual
-        values, residual = layout.decode(points), residual.copy()
-        held = [(term, *term.effect.held(values[term.effect.name])) for term in holding]
-        for k in range(len(self.sections)):
-            self._free(k, held, self._friction(k, layout, points[:1]), residual)
-        return residual
+    def freed(
+        self, asked: Sequence[tuple[Layout, np.ndarray]], residuals: Sequence[np.ndarray]
+    ) -> list[np.ndarray]:
+        """Residuals (m, nsample) of points (m, n) of layouts, less what starts may explain."""
+        held = [_Held.of(layout, points) for layout, points in asked]
+        free = [r if one is None else r.copy() for one, r in zip(held, residuals, strict=True)]
+        some = [(one, r) for one, r in zip(held, free, strict=True) if one is not None]
+        for section in range(len(self.sections) if some else 0):
+            known = self._columns(section, [one for one, _ in some])
+            for one, residual in some:
+                self._free(section, one, known, residual)
+        return free
 
-    def _friction(self, k: int, layout: Layout, u: np.ndarray) -> np.ndarray:
-        """N·m (nrec, njoint) that friction of a model u (1, n) holds at rest."""
-        section = self.sections[k]
-        model, schedule = self.predictor.model(layout.terms), section.motion.group.schedule
+    def _columns(self, section: int, held: Sequence[_Held]) -> dict[Key, np.ndarray]:
+        """Positions (nsample of the section,) that answer to 1 N·m held, rad."""
+        keys = dict.fromkeys(key for one in held for row in one.keys(section) for key in row)
+        known = {key: self._lasting[key] for key in keys if key in self._lasting}
+        new = [key for key in keys if key not in known]
+        if new:
+            way, joints = self.way[section], np.array([joint for _, joint, _ in new])
+            fading = np.stack([np.exp(-way[:, :, joint] / far) for _, joint, far in new], axis=-1)
+            known |= zip(new, respond(self.sections[section], fading, joints).T, strict=True)
+            self._lasting |= {key: known[key] for key in new if np.isinf(key[2])}
+        return known
+
+    def _friction(self, section: Section, held: _Held) -> np.ndarray:
+        """N·m (nrec, njoint) that friction holds at rest, at the first of some points."""
+        model, schedule = self.predictor.model(held.layout.terms), section.motion.group.schedule
         loop = DrivenLoop(model, self.predictor.joints, schedule, 1)
-        with blaming([term.effect for term in layout.terms], "to lead it"):
-            install(loop, [(layout, u)])
+        with blaming([term.effect for term in held.layout.terms], "to lead it"):
+            install(loop, [(held.layout, held.points[:1])])
             return loop.friction_at_rest(section.path.load[0])
 
     def _free(
-        self,
-        k: int,
-        held: Sequence[tuple[Term, np.ndarray, np.ndarray]],
-        friction: np.ndarray,
-        residual: np.ndarray,
+        self, k: int, held: _Held, known: dict[Key, np.ndarray], residual: np.ndarray
     ) -> None:
-        group = self.sections[k].motion.group
+        """Change the residual (m, nsample) in place."""
+        section = self.sections[k]
+        group, moving = section.motion.group, section.motion.group.beginning.moving
         place, recording = self.place[group.held], group.wanted[0]
-        joints = np.array([joint for term, *_ in held for joint in term.joints])
-        rests = np.concatenate([[t.effect.holds_at_rest] * len(t.joints) for t, *_ in held])
-        # (m, nheld) of recordings in motion, and (nrec, nheld) of the others
-        torque = np.concatenate([one[1] + np.zeros((len(residual), 1)) for one in held], axis=1)
-        at_rest = friction[:, joints] * rests
-        columns = self._columns(k, held, len(residual))
-        for record, moving in enumerate(group.beginning.moving):
-            unit = torque if moving else np.broadcast_to(at_rest[record], torque.shape)
+        at_rest = np.zeros((len(moving), len(held.joints)))
+        if held.rests.any() and not moving.all():
+            at_rest = self._friction(section, held)[:, held.joints] * held.rests
+        keys = held.keys(k)
+        for record, moves in enumerate(moving):
+            unit = held.torque if moves else np.broadcast_to(at_rest[record], held.torque.shape)
             if not unit.any():
                 continue
             here = np.flatnonzero((recording == record) & (place >= 0))
-            own = columns[:, :, here] * (unit / self.noise_rad)[..., None]
+            own = np.array([[known[key][here] for key in row] for row in keys])
+            own *= (unit / self.noise_rad)[..., None]
             left = residual[:, place[here]]
-            normal = own @ own.swapaxes(1, 2) + np.eye(len(joints))
+            normal = own @ own.swapaxes(1, 2) + np.eye(len(held.joints))
             weights = np.linalg.solve(normal, own @ left[..., None])
             residual[:, place[here]] = left - (own.swapaxes(1, 2) @ weights)[..., 0]
-
-    def _columns(
-        self, k: int, held: Sequence[tuple[Term, np.ndarray, np.ndarray]], m: int
-    ) -> np.ndarray:
-        """Positions (m, nheld, nsample of the section) that answer to 1 N·m held, rad."""
-        section, way = self.sections[k], self.way[k]
-        joints = [joint for term, *_ in held for joint in term.joints]
-        reach = np.concatenate([one[2] + np.zeros((m, 1)) for one in held], axis=1)
-        # of points that differ in other numbers the fading is the same
-        keys = [(joint, far) for row in reach for joint, far in zip(joints, row, strict=True)]
-        unique = list(dict.fromkeys(keys))
-        fading = np.stack([np.exp(-way[:, :, joint] / far) for joint, far in unique], axis=-1)
-        answer = respond(section, fading, np.array([joint for joint, _ in unique]))
-        at = np.array([unique.index(key) for key in keys]).reshape(m, -1)
-        return answer.T[at]

@@ -5,7 +5,8 @@ import numpy as np
 from t2l.effects.effect import Effect, Parameter
 from t2l.sim.loop import over_ticks
 
-NEWTON = 8  # numerics: steps, each of which doubles the digits
+NEWTON = 8  # numerics: steps at most, each of which doubles the digits
+SETTLED_RAD = 1e-12  # numerics: a step that is none
 
 
 class EncoderEccentricity(Effect):
@@ -58,5 +59,8 @@ def true_angle(reading, amplitude, phase):
     """The angle at a reading, rad, by Newton's method."""
     q = np.array(reading, float)
     for _ in range(NEWTON):
-        q = q - (q + amplitude * np.sin(q + phase) - reading) / (1 + amplitude * np.cos(q + phase))
+        step = (q + amplitude * np.sin(q + phase) - reading) / (1 + amplitude * np.cos(q + phase))
+        q = q - step
+        if not (np.abs(step) > SETTLED_RAD).any():
+            break
     return q

@@ -49,7 +49,7 @@ def noise_floor(
 def noise_of(values: np.ndarray, time: np.ndarray) -> float:
     """Likewise of one signal (n,), in its own unit, whose samples were taken then, s."""
     white = _least([_white([values], [time])], len(values) // BLOCK)
-    return float(np.sqrt(max(white, _step([values]) ** 2 / 12)))
+    return float(np.sqrt(max(white, _step([values]) ** 2 / 12)))  # statistics: as above
 
 
 def _white(series: list[np.ndarray], taken: list[np.ndarray] | None = None) -> float:
