@@ -432,6 +432,15 @@ def _hysteresis(d: RobotDraw):
     )
 
 
+def _uneven(d: RobotDraw):
+    j = d.one()
+    # one to four periods in the range of its motion
+    periods = np.pi * d.size(1, 4) / (2 * d.loop.reach[j])
+    return rx.UnevenFriction(
+        d.on([j], d.torque), d.between(0.5, 0.9), float(f"{periods:.3g}"), d.between(-3, 3)
+    )
+
+
 # What the library has no name for.
 UNKNOWN: dict[str, Callable[[RobotDraw], fx.HiddenEffect]] = {
     "odd_position_torque": _odd,
@@ -439,7 +448,7 @@ UNKNOWN: dict[str, Callable[[RobotDraw], fx.HiddenEffect]] = {
     "time_varying_torque": lambda d: fx.TimeVaryingTorque(
         d.torques(), d.size(0.3, 3), d.between(-3, 3)
     ),
-    "torque_since_start": lambda d: rx.TorqueSinceStart(d.torques(), d.size(0.3, 3)),
+    "uneven_friction": _uneven,
 }
 
 

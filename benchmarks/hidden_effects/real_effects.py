@@ -309,3 +309,28 @@ class TorqueSinceStart(HiddenEffect):
     def torque(self, state):
         self.begin = state.t if self.begin is None else self.begin
         return self.a * np.sin(2 * np.pi * self.frequency_hz * (state.t - self.begin))
+
+
+@dataclass
+class UnevenFriction(HiddenEffect):
+    """Dry friction of a bent shaft or a worn gear: |τ| ≤ F (1 + s sin(N q + φ)), which sticks.
+
+    Args:
+        level: F [N·m].
+        share: s, below one.
+        periods: N, periods in one turn of the joint.
+        phase: φ [rad].
+    """
+
+    level: PerJoint
+    share: float
+    periods: float
+    phase: float
+
+    def start(self, plant):
+        self.f = per_joint(self.level, plant.joints)
+        self.bristles = Bristles(plant)
+
+    def torque(self, state):
+        wave = np.sin(self.periods * state.q + self.phase)
+        return self.bristles.torque(state, self.f * (1 + self.share * wave))
