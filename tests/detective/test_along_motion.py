@@ -202,3 +202,33 @@ def test_the_stiffness_of_a_loop_is_that_of_motor_and_springs(robot, name, value
     for section, own in zip(along.sections, along.stiffness, strict=True):
         (found,) = stiffness(data.fitted, section, [(layout, u[None])])
         np.testing.assert_allclose(found[0], times * own[0] + more, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("dahl_friction", {"coulomb": 0.15, "presliding": 0.02}),
+        ("integral_action", {"gain": 12.0, "limit": 2.0}),
+    ],
+)
+def test_what_is_held_where_logs_begin_is_free(robot, name, values):
+    """Logs that begin in motion: in the middle of what bristles or an integral do."""
+    hidden = {name: {key: {"hinge": value} for key, value in values.items()}}
+    logs = []
+    for kp, kd, from_s in ((10, 0.4, 0.8), (20, 0.8, 0.85)):
+        whole = recording(robot, swing(0.6, 1.1), f"kp{kp}", kp, kd, 3.0, row_rate_hz=200.0)
+        whole = measured(whole, hidden, NOISE_RAD)
+        rows = whole.time >= from_s
+        time = whole.time[rows] - whole.time[rows][0]
+        logs.append(replace(whole, time=time, q_des=whole.q_des[rows], q=whole.q[rows]))
+    data = split(robot, logs, logs[:1], threads=1)
+    assert data.fitted.in_motion
+    layout, u = Model(robot, hidden).vector(data.fitted.joints)
+    samples = Samples.of(data.fitted, data.fitted_mask, data.folds, (layout, u), NOISE_RAD)
+    whole = replace(samples, linear=samples.exact)
+    (so_far,) = fit_sets([Start(layout, u)], whole, iterations=0)
+    assert so_far.rmse < 1.2 * NOISE_RAD
+    sections = linearised(data.fitted, layout, u, measured_motion(data.fitted, layout, u))
+    along = AlongMotion(data.fitted, sections, data.fitted_mask, so_far.known, NOISE_RAD)
+    (free,) = fit_along([Start(layout, u)], along, data.folds, 0)
+    assert free.rmse < 1.5 * NOISE_RAD

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from t2l.identify.noise_floor import _divided_differences, noise_floor
+from t2l.identify.noise_floor import _divided_differences, noise_floor, noise_of
 from tests.diagnose.made import hold, recording, swing
 
 
@@ -120,3 +120,12 @@ def test_noise_is_recovered_from_rows_that_come_late(sigma, late_s, seed):
     q = swing(0.5, 0.7)(time) + sigma * rng.normal(size=4000)
     late = dataclasses.replace(logged(q), time=time)
     assert noise_floor([late], divided=True) == pytest.approx(sigma, rel=0.2)
+
+
+@pytest.mark.parametrize(("sigma", "step"), [(0.005, 0.0), (0.0, 0.02), (0.01, 0.02)])
+def test_the_noise_of_one_signal_is_that_of_its_samples_and_their_step(sigma, step):
+    rng, time = np.random.default_rng(0), np.arange(800) / 200
+    velocity = 2 * np.cos(4 * time) + sigma * rng.standard_normal(800)
+    if step:
+        velocity = step * np.round(velocity / step)
+    assert noise_of(velocity, time) == pytest.approx(np.hypot(sigma, step / 12**0.5), rel=0.15)

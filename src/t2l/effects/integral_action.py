@@ -7,7 +7,7 @@ from t2l.effects.exported import CONTROLLER
 from t2l.sim.loop import each_tick, over_ticks
 
 SLOPE, TINY = 1e-6, 1e-12  # numerics: share of a torque and N·m, of a difference; a slope of zero
-HELD_RAD = 0.05  # bound: position error whose torque an integral may begin with
+HELD_RAD = 0.15  # bound: position error whose torque an integral may begin with
 SECANTS = 2  # numerics: steps to a demand; one is exact where motors give a share of it
 
 
@@ -61,9 +61,9 @@ class IntegralAction(Effect):
                     load = bias[:, loop.dofs] - passive[:, loop.dofs]
                     load, added = demand_at_rest(loop, load), gain * first * error
                     begun = first_sum(load[at], now[at], pulled, dq[at], gain, added)
-                    rests = np.abs(dq[at]) < AT_REST_RAD_S
                     friction = loop.friction_at_rest(bias[:, loop.dofs])[at]
-                    most = np.where(rests, friction, HELD_RAD * loop.kp[at]) * (gain > 0)
+                    most = np.where(loop.moving[rows], HELD_RAD * loop.kp[at], friction)
+                    most = np.where(gain > 0, most, 0.0)
                     most = np.minimum(most, limit)
                     state["sum"] = loop.held_at_start(rows, joints, begun, most, limit)
                 now[at] += integrated(state, gain * error, first, period, limit)

@@ -40,8 +40,11 @@ UNKNOWN = len(STEPS)
 FAR = (0, 1, 2)  # format: of these, what a joint with a far side has
 VELOCITY, HELD = 2, 3  # format: what every joint has, and what one has that holds a torque
 SIDES = (-1.0, -0.5, 0.5, 1.0)  # guess: of the play, from where the load leaves the teeth
-SHARES = (-1.5, -0.75, 0.75, 1.5)  # guess: of what can be held, from balance
+SHARES = (-1.5, -0.75, 0.75, 1.5)  # guess: of what bristles can hold, from balance
+# guess: likewise of what is clamped, where a step may change nothing
+CLAMPED = (-1.75, -1.4, -1.05, -0.7, -0.35, 0.35, 0.7, 1.05, 1.4, 1.75)
 ITERATIONS = 2  # numerics: of Gauss and Newton: the response is nearly linear
+SHORTER = 0.3  # numerics: of a step that left more than before
 MOST = 2.0  # bound: of shares: from all one way to all the other
 
 Unknowns = list[tuple[int, int]]  # a joint, and which of STEPS
@@ -57,7 +60,6 @@ class Beginning:
         measured: (k,) rad.
         noise_rad: of a measured position.
         doubt: (nrec, njoint) rad/s, what `Schedule.start_dq` may be off by; zero where it is sure.
-        moving: (nrec,) bool, which may begin in motion.
     """
 
     schedule: Schedule
@@ -65,7 +67,6 @@ class Beginning:
     measured: np.ndarray
     noise_rad: float
     doubt: np.ndarray
-    moving: np.ndarray
 
     def within(self, window_s: float) -> "Beginning":
         """No more than so much of it."""
@@ -89,7 +90,6 @@ class Beginning:
             wanted=(np.searchsorted(recordings, record), *others),
             measured=self.measured[there],
             doubt=self.doubt[recordings],
-            moving=self.moving[recordings],
         )
 
     def estimate(
@@ -98,6 +98,7 @@ class Beginning:
         joints: Sequence[int],
         play: np.ndarray,
         holding: Sequence[int] = (),
+        guesses: Sequence[float] = SHARES,
     ) -> np.ndarray:
         """Starts as of `t2l.sim.loop.Loop.hidden_start`, (m, nrec, njoint, k).
 
@@ -106,7 +107,7 @@ class Beginning:
                 (c m, nrec, njoint, k).
             joints: indices of those that have a far side.
             play: (m, nrec, njoint) rad.
-            holding: likewise of those that hold a torque.
+            holding: likewise of those that hold a torque; `guesses` of its share are tried first.
         """
         m, nrec, njoint = play.shape
 
@@ -120,10 +121,10 @@ class Beginning:
         if play.any():
             start = self._best_of(errors, start, 0, np.multiply.outer(SIDES, play))
         if holding:
-            shares = np.zeros((len(SHARES), m, nrec, njoint))
-            shares[..., holding] = np.array(SHARES)[:, None, None, None]
+            shares = np.zeros((len(guesses), m, nrec, njoint))
+            shares[..., holding] = np.array(guesses)[:, None, None, None]
             start = self._best_of(errors, start, HELD, shares)
-        best, least = start, np.full((m, nrec), np.inf)
+        best, least, step = start, np.full((m, nrec), np.inf), np.zeros_like(start)
         steps = ITERATIONS if joints or holding else 1
         for iteration in range(steps + 1):
             moved = start[None] if iteration == steps else _moved(start, moving)
@@ -132,7 +133,8 @@ class Beginning:
             better = (left < least)[..., None, None]
             best, least = np.where(better, start, best), np.minimum(left, least)
             if iteration < steps:
-                start = best + np.where(better, self._step(error, moving, njoint), 0.0)
+                step = np.where(better, self._step(error, moving, njoint), SHORTER * step)
+                start = best + step
                 start[..., HELD] = np.clip(start[..., HELD], -MOST, MOST)
                 # of the velocity of other joints one step is enough
                 moving = [some for some in moving if some[0][0] in joints or some[0][1] == HELD]

@@ -122,13 +122,14 @@ def _group(
         logged=logged,
         hold=None if holding is None else _hold(recordings, holding, indices, ticks * period),
         drive=_drive(recordings, supply),
+        moving=moving if moving.any() else None,
         **added,
     )
     column = {index: i for i, index in enumerate(indices)}
     record = np.array([column[r] for r in samples.recording[held]])
     wanted = record, np.searchsorted(sample_ticks, below), rest, samples.joint[held]
     noise = max(noise_floor(list(recordings), divided=True), 1e-9)
-    beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt, moving)
+    beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt)
     beginning = beginning.within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
 

@@ -9,7 +9,7 @@ import numpy as np
 from t2l.effects.blame import blaming
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
-from t2l.identify.hidden_state import UNKNOWN, VELOCITY_S, Beginning
+from t2l.identify.hidden_state import CLAMPED, SHARES, UNKNOWN, VELOCITY_S, Beginning
 from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
 from t2l.sim.servo import ServoLoop
@@ -84,17 +84,18 @@ def _starts(
     if beginning is None:
         return None
     # one that begins where a motion turns looks as if it were at rest
-    hiding = _hiding(variants) if beginning.moving.any() else []
+    hiding = _hiding(variants) if schedule.any_moving else []
     held, at_rest = holding([term for layout, _ in variants for term in layout.terms])
     estimated = (beginning.doubt > 0).any(axis=1) | bool(hiding or at_rest)
-    estimated |= beginning.moving & bool(held)
+    if held and schedule.any_moving:
+        estimated |= schedule.moving
     if not estimated.any():
         return None
     hidden = np.zeros((sum(len(u) for _, u in variants), *beginning.doubt.shape, UNKNOWN))
     beginning = beginning.of(np.flatnonzero(estimated))
     if not (hiding or held):
         beginning = beginning.within(VELOCITY_S)
-    unknown = hiding, held
+    unknown = hiding, held, CLAMPED if at_rest else SHARES
     hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads, unknown)
     return hidden
 
@@ -106,14 +107,14 @@ def _hidden(
     substeps,
     variants,
     threads,
-    unknown: tuple[Sequence[int], Sequence[int]],
+    unknown: tuple[Sequence[int], Sequence[int], Sequence[float]],
 ) -> np.ndarray:
     """How the recordings start, (m, nrec, njoint, k), as `Loop.hidden_start`.
 
     Args:
-        unknown: joints with a far side, and those that hold a torque.
+        unknown: joints with a far side, those that hold a torque, and guesses of its share.
     """
-    m, (hiding, held) = sum(len(u) for _, u in variants), unknown
+    m, (hiding, *held) = sum(len(u) for _, u in variants), unknown
 
     def predict(starts: np.ndarray) -> np.ndarray:
         copies = list(variants) * (len(starts) // m)
@@ -125,7 +126,7 @@ def _hidden(
         if hiding:
             loop = made_loop(model, joints, beginning.schedule, substeps, variants, threads)
             play = loop.transmission.play.reshape(play.shape)
-        return beginning.estimate(predict, hiding, play, held)
+        return beginning.estimate(predict, hiding, play, *held)
 
 
 def _hiding(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[int]:

@@ -99,6 +99,7 @@ def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
         compensated=every(schedule.compensated),
         balanced=every(schedule.balanced),
         powered=flat(schedule.powered),
+        moving=None if schedule.moving is None else every(schedule.moving),
         clock_s=(passed[:, None] + clock).ravel(),
         elapsed_s=np.repeat(passed, nrec),
         command_period_s=None

@@ -85,6 +85,7 @@ class Schedule:
         logged: optional columns that all of the recordings have, (ntick, nrec, njoint) each.
         hold: to the measured motion; None if every joint follows commanded positions.
         drive: of motors under a voltage; None if every drive gives the torque it is asked for.
+        moving: (nrec,) bool, which recordings may begin in motion; None if none does.
     """
 
     period_s: float
@@ -106,6 +107,7 @@ class Schedule:
     logged: Mapping[str, np.ndarray] = field(default_factory=dict)
     hold: Hold | None = None
     drive: Drive | None = None
+    moving: np.ndarray | None = None
 
     def of(self, recordings: np.ndarray) -> "Schedule":
         """Of some recordings, (k,) indices."""
@@ -129,7 +131,13 @@ class Schedule:
             logged={name: values[:, recordings] for name, values in self.logged.items()},
             hold=None if self.hold is None else self.hold.each(lambda v: v[:, recordings]),
             drive=None if self.drive is None else self.drive.of(recordings),
+            moving=None if self.moving is None else self.moving[recordings],
         )
+
+    @property
+    def any_moving(self) -> bool:
+        """Whether a recording may begin in motion."""
+        return self.moving is not None and bool(self.moving.any())
 
     def column(self, name: str, needed_by: str | None = None) -> np.ndarray | None:
         """An optional column, (ntick, nrec, njoint); None if a recording lacks it.
