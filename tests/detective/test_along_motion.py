@@ -224,11 +224,7 @@ def test_what_is_held_where_logs_begin_is_free(robot, name, values):
     data = split(robot, logs, logs[:1], threads=1)
     assert data.fitted.in_motion
     layout, u = Model(robot, hidden).vector(data.fitted.joints)
-    samples = Samples.of(data.fitted, data.fitted_mask, data.folds, (layout, u), NOISE_RAD)
-    whole = replace(samples, linear=samples.exact)
-    (so_far,) = fit_sets([Start(layout, u)], whole, iterations=0)
-    assert so_far.rmse < 1.2 * NOISE_RAD
-    sections = linearised(data.fitted, layout, u, measured_motion(data.fitted, layout, u))
-    along = AlongMotion(data.fitted, sections, data.fitted_mask, so_far.known, NOISE_RAD)
+    along, came = along_of(data)
     (free,) = fit_along([Start(layout, u)], along, data.folds, 0)
+    assert came.rmse > 100 * NOISE_RAD
     assert free.rmse < 1.5 * NOISE_RAD

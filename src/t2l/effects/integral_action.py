@@ -58,9 +58,10 @@ class IntegralAction(Effect):
                 error = command[at] - measured[at]
                 if not state:
                     pulled = loop.kp[at] * error
-                    load = bias[:, loop.dofs] - passive[:, loop.dofs]
-                    load, added = demand_at_rest(loop, load), gain * first * error
-                    begun = first_sum(load[at], now[at], pulled, dq[at], gain, added)
+                    known, added = loop.taken is not None, gain * first * error
+                    load = loop.taken if known else (bias - passive)[:, loop.dofs]
+                    load, held = demand_at_rest(loop, load), np.abs(dq[at]) < AT_REST_RAD_S
+                    begun = first_sum(load[at], now[at], pulled, held | known, gain, added)
                     friction = loop.friction_at_rest(bias[:, loop.dofs])[at]
                     most = np.where(loop.moving[rows], HELD_RAD * loop.kp[at], friction)
                     most = np.where(gain > 0, most, 0.0)
@@ -96,15 +97,15 @@ def demand_at_rest(loop, load):
     return demand
 
 
-def first_sum(load, given, pulled, dq, gain, added):
+def first_sum(load, given, pulled, held, gain, added):
     """N·m with which the integral begins.
 
     Args:
-        load: N·m that a controller asks for to hold the joint.
+        load: N·m that a controller asks for to hold the joint, or to move it as it does.
         given: N·m that the controller gives without it, of which `pulled` are Kp (q_des − q).
+        held: whether it is one of these.
         added: N·m that it adds at once.
     """
-    held = np.abs(dq) < AT_REST_RAD_S
     given = np.where(held, given, given - pulled)
     return np.where(gain > 0, load - given, 0.0) - held * added
 
@@ -126,9 +127,10 @@ def integrate_error(robot, joints, values):
     gain, period_s, motor = values["gain"], robot.period_s, robot.motor[joints]
     error = robot.target[joints] - robot.q[joints]
     if not robot.state:
-        load, dq = demand_at_rest(robot, robot.load - robot.passive)[joints], robot.dq[joints]
+        load = demand_at_rest(robot, robot.load - robot.passive)[joints]
+        held = np.abs(robot.dq[joints]) < AT_REST_RAD_S
         robot.state["sum"] = first_sum(
-            load, motor, robot.kp[joints] * error, dq, gain, gain * period_s * error
+            load, motor, robot.kp[joints] * error, held, gain, gain * period_s * error
         )
     added = integrated(robot.state, gain * error, period_s, period_s, values["limit"])
     robot.motor[joints] = motor + added

@@ -32,6 +32,7 @@ OF_MOTOR = (
 )  # fmt: skip
 AFTER_MOTOR = ("friction", "joint_torques")
 
+BEGINS_S = 0.01  # numerics: of a motion, what it takes at the start is the mean of
 BLOCK = 64  # numerics: ticks that are computed at once: arrays that a cache holds
 # what a motion has at every tick
 PER_TICK = ("q", "dq", "ddq", "load", "weight", "taken", "link")
@@ -183,7 +184,7 @@ class DrivenLoop(Loop):
             moved = None if bodies is None else bodies[some]
             return self._joint(path, ticks, state, reached, pull, moved)
 
-        return self._along(len(path.q), each)
+        return self._along(path, each)
 
     def motor_torque(self, path: Path) -> np.ndarray:
         """N·m that the motors put on the joints, (ntick, nvariant, nrec, njoint)."""
@@ -191,11 +192,15 @@ class DrivenLoop(Loop):
         def each(ticks: range, target, added) -> np.ndarray:
             return self._motor(path, ticks, self._state(path, ticks), target, added)[0]
 
-        return self._along(len(path.q), each)
+        return self._along(path, each)
 
-    def _along(self, ntick: int, each: Callable) -> np.ndarray:
+    def _along(self, path: Path, each: Callable) -> np.ndarray:
+        ntick = len(path.q)
         out = np.empty((ntick, *self.kp.shape))
         target, added = commands(self.schedule.commands, self), feed_forward(self)
+        if path.taken is not None:
+            begins = path.taken[: 1 + round(BEGINS_S / self.period_s)].mean(axis=0)
+            self.taken = begins[self.recording]
         at_once = 1 if self.in_order else BLOCK
         for begin in range(0, ntick, at_once):
             ticks = range(begin, min(begin + at_once, ntick))

@@ -45,6 +45,7 @@ class Loop:
         encoder_offset: (nsim, njoint) rad, measured minus true position.
         start_q: (nsim, njoint) rad, measured.
         moving: (nsim, 1) bool, whether the recording may begin in motion.
+        taken: (nsim, njoint) N·m that the motion takes at the start, where it is known.
         ahead: (nsim, njoint) s, how far the loop looks ahead to be no later than the real one.
         hidden_start: (nsim, njoint, 4) angle and velocity with which what no encoder sees starts,
             beyond its rest under load, rad and rad/s; what to add to `Schedule.start_dq`; and the
@@ -112,10 +113,10 @@ class Loop:
         self.joint_torques: list[Callable] = []
         self.friction: list[Callable] = []
         self.bristles = np.zeros_like(self.kp)
-        moving = (
-            np.zeros(len(self.schedule.kp), bool) if schedule.moving is None else schedule.moving
-        )
-        self.moving = moving[self.recording, None]
+        self.taken: np.ndarray | None = None
+        self.moving = np.zeros((len(self.kp), 1), bool)
+        if schedule.moving is not None:
+            self.moving[:, 0] = schedule.moving[self.recording]
         self.stateless: dict[str, list[Callable]] = {"motor_filters": [], "joint_torques": []}
         self.settle: list[Callable] = []
         self.other_weight = np.zeros(len(self.kp), bool)
