@@ -16,12 +16,12 @@ from t2l.recordings.recording import Recording
 def difference(
     folder: Path, model: Model, layout, u: np.ndarray, recordings: Sequence[Recording]
 ) -> float:
-    """RMS in rad between what robot.py of a folder and t2l predict of recordings.
+    """RMS in rad between what robot.py of a folder and t2l predict of recordings, from balance.
 
     Args:
         folder: that was exported with the gains of `recordings`, which all have the same.
     """
-    predictor = Predictor(model.robot, recordings, threads=1)
+    predictor = Predictor(model.robot, recordings, threads=1, in_balance=True)
     (ours,), (dq,) = predictor.predict([Request(layout, u[None])], velocity=True)
     lead_s = json.loads((folder / "export.json").read_text())["log_lead_s"]
     first = [velocity[0] for velocity in predictor.samples.by_row(dq[0])]

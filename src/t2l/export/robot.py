@@ -18,6 +18,7 @@ import mujoco
 import numpy as np
 
 FUNCTIONS = {}  # by name, that callbacks call
+SETTLINGS = 6  # numerics: times that a load is looked at where the last one bent what lies between
 
 
 class Robot:
@@ -89,15 +90,17 @@ class Robot:
         mujoco.mj_resetData(model, data)
         self.tick, self.states = 0, [{} for _ in self.callbacks]
         # MuJoCo's positions are half a step of velocity ahead of the loop's
-        data.qpos[self.qadr] = np.asarray(q) + 0.5 * self.period_s * np.asarray(dq)
+        ahead = np.asarray(q) + 0.5 * self.period_s * np.asarray(dq)
+        data.qpos[self.qadr] = ahead
         data.qvel[self.dofs], data.ctrl[:] = dq, q_des
         self.last_velocity = data.qvel[self.dofs]
-        # what is between motor and link starts at rest under its load
-        mujoco.mj_forward(model, data)
-        for joint in range(model.njnt):
-            if joint not in self.ids:
+        # what is between motor and link starts at rest under its load, which changes as it bends
+        between = [joint for joint in range(model.njnt) if joint not in self.ids]
+        for _ in range(SETTLINGS if between else 1):
+            mujoco.mj_forward(model, data)
+            for joint in between:
                 data.qpos[model.jnt_qposadr[joint]] = self._bent(joint)
-        data.qpos[self.qadr] -= self._reading(data.qpos) - data.qpos[self.qadr]
+            data.qpos[self.qadr] = ahead - (self._reading(data.qpos) - data.qpos[self.qadr])
         for name in self.joints:
             actuator = model.actuator(name)
             if actuator.actadr[0] >= 0:

@@ -48,6 +48,8 @@ class Predictor:
         coarseness: periods of the real control loop from tick to tick, see `t2l.sim.servo`; of a
             plant with more joints than are driven, as between motor and link, two at most.
         in_motion: whether all recordings may begin so, as half do; else those may that clearly do.
+        in_balance: whether recordings begin as balance and their first slope say; else what nobody
+            sees of their beginning is estimated, see `t2l.identify.hidden_state`.
         holding: N·m/rad and N·m·s/rad (nrec, njoint) of the soft hold to what was measured; None if
             all recordings follow commanded positions.
     """
@@ -60,19 +62,20 @@ class Predictor:
         threads: int | None = None,
         coarseness: int = 1,
         in_motion: bool | None = None,
+        in_balance: bool = False,
     ):
         self.robot, self.recordings = robot, tuple(recordings)
         self.joints = self.recordings[0].joints
         self.substeps, self.coarseness = substeps, coarseness
         if in_motion is None:
             in_motion = half_begin_in_motion(self.recordings)
-        self.in_motion = in_motion
+        self.in_motion, self.in_balance = in_motion, in_balance
         self.threads = threads or len(os.sched_getaffinity(0))
         self.samples = Samples.measured(self.recordings)
         self._models: dict[tuple, mujoco.MjModel] = {}
         self.holding = self._holding()
         self._groups = {
-            ticks: groups(self.recordings, self.samples, ticks, in_motion, self.holding)
+            ticks: groups(self.recordings, self.samples, ticks, in_motion, self.holding, in_balance)
             for ticks in {coarseness, min(coarseness, EXTENDED)}
         }
 
@@ -84,8 +87,9 @@ class Predictor:
         """A predictor of other recordings, or of ticks as coarse as said, otherwise the same."""
         coarseness = coarseness or self.coarseness
         return Predictor(
-            self.robot, recordings, self.substeps, self.threads, coarseness, self.in_motion
-        )
+            self.robot, recordings, self.substeps, self.threads, coarseness, self.in_motion,
+            self.in_balance,
+        )  # fmt: skip
 
     def model(self, terms: Sequence[Term] = ()) -> mujoco.MjModel:
         """The plant compiled with what `terms` add to its structure."""

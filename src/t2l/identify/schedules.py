@@ -1,7 +1,7 @@
 """Recordings that one batch can hold: their commands at the ticks of one control loop."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class Group:
     """Recordings of one loop rate and like length.
 
     Attributes:
-        beginning: of the recordings.
+        beginning: of the recordings; None if nothing of it is estimated.
         recordings: indices.
         held: which samples are theirs, (k,) indices.
         wanted: for each of these its recording in the schedule, the index in `sample_ticks` of the
@@ -30,7 +30,7 @@ class Group:
     """
 
     schedule: Schedule
-    beginning: Beginning
+    beginning: Beginning | None
     recordings: tuple[int, ...]
     held: np.ndarray
     wanted: tuple[np.ndarray, ...]
@@ -42,6 +42,7 @@ def groups(
     coarseness: int,
     in_motion: bool,
     holding: Gains | None = None,
+    in_balance: bool = False,
 ) -> list[Group]:
     """All of `recordings` in groups.
 
@@ -49,9 +50,11 @@ def groups(
         coarseness: real periods from tick to tick.
         in_motion: whether all of them may begin so; else only those may that clearly do.
         holding: of `t2l.identify.soft_hold.hold_gains`.
+        in_balance: whether nothing of their beginning is estimated.
     """
     alike = _alike(recordings)
-    return [_group(recordings, samples, each, coarseness, in_motion, holding) for each in alike]
+    found = [_group(recordings, samples, each, coarseness, in_motion, holding) for each in alike]
+    return [replace(group, beginning=None) for group in found] if in_balance else found
 
 
 def _alike(recordings: Sequence[Recording]) -> list[list[int]]:

@@ -214,9 +214,9 @@ class Loop:
             balance: what is held in balance, as far as it is known.
             unit: of which `hidden_start` says a share.
             limit: of what can be held. There a share more would do nothing, so that no derivative
-                tells which is the right one: a balance comes nearly so far.
+                tells which is the right one: in motion, a balance comes nearly so far.
         """
-        at, room = (rows, joints, -1), (1 - ROOM) * limit
+        at, room = (rows, joints, -1), np.where(self.moving[rows], 1 - ROOM, 1.0) * limit
         share = self.hidden_start[at].copy()
         self.hidden_start[at] = 0.0
         within = np.minimum(np.maximum(balance, -room), room)
