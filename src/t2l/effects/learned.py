@@ -48,7 +48,7 @@ from t2l.effects.learned_callbacks import (
 )
 from t2l.effects.torque_constant import TorqueConstant
 from t2l.effects.torque_speed_limit import TorqueSpeedLimit, limit_by_velocity
-from t2l.effects.yielding import install_yielding, learned_hysteresis
+from t2l.effects.yielding import install_yielding, largest, learned_hysteresis
 from t2l.sim.servo import ServoLoop
 
 
@@ -102,9 +102,13 @@ class LearnedTorque(Lawful):
     def __init__(self, curve: Curve):
         super().__init__(curve.law)
         self.curve, self.name = curve, curve.law.name
+        self.holds_torque = curve.law.kind == HYSTERESIS
 
     def starts(self, scales):
         return [{}]
+
+    def held(self, values):
+        return largest(*(np.array(some, float)[None] for some in self.curve.weights))
 
     def install(self, loop, rows, joints, values):
         count = rows.stop - rows.start

@@ -16,7 +16,7 @@ from t2l.effects.learned import (
     reach_of,
 )
 from t2l.effects.term import Layout
-from t2l.effects.yielding import install_yielding
+from t2l.effects.yielding import install_yielding, largest
 
 # of a period: a thousandth over a hundred periods is a tenth of one
 STRETCH = Parameter("stretch", "1", -0.1, 0.1, "of the period, as a share", size=1e-3)
@@ -66,7 +66,8 @@ class SplineTorque(Effect):
         self.ratio = ratio
         self.shown = shown or (float(grid[0]), float(grid[-1]))
         self.name, self.needs, self.order = law.name, law.needs, order(law)
-        self.title, self.remembers = law.words, law.kind == HYSTERESIS
+        self.title = law.words
+        self.remembers = self.holds_torque = law.kind == HYSTERESIS
         # bound: more than any motor gives
         least, unit = -1e6 if law.kind in SIGNED else 0.0, law.torque_unit or "1"
         self.parameters = tuple(
@@ -149,6 +150,11 @@ class SplineTorque(Effect):
         first, last = np.searchsorted(self.grid, self.shown)
         count = POINTS * max(self.basis.shape[1] - 3, 1) + 1
         return np.round(np.linspace(first, min(last, len(self.grid) - 1), count)).astype(int)
+
+    def held(self, values):
+        count = self.basis.shape[1]
+        weights = [values[p.name] for p in self.parameters[:count]]
+        return largest(self.grid, np.concatenate(weights, axis=1))
 
     def install(self, loop, rows, joints, values):
         count = self.basis.shape[1]
