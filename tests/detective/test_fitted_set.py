@@ -64,3 +64,15 @@ def test_a_tie_costs_no_more_than_it_may(u, allowed, seed):
     assert set(of) == ({0} if rise <= allowed * (1 + 1e-9) + 1e-9 else {0, 1, 2}) or np.isclose(
         rise, allowed
     )
+
+
+def test_what_cancels_between_joints_that_share_it_is_no_number():
+    """As where two joints move all samples alike, but each against the other."""
+    layout = Layout([Term(builtin()["actuator_bandwidth"], (0, 1))])
+    rng = np.random.default_rng(0)
+    column, residual = rng.normal(size=NSAMPLE), 1e3 * rng.normal(size=NSAMPLE)
+    jacobian = np.stack([column, -column * (1 + 1e-16)], axis=1)
+    told, free = np.ones(NSAMPLE, bool), np.ones(2, bool)
+    one = FittedSet(layout, np.full(2, 3.0), residual, residual, told, jacobian, free)
+    assert one.shares(one.layout.terms[0])
+    assert one.complexity == 1

@@ -86,8 +86,11 @@ class FittedSet:
         fixed = self.layout.lower >= self.layout.upper
         rough = int((~self.free & ~fixed).sum())
         own, of = np.unique(self._alike, return_inverse=True)
-        together = self._products @ np.eye(len(own))[of]
-        told = independent(np.eye(len(own))[of].T @ together)
+        shared = np.eye(len(own))[of]
+        together = shared.T @ self._products @ shared
+        # what cancels between joints that share it moves nothing
+        moves = np.diag(together) > ALIKE * (shared.T @ np.diag(self._products))
+        told = independent(together[np.ix_(moves, moves)])
         return told + rough + len(self.layout.terms)
 
     @cached_property

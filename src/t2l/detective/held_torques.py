@@ -108,7 +108,10 @@ class HeldTorques:
         if new:
             way, joints = self.way[section], np.array([joint for _, joint, _ in new])
             fading = np.stack([np.exp(-way[:, :, joint] / far) for _, joint, far in new], axis=-1)
-            known |= zip(new, respond(self.sections[section], fading, joints).T, strict=True)
+            answers = respond(self.sections[section], fading, joints)
+            # a loop that runs away along the motion tells nothing of the start
+            answers = np.where(np.isfinite(answers), answers, 0.0)
+            known |= zip(new, answers.T, strict=True)
             self._lasting |= {key: known[key] for key in new if np.isinf(key[2])}
         return known
 

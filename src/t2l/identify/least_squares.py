@@ -196,7 +196,8 @@ class LeastSquares(Optimiser):
         _, step = self._differences(u)
         jacobian = np.zeros((len(residual), len(u)))
         for difference, members in zip(moved - residual, self._columns(), strict=True):
-            difference = np.nan_to_num(difference)
+            # where a step runs away, nothing is known of it
+            difference = np.where(np.isfinite(difference), difference, 0.0)
             for i in members:
                 slot = self.layout.slots[i]
                 if self._alone(slot):
