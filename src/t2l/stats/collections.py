@@ -237,5 +237,7 @@ def _slope(value: float, lower: float, upper: float) -> str:
 def _points(value: float, lower: float, upper: float) -> str:
     if np.isnan(value):
         return ""
-    ends = "" if np.isnan(lower) else f" ({100 * lower:+.1f} to {100 * upper:+.1f})"
-    return with_minus(f"{100 * value:+.1f}{ends}")
+    # numerics: a half is rounded alike on every machine
+    value, lower, upper = (round(100 * x, 9) for x in (value, lower, upper))
+    ends = "" if np.isnan(lower) else f" ({lower:+.1f} to {upper:+.1f})"
+    return with_minus(f"{value:+.1f}{ends}")
