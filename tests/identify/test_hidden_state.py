@@ -70,8 +70,6 @@ def test_teeth_may_touch_on_either_side_at_the_start(tmp_path):
 
 BRISTLES = {"coulomb": {"hinge": 0.15}, "presliding": {"hinge": 0.02}}
 INTEGRAL = {"gain": {"hinge": 12.0}, "limit": {"hinge": 0.4}}
-
-
 YIELDS = Curve(Law(HYSTERESIS, "hinge", "distance", "hinge"), (0.0, 0.02, 0.3), (0.0, -0.1, -0.2))
 
 

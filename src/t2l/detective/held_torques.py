@@ -128,9 +128,8 @@ class HeldTorques:
     ) -> None:
         """Change the residual (m, nsample) in place."""
         section = self.sections[k]
-        group, nrec = section.motion.group, len(section.motion.group.schedule.kp)
+        group, moving = section.motion.group, section.motion.group.schedule.may_move
         place, recording = self.place[group.held], group.wanted[0]
-        moving = group.schedule.moving if group.schedule.any_moving else np.zeros(nrec, bool)
         at_rest = np.zeros((len(moving), len(held.joints)))
         if held.rests.any() and not moving.all():
             at_rest = self._friction(section, held)[:, held.joints] * held.rests

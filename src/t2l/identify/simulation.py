@@ -84,11 +84,10 @@ def _starts(
     if beginning is None:
         return None
     # one that begins where a motion turns looks as if it were at rest
-    hiding = _hiding(variants) if schedule.any_moving else []
+    hiding = _hiding(variants) if schedule.may_move.any() else []
     held, at_rest = holding([term for layout, _ in variants for term in layout.terms])
     estimated = (beginning.doubt > 0).any(axis=1) | bool(hiding or at_rest)
-    if held and schedule.any_moving:
-        estimated |= schedule.moving
+    estimated |= schedule.may_move & bool(held)
     if not estimated.any():
         return None
     hidden = np.zeros((sum(len(u) for _, u in variants), *beginning.doubt.shape, UNKNOWN))

@@ -114,9 +114,7 @@ class Loop:
         self.friction: list[Callable] = []
         self.bristles = np.zeros_like(self.kp)
         self.taken: np.ndarray | None = None
-        self.moving = np.zeros((len(self.kp), 1), bool)
-        if schedule.moving is not None:
-            self.moving[:, 0] = schedule.moving[self.recording]
+        self.moving = schedule.may_move[self.recording, None]
         self.stateless: dict[str, list[Callable]] = {"motor_filters": [], "joint_torques": []}
         self.settle: list[Callable] = []
         self.other_weight = np.zeros(len(self.kp), bool)

@@ -135,9 +135,9 @@ class Schedule:
         )
 
     @property
-    def any_moving(self) -> bool:
-        """Whether a recording may begin in motion."""
-        return self.moving is not None and bool(self.moving.any())
+    def may_move(self) -> np.ndarray:
+        """(nrec,) bool, which recordings may begin in motion."""
+        return np.zeros(len(self.kp), bool) if self.moving is None else self.moving
 
     def column(self, name: str, needed_by: str | None = None) -> np.ndarray | None:
         """An optional column, (ntick, nrec, njoint); None if a recording lacks it.
