@@ -237,7 +237,7 @@ def by_pieces(data, seed: int):
     stretch = (samples.recording * PIECES + piece)[~test]
     return replace(
         data, fitted_mask=~test, test=data.fitted, test_mask=test,
-        folds=np.unique(stretch, return_inverse=True)[1],
+        folds=np.unique(stretch, return_inverse=True)[1][:, None],
     )  # fmt: skip
 
 

@@ -96,13 +96,26 @@ def test_what_has_no_name_that_is_known_is_a_curve(robot):
     assert explanation.steps[-1].test_rmse_rad < 1.1 * explanation.noise_floor_rad
 
 
-def test_folds_are_pairs_of_gains_where_recordings_share_them(robot):
-    twice = swings(robot, duration_s=1.0) + swings(robot, duration_s=1.0)
-    data = split(robot, twice, swings(robot, duration_s=1.0)[:1], threads=1)
-    gains = np.array([r.kp[0] for r in data.fitted.recordings])[data.fitted.samples.recording]
-    for fold in np.unique(data.folds):
-        assert len(np.unique(gains[data.folds == fold])) == 1
-    assert len(np.unique(data.folds)) == 3
+def test_each_pair_of_gains_and_each_motion_that_recordings_share_is_left_out(robot):
+    motions = [swing(0.5, 0.7), swing(0.5, 1.1), swing(0.3, 0.7)]
+    stiff = (5.0, 20.0, 80.0)
+    made = [
+        measured(recording(robot, motion, f"kp{kp:g}_{i}", kp, 0.3, 1.0), {}, 1e-4, seed=i)
+        for i, motion in enumerate(motions)
+        for kp in stiff
+    ]
+    data = split(robot, made, made[:1], threads=1)
+    of = data.fitted.samples.recording
+    shared = of % len(stiff), of // len(stiff)  # gains, motion
+    assert data.folds.shape == (len(of), 2)
+    for way, same in zip(data.folds.T, shared, strict=True):
+        assert np.array_equal(np.unique(way, return_inverse=True)[1], same)
+    assert not set(data.folds[:, 0]) & set(data.folds[:, 1])
+
+
+def test_recordings_that_share_neither_gains_nor_motion_are_left_out_alone(robot):
+    data = split(robot, swings(robot, duration_s=1.0), swings(robot, duration_s=1.0)[:1], threads=1)
+    assert np.array_equal(data.folds[:, 0], data.fitted.samples.recording)
 
 
 @pytest.fixture

@@ -59,7 +59,7 @@ def test_what_gives_is_told_from_the_model_as_it_came(tmp_path, link):
     """Where the loop is linearised without it, it explains most; less stiff or stiffer, less."""
     predictor, layout, u = _made(tmp_path, "joint_flexibility", ("right",), SPRING, link)
     along, left = _along(predictor, BARE)
-    folds = np.zeros(len(along.residual), int)
+    folds = np.zeros((len(along.residual), 1), int)
     of = {}
     for times in (0.3, 1.0, 3.0):
         moved = u + np.log(times) * np.array(

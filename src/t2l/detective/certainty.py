@@ -29,11 +29,12 @@ def chosen_shares(
 
     Args:
         sets: that were to choose from.
-        folds: (nsample,) number of the part that each sample is left out with.
+        folds: (nsample, k) numbers of the parts that each sample is left out with, in k ways.
         added: names with the joints that they were added on; of several joints the least sure
             counts.
     """
-    _, fold = np.unique(folds, return_inverse=True)
+    # what is left out with the same others in all ways is one part
+    _, fold = np.unique(folds, axis=0, return_inverse=True)
     errors = np.array(
         [np.bincount(fold, one.left_out**2) * (1 + PARSIMONY * one.complexity) for one in sets]
     )

@@ -105,7 +105,7 @@ def with_curves(
     Args:
         finest: laws that are zero where their weights are.
         noise_rad: of a sample.
-        residual, folds: (k,) of the samples `rows`.
+        residual: (k,) of the samples `rows`; folds: (k, n) of them, in n ways.
         named: leave out straight lines, which known effects are.
     """
     wanted = Responses(predictor, sections, rows)

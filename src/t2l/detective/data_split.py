@@ -1,9 +1,10 @@
 """Recordings that a model is fitted to, and those that report its error.
 
 What is fitted is also what chooses, by cross-validation: each fold is left out in turn and judged
-by a model that the others fitted. Folds are whole recordings; where several recordings share a pair
-of gains, all of one pair, so that a term must help under gains that no fit has seen; and stretches
-of time where there is one recording. Test samples do neither.
+by a model that the others fitted. Folds are whole recordings. Where several share a pair of gains,
+all of one pair are left out together, so that a term must help under gains that no fit has seen;
+where several share a motion, all of one motion likewise. Where both are so, each recording is left
+out twice. Folds are stretches of time where there is one recording. Test samples do neither.
 """
 
 from collections.abc import Sequence
@@ -20,6 +21,9 @@ from t2l.recordings.splits import LEAST_TO_HOLD_OUT_WHOLE, hold_out, time_blocks
 
 MOST_FOLDS = 8  # numerics: more take longer and say the same
 PIECES = 4  # numerics: folds of one recording
+# numerics: of what commands ask for and of a length, by which recordings of one motion may differ
+SAME_MOTION = 0.1
+INSTANTS = 1000  # numerics: at which commands are compared
 TURNS = ("fitted", "fitted", "fitted", "test")  # whose a block of time is, in turn
 
 
@@ -30,7 +34,8 @@ class DataSplit:
     Attributes:
         fitted, test: predictors; one and the same where blocks of time report.
         fitted_mask, test_mask: (nsample,) bool of each predictor's samples.
-        folds: (nfitted,) number of the fold of each fitted sample.
+        folds: (nfitted, k) numbers of the folds of each fitted sample, for k ways to leave it out;
+            each way has numbers of its own.
     """
 
     fitted: Predictor
@@ -88,14 +93,49 @@ def by_time(predictor: Predictor) -> tuple[np.ndarray, np.ndarray]:
 def _folds(predictor: Predictor, mask: np.ndarray) -> np.ndarray:
     samples, recordings = predictor.samples, predictor.recordings
     recording = samples.recording[mask]
-    gains = [(*r.kp, *r.kd) for r in recordings]
-    distinct = sorted(set(gains))
     if len(recordings) == 1:
         length = np.array([r.duration_s for r in recordings])[recording]
         piece = np.minimum((samples.time[mask] / length * PIECES).astype(int), PIECES - 1)
-        return recording * PIECES + piece
-    if LEAST_TO_HOLD_OUT_WHOLE <= len(distinct) < len(recordings):
-        group = np.array([distinct.index(g) for g in gains])
-    else:
-        group = np.arange(len(recordings))
-    return (group % MOST_FOLDS)[recording]
+        return piece[:, None]
+    every = np.arange(len(recordings))
+    ways = [
+        of for of in (by_gains(recordings), by_motion(recordings))
+        if LEAST_TO_HOLD_OUT_WHOLE <= of.max() + 1 < len(recordings)
+    ]  # fmt: skip
+    folds = [of % MOST_FOLDS + MOST_FOLDS * i for i, of in enumerate(ways or [every])]
+    return np.stack(folds, axis=-1)[recording]
+
+
+def by_gains(recordings: Sequence[Recording]) -> np.ndarray:
+    """(nrec,) number of each recording's pair of gains."""
+    gains = [(*r.kp, *r.kd) for r in recordings]
+    distinct = sorted(set(gains))
+    return np.array([distinct.index(g) for g in gains])
+
+
+def by_motion(recordings: Sequence[Recording]) -> np.ndarray:
+    """(nrec,) number of each recording's motion: commands that hardly differ ask for the same."""
+    found: list[Recording] = []
+    number = []
+    for recording in recordings:
+        same = (i for i, one in enumerate(found) if _one_motion(one, recording))
+        number.append(next(same, len(found)))
+        if number[-1] == len(found):
+            found.append(recording)
+    return np.array(number)
+
+
+def _one_motion(one: Recording, other: Recording) -> bool:
+    shorter, longer = sorted((one.duration_s, other.duration_s))
+    if shorter < (1 - SAME_MOTION) * longer:
+        return False
+    at = np.linspace(0, shorter, INSTANTS)
+    a, b = (_commanded(recording, at) for recording in (one, other))
+    size = min(np.sqrt(np.mean((v - v.mean(axis=0)) ** 2)) for v in (a, b))
+    return bool(np.sqrt(np.mean((a - b) ** 2)) <= SAME_MOTION * size)
+
+
+def _commanded(recording: Recording, at: np.ndarray) -> np.ndarray:
+    """q_des (k, njoint) at some times since the start, rad."""
+    row = np.searchsorted(recording.time - recording.time[0], at, side="right") - 1
+    return recording.q_des[np.maximum(row, 0)]

@@ -35,7 +35,7 @@ class Samples:
         exact, draft: predictors of the same recordings.
         linear: likewise, at ticks that are short for a loop.
         mask: (nsample,) bool.
-        folds: (nfitted,) of the samples of `mask`.
+        folds: (nfitted, k) of the samples of `mask`, see `DataSplit`.
         noise_rad: of a sample.
     """
 

@@ -44,6 +44,7 @@ class FittedSet:
         residual: (nsample,) of the fitted samples, rad, predicted minus measured.
         left_out: (nsample,) likewise, each fold by a fit to the others, where these tell what the
             model says; elsewhere, as beyond the positions of a curve that they went to, as fitted.
+            Of samples that are left out in several ways the RMS, which has no sign.
         told: (nsample,) bool, where they tell.
         jacobian: (nsample, n).
         free: (n,) bool, which were fitted.

@@ -1,4 +1,7 @@
-"""What fits leave of each part of the samples when the others alone fit them."""
+"""What fits leave of each part of the samples when the others alone fit them.
+
+A sample that is left out in several ways has the RMS of what is left of it.
+"""
 
 from collections.abc import Sequence
 
@@ -32,7 +35,7 @@ def fitted(
         asked = [(one.fit, one.points(damping)) for one in some]
         for one, residuals in zip(some, objective.residuals(asked), strict=True):
             one.receive(residuals)
-    left = {id(one.fit): (one.left_out, one.told) for one in each}
+    left = {id(one.fit): one.result() for one in each}
     found = []
     for fit in fits:
         left_out, told = left.get(id(fit), (fit.residual, np.ones(len(folds), bool)))
@@ -52,9 +55,10 @@ class _LeftOut:
     (Marquardt, 1963). If none is shorter, the fit to all is that to the others too.
 
     Attributes:
-        left_out: (nsample,) rad, as far as it is known; as fitted where the others do not tell it.
-        told: (nsample,) bool, where the others tell what the model says: to a standard error below
-            that of a sample.
+        left_out: (nsample, k) rad, for each way to leave a sample out, as far as it is known; as
+            fitted where the others do not tell it.
+        told: (nsample, k) bool, where the others tell what the model says: to a standard error
+            below that of a sample.
         open: parts that no step is known for.
     """
 
@@ -70,15 +74,20 @@ class _LeftOut:
         values, directions = np.linalg.eigh(self.normal)
         held = directions[:, values < ALIKE]
         self.held = held @ held.T
-        self.told = np.empty(len(folds), bool)
+        self.told = np.empty(folds.shape, bool)
         for fold in self.open:
-            mine = self.jacobian[folds == fold]
+            mine = self.jacobian[(folds == fold).any(axis=1)]
             inverse = np.linalg.inv(self._others(mine, RIDGE))
             spread = np.einsum("ij,jk,ik->i", mine, inverse, mine, optimize=True)
             self.told[folds == fold] = spread < 1
-        if self.told.mean() < HALF:
-            self.told[:] = True
-        self.left_out = fit.residual.copy()
+        self.told[:, self.told.mean(axis=0) < HALF] = True
+        self.left_out = np.repeat(fit.residual[:, None], folds.shape[1], axis=1)
+
+    def result(self) -> tuple[np.ndarray, np.ndarray]:
+        """What is left (nsample,) of each sample in all ways, and where all of them are told."""
+        if self.left_out.shape[1] == 1:
+            return self.left_out[:, 0], self.told[:, 0]
+        return np.sqrt(np.mean(self.left_out**2, axis=1)), self.told.all(axis=1)
 
     def _others(self, mine: np.ndarray, damping: float) -> np.ndarray:
         return self.normal - mine.T @ mine + damping * np.eye(len(self.free)) + self.held
@@ -96,7 +105,7 @@ class _LeftOut:
         away = RIDGE * np.where(np.isfinite(neutral), u - neutral, 0.0) * self.size
         self._asked = []
         for fold in self.open:
-            at = self.folds == fold
+            at = (self.folds == fold).any(axis=1)
             mine = self.jacobian[at]
             target = mine.T @ fit.residual[at] - self.slope - away
             rest, found = self._others(mine, damping), fit.u.copy()
@@ -109,11 +118,12 @@ class _LeftOut:
         fit, done = self.fit, set()
         before = fit.residual**2
         for (fold, u), residual in zip(self._asked, residuals, strict=True):
-            others = self.folds != fold
+            at = self.folds == fold
+            others = ~at.any(axis=1)
             known = np.sum((fit.prior @ fit.u) ** 2) - np.sum((fit.prior @ u) ** 2)
             least = before[others].sum() + known + LONGER * fit.loss
             if np.sum(residual[others] ** 2) <= least:
-                at = ~others & self.told
-                self.left_out[at] = residual[at]
+                at &= self.told
+                self.left_out[at] = np.broadcast_to(residual[:, None], at.shape)[at]
                 done.add(fold)
         self.open = np.array([fold for fold in self.open if fold not in done])

@@ -49,7 +49,7 @@ class Screen:
     """Products of columns and residual by fold, and the scores of sets.
 
     Attributes:
-        folds: (nsample,) number of the part that each sample is left out with.
+        folds: (nsample, k) numbers of the parts that each sample is left out with, in k ways.
         noise_rad: of a sample, that the priors of candidates are weighed by.
         first_products: (nfold, m, m) of the first m columns, if they are known; of all columns and
             the residual, no column is needed.
@@ -65,10 +65,12 @@ class Screen:
         self.count = len(self.residual)
         columns = np.concatenate([self.table.columns, self.residual[:, None]], axis=1)
         self.products = products_of(columns, self.folds, self.first_products)
+        number = np.unique(self.folds)
+        self.ways = [np.searchsorted(number, np.unique(way)) for way in self.folds.T]
         self.prior = self._prior()
-        self.total = self.products.sum(axis=0) + self.prior
+        whole = self._all(self.products)
+        self.total = whole + self.prior
         self.known: dict[frozenset[int], Scored] = {}
-        whole = self.products.sum(axis=0)
         self.complexity = [_complexity(one, self.table, whole) for one in self.table.candidates]
         # candidates by how many constants and columns they have
         alike: dict[tuple[int, int], list[int]] = {}
@@ -82,6 +84,17 @@ class Screen:
             )
             for rows in alike.values()
         ]
+
+    def _all(self, of_parts: np.ndarray) -> np.ndarray:
+        """Of all samples, of what is a sum (nfold, ...) over those of each part."""
+        return of_parts.sum(axis=0) / self.folds.shape[1]
+
+    def _others(self, of_parts: np.ndarray) -> np.ndarray:
+        """Of all samples but those of each part, of sums (n, nfold, ...) over those of each."""
+        others = np.empty_like(of_parts)
+        for of in self.ways:
+            others[:, of] = of_parts[:, of].sum(axis=1, keepdims=True) - of_parts[:, of]
+        return others
 
     def _prior(self) -> np.ndarray:
         """Products of what is known of the columns whatever is left out."""
@@ -162,7 +175,7 @@ class Screen:
         vector[..., :k], vector[..., -1] = -1.0, 1.0
         if p:
             prior = self.prior[whole[:, :, None], whole[:, None, :]][:, None]
-            others = products.sum(axis=1, keepdims=True) - products + prior
+            others = self._others(products) + prior
             of = slice(k, k + p)
             target = others[..., of, -1] - others[..., of, :k].sum(axis=-1)
             every = (len(sets), len(self.products), p)
@@ -170,7 +183,7 @@ class Screen:
             w = bounded(others[..., of, of].reshape(-1, p, p), target.reshape(-1, p), *bounds)
             vector[..., of] = -w.reshape(every)
         errors = np.einsum("sfi,sfij,sfj->sf", vector, products, vector)
-        return np.maximum(errors, 0.0).sum(axis=1)
+        return self._all(np.maximum(errors, 0.0).T)
 
     def _solve(self, product, constants, at, lower, upper) -> np.ndarray:
         normal = product[np.ix_(at, at)]
@@ -308,6 +321,7 @@ def products_of(
     """Products (nfold, m, m) of columns (nsample, m) in each fold; what is not finite is zero.
 
     Args:
+        folds: (nsample, k), see `Screen`.
         known: (nfold, k, k) of the first k, or of more than there are.
     """
     m = columns.shape[1]
@@ -317,7 +331,7 @@ def products_of(
     products = np.zeros((len(np.unique(folds)), m, m))
     first = 0 if known is None else known.shape[-1]
     for number, f in enumerate(np.unique(folds)):
-        own = columns[folds == f]
+        own = columns[(folds == f).any(axis=1)]
         if known is not None:
             products[number, :first, :first] = known[number]
         rest = own.T @ own[:, first:]

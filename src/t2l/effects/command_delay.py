@@ -3,8 +3,6 @@
 import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
-from t2l.sim.delay import DelayLine
-from t2l.sim.loop import over_ticks
 
 
 class CommandDelay(Effect):
@@ -13,11 +11,14 @@ class CommandDelay(Effect):
     name = "command_delay"
     title = "command delay"
     parameters = (
-        Parameter("delay", "s", 0.0, 0.3, "time from command to controller", per_joint=False),
+        Parameter(
+            "delay", "s", 0.0, 0.3, "time from command to controller", kinked=True, per_joint=False
+        ),
     )
     summary = "commands reach the controller late: network, bus, interpolation"
     signature = "the response is the model's shifted in time, alike at all gains"
-    source = "q_des(t − d), interpolated between two ticks of the loop"
+    source = "q_des(t − d) by the stamps of the commands; linear between ticks if all are at ticks"
+    remembers = False
     acts_through = ("kp", "kd")
     follows = "command velocity"
 
@@ -25,17 +26,7 @@ class CommandDelay(Effect):
         to.delay_s[joints] += values["delay"]
 
     def install(self, loop, rows, joints, values):
-        at = ..., rows, loop.columns(joints)
-        for filters in (loop.command_filters, loop.feed_forward_filters):
-            filters.append(_delay(DelayLine(values["delay"] / loop.period_s), at))
+        loop.command_delay_s[rows, joints] += values["delay"]
 
     def starts(self, scales):
         return [{"delay": np.array([d])} for d in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08)]
-
-
-def _delay(delayed, at):
-    @over_ticks
-    def change(tick, command):
-        command[at] = delayed(command[at])
-
-    return change

@@ -12,6 +12,7 @@ from t2l.identify.samples import Samples
 from t2l.identify.soft_hold import Gains, soft_hold
 from t2l.recordings.checks import ADDED
 from t2l.recordings.recording import CONTINUOUS, Recording
+from t2l.sim.commands import Stamped
 from t2l.sim.schedule import Drive, Hold, Schedule
 
 FOLLOWED = ("supply_voltage", "temperature")  # optional columns that effects may follow
@@ -126,6 +127,8 @@ def _group(
         hold=None if holding is None else _hold(recordings, holding, indices, ticks * period),
         drive=_drive(recordings, supply),
         moving=moving if moving.any() else None,
+        stamped=tuple(_stamped(recording, list(added), real_period) for recording in recordings),
+        stamped_of=np.arange(len(recordings)),
         **added,
     )
     column = {index: i for i, index in enumerate(indices)}
@@ -135,6 +138,14 @@ def _group(
     beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt)
     beginning = beginning.within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
+
+
+def _stamped(recording: Recording, added: Sequence[str], period_s: float) -> Stamped:
+    signals = {"commands": recording.q_des}
+    for name in added:
+        given = getattr(recording, name)
+        signals[name] = np.zeros_like(recording.q_des) if given is None else given
+    return Stamped.of(recording.time - recording.time[0], signals, period_s)
 
 
 def _drive(recordings: Sequence[Recording], supply: np.ndarray) -> Drive | None:

@@ -16,11 +16,11 @@ import mujoco
 import numpy as np
 
 from t2l.sim.arrays import columns
+from t2l.sim.commands import commands, feed_forward
 from t2l.sim.loop import Loop
 from t2l.sim.poses import Poses
 from t2l.sim.regressor import inertial_parameters
 from t2l.sim.schedule import Drive, Schedule
-from t2l.sim.servo import commands, feed_forward
 
 # fields of a model that only its inverse dynamics know
 INERTIAL = ("body_mass", "body_ipos", "body_inertia")
@@ -28,7 +28,8 @@ OF_BODIES = (*INERTIAL, "opt.gravity")
 
 # of a loop, what the torque of its motors depends on, and places where it is known
 OF_MOTOR = (
-    "kp", "kd", "ahead", "encoder_offset", "command_lead_s", "compensation_factor", "motor_limits",
+    "kp", "kd", "ahead", "encoder_offset", "command_lead_s", "command_delay_s",
+    "compensation_factor", "motor_limits",
 )  # fmt: skip
 AFTER_MOTOR = ("friction", "joint_torques")
 
@@ -107,6 +108,7 @@ def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
         if schedule.command_period_s is None
         else every(schedule.command_period_s),
         logged={name: flat(values) for name, values in schedule.logged.items()},
+        stamped_of=None if schedule.stamped_of is None else every(schedule.stamped_of),
         hold=None if schedule.hold is None else schedule.hold.each(flat),
         drive=None
         if drive is None
@@ -197,7 +199,7 @@ class DrivenLoop(Loop):
     def _along(self, path: Path, each: Callable) -> np.ndarray:
         ntick = len(path.q)
         out = np.empty((ntick, *self.kp.shape))
-        target, added = commands(self.schedule.commands, self), feed_forward(self)
+        target, added = commands("commands", self), feed_forward(self)
         if path.taken is not None:
             begins = path.taken[: 1 + round(BEGINS_S / self.period_s)].mean(axis=0)
             self.taken = begins[self.recording]

@@ -55,6 +55,7 @@ class Loop:
             reach the controller after all filters; for what changes what it makes of them.
         transmission: between motors and links, of (nsim, njoint).
         command_lead_s: (nsim, njoint) s, by how much commands are in force before their time.
+        command_delay_s: (nsim, njoint) s, by how much later than their time they arrive.
         command_filters: called with (tick, q_des), change q_des (nsim, njoint) in place. Each gets
             what the ones before left; what was earlier it keeps itself, see `t2l.sim.delay`.
         feed_forward_filters: called with (tick, torque), change Kd dq_des + tau_ff in place,
@@ -102,6 +103,7 @@ class Loop:
         self.hidden_start = np.zeros((*self.kp.shape, 4))
         self.transmission = Transmission.rigid(self.kp.shape)
         self.command_lead_s = np.zeros_like(self.kp)
+        self.command_delay_s = np.zeros_like(self.kp)
         self.added_friction = np.zeros_like(self.kp)
         self.command_filters: list[Callable] = []
         self.feed_forward_filters: list[Callable] = []

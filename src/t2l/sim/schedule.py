@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from t2l.errors import EffectError
+from t2l.sim.commands import Stamped
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,8 @@ class Schedule:
         hold: to the measured motion; None if every joint follows commanded positions.
         drive: of motors under a voltage; None if every drive gives the torque it is asked for.
         moving: (nrec,) bool, which recordings may begin in motion; None if none does.
+        stamped, stamped_of: commands with their stamps, and which of them (nrec,) are of each
+            recording; None where they are known at ticks alone.
     """
 
     period_s: float
@@ -108,6 +111,8 @@ class Schedule:
     hold: Hold | None = None
     drive: Drive | None = None
     moving: np.ndarray | None = None
+    stamped: tuple[Stamped, ...] | None = None
+    stamped_of: np.ndarray | None = None
 
     def of(self, recordings: np.ndarray) -> "Schedule":
         """Of some recordings, (k,) indices."""
@@ -132,6 +137,7 @@ class Schedule:
             hold=None if self.hold is None else self.hold.each(lambda v: v[:, recordings]),
             drive=None if self.drive is None else self.drive.of(recordings),
             moving=None if self.moving is None else self.moving[recordings],
+            stamped_of=None if self.stamped_of is None else self.stamped_of[recordings],
         )
 
     @property

@@ -37,6 +37,7 @@ import numpy as np
 
 from t2l.sim.arrays import columns
 from t2l.sim.batch import diverged, make_batch
+from t2l.sim.commands import WHOLE, commands, feed_forward
 from t2l.sim.dry_friction import AddedFriction, stiffen
 from t2l.sim.gravity import GravityCompensation
 from t2l.sim.loop import Loop
@@ -44,7 +45,6 @@ from t2l.sim.schedule import Schedule
 
 MAX_TIMESTEP_S = 0.001
 PLANT_PERIOD_S = 0.002  # numerics: of a slow loop, at most, from plant tick to plant tick
-WHOLE = 1e-9  # numerics: of a tick, that is none
 LEAST_STIFFNESS = 1e-12  # numerics: N·m/rad, in place of zero
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
 
@@ -126,7 +126,7 @@ class ServoLoop(Loop):
         self.running = running
         limited = np.isfinite(self.motor_limits).any()
         least, most = (np.full_like(self.kp, limit) for limit in self.motor_limits.T)
-        command = commands(schedule.commands, self)
+        command = commands("commands", self)
         added = feed_forward(self)
         recording = self.recording
         if self.friction or self.added_friction.any():
@@ -334,48 +334,3 @@ class ServoLoop(Loop):
         batch.forward()
         for prepare in self.settle:
             prepare(self)
-
-
-def commands(given: np.ndarray, loop) -> Callable[[int], np.ndarray]:
-    """What is commanded (nsim, njoint) at a tick, before any filter.
-
-    Args:
-        given: (ntick, nrec, njoint) at their time.
-        loop: whose `nvariant`, `period_s` and `command_lead_s` count.
-    """
-    recording = loop.recording
-    if not loop.command_lead_s.any():
-        return lambda tick: given[tick].take(recording, axis=0)
-    lead = loop.command_lead_s / loop.period_s
-    whole = np.floor(lead + WHOLE).astype(int)
-    part, last, joint = lead - whole, len(given) - 1, np.arange(given.shape[2])
-
-    def at(tick: int) -> np.ndarray:
-        now, next = (
-            given[np.clip(tick + n, 0, last), recording[:, None], joint] for n in (whole, whole + 1)
-        )
-        return now + part * (next - now)
-
-    return at
-
-
-def feed_forward(loop) -> Callable[[int], np.ndarray] | None:
-    """Kd dq_des + tau_ff (nsim, njoint), N·m, that arrives at a tick; None without such commands.
-
-    Args:
-        loop: a `ServoLoop` or what stands for one; its Kd counts as effects left it.
-    """
-    given = loop.schedule.dq_des, loop.schedule.tau_ff
-    velocity, torque = (None if values is None else commands(values, loop) for values in given)
-    if velocity is None and torque is None:
-        return None
-
-    def at(tick: int) -> np.ndarray:
-        total = np.zeros_like(loop.kp) if torque is None else torque(tick)
-        if velocity is not None:
-            total += loop.kd * velocity(tick)
-        for change in loop.feed_forward_filters:
-            change(tick, total)
-        return total
-
-    return at

@@ -1,0 +1,147 @@
+"""What is commanded at a tick of a loop: commands late or early by a time, between their stamps.
+
+A command takes effect at the first tick after it arrives. So where commands are stamped at any time
+between ticks, as a computer's are that talks to a drive, how late each becomes differs from one to
+the next, and only its own stamp tells. Where all are stamped at ticks, nothing tells what a part of
+a tick does; there a signal is linear from tick to tick.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+WHOLE = 1e-9  # numerics: of a tick, that is none
+AT_A_TICK_S = 1e-6  # numerics: a stamp so little later than a tick is at it
+AT_ONCE = 128  # numerics: ticks that are looked up at once
+
+
+@dataclass(frozen=True)
+class Stamped:
+    """Commands of a recording as they were logged, each held until the next.
+
+    Attributes:
+        elapsed_s: (n,) since the first tick.
+        values: (n, njoint) by name of the field of a `Schedule`.
+        period_s: of the loop.
+        at_ticks: whether all are stamped at ticks.
+    """
+
+    elapsed_s: np.ndarray
+    values: dict[str, np.ndarray]
+    period_s: float
+    at_ticks: bool
+
+    @classmethod
+    def of(cls, elapsed_s: np.ndarray, values: dict[str, np.ndarray], period_s: float) -> "Stamped":
+        """Of rows of which those count that command something new."""
+        every = np.hstack(list(values.values()))
+        new = np.r_[True, (np.diff(every, axis=0) != 0).any(axis=1)]
+        elapsed_s = elapsed_s[new]
+        off = np.abs(elapsed_s - period_s * np.round(elapsed_s / period_s))
+        kept = {name: value[new] for name, value in values.items()}
+        return cls(elapsed_s, kept, period_s, bool((off <= AT_A_TICK_S).all()))
+
+    def at(self, name: str, at_s: np.ndarray) -> np.ndarray:
+        """Commands (..., njoint) in force at some times (...,) since the first tick."""
+        values = self.values[name]
+        if not self.at_ticks:
+            return values[self._row(at_s)]
+        tick = at_s / self.period_s
+        whole = np.floor(tick + WHOLE)
+        now, next = (values[self._row((whole + n) * self.period_s)] for n in (0, 1))
+        return now + (tick - whole)[..., None] * (next - now)
+
+    def _row(self, at_s: np.ndarray) -> np.ndarray:
+        row = np.searchsorted(self.elapsed_s, at_s + AT_A_TICK_S, side="right") - 1
+        return np.maximum(row, 0)
+
+
+def commands(name: str, loop) -> Callable[[int], np.ndarray]:
+    """What is commanded (nsim, njoint) at a tick, before any filter.
+
+    Args:
+        name: `commands`, `dq_des` or `tau_ff` of the loop's schedule.
+        loop: whose `schedule`, `recording`, `command_lead_s` and `command_delay_s` count.
+    """
+    schedule, recording = loop.schedule, loop.recording
+    given, delay_s = getattr(schedule, name), loop.command_delay_s
+    if schedule.stamped is not None and delay_s.any():
+        at_ticks = _from_tick_to_tick(given, recording, loop.command_lead_s / loop.period_s)
+        return _by_stamps(name, loop, at_ticks)
+    return _from_tick_to_tick(given, recording, (loop.command_lead_s - delay_s) / loop.period_s)
+
+
+def _from_tick_to_tick(
+    given: np.ndarray, recording: np.ndarray, lead: np.ndarray
+) -> Callable[[int], np.ndarray]:
+    """Signals (ntick, nrec, njoint) early by `lead` (nsim, njoint) ticks, linear between two."""
+    if not lead.any():
+        return lambda tick: given[tick].take(recording, axis=0)
+    whole = np.floor(lead + WHOLE).astype(int)
+    part, last, joint = lead - whole, len(given) - 1, np.arange(given.shape[2])
+
+    def at(tick: int) -> np.ndarray:
+        now, next = (
+            given[np.clip(tick + n, 0, last), recording[:, None], joint] for n in (whole, whole + 1)
+        )
+        return now + part * (next - now)
+
+    return at
+
+
+def _by_stamps(name: str, loop, at_ticks: Callable[[int], np.ndarray]) -> Callable:
+    """Where commands are delayed, by their stamps; elsewhere as `at_ticks` has them."""
+    schedule, recording, delay_s = loop.schedule, loop.recording, loop.command_delay_s
+    lead_s, of = loop.command_lead_s - delay_s, schedule.stamped_of[recording]
+    count = len(getattr(schedule, name))
+    began = (
+        np.zeros(len(recording)) if schedule.elapsed_s is None else schedule.elapsed_s[recording]
+    )
+    # a tick of several periods has the mean of theirs
+    within = np.arange(schedule.coarseness) * loop.real_period_s
+    known: dict[int, np.ndarray] = {}
+
+    def look_up(ticks: np.ndarray) -> np.ndarray:
+        found = np.stack([at_ticks(tick) for tick in ticks])
+        for lead in np.unique(lead_s[delay_s != 0]):
+            moved = (lead_s == lead) & (delay_s != 0)
+            for i, stamped in enumerate(schedule.stamped):
+                some = np.flatnonzero(moved.any(axis=1) & (of == i))
+                at_s = ticks[:, None, None] * loop.period_s + began[some, None] + within + lead
+                values = stamped.at(name, at_s).mean(axis=2)
+                found[:, some] = np.where(moved[some], values, found[:, some])
+        return found
+
+    def at(tick: int) -> np.ndarray:
+        if tick not in known:
+            known.clear()
+            ticks = np.arange(tick, min(tick + AT_ONCE, count))
+            known.update(zip(ticks.tolist(), look_up(ticks), strict=True))
+        return known[tick].copy()
+
+    return at
+
+
+def feed_forward(loop) -> Callable[[int], np.ndarray] | None:
+    """Kd dq_des + tau_ff (nsim, njoint), N·m, that arrives at a tick; None without such commands.
+
+    Args:
+        loop: a `ServoLoop` or what stands for one; its Kd counts as effects left it.
+    """
+    given = (name for name in ("dq_des", "tau_ff"))
+    velocity, torque = (
+        None if getattr(loop.schedule, name) is None else commands(name, loop) for name in given
+    )
+    if velocity is None and torque is None:
+        return None
+
+    def at(tick: int) -> np.ndarray:
+        total = np.zeros_like(loop.kp) if torque is None else torque(tick)
+        if velocity is not None:
+            total += loop.kd * velocity(tick)
+        for change in loop.feed_forward_filters:
+            change(tick, total)
+        return total
+
+    return at
