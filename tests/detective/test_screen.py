@@ -9,6 +9,8 @@ from t2l.detective.candidates import Candidate, Column, Table
 from t2l.detective.screen import Screen, bounded
 from t2l.effects.registry import builtin
 
+FOLDS = np.arange(300)[:, None] % 3
+
 
 @given(st.integers(0, 10_000), st.integers(1, 6))
 def test_weights_within_bounds_are_those_of_least_squares(seed, count):
@@ -37,7 +39,7 @@ def test_the_front_holds_the_set_that_made_the_data():
     rng = np.random.default_rng(0)
     table = made(rng, list(builtin())[:12])
     residual = table.columns[:, 3] - 0.7 * table.columns[:, 8] + 0.01 * rng.normal(size=300)
-    screen = Screen(table, residual, np.arange(300) % 3)
+    screen = Screen(table, residual, FOLDS)
     front = screen.search()
     assert [one.members for one in front if one.complexity == 4] == [(3, 8)]
     assert len(front[-1].members) == 2
@@ -47,7 +49,7 @@ def test_the_front_holds_the_set_that_made_the_data():
 def test_noise_alone_has_no_front():
     rng = np.random.default_rng(1)
     table = made(rng, list(builtin())[:12])
-    screen = Screen(table, rng.normal(size=300), np.arange(300) % 3)
+    screen = Screen(table, rng.normal(size=300), FOLDS)
     assert [one.members for one in screen.search()] == [()]
 
 

@@ -57,8 +57,8 @@ class Stamped:
         return np.maximum(row, 0)
 
 
-def commands(name: str, loop) -> Callable[[int], np.ndarray]:
-    """What is commanded (nsim, njoint) at a tick, before any filter.
+def commands(name: str, loop) -> Callable[[int | np.ndarray], np.ndarray]:
+    """What is commanded (nsim, njoint) at a tick, or (k, nsim, njoint) at several, unfiltered.
 
     Args:
         name: `commands`, `dq_des` or `tau_ff` of the loop's schedule.
@@ -66,44 +66,47 @@ def commands(name: str, loop) -> Callable[[int], np.ndarray]:
     """
     schedule, recording = loop.schedule, loop.recording
     given, delay_s = getattr(schedule, name), loop.command_delay_s
-    if schedule.stamped is not None and delay_s.any():
-        at_ticks = _from_tick_to_tick(given, recording, loop.command_lead_s / loop.period_s)
-        return _by_stamps(name, loop, at_ticks)
-    return _from_tick_to_tick(given, recording, (loop.command_lead_s - delay_s) / loop.period_s)
+    if schedule.stamped is None:
+        lead_s = loop.command_lead_s - delay_s
+        return _from_tick_to_tick(given, recording, lead_s / loop.period_s)
+    at = _from_tick_to_tick(given, recording, loop.command_lead_s / loop.period_s)
+    if delay_s.any():
+        at = _by_stamps(name, loop, at)
+    elif not loop.command_lead_s.any():
+        return at
+    return _ahead_of_ticks(at, len(given))
 
 
-def _from_tick_to_tick(
-    given: np.ndarray, recording: np.ndarray, lead: np.ndarray
-) -> Callable[[int], np.ndarray]:
+def _from_tick_to_tick(given: np.ndarray, recording: np.ndarray, lead: np.ndarray) -> Callable:
     """Signals (ntick, nrec, njoint) early by `lead` (nsim, njoint) ticks, linear between two."""
     if not lead.any():
-        return lambda tick: given[tick].take(recording, axis=0)
+        return lambda tick: given[tick].take(recording, axis=-2)
     whole = np.floor(lead + WHOLE).astype(int)
     part, last, joint = lead - whole, len(given) - 1, np.arange(given.shape[2])
 
-    def at(tick: int) -> np.ndarray:
+    def at(tick: int | np.ndarray) -> np.ndarray:
+        first = whole + np.asarray(tick)[..., None, None]
         now, next = (
-            given[np.clip(tick + n, 0, last), recording[:, None], joint] for n in (whole, whole + 1)
+            given[np.minimum(np.maximum(first + n, 0), last), recording[:, None], joint]
+            for n in (0, 1)
         )
         return now + part * (next - now)
 
     return at
 
 
-def _by_stamps(name: str, loop, at_ticks: Callable[[int], np.ndarray]) -> Callable:
+def _by_stamps(name: str, loop, at_ticks: Callable) -> Callable:
     """Where commands are delayed, by their stamps; elsewhere as `at_ticks` has them."""
     schedule, recording, delay_s = loop.schedule, loop.recording, loop.command_delay_s
     lead_s, of = loop.command_lead_s - delay_s, schedule.stamped_of[recording]
-    count = len(getattr(schedule, name))
     began = (
         np.zeros(len(recording)) if schedule.elapsed_s is None else schedule.elapsed_s[recording]
     )
     # a tick of several periods has the mean of theirs
     within = np.arange(schedule.coarseness) * loop.real_period_s
-    known: dict[int, np.ndarray] = {}
 
-    def look_up(ticks: np.ndarray) -> np.ndarray:
-        found = np.stack([at_ticks(tick) for tick in ticks])
+    def at(ticks: np.ndarray) -> np.ndarray:
+        found = at_ticks(ticks)
         for lead in np.unique(lead_s[delay_s != 0]):
             moved = (lead_s == lead) & (delay_s != 0)
             for i, stamped in enumerate(schedule.stamped):
@@ -113,14 +116,24 @@ def _by_stamps(name: str, loop, at_ticks: Callable[[int], np.ndarray]) -> Callab
                 found[:, some] = np.where(moved[some], values, found[:, some])
         return found
 
-    def at(tick: int) -> np.ndarray:
+    return at
+
+
+def _ahead_of_ticks(at: Callable, ntick: int) -> Callable:
+    """The same, looked up for some ticks at once, also where they are asked for one by one."""
+    known: dict[int, np.ndarray] = {}
+
+    def looked_up(tick: int | np.ndarray) -> np.ndarray:
+        if np.ndim(tick):
+            return at(tick)
         if tick not in known:
             known.clear()
-            ticks = np.arange(tick, min(tick + AT_ONCE, count))
-            known.update(zip(ticks.tolist(), look_up(ticks), strict=True))
+            ticks = np.arange(tick, min(tick + AT_ONCE, ntick))
+            known.update(zip(ticks.tolist(), at(ticks), strict=True))
+        # effects change it in place
         return known[tick].copy()
 
-    return at
+    return looked_up
 
 
 def feed_forward(loop) -> Callable[[int], np.ndarray] | None:

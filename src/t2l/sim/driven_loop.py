@@ -252,7 +252,7 @@ class DrivenLoop(Loop):
             pairs = zip(ticks, measured, measured_dq, strict=True)
             pull = np.stack([schedule.hold.torque(*one) for one in pairs])
         self._call(self.feedback_filters, path, ticks, state, measured, measured_dq)
-        wanted = np.stack([target(tick) for tick in ticks])
+        wanted = target(np.arange(ticks.start, ticks.stop))
         self._call(self.command_filters, path, ticks, state, wanted)
         torque = self.kp * (wanted - measured)
         torque -= (self.kd + self.ahead * self.kp) * measured_dq
