@@ -4,7 +4,7 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import CONTROLLER
-from t2l.sim.loop import each_tick, over_ticks
+from t2l.sim.loop import over_ticks
 
 
 class LowRateLoop(Effect):
@@ -35,13 +35,12 @@ class LowRateLoop(Effect):
         held = 1.0 / values["rate"]
         late = np.maximum(held, loop.period_s) - np.maximum(held, loop.real_period_s)
         loop.ahead[rows] = late / 2
-        state, at = {}, (rows, loop.columns(joints))
+        state, at = {}, (..., rows, loop.columns(joints))
 
         @over_ticks
         def change(tick, torque):
-            for i, now in zip(np.ravel(tick), each_tick(torque), strict=True):
-                periods = i * per_tick + values["phase"]
-                now[at] = renewed(now[at].copy(), state, periods, per_tick)
+            periods = np.asarray(tick)[..., None, None] * per_tick + values["phase"]
+            torque[at] = renewed(torque[at].copy(), state, periods, per_tick)
 
         loop.controller_filters.append(change)
 
@@ -59,12 +58,20 @@ def renewed(command, state, periods, per_tick):
     """The command, N·m, of the last tick at which it was due; `state` keeps it.
 
     Args:
+        command: (n, njoint), or (k, n, njoint) of ticks that follow each other.
         periods: of the slow loop that have passed, of which a tick is `per_tick`.
     """
     # numerics: what is due now is not missed by rounding
     due = np.floor(periods + 1e-6) > np.floor(periods - per_tick + 1e-6)
-    state["torque"] = np.where(due, command, state.get("torque", command))
-    return state["torque"]
+    if command.ndim < 3:
+        state["torque"] = np.where(due, command, state.get("torque", command))
+        return state["torque"]
+    before = state.get("torque", command[0])
+    place = np.where(due, np.arange(1, 1 + len(command))[:, None, None], 0)
+    last = np.maximum.accumulate(np.broadcast_to(place, command.shape), axis=0)
+    held = np.take_along_axis(np.concatenate([before[None], command]), last, axis=0)
+    state["torque"] = held[-1]
+    return held
 
 
 def renew_at_lower_rate(robot, joints, values):

@@ -65,22 +65,21 @@ def commands(name: str, loop) -> Callable[[int | np.ndarray], np.ndarray]:
         loop: whose `schedule`, `recording`, `command_lead_s` and `command_delay_s` count.
     """
     schedule, recording = loop.schedule, loop.recording
-    given, delay_s = getattr(schedule, name), loop.command_delay_s
-    if schedule.stamped is None:
-        lead_s = loop.command_lead_s - delay_s
-        return _from_tick_to_tick(given, recording, lead_s / loop.period_s)
-    at = _from_tick_to_tick(given, recording, loop.command_lead_s / loop.period_s)
-    if delay_s.any():
-        at = _by_stamps(name, loop, at)
-    elif not loop.command_lead_s.any():
-        return at
-    return _ahead_of_ticks(at, len(given))
+    given, lead_s = getattr(schedule, name), loop.command_lead_s - loop.command_delay_s
+    if not lead_s.any():
+        return lambda tick: given[tick].take(recording, axis=-2)
+    stamped = schedule.stamped
+    # ticks in no order do not tell what was commanded before them
+    in_order = schedule.elapsed_s is None
+    if stamped is None or (in_order and all(one.at_ticks for one in stamped)):
+        at = _from_tick_to_tick(given, recording, lead_s / loop.period_s)
+    else:
+        at = _by_stamps(name, loop)
+    return at if stamped is None else _ahead_of_ticks(at, len(given))
 
 
 def _from_tick_to_tick(given: np.ndarray, recording: np.ndarray, lead: np.ndarray) -> Callable:
     """Signals (ntick, nrec, njoint) early by `lead` (nsim, njoint) ticks, linear between two."""
-    if not lead.any():
-        return lambda tick: given[tick].take(recording, axis=-2)
     whole = np.floor(lead + WHOLE).astype(int)
     part, last, joint = lead - whole, len(given) - 1, np.arange(given.shape[2])
 
@@ -95,10 +94,12 @@ def _from_tick_to_tick(given: np.ndarray, recording: np.ndarray, lead: np.ndarra
     return at
 
 
-def _by_stamps(name: str, loop, at_ticks: Callable) -> Callable:
-    """Where commands are delayed, by their stamps; elsewhere as `at_ticks` has them."""
+def _by_stamps(name: str, loop) -> Callable:
+    """Commands that are delayed by their stamps, others by ticks."""
     schedule, recording, delay_s = loop.schedule, loop.recording, loop.command_delay_s
     lead_s, of = loop.command_lead_s - delay_s, schedule.stamped_of[recording]
+    early = loop.command_lead_s / loop.period_s
+    at_ticks = _from_tick_to_tick(getattr(schedule, name), recording, early)
     began = (
         np.zeros(len(recording)) if schedule.elapsed_s is None else schedule.elapsed_s[recording]
     )

@@ -34,7 +34,8 @@ OF_MOTOR = (
 AFTER_MOTOR = ("friction", "joint_torques")
 
 BEGINS_S = 0.01  # numerics: of a motion, what it takes at the start is the mean of
-BLOCK = 64  # numerics: ticks that are computed at once: arrays that a cache holds
+# numerics: ticks that are computed at once, more of a small batch: arrays that a cache holds
+BLOCK, CACHED = 64, 32_000
 # what a motion has at every tick
 PER_TICK = ("q", "dq", "ddq", "load", "weight", "taken", "link")
 
@@ -203,7 +204,7 @@ class DrivenLoop(Loop):
         if path.taken is not None:
             begins = path.taken[: 1 + round(BEGINS_S / self.period_s)].mean(axis=0)
             self.taken = begins[self.recording]
-        at_once = 1 if self.in_order else BLOCK
+        at_once = 1 if self.in_order else max(BLOCK, CACHED // self.kp.size)
         for begin in range(0, ntick, at_once):
             ticks = range(begin, min(begin + at_once, ntick))
             out[ticks.start : ticks.stop] = each(ticks, target, added)
