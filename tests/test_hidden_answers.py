@@ -16,6 +16,8 @@ RESULT = {
     "after": 1.5e-4,
     "noise_floor": 1e-4,
     "seconds": 3.0,
+    "first_answer_s": 1.0,
+    "stopped": False,
 }
 NONE = {"curves": [], "curves_on": []}
 CLEAN = RESULT | NONE | {"hidden": [], "unknown": [], "unknown_on": [], "stand": []}
@@ -48,15 +50,20 @@ def test_the_summary_counts_each_answer_with_its_n():
     assert {what: (row["found"], row["n"]) for what, row in table.iterrows()} == {
         "known effects named": ("2", 4),
         "… of those that show": ("2", 3),
-        "several at once: all are named": ("0", 2),
-        "… all that show": ("1", 2),
+        "two at once: named": ("0", 2),
+        "two at once: named, as far as they show": ("1", 2),
+        "two at once: named, and nothing else": ("0", 2),
+        "known effects: error at most 1.2 times the noise": ("0", 2),
         "nothing hidden, yet something adopted": ("0", 1),
         "unknown effect: a wrong name beside": ("1", 2),
         "unknown effect: curves, all on its joints": ("1", 2),
         "unknown effect: error at most twice the noise": ("1", 2),
         "known effect beside an unknown one: it is named": ("1", 2),
-        "test error no larger than before": ("4", 5),
+        "… a wrong name is adopted too": ("1", 2),
+        "test error larger by more than 2 %": ("1", 5),
+        "stopped": ("0", 5),
         "seconds, median and longest": ("3 and 9", 5),
+        "… to the first answer, median": ("1", 5),
     }
 
 

@@ -2,8 +2,11 @@
 
 A command takes effect at the first tick after it arrives. So where commands are stamped at any time
 between ticks, as a computer's are that talks to a drive, how late each becomes differs from one to
-the next, and only its own stamp tells. Where all are stamped at ticks, nothing tells what a part of
-a tick does; there a signal is linear from tick to tick.
+the next, and only its own stamp tells. Where those of all recordings are stamped at ticks, nothing
+tells what a part of a tick does; there a signal is linear from tick to tick.
+
+As a delay grows, one command after the other misses its tick, so that a loop jumps with it. What
+asks for derivatives is given the mean over a tick.
 """
 
 from collections.abc import Callable
@@ -44,38 +47,46 @@ class Stamped:
 
     def at(self, name: str, at_s: np.ndarray) -> np.ndarray:
         """Commands (..., njoint) in force at some times (...,) since the first tick."""
-        values = self.values[name]
-        if not self.at_ticks:
-            return values[self._row(at_s)]
-        tick = at_s / self.period_s
-        whole = np.floor(tick + WHOLE)
-        now, next = (values[self._row((whole + n) * self.period_s)] for n in (0, 1))
-        return now + (tick - whole)[..., None] * (next - now)
+        return self.values[name][self._row(at_s)]
+
+    def mean(self, name: str, at_s: np.ndarray) -> np.ndarray:
+        """The same on average over a tick with these times in its middle."""
+        half = 0.5 * self.period_s
+        return (self._sum(name, at_s + half) - self._sum(name, at_s - half)) / self.period_s
+
+    def _sum(self, name: str, until_s: np.ndarray) -> np.ndarray:
+        values, row = self.values[name], self._row(until_s)
+        passed = np.zeros_like(values)
+        np.cumsum(values[:-1] * np.diff(self.elapsed_s)[:, None], axis=0, out=passed[1:])
+        return passed[row] + values[row] * (until_s - self.elapsed_s[row])[..., None]
 
     def _row(self, at_s: np.ndarray) -> np.ndarray:
         row = np.searchsorted(self.elapsed_s, at_s + AT_A_TICK_S, side="right") - 1
         return np.maximum(row, 0)
 
 
-def commands(name: str, loop) -> Callable[[int | np.ndarray], np.ndarray]:
+def commands(name: str, loop, smooth: bool = False) -> Callable[[int | np.ndarray], np.ndarray]:
     """What is commanded (nsim, njoint) at a tick, or (k, nsim, njoint) at several, unfiltered.
 
     Args:
         name: `commands`, `dq_des` or `tau_ff` of the loop's schedule.
         loop: whose `schedule`, `recording`, `command_lead_s` and `command_delay_s` count.
+        smooth: whether a delay is to have a derivative.
     """
     schedule, recording = loop.schedule, loop.recording
     given, lead_s = getattr(schedule, name), loop.command_lead_s - loop.command_delay_s
     if not lead_s.any():
         return lambda tick: given[tick].take(recording, axis=-2)
-    stamped = schedule.stamped
+    if schedule.stamped is None:
+        return _from_tick_to_tick(given, recording, lead_s / loop.period_s)
     # ticks in no order do not tell what was commanded before them
     in_order = schedule.elapsed_s is None
-    if stamped is None or (in_order and all(one.at_ticks for one in stamped)):
+    at_ticks = all(one.at_ticks for one in schedule.stamped)
+    if in_order and at_ticks:
         at = _from_tick_to_tick(given, recording, lead_s / loop.period_s)
     else:
-        at = _by_stamps(name, loop)
-    return at if stamped is None else _ahead_of_ticks(at, len(given))
+        at = _by_stamps(name, loop, at_ticks, smooth)
+    return _ahead_of_ticks(at, len(given))
 
 
 def _from_tick_to_tick(given: np.ndarray, recording: np.ndarray, lead: np.ndarray) -> Callable:
@@ -94,12 +105,16 @@ def _from_tick_to_tick(given: np.ndarray, recording: np.ndarray, lead: np.ndarra
     return at
 
 
-def _by_stamps(name: str, loop) -> Callable:
-    """Commands that are delayed by their stamps, others by ticks."""
+def _by_stamps(name: str, loop, at_ticks: bool, smooth: bool) -> Callable:
+    """Commands that are delayed by their stamps, others by ticks.
+
+    Args:
+        at_ticks: whether all are stamped at ticks.
+    """
     schedule, recording, delay_s = loop.schedule, loop.recording, loop.command_delay_s
     lead_s, of = loop.command_lead_s - delay_s, schedule.stamped_of[recording]
     early = loop.command_lead_s / loop.period_s
-    at_ticks = _from_tick_to_tick(getattr(schedule, name), recording, early)
+    in_time = _from_tick_to_tick(getattr(schedule, name), recording, early)
     began = (
         np.zeros(len(recording)) if schedule.elapsed_s is None else schedule.elapsed_s[recording]
     )
@@ -107,13 +122,17 @@ def _by_stamps(name: str, loop) -> Callable:
     within = np.arange(schedule.coarseness) * loop.real_period_s
 
     def at(ticks: np.ndarray) -> np.ndarray:
-        found = at_ticks(ticks)
+        found = in_time(ticks)
         for lead in np.unique(lead_s[delay_s != 0]):
             moved = (lead_s == lead) & (delay_s != 0)
             for i, stamped in enumerate(schedule.stamped):
                 some = np.flatnonzero(moved.any(axis=1) & (of == i))
                 at_s = ticks[:, None, None] * loop.period_s + began[some, None] + within + lead
-                values = stamped.at(name, at_s).mean(axis=2)
+                if at_ticks:  # linear from tick to tick
+                    values = stamped.mean(name, at_s + 0.5 * stamped.period_s)
+                else:
+                    values = (stamped.mean if smooth else stamped.at)(name, at_s)
+                values = values.mean(axis=2)
                 found[:, some] = np.where(moved[some], values, found[:, some])
         return found
 
@@ -137,15 +156,17 @@ def _ahead_of_ticks(at: Callable, ntick: int) -> Callable:
     return looked_up
 
 
-def feed_forward(loop) -> Callable[[int], np.ndarray] | None:
+def feed_forward(loop, smooth: bool = False) -> Callable[[int], np.ndarray] | None:
     """Kd dq_des + tau_ff (nsim, njoint), N·m, that arrives at a tick; None without such commands.
 
     Args:
         loop: a `ServoLoop` or what stands for one; its Kd counts as effects left it.
+        smooth: as of `commands`.
     """
     given = (name for name in ("dq_des", "tau_ff"))
     velocity, torque = (
-        None if getattr(loop.schedule, name) is None else commands(name, loop) for name in given
+        None if getattr(loop.schedule, name) is None else commands(name, loop, smooth)
+        for name in given
     )
     if velocity is None and torque is None:
         return None

@@ -200,7 +200,7 @@ class DrivenLoop(Loop):
     def _along(self, path: Path, each: Callable) -> np.ndarray:
         ntick = len(path.q)
         out = np.empty((ntick, *self.kp.shape))
-        target, added = commands("commands", self), feed_forward(self)
+        target, added = commands("commands", self, smooth=True), feed_forward(self, smooth=True)
         if path.taken is not None:
             begins = path.taken[: 1 + round(BEGINS_S / self.period_s)].mean(axis=0)
             self.taken = begins[self.recording]
