@@ -64,7 +64,7 @@ def folder(tmp_path_factory):
 def recorded(folder, hidden):
     robot = pendulum(folder, 1.0)
     made = [
-        recording(robot, swing(0.5, hz), f"kp{kp:g}_{hz:g}", kp, kd, 1.5, control_rate_hz=250.0)
+        recording(robot, swing(0.5, hz), f"kp{kp:g}_{hz:g}", kp, kd, 1.5, control_rate_hz=200.0)
         for kp, kd, hz in ((5.0, 0.3, 0.7), (20.0, 0.8, 0.9), (80.0, 2.0, 1.1), (20.0, 0.8, 1.2))
     ]
     return [measured(r, hidden, 1e-4, seed) for seed, r in enumerate(made)]
