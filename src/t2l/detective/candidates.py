@@ -2,7 +2,7 @@
 
 A candidate's response is affine in its parameters: what it does at a setting, and the derivatives
 there. Each of an effect's first guesses is a setting; on each joint the best few are kept, and the
-best for each value of what has no derivative.
+best for each value of what has no derivative. Of an effect of the whole robot all are kept.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
@@ -201,7 +201,13 @@ class _Asked:
         return len(self.each) > 1 and not any(p.scale or p.rough for p in own)
 
     def kept(self, ranked: Sequence[int]) -> list[int]:
-        """Of settings, the best first, those that go on to the screen."""
+        """Of settings, the best first, those that go on to the screen.
+
+        Of an effect of the whole robot all do: they are few, and which is the best may show only
+        beside others.
+        """
+        if not any(parameter.per_joint for parameter in self.effect.parameters):
+            return list(ranked)
         rough = [i for i in self.own if self.layout.slots[i].parameter.rough]
         # where there is no derivative, no setting leads to another
         ways = {tuple(self.settings[s, rough]): s for s in reversed(ranked)}

@@ -18,6 +18,8 @@ from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop
 
+AT_ONCE = 1e-12  # numerics: rad of motion, after which nothing is left of what has no reach
+
 # of what is held: section, joint, and rad of motion that leave little of it
 Key = tuple[int, int, float]
 
@@ -107,7 +109,8 @@ class HeldTorques:
         new = [key for key in keys if key not in known]
         if new:
             way, joints = self.way[section], np.array([joint for _, joint, _ in new])
-            fading = np.stack([np.exp(-way[:, :, joint] / far) for _, joint, far in new], axis=-1)
+            lasting = (np.exp(-way[:, :, joint] / max(far, AT_ONCE)) for _, joint, far in new)
+            fading = np.stack([*lasting], axis=-1)
             answers = respond(self.sections[section], fading, joints)
             # a loop that runs away along the motion tells nothing of the start
             answers = np.where(np.isfinite(answers), answers, 0.0)
