@@ -7,7 +7,7 @@ import pytest
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
-from t2l.detective.candidates import known_candidates
+from t2l.detective.candidates import known_candidates, steps_of
 from t2l.detective.data_split import split
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
@@ -15,7 +15,7 @@ from t2l.detective.search import search
 from t2l.diagnose.starting_points import read_off
 from t2l.effects.effect import SIZES
 from t2l.effects.registry import builtin
-from t2l.effects.term import Layout
+from t2l.effects.term import Layout, Term
 from t2l.identify.first_guesses import first_guesses
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
@@ -122,13 +122,25 @@ def test_candidates_answer_alike(folder, recordings, one, factor):
             assert (c.parameter, c.joint) == (d.parameter, d.joint)
             parameter = by_name.get(c.parameter)
             unit = factor ** (power(parameter.unit) if parameter and not parameter.log else 0)
-            alike(unit * other.columns[:, d.at], table.columns[:, c.at], (a, c.parameter))
+            pair = unit * other.columns[:, d.at], table.columns[:, c.at]
+            alike(*pair, (a, c.parameter), rounding(table, a, c))
             np.testing.assert_allclose([d.lower, d.upper], [unit * c.lower, unit * c.upper], 1e-5)
 
 
-def alike(one, other, what):
+def rounding(table, candidate, column):
+    """What single precision of the response at a setting is in a difference over a step, in rad."""
+    layout = Layout([Term(candidate.effect, candidate.joints)])
+    keys = [(slot.parameter.name, slot.joint) for slot in layout.slots]
+    u = np.array([candidate.setting.get(key, 0.0) for key in keys])
+    (at,) = (i for i, (name, _) in enumerate(keys) if name == column.parameter)
+    (step,) = steps_of(layout, [at], u)
+    constant = np.abs(table.columns[:, list(candidate.constants)]).max()
+    return np.finfo(np.float32).eps * constant / abs(step)
+
+
+def alike(one, other, what, rounded=0.0):
     """Responses in rad, but for the single precision that torques have."""
-    atol = 2e-3 * np.abs(other).max() + 2e-6
+    atol = 2e-3 * np.abs(other).max() + 2e-6 + 4 * rounded
     np.testing.assert_allclose(one, other, rtol=0, atol=atol, err_msg=repr(what))
 
 

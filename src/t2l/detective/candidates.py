@@ -286,7 +286,7 @@ def _with_base(predictor, sections, adopted, table: Table, rows: np.ndarray) -> 
     free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
     if not layout.terms:
         return table
-    steps = _steps(layout, free, u)
+    steps = steps_of(layout, free, u)
     moved = np.repeat(u[None], len(free), axis=0)
     moved[np.arange(len(free)), free] += steps
     wanted = Responses(predictor, sections, rows, table.columns.shape[1])
@@ -367,7 +367,7 @@ def _asked(
         settings = np.clip(settings, whole.lower, whole.upper)
         # guesses that differ on other joints alone are one here
         settings = np.array(list(dict.fromkeys(map(tuple, settings.tolist()))))
-        steps = np.array([_steps(whole, own, row) for row in settings])
+        steps = np.array([steps_of(whole, own, row) for row in settings])
         yield _Asked(effect, term, whole, settings, own, steps, apart)
 
 
@@ -382,7 +382,8 @@ def encoded(guess: Values) -> Callable[[Slot], float]:
     return of
 
 
-def _steps(layout: Layout, own: Sequence[int], u: np.ndarray) -> np.ndarray:
+def steps_of(layout: Layout, own: Sequence[int], u: np.ndarray) -> np.ndarray:
+    """By how much elements `own` of u (n,) are moved for a derivative."""
     steps = []
     for i in own:
         slot = layout.slots[i]
