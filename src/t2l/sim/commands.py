@@ -11,6 +11,7 @@ asks for derivatives is given the mean over a tick.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -55,10 +56,18 @@ class Stamped:
         return (self._sum(name, at_s + half) - self._sum(name, at_s - half)) / self.period_s
 
     def _sum(self, name: str, until_s: np.ndarray) -> np.ndarray:
-        values, row = self.values[name], self._row(until_s)
-        passed = np.zeros_like(values)
-        np.cumsum(values[:-1] * np.diff(self.elapsed_s)[:, None], axis=0, out=passed[1:])
-        return passed[row] + values[row] * (until_s - self.elapsed_s[row])[..., None]
+        row = self._row(until_s)
+        since = (until_s - self.elapsed_s[row])[..., None]
+        return self._passed[name][row] + self.values[name][row] * since
+
+    @cached_property
+    def _passed(self) -> dict[str, np.ndarray]:
+        """By name the integral (n, njoint) of what was commanded until each stamp."""
+        held_s = np.diff(self.elapsed_s, prepend=self.elapsed_s[0])[:, None]
+        return {
+            name: np.cumsum(held_s * np.concatenate([values[:1], values[:-1]]), axis=0)
+            for name, values in self.values.items()
+        }
 
     def _row(self, at_s: np.ndarray) -> np.ndarray:
         row = np.searchsorted(self.elapsed_s, at_s + AT_A_TICK_S, side="right") - 1
@@ -163,10 +172,9 @@ def feed_forward(loop, smooth: bool = False) -> Callable[[int], np.ndarray] | No
         loop: a `ServoLoop` or what stands for one; its Kd counts as effects left it.
         smooth: as of `commands`.
     """
-    given = (name for name in ("dq_des", "tau_ff"))
     velocity, torque = (
         None if getattr(loop.schedule, name) is None else commands(name, loop, smooth)
-        for name in given
+        for name in ("dq_des", "tau_ff")
     )
     if velocity is None and torque is None:
         return None
