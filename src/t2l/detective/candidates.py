@@ -23,6 +23,9 @@ RELATIVE_STEP = 0.02
 KEPT = 2  # numerics: settings of an effect on a joint that go on to the screen
 FARTHEST = 1.0  # numerics: of a logarithm, beyond which a derivative tells nothing
 NOWHERE = 1e-6  # numerics: rad; a smaller response is none
+# numerics: responses that are taken off what is missing, to rank settings beside others
+PURSUED = 3
+TINY = 1e-30  # numerics: in place of a response that is none
 
 Values = Mapping[str, np.ndarray]
 
@@ -118,7 +121,7 @@ class Table:
     """Columns of responses, and the candidates that are made of them.
 
     Attributes:
-        columns: (nsample, m).
+        columns: (nsample, m), as far as products of them are not known, see `Screen`.
         base: indices of the columns that every set has: derivatives by the model so far.
         bounds: (p, 2) how far its parameters may move.
         prior, tending: (m, p) rows over how far they move, and (m,) what their products with it
@@ -200,19 +203,22 @@ class _Asked:
         own = [parameter for parameter in self.effect.parameters if parameter.per_joint]
         return len(self.each) > 1 and not any(p.scale or p.rough for p in own)
 
-    def kept(self, ranked: Sequence[int]) -> list[int]:
-        """Of settings, the best first, those that go on to the screen.
+    def kept(self, ranked: Sequence[int], clearer: Sequence[int]) -> list[int]:
+        """Of settings those that go on to the screen: the best, and the best beside others.
 
-        Of an effect of the whole robot all do: they are few, and which is the best may show only
-        beside others.
+        Of an effect of the whole robot all do: they are few.
+
+        Args:
+            ranked: by what they leave of all that is missing, the best first.
+            clearer: by what they leave of what others do not explain.
         """
         if not any(parameter.per_joint for parameter in self.effect.parameters):
             return list(ranked)
         rough = [i for i in self.own if self.layout.slots[i].parameter.rough]
         # where there is no derivative, no setting leads to another
         ways = {tuple(self.settings[s, rough]): s for s in reversed(ranked)}
-        chosen = {*ranked[:KEPT], *ways.values()}
-        return [s for s in ranked if s in chosen]
+        both = dict.fromkeys(s for pair in zip(ranked, clearer, strict=True) for s in pair)
+        return [*dict.fromkeys([*[*both][:KEPT], *ways.values()])]
 
     def of(self, joint: int | None, slots: Sequence[int]) -> list[int]:
         """Of some own slots those of a candidate on `joint`."""
@@ -413,19 +419,23 @@ def _driven(
         for one in asked
     ]
     values = first.responses()
+    clearer = _pursued(residual, values)
     second = Responses(predictor, sections, rows, values.shape[1])
     candidates: list[Candidate] = []
-    best: dict[str, list[Candidate]] = {}
+    best: dict[tuple[str, int], list[Candidate]] = {}
     for one, at in zip(asked, places, strict=True):
         for joint in one.each:
-            ranked = _ranked(residual, values[:, at[joint]])
-            kept = one.kept(ranked)
+            own = values[:, at[joint]]
+            kept = one.kept(_ranked(residual, own), _ranked(clearer, own))
             made = [_derived(one, s, joint, at[joint][s], second) for s in kept]
             candidates += made
-            best.setdefault(one.effect.name, []).extend(made[:1])
+            for k, some in enumerate((made[:1], made[1:2] or made[:1])):
+                best.setdefault((one.effect.name, k), []).extend(some)
         if one.shared:
-            kept = _ranked(residual, values[:, at[None]])[:1]
-            candidates += [_derived(one, s, None, at[None][s], second) for s in kept]
+            own = values[:, at[None]]
+            kept = [*_ranked(residual, own)[:1], *_ranked(clearer, own)[:1]]
+            shared = dict.fromkeys(kept)
+            candidates += [_derived(one, s, None, at[None][s], second) for s in shared]
     candidates += [_together(some) for some in best.values() if len(some) > 1]
     return Table(np.concatenate([values, second.responses()], axis=1), candidates)
 
@@ -460,6 +470,22 @@ def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:
     left = residual @ residual - 2 * scale * along + scale**2 * square
     left[~finite | (square < NOWHERE**2 * len(residual))] = np.inf
     return [int(s) for s in np.argsort(left) if np.isfinite(left[s])]
+
+
+def _pursued(residual: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """What a few of the responses (nsample, m) leave of a residual, the best one after the other.
+
+    Source: Mallat and Zhang, Matching pursuits with time-frequency dictionaries, 1993.
+    """
+    values = np.where(np.isfinite(values), values, 0.0)
+    square = np.einsum("ij,ij->j", values, values, dtype=float)
+    seen = square > NOWHERE**2 * len(residual)
+    for _ in range(PURSUED if seen.any() else 0):
+        along = values.T @ residual
+        gain = np.where(seen, along**2 / np.maximum(square, TINY), 0.0)
+        best = int(np.argmax(gain))
+        residual = residual - along[best] / max(square[best], TINY) * values[:, best]
+    return residual
 
 
 def _together(some: Sequence[Candidate]) -> Candidate:

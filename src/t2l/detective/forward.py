@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.detective.along_motion import AlongMotion, fit_along
-from t2l.detective.candidates import Table, movable
+from t2l.detective.candidates import movable
 from t2l.detective.choosing import BETTER, choose
 from t2l.detective.fit import begun
 from t2l.detective.fitted_set import FittedSet, Start, names_of
@@ -168,12 +168,6 @@ def _beside(one: FittedSet, screen: Screen, rows: np.ndarray) -> Screen:
     layout, u = one.layout, one.u
     free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
     on = {term.effect.name: set(term.joints) for term in layout.terms}
-    candidates = [
-        candidate for candidate in screen.table.candidates
-        if candidate.is_new_to(on)
-    ]  # fmt: skip
-    first, base = screen.table.columns.shape[1], one.jacobian[rows][:, free]
-    columns = np.concatenate([screen.table.columns, base.astype(np.float32)], axis=1)
-    at = tuple(range(first, first + len(free)))
-    table = Table(columns, candidates, at, *movable(layout, u, free))
-    return screen.beside(table, -one.residual[rows])
+    new = [i for i, some in enumerate(screen.table.candidates) if some.is_new_to(on)]
+    derivatives, limits = one.jacobian[rows][:, free], movable(layout, u, free)
+    return screen.beside(new, derivatives, limits, -one.residual[rows])

@@ -11,6 +11,7 @@ Source: beam search over models, Hastie et al., The elements of statistical lear
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations, islice
 
 import numpy as np
@@ -51,27 +52,30 @@ class Screen:
     Attributes:
         folds: (nsample, k) numbers of the parts that each sample is left out with, in k ways.
         noise_rad: of a sample, that the priors of candidates are weighed by.
-        first_products: (nfold, m, m) of the first m columns, if they are known; of all columns and
-            the residual, no column is needed.
+        products: (nfold, m + 1, m + 1) of all columns and the residual, by fold.
+        numbers: how many each candidate fits, its name counted too.
     """
 
     table: Table
     residual: np.ndarray
     folds: np.ndarray
     noise_rad: float = 0.0
-    first_products: np.ndarray | None = None
+    products: np.ndarray | None = None
+    numbers: list[int] | None = None
 
     def __post_init__(self) -> None:
         self.count = len(self.residual)
-        columns = np.concatenate([self.table.columns, self.residual[:, None]], axis=1)
-        self.products = products_of(columns, self.folds, self.first_products)
+        if self.products is None:
+            columns = np.column_stack([self.table.columns, self.residual])
+            self.products = products_of(columns, self.folds)
         number = np.unique(self.folds)
         self.ways = [np.searchsorted(number, np.unique(way)) for way in self.folds.T]
         self.prior = self._prior()
         whole = self._all(self.products)
         self.total = whole + self.prior
         self.known: dict[frozenset[int], Scored] = {}
-        self.complexity = [_complexity(one, self.table, whole) for one in self.table.candidates]
+        if self.numbers is None:
+            self.numbers = [_numbers(one, self.table, whole) for one in self.table.candidates]
         # candidates by how many constants and columns they have
         alike: dict[tuple[int, int], list[int]] = {}
         for i in range(len(self.table.candidates)):
@@ -106,10 +110,42 @@ class Screen:
                 products[at, -1] += rows.T @ np.broadcast_to(tending, len(rows))
         return self.noise_rad**2 * products
 
-    def beside(self, table: Table, residual: np.ndarray) -> "Screen":
-        """Of a table that has this one's columns first, with what another model leaves."""
+    def beside(
+        self,
+        kept: Sequence[int],
+        derivatives: np.ndarray,
+        limits: tuple[np.ndarray, np.ndarray, np.ndarray],
+        residual: np.ndarray,
+    ) -> "Screen":
+        """Of what may be added to another model.
+
+        Args:
+            kept: which candidates may be.
+            derivatives: (nsample, p) of that model, which every set has.
+            limits: `bounds`, `prior` and `tending` of its parameters, see `Table`.
+            residual: (nsample,) measured minus what it predicts.
+        """
         first = self.table.columns.shape[1]
-        return Screen(table, residual, self.folds, self.noise_rad, self.products[:, :first, :first])
+        own = _finite(np.column_stack([derivatives, residual]))
+        every = first + own.shape[1]
+        products = np.empty((len(self._parts), every, every))
+        products[:, :first, :first] = self.products[:, :first, :first]
+        for of, (rows, columns) in zip(products, self._parts, strict=True):
+            of[:first, first:] = columns.T @ own[rows]
+            of[first:, :first] = of[:first, first:].T
+            of[first:, first:] = own[rows].T @ own[rows]
+        candidates = [self.table.candidates[i] for i in kept]
+        base = tuple(range(first, every - 1))
+        table = Table(self.table.columns, candidates, base, *limits)
+        numbers = [self.numbers[i] for i in kept]
+        return Screen(table, residual, self.folds, self.noise_rad, products, numbers)
+
+    @cached_property
+    def _parts(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of each fold the samples (nsample,) bool, and their columns."""
+        columns = _finite(self.table.columns)
+        rows = ((self.folds == f).any(axis=1) for f in np.unique(self.folds))
+        return [(some, columns[some]) for some in rows]
 
     def score(self, members: Sequence[int]) -> Scored:
         """Of a set of indices of candidates."""
@@ -144,7 +180,7 @@ class Screen:
         return [k for k in range(len(self.table.base)) if k not in gone]
 
     def _count(self, members: Iterable[int]) -> int:
-        return sum(self.complexity[i] for i in members)
+        return sum(self.numbers[i] for i in members)
 
     def _width(self, members: Iterable[int]) -> tuple[int, int]:
         chosen = [self.table.candidates[i] for i in members]
@@ -227,7 +263,7 @@ class Screen:
             normal = normal + ridge[..., None] * np.eye(columns.shape[1])
             w = np.linalg.solve(normal, target[..., None])[..., 0]
             left[rows] = error - (target * w).sum(axis=1)
-        left *= 1 + PARSIMONY * np.array(self.complexity)
+        left *= 1 + PARSIMONY * np.array(self.numbers)
         free = (
             int(i) for i in np.argsort(left, kind="stable")
             if not self.table.candidates[i].removal
@@ -315,28 +351,19 @@ class Screen:
             one = best
 
 
-def products_of(
-    columns: np.ndarray, folds: np.ndarray, known: np.ndarray | None = None
-) -> np.ndarray:
+def products_of(columns: np.ndarray, folds: np.ndarray) -> np.ndarray:
     """Products (nfold, m, m) of columns (nsample, m) in each fold; what is not finite is zero.
 
     Args:
         folds: (nsample, k), see `Screen`.
-        known: (nfold, k, k) of the first k, or of more than there are.
     """
-    m = columns.shape[1]
-    if known is not None and known.shape[-1] >= m:
-        return known
-    columns = np.nan_to_num(columns.astype(np.float32), posinf=0.0, neginf=0.0)
-    products = np.zeros((len(np.unique(folds)), m, m))
-    first = 0 if known is None else known.shape[-1]
-    for number, f in enumerate(np.unique(folds)):
-        own = columns[(folds == f).any(axis=1)]
-        if known is not None:
-            products[number, :first, :first] = known[number]
-        rest = own.T @ own[:, first:]
-        products[number, :, first:], products[number, first:] = rest, rest.T
-    return products
+    columns = _finite(columns)
+    some = (columns[(folds == f).any(axis=1)] for f in np.unique(folds))
+    return np.array([own.T @ own for own in some], float)
+
+
+def _finite(columns: np.ndarray) -> np.ndarray:
+    return np.nan_to_num(columns.astype(np.float32), posinf=0.0, neginf=0.0)
 
 
 def independent(products: np.ndarray) -> int:
@@ -348,7 +375,7 @@ def independent(products: np.ndarray) -> int:
     return int((values > ALIKE).sum())
 
 
-def _complexity(one: Candidate, table: Table, products: np.ndarray) -> int:
+def _numbers(one: Candidate, table: Table, products: np.ndarray) -> int:
     """How many numbers of a candidate the samples tell; its name counts as one."""
     at = [table.base[k] for k in one.without] or [column.at for column in one.columns]
     untold = len(at) - independent(products[np.ix_(at, at)])

@@ -46,7 +46,7 @@ class TorqueRateLimit(Effect):
     def starts(self, scales):
         return [
             {"rate": f * scales.peak_torque_rate, "ramp": np.array([0.5])}
-            for f in (0.5, 0.15, 0.05, 0.015, 0.005, 0.0015)
+            for f in (5.0, 1.5, 0.5, 0.15, 0.05, 0.015, 0.005, 0.0015)
         ]
 
 
