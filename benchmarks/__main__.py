@@ -30,6 +30,7 @@ from benchmarks import (
     machines,
     noisy_tasks,
     overhead,
+    planted_worlds,
     proposals,
     published,
     reinforcement,
@@ -73,6 +74,7 @@ WITH_ARGUMENTS = {
     "learning_periods": learning_periods,
     "noisy_tasks": noisy_tasks,
     "collections": collections,
+    "planted_worlds": planted_worlds,
     "constants": constants,
 }
 
