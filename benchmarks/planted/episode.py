@@ -1,9 +1,10 @@
 """One attempt in a world: through a place, then to another and hold there.
 
 The robot starts at rest about home. Its links have to come to a first place, and then to stay at a
-second for `HELD_S`, each within a tolerance, before `HORIZON` times what a person takes. Both places are drawn for each attempt, and told. What decides how often gains
-succeed: how well commands of a policy lead the arm there through the loop with its hidden effects,
-how far its errors carry the arm off, and how it comes back.
+second for `HELD_S`, each within a tolerance, before `HORIZON` times what a person takes. Both
+places are drawn for each attempt, and told. What decides how often gains succeed: how well commands
+of a policy lead the arm there through the loop with its hidden effects, how far its errors carry
+the arm off, and how it comes back.
 """
 
 from collections.abc import Callable
