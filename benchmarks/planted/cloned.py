@@ -2,8 +2,9 @@
 
 Demonstrations are retargeted to the gains of a cell as the project does it, `POLICIES` networks of
 a cell are trained from seeds of their own, all of a robot side by side, and each is tried from the
-same starts as all others of its world. At first `FIRST` times; where a cell's mean success comes
-within `NEAR` of the best cell's, `THEN` times more from other starts.
+same starts as all others of its world. At first `FIRST` times, or `HOPE` times if all of these fail;
+where a cell's mean success comes within `NEAR` of the best cell's, `THEN` times more from other
+starts, `AGAIN` times over.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +21,7 @@ from benchmarks.planted.shown import Demonstration
 from benchmarks.planted.world import World
 
 POLICIES = 4
-FIRST, THEN, NEAR = 8, 24, 0.25
+FIRST, HOPE, THEN, AGAIN, NEAR = 8, 4, 8, 2, 0.2
 VALIDATION = 0.1  # share of the demonstrations
 EXECUTED = 10  # actions of a chunk, as the project's studies do by default
 COLUMNS = ("world", "kp", "kd", "policy", "validation_loss", "stage", "rollouts", "successes")
@@ -97,8 +98,8 @@ class _Job:
     rollouts: int
 
 
-def _tried(job: _Job) -> int:
-    """How often a policy succeeds."""
+def _tried(job: _Job) -> tuple[int, int]:
+    """How often a policy was tried, and how often it succeeded."""
     policy = _policy(job.policy)
     kp, kd = (np.full(len(job.world.joints), gain) for gain in job.world.cells[job.policy.cell])
     count = 0
@@ -107,7 +108,9 @@ def _tried(job: _Job) -> int:
         attempt = Attempt.drawn(job.world, rng)
         attempted(attempt, kp, kd, _Acting(policy), rng)
         count += attempt.success
-    return count
+        if job.stage == 0 and number + 1 == HOPE and not count:
+            return HOPE, 0
+    return job.rollouts, count
 
 
 def _policy(made: Cloned):
@@ -150,14 +153,16 @@ def tried(
     with ProcessPoolExecutor(processes, get_context("spawn"), initializer=_quiet) as pool:
         first = _rows(worlds, policies, 0, FIRST, pool)
         yield first
-        means = first.groupby(["world", "kp", "kd"]).successes.mean() / FIRST
+        share = first.assign(share=first.successes / first.rollouts)
+        means = share.groupby(["world", "kp", "kd"]).share.mean()
         best = means.groupby("world").transform("max")
         near = set(means.index[means >= best - NEAR])
         left = [
             one for one in policies
             if (worlds[one.world].name, *worlds[one.world].cells[one.cell]) in near
         ]  # fmt: skip
-        yield _rows(worlds, left, 1, THEN, pool)
+        for again in range(AGAIN):
+            yield _rows(worlds, left, 1 + again, THEN, pool)
 
 
 def _rows(worlds, policies, stage: int, rollouts: int, pool) -> pd.DataFrame:
@@ -165,7 +170,7 @@ def _rows(worlds, policies, stage: int, rollouts: int, pool) -> pd.DataFrame:
     rows = [
         (
             job.world.name, *job.world.cells[job.policy.cell], job.policy.number,
-            round(job.policy.validation_loss, 6), stage, rollouts, count,
+            round(job.policy.validation_loss, 6), stage, *count,
         )
         for job, count in zip(jobs, pool.map(_tried, jobs), strict=True)
     ]  # fmt: skip

@@ -52,8 +52,11 @@ NOMINAL, EXPLAINED = "nominal", "explained"
 
 def success(table: pd.DataFrame, world: World) -> np.ndarray:
     """(cell, policy) by rule 1."""
-    own = table[table.world == world.name].sort_values("stage")
-    last = own.groupby(["kp", "kd", "policy"]).last()
+    own = table[table.world == world.name]
+    cells = ["kp", "kd", "policy"]
+    # what chose a policy to be tried again does not count
+    counts = own.groupby([*cells, own.stage > 0])[["successes", "rollouts"]].sum()
+    last = counts.groupby(cells).last()
     share = last.successes / last.rollouts
     return np.array([[share[kp, kd, i] for i in range(POLICIES)] for kp, kd in world.cells])
 
@@ -95,7 +98,7 @@ def advice_on(world: World, known: str, folder: Path, threads: int = 1) -> Advic
             grid=grid_of(world.kp, world.kd), units=body.units,
             control_rate_hz=float(world.control_rate_hz), policy_rate_hz=float(POLICY_HZ),
             compensated=True, ranges=body.ranges, velocity_limit=body.velocity,
-            torque_limit=body.torque, shown=seen, threads=threads,
+            torque_limit=body.torque, shown=seen, known=known == EXPLAINED, threads=threads,
         )
     )  # fmt: skip
 
@@ -150,8 +153,7 @@ def judged(worlds: Sequence[World], table: pd.DataFrame) -> tuple[pd.DataFrame, 
             means, top = found.mean(axis=1), best(found)
             for known in (NOMINAL, EXPLAINED):
                 advice = advice_on(world, known, Path(folder))
-                may = advice.allowed.all(axis=1)
-                ruled = ~may
+                ruled = advice.ruled_out
                 rows.append(
                     {
                         "world": world.name, "known": known, "best": top,

@@ -75,7 +75,7 @@ def test_without_demonstrations_the_median_joint_is_damped_critically():
 def test_a_late_machine_is_given_less_damping(shown, advice):
     late = advised(asked(shown, effects={"torque_delay": {"delay": 0.012}}))
     assert (late.allowed.sum(axis=0) < advice.allowed.sum(axis=0)).any()
-    assert any("12 ms late" in one.why for one in late.excluded)
+    assert any("12 ms late" in one.why for one in late.objections)
 
 
 def test_a_joint_that_rules_the_cell_out_has_one_of_its_own():

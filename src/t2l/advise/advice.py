@@ -10,7 +10,16 @@ from t2l.advise.action_scale import ActionScales, action_scales
 from t2l.advise.beforehand import residuals
 from t2l.advise.cloning import amplifications, blended, difficulty, predicted_error
 from t2l.advise.evidence import ALIKE, evidence
-from t2l.advise.exclusions import MOST_SAG_RAD, Excluded, excluded
+from t2l.advise.exclusions import (
+    HOPELESS,
+    KINDS,
+    KNOWN_MARGIN,
+    LEAST_MARGIN,
+    MOST_SAG_RAD,
+    RULING,
+    Objection,
+    objections,
+)
 from t2l.advise.machine import Machine, of_model
 from t2l.advise.responses import Responses, responses, settles_together
 from t2l.advise.retargeted import (
@@ -49,6 +58,7 @@ class Asked:
         ranges: (n, 2) rad; velocity_limit, torque_limit: (n,); infinite where unknown.
         shown: what it is to do, if that is known.
         most_sag_rad: that an arm may hang low.
+        known: whether the model has what was measured of the machine.
         threads: of the replay.
     """
 
@@ -65,6 +75,7 @@ class Asked:
     torque_limit: np.ndarray
     shown: Shown | None = None
     most_sag_rad: float = MOST_SAG_RAD
+    known: bool = False
     threads: int = 1
 
     @cached_property
@@ -72,6 +83,11 @@ class Asked:
         """Kp and Kd (cell, n), by Kd upward, then by Kp."""
         cells = np.array([[cell.kp, cell.kd] for cell in self.grid.cells])
         return cells[:, :1] * self.units[:, 0], cells[:, 1:] * self.units[:, 1]
+
+    @property
+    def least_margin(self) -> float:
+        """Times that gains may rise before the loop no longer settles, at least."""
+        return KNOWN_MARGIN if self.known else LEAST_MARGIN
 
     def machine(self) -> Machine:
         """The machine at the poses."""
@@ -114,7 +130,7 @@ class Advice:
 
     Attributes:
         responses: of the loop; cloning, scales: None where nothing was shown.
-        excluded: pairs of gains and joints, each with its reason.
+        objections: to pairs of gains on joints, each with its reason.
         off_critical: (cell,) |ln ζ| of the joint of median inertia.
         score: (cell,) the smaller the better: predicted error in rad, or `off_critical` where
             nothing was shown.
@@ -128,7 +144,7 @@ class Advice:
     responses: Responses
     cloning: Cloning | None
     scales: ActionScales | None
-    excluded: list[Excluded]
+    objections: list[Objection]
     off_critical: np.ndarray
     score: np.ndarray
     best: int
@@ -136,8 +152,30 @@ class Advice:
 
     @cached_property
     def allowed(self) -> np.ndarray:
-        """(cell, n) bool."""
-        return allowed(self.excluded, self.responses.overshoot.shape)
+        """(cell, n) bool, what no joint rules out."""
+        return allowed(self.ruling, self.responses.overshoot.shape)
+
+    @cached_property
+    def ruling(self) -> list[Objection]:
+        """Objections that rule gains out; without demonstrations all do, as nothing weighs them."""
+        return ruling(self.objections, self.cloning is not None)
+
+    @cached_property
+    def costing(self) -> list[Objection]:
+        """The others, which the predicted error weighs."""
+        return [one for one in self.objections if one not in self.ruling]
+
+    @cached_property
+    def hopeless(self) -> np.ndarray:
+        """(cell,) bool, whose predicted error is `HOPELESS` times that of `best` and more."""
+        if self.cloning is None:
+            return np.zeros(len(self.score), bool)
+        return self.score >= HOPELESS * self.score[self.best]
+
+    @property
+    def ruled_out(self) -> np.ndarray:
+        """(cell,) bool, by a joint or for being hopeless."""
+        return ~self.allowed.all(axis=1) | self.hopeless
 
     @property
     def gains(self) -> np.ndarray:
@@ -160,8 +198,8 @@ class Advice:
 
     @cached_property
     def left(self) -> np.ndarray:
-        """(cell,) bool, which cells the fewest joints rule out."""
-        return _left(self.allowed)
+        """(cell,) bool, which cells the fewest joints rule out, if they are not hopeless."""
+        return _left(self.allowed) & ~self.hopeless
 
     def chance(self) -> np.ndarray:
         """(cell,) share of measured pairs in which the like of `best` was better than a cell's."""
@@ -186,13 +224,14 @@ def advised(
         steps = held_steps(asked.shown.rate_hz, asked.policy_rate_hz)
         limits = machine.friction, machine.torque_limit
         scales = action_scales(asked.shown, *machine.real(*asked.gains), *limits, steps)
-    told = excluded(
+    told = objections(
         machine, *asked.gains, found, cloning and cloning.labels, cloning and cloning.replay,
-        asked.most_sag_rad,
+        asked.most_sag_rad, asked.least_margin,
     )  # fmt: skip
-    may = allowed(told, found.overshoot.shape)
+    against = ruling(told, cloning is not None)
+    may = allowed(against, found.overshoot.shape)
     for joint in np.flatnonzero(~may.any(axis=0)):
-        _refuse(asked, told, int(joint))
+        _refuse(asked, against, int(joint))
     off, left = _off_critical(machine, *asked.gains), _left(may)
     if cloning is None:
         score, best = off, middle(off, left, asked.gains[0][:, 0])
@@ -213,7 +252,16 @@ def advised(
     )
 
 
-def allowed(told: list[Excluded], shape: tuple[int, int]) -> np.ndarray:
+def ruling(told: list[Objection], weighed: bool) -> list[Objection]:
+    """Those that rule gains out.
+
+    Args:
+        weighed: whether a predicted error weighs the others.
+    """
+    return [one for one in told if one.kind in (RULING if weighed else KINDS)]
+
+
+def allowed(told: list[Objection], shape: tuple[int, int]) -> np.ndarray:
     """(cell, n) bool, what is left."""
     may = np.ones(shape, bool)
     for one in told:
@@ -290,7 +338,7 @@ def _off_critical(machine: Machine, kp: np.ndarray, kd: np.ndarray) -> np.ndarra
     return np.abs(np.log(kd / (2 * np.sqrt(kp * inertia[j]))))
 
 
-def _refuse(asked: Asked, told: list[Excluded], joint: int) -> None:
+def _refuse(asked: Asked, told: list[Objection], joint: int) -> None:
     own = [one for one in told if one.joint == joint]
     nearest = min(own, key=lambda one: (one.by, one.cell))
     kp, kd = asked.grid.kp, asked.grid.kd

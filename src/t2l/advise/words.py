@@ -4,7 +4,7 @@ import numpy as np
 
 from t2l.advise.advice import LASTS_S, Advice
 from t2l.advise.evidence import ALIKE, OTHER, OURS, STUDY, evidence, mean_of
-from t2l.advise.exclusions import LEAST_MARGIN, mildest
+from t2l.advise.exclusions import HOPELESS, Objection, mildest
 from t2l.advise.responses import LONGEST_DELAY_S, longest_delay_s
 from t2l.advise.shown import FREE
 from t2l.advise.trainings import to_train
@@ -51,8 +51,9 @@ def wants(advice: Advice) -> list[str]:
     cells, best, found = advice.asked.grid.cells, advice.best, []
     free = int(np.argmin(cloning.error))
     if free != best:
-        kinds = {one.kind for one in advice.excluded if one.cell == free}
-        names = [advice.asked.joints[one.joint] for one in advice.excluded if one.cell == free]
+        against = [one for one in advice.ruling if one.cell == free]
+        kinds = {one.kind for one in against}
+        names = [advice.asked.joints[one.joint] for one in against]
         found.append(
             f"Cloning alone would take Kp {cells[free].kp:g}, Kd {cells[free].kd:g}, with "
             f"{100 * cloning.error[free] / cloning.error[best]:.0f} % of the predicted error. "
@@ -206,7 +207,7 @@ def changes(advice: Advice, measured: bool) -> list[str]:
         measured: whether the machine's effects are known from recordings.
     """
     machine, found = advice.machine, []
-    bears = longest_delay_s(machine, *advice.gains.T, LEAST_MARGIN)
+    bears = longest_delay_s(machine, *advice.gains.T, advice.asked.least_margin)
     joint = int(np.argmin(bears))
     has = machine.signals.delay_s[joint]
     if bears[joint] < LONGEST_DELAY_S:
@@ -244,11 +245,32 @@ def changes(advice: Advice, measured: bool) -> list[str]:
 
 
 def exclusions(advice: Advice) -> list[tuple[str, str, int]]:
-    """Kind, sentence and number of cells, a joint after the other."""
-    return [
-        (one.kind, one.why, count)
-        for one, count in mildest(advice.excluded, len(advice.asked.joints))
-    ]
+    """What rules out: kind, sentence and number of cells, a joint after the other."""
+    return _told(advice, advice.ruling)
+
+
+def costs(advice: Advice) -> list[tuple[str, str, int]]:
+    """What is to be paid, likewise."""
+    return _told(advice, advice.costing)
+
+
+def hopeless(advice: Advice) -> str:
+    """What is ruled out by its predicted error, empty if nothing is."""
+    cells = [advice.asked.grid.cells[i] for i in np.flatnonzero(advice.hopeless)]
+    if not cells:
+        return ""
+    said = listed([f"({cell.kp:g}, {cell.kd:g})" for cell in cells])
+    return f"Hopeless by a predicted error of {HOPELESS:g} times the best and more: {said}."
+
+
+def at_a_price(advice: Advice) -> list[str]:
+    """What speaks against the gains that are advised, though it does not rule them out."""
+    cells = advice.cells
+    return [one.why for one in advice.costing if one.cell == cells[one.joint]]
+
+
+def _told(advice: Advice, some: list[Objection]) -> list[tuple[str, str, int]]:
+    return [(one.kind, one.why, count) for one, count in mildest(some, len(advice.asked.joints))]
 
 
 def most_common(advice: Advice) -> list[str]:

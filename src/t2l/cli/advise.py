@@ -131,7 +131,7 @@ def run(arguments: argparse.Namespace) -> None:
             model = _explained(arguments, model, recordings, part(progress, 0.1, 0.5))
         # what recordings show of an arm is true of it with a hand
         machine = replace(model, robot=body.robot)
-        asked = asked_of(arguments, body, machine, recordings, shown)
+        asked = replace(asked_of(arguments, body, machine, recordings, shown), known=measured)
         advice = advised(asked, part(progress, 0.5, 0.9))
         progress("figures", 0.9)
         write_advice(advice, out)
