@@ -2,9 +2,9 @@
 
 Demonstrations are retargeted to the gains of a cell as the project does it, `POLICIES` networks of
 a cell are trained from seeds of their own, all of a robot side by side, and each is tried from the
-same starts as all others of its world. At first `FIRST` times, or `HOPE` times if all of these fail;
-where a cell's mean success comes within `NEAR` of the best cell's, `THEN` times more from other
-starts, `AGAIN` times over.
+same starts as all others of its world. At first `FIRST` times, or `HOPE` times if none succeeds by
+then; where a cell's mean success comes within `NEAR` of the best cell's, `THEN` times more from
+other starts, `AGAIN` times over.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
