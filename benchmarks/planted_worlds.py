@@ -1,9 +1,11 @@
 """Whether advice on gains is right, in worlds whose best gains are known by trainings.
 
-`python -m benchmarks planted_worlds train {development,test} OUT [--processes N]` trains and tries
-the policies of one half of the worlds and writes OUT/planted_HALF.csv. `python -m benchmarks
-planted_worlds judge {development,test} OUT` says by the rule of `benchmarks.planted.verdict` what
-advice is worth there.
+`python -m benchmarks planted_worlds train {development,test} [--processes N]` trains and tries the
+policies of one half of the worlds, for docs/data/planted_worlds.csv (a row a policy and stage).
+`python -m benchmarks planted_worlds judge {development,test}` says by the rule of
+`benchmarks.planted.verdict` what advice is worth there, from that table, for planted_advice.csv (a
+row a world and what is known of it) and planted_pairs.csv (a row a world, what is known and a
+stated chance). The test half is to be judged once.
 """
 
 import argparse
@@ -18,7 +20,11 @@ import pandas as pd
 from benchmarks.planted.cloned import POLICIES, trained, tried
 from benchmarks.planted.shown import SHOWN, demonstrations, worlds
 from benchmarks.planted.world import World
+from benchmarks.scene import ROOT
+from t2l.artefacts import write_text
 
+DATA = ROOT / "docs/data"
+TRAINED, ADVISED, PAIRS = "planted_worlds.csv", "planted_advice.csv", "planted_pairs.csv"
 SEED = 54
 HALVES = ("development", "test")
 
@@ -33,19 +39,39 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser = argparse.ArgumentParser("planted_worlds")
     parser.add_argument("what", choices=["train", "judge"])
     parser.add_argument("half", choices=HALVES)
-    parser.add_argument("out", type=Path)
+    parser.add_argument("--out", type=Path, default=DATA)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--policies", type=int, default=POLICIES)
     parser.add_argument("--epochs", type=int, default=50)
     parser.add_argument("--shown", type=int, default=SHOWN)
     parser.add_argument("--only", nargs="*", help="names of worlds")
     asked = parser.parse_args(arguments)
-    if asked.what == "judge":
-        from benchmarks.planted.verdict import judged
-
-        return judged(half(asked.half), asked.out, asked.processes)
     some = [world for world in half(asked.half) if asked.only is None or world.name in asked.only]
-    return train(some, asked)
+    return (judge if asked.what == "judge" else train)(some, asked)
+
+
+def judge(some: Sequence[World], asked: argparse.Namespace) -> pd.DataFrame:
+    """Judge advice by what was trained."""
+    from benchmarks.planted.verdict import judged
+
+    table = pd.read_csv(asked.out / TRAINED)
+    rows, pairs = [], []
+    with ProcessPoolExecutor(asked.processes, get_context("spawn")) as pool:
+        for found, own in pool.map(judged, some, [table] * len(some)):
+            rows += found
+            pairs += own
+            print(found, flush=True)
+    for name, one in ((ADVISED, rows), (PAIRS, pairs)):
+        _keep(asked.out / name, asked.half, pd.DataFrame(one).round(4))
+    return pd.DataFrame(rows).round(2)
+
+
+def _keep(path: Path, name: str, found: pd.DataFrame) -> None:
+    """Bring a half's rows up to what is found."""
+    found = found.assign(half=name)
+    kept = pd.read_csv(path) if path.exists() else found.iloc[:0]
+    both = pd.concat([kept[kept.half != name], found]).sort_values("half", kind="stable")
+    write_text(both.to_csv(index=False), path)
 
 
 def train(some: Sequence[World], asked: argparse.Namespace) -> pd.DataFrame:
@@ -56,11 +82,10 @@ def train(some: Sequence[World], asked: argparse.Namespace) -> pd.DataFrame:
     print(f"{time.monotonic() - began:.0f} s: shown", flush=True)
     policies = _trained(some, shown, asked)
     print(f"{time.monotonic() - began:.0f} s: {len(policies)} policies", flush=True)
-    asked.out.mkdir(parents=True, exist_ok=True)
     rows = []
     for found in tried(some, policies, asked.processes):
         rows.append(found)
-        pd.concat(rows).to_csv(asked.out / f"planted_{asked.half}.csv", index=False)
+        _keep(asked.out / TRAINED, asked.half, pd.concat(rows))
         print(f"{time.monotonic() - began:.0f} s: {len(found)} tried", flush=True)
     table = pd.concat(rows)
     means = table.groupby(["world", "kp", "kd"])[["successes", "rollouts"]].sum()

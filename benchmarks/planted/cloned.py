@@ -4,7 +4,7 @@ Demonstrations are retargeted to the gains of a cell as the project does it, `PO
 a cell are trained from seeds of their own, all of a robot side by side, and each is tried from the
 same starts as all others of its world. At first `FIRST` times, or `HOPE` times if none succeeds by
 then; where a cell's mean success comes within `NEAR` of the best cell's, `THEN` times more from
-other starts, `AGAIN` times over.
+other starts.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,7 +21,7 @@ from benchmarks.planted.shown import Demonstration
 from benchmarks.planted.world import World
 
 POLICIES = 4
-FIRST, HOPE, THEN, AGAIN, NEAR = 8, 4, 8, 2, 0.2
+FIRST, HOPE, THEN, NEAR = 8, 4, 24, 0.2
 VALIDATION = 0.1  # share of the demonstrations
 EXECUTED = 10  # actions of a chunk, as the project's studies do by default
 COLUMNS = ("world", "kp", "kd", "policy", "validation_loss", "stage", "rollouts", "successes")
@@ -161,8 +161,7 @@ def tried(
             one for one in policies
             if (worlds[one.world].name, *worlds[one.world].cells[one.cell]) in near
         ]  # fmt: skip
-        for again in range(AGAIN):
-            yield _rows(worlds, left, 1 + again, THEN, pool)
+        yield _rows(worlds, left, 1, THEN, pool)
 
 
 def _rows(worlds, policies, stage: int, rollouts: int, pool) -> pd.DataFrame:

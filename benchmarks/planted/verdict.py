@@ -35,7 +35,7 @@ import pandas as pd
 from benchmarks.from_truth import true_numbers
 from benchmarks.planted.cloned import POLICIES
 from benchmarks.planted.episode import POLICY_HZ, ROWS_HZ
-from benchmarks.planted.shown import demonstrations
+from benchmarks.planted.shown import Demonstration, demonstrations
 from benchmarks.planted.world import World
 from t2l.advise.advice import POSES, Advice, Asked, advised
 from t2l.advise.evidence import evidence
@@ -73,7 +73,7 @@ def best(found: np.ndarray) -> float:
     return float(np.mean([one[other.argmax()] for one, other in (halves, halves[::-1])]))
 
 
-def advice_on(world: World, known: str, folder: Path, threads: int = 1) -> Advice:
+def advice_on(world: World, known: str, folder: Path, shown: Sequence[Demonstration]) -> Advice:
     """What `t2l advise` answers, by rule 5."""
     path = folder / f"{world.name}.xml"
     path.write_text(world.mjcf)
@@ -87,7 +87,6 @@ def advice_on(world: World, known: str, folder: Path, threads: int = 1) -> Advic
         if found is None:
             raise ValueError(f"{world.name} hides what t2l has no numbers for")
         model = from_vector(model, *found, world.joints)
-    shown = demonstrations(world)
     states = [np.repeat(one.observation, ROWS_HZ // POLICY_HZ, axis=0) for one in shown]
     motions = [[getattr(one, key) for one in shown] for key in ("q", "dq", "torque")]
     seen = Shown(float(ROWS_HZ), *motions, states, COMMANDED)
@@ -98,7 +97,7 @@ def advice_on(world: World, known: str, folder: Path, threads: int = 1) -> Advic
             grid=grid_of(world.kp, world.kd), units=body.units,
             control_rate_hz=float(world.control_rate_hz), policy_rate_hz=float(POLICY_HZ),
             compensated=True, ranges=body.ranges, velocity_limit=body.velocity,
-            torque_limit=body.torque, shown=seen, known=known == EXPLAINED, threads=threads,
+            torque_limit=body.torque, shown=seen, known=known == EXPLAINED,
         )
     )  # fmt: skip
 
@@ -144,29 +143,28 @@ def _inertia(world: World) -> float:
     return float(np.exp(np.log(world.recorded_kd**2 / (4 * world.recorded_kp)).mean()))
 
 
-def judged(worlds: Sequence[World], table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """A row a world and what is known of it; and a row a pair of cells that are left."""
+def judged(world: World, table: pd.DataFrame) -> tuple[list[dict], list[dict]]:
+    """A row a kind of knowledge, and for each a row a stated chance of pairs that are left."""
     rows, pairs = [], []
     with tempfile.TemporaryDirectory() as folder:
-        for world in worlds:
-            found, loss = success(table, world), validation(table, world)
-            means, top = found.mean(axis=1), best(found)
-            for known in (NOMINAL, EXPLAINED):
-                advice = advice_on(world, known, Path(folder))
-                ruled = advice.ruled_out
-                rows.append(
-                    {
-                        "world": world.name, "known": known, "best": top,
-                        "advised": means[advice.best], "named": advice.best,
-                        "own": len(advice.own), "ruled_out": int(ruled.sum()),
-                        "failed": int((means[ruled] <= FAILED * top).sum()),
-                        "best_ruled_out": bool(ruled[means.argmax()]),
-                        **named(world, found, loss, advice.left),
-                    }
-                )  # fmt: skip
-                pairs += _pairs(world, known, advice, means)
-                print(rows[-1], flush=True)
-    return pd.DataFrame(rows), pd.DataFrame(pairs)
+        shown = demonstrations(world)
+        found, loss = success(table, world), validation(table, world)
+        means, top = found.mean(axis=1), best(found)
+        for known in (NOMINAL, EXPLAINED):
+            advice = advice_on(world, known, Path(folder), shown)
+            ruled = advice.ruled_out
+            rows.append(
+                {
+                    "world": world.name, "known": known, "best": top,
+                    "advised": means[advice.best], "named": advice.best,
+                    "own": len(advice.own), "ruled_out": int(ruled.sum()),
+                    "failed": int((means[ruled] <= FAILED * top).sum()),
+                    "best_ruled_out": bool(ruled[means.argmax()]),
+                    **named(world, found, loss, advice.left),
+                }
+            )  # fmt: skip
+            pairs += _pairs(world, known, advice, means)
+    return rows, pairs
 
 
 def _pairs(world: World, known: str, advice: Advice, means: np.ndarray) -> list[dict]:
@@ -176,5 +174,12 @@ def _pairs(world: World, known: str, advice: Advice, means: np.ndarray) -> list[
             first, second = (i, j) if advice.score[i] <= advice.score[j] else (j, i)
             stated = evidence().right(float(advice.score[second] / advice.score[first])).right
             agree = (1 + np.sign(means[first] - means[second])) / 2
-            found.append({"world": world.name, "known": known, "stated": stated, "right": agree})
-    return found
+            found.append((stated, agree))
+    rows = []
+    for stated in sorted({one for one, _ in found}):
+        agree = [right for one, right in found if one == stated]
+        rows.append(
+            {"world": world.name, "known": known, "stated": stated, "pairs": len(agree),
+             "right": float(np.mean(agree))}
+        )  # fmt: skip
+    return rows
