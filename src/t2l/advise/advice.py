@@ -1,7 +1,7 @@
 """Advice on the gains of a robot's position controller: what is asked, and what is answered."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,7 @@ from t2l.advise.exclusions import (
     objections,
 )
 from t2l.advise.machine import Machine, of_model
+from t2l.advise.posterior import Settled, best_cell
 from t2l.advise.responses import Responses, responses, settles_together
 from t2l.advise.retargeted import (
     Labels,
@@ -41,6 +42,7 @@ from t2l.names import listed
 POSES = 5  # numerics: inertia changes slowly from pose to pose
 CHUNK = 10  # convention: commands ahead that labels are compared over, as of the measured policies
 STATES = 4000  # numerics: whose neighbours are looked for
+AS_GOOD = 0.05  # convention: of success, within which gains that were trained count as equal
 LASTS_S = 0.2  # convention: of an error that is alike over a chunk of 10 commands at 50 Hz
 
 
@@ -137,6 +139,7 @@ class Advice:
         best: the cell that is advised.
         own: joints that rule `best` out and have gains of a cell of their own.
         cells: (n,) the cell of each joint.
+        settled: what trainings said, if there were some.
     """
 
     asked: Asked
@@ -149,6 +152,7 @@ class Advice:
     score: np.ndarray
     best: int
     cells: np.ndarray
+    settled: Settled | None = None
 
     @cached_property
     def allowed(self) -> np.ndarray:
@@ -192,6 +196,9 @@ class Advice:
     def as_good(self) -> np.ndarray:
         """(cell,) bool: allowed as `best` is, and not to be told from it by the score."""
         left = self.left
+        if self.settled is not None:
+            mean = self.settled.believed.mean
+            return left & (mean >= mean[self.best] - AS_GOOD)
         if self.cloning is None:
             return left & (self.score <= self.score[left].min() + NEAR_CRITICAL)
         return left & (self.score <= ALIKE * self.score[self.best])
@@ -205,6 +212,15 @@ class Advice:
         """(cell,) share of measured pairs in which the like of `best` was better than a cell's."""
         factor = self.score / self.score[self.best]
         return np.array([evidence().right(max(f, 1.0)).right for f in factor])
+
+
+def settled(advice: Advice, found: Settled) -> Advice:
+    """The same after trainings, with the gains that are believed to be best."""
+    best = best_cell(found.believed, advice.left)
+    by_joint = advice.cloning.by_joint if advice.cloning else advice.score[:, None]
+    return replace(
+        advice, best=best, cells=own_cells(best, advice.allowed, by_joint), settled=found
+    )
 
 
 def advised(

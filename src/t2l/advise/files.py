@@ -43,6 +43,7 @@ class CellEntry(Typed):
     hopeless: bool
     predicted_error_rad: Known
     chance_best_is_better: Known
+    expected_success: Annotated[Known, Field(description="after trainings")]
     ring_hz: Number
     overshoot: Known
     margin: Number
@@ -140,6 +141,7 @@ def _cell(advice: Advice, i: int) -> dict:
         "hopeless": bool(advice.hopeless[i]),
         "predicted_error_rad": cloning and _known(cloning.error[i]),
         "chance_best_is_better": cloning and float(advice.chance()[i]),
+        "expected_success": advice.settled and float(advice.settled.believed.mean[i]),
         "ring_hz": float(found.ring_hz[i, worst]),
         "overshoot": _known(found.overshoot[i].max()),
         "margin": float(found.margin[i].min()),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.advise.advice import LASTS_S, Advice
+from t2l.advise.advice import AS_GOOD, LASTS_S, Advice
 from t2l.advise.evidence import ALIKE, OTHER, OURS, STUDY, evidence, mean_of
 from t2l.advise.exclusions import HOPELESS, Objection, mildest
 from t2l.advise.responses import LONGEST_DELAY_S, longest_delay_s
@@ -16,10 +16,13 @@ def headline(advice: Advice) -> str:
     cell = advice.asked.grid.cells[advice.best]
     own = [advice.asked.joints[j] for j in advice.own]
     but = f", but for {listed(own)}, which cannot have them" if own else ""
+    since = f" after {len(advice.settled.tried)} trainings" if advice.settled else ""
     what = "cloning" if advice.cloning else "a loop that is damped critically"
     factors = (advice.asked.units != 1).any()
     where = "times the robot's own gains" if factors else "on every joint"
-    return f"Kp {cell.kp:g}, Kd {cell.kd:g} {where}{but}: the best of what is left, for {what}"
+    return (
+        f"Kp {cell.kp:g}, Kd {cell.kd:g} {where}{but}: the best of what is left, for {what}{since}"
+    )
 
 
 def as_good(advice: Advice) -> str:
@@ -29,6 +32,9 @@ def as_good(advice: Advice) -> str:
     if not near:
         return "No other pair of the grid is as good by this order."
     said = listed([f"({cell.kp:g}, {cell.kd:g})" for cell in near])
+    if advice.settled is not None:
+        near = f"within {100 * AS_GOOD:.0f} per cent points of it"
+        return f"Expected to succeed {near}, as (Kp, Kd): {said}."
     if advice.cloning is None:
         return f"As near to critical damping, but for a factor of √2, as (Kp, Kd): {said}."
     right = evidence().right(1.0).right
@@ -242,6 +248,27 @@ def changes(advice: Advice, measured: bool) -> list[str]:
             f"{100 * mean_of(grids, 'best'):.0f} %."
         )
     return found
+
+
+def trained(advice: Advice) -> list[str]:
+    """What trainings found, and how far that may be off."""
+    if advice.settled is None:
+        return []
+    cells, believed, found = advice.asked.grid.cells, advice.settled.believed, {}
+    for one in advice.settled.tried:
+        found.setdefault(one.cell, []).append(one.success)
+    said = [
+        f"Under Kp {cells[i].kp:g}, Kd {cells[i].kd:g} "
+        f"{listed([f'{100 * value:.0f} %' for value in values])} of attempts succeeded."
+        for i, values in found.items()
+    ]
+    best = advice.best
+    said.append(
+        f"Of a policy under Kp {cells[best].kp:g}, Kd {cells[best].kd:g} a success of "
+        f"{100 * believed.mean[best]:.0f} % is expected, give or take "
+        f"{100 * believed.deviation[best]:.0f} %."
+    )
+    return said
 
 
 def exclusions(advice: Advice) -> list[tuple[str, str, int]]:

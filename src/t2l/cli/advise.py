@@ -1,6 +1,8 @@
 """``t2l advise``: gains for a robot, before anything is trained."""
 
 import argparse
+import hashlib
+import json
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +14,10 @@ from t2l.cli.words import numbers, words
 if TYPE_CHECKING:
     from t2l.advise.advice import Advice
     from t2l.cli.advice_inputs import Body
+    from t2l.demos.demonstration import Demonstration
     from t2l.identify.model import Model
     from t2l.recordings.recording import Recording
+    from t2l.tasks import Demonstrated
 
 HELP = "say which gains suit a robot for behaviour cloning, which do not, and why"
 
@@ -25,7 +29,11 @@ are put in the order in which cloning is predicted to succeed. ROBOT is a name, 
 MJCF or URDF file. OUT receives report.html, gains.yaml, advice.json and figures.
 """
 
-ENTRIES = ("report.html", "advice.json", "gains.yaml", "model.yaml", "figures/")
+ENTRIES = (
+    "report.html", "advice.json", "gains.yaml", "model.yaml", "trainings.yaml", "figures/",
+)  # fmt: skip
+RESUME = "finished trainings are kept in trainings.yaml of --out; the same command goes on"
+ROLLOUTS = 100  # convention: of each policy that is trained, as in the studies
 # measured: on one core of 2 GHz, that a demonstration of a table-top task takes, a joint
 DEMONSTRATION_S = 0.07
 OTHERWISE_S = 12.0  # measured: imports, labels, figures
@@ -79,6 +87,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--policy-rate", type=float, default=50.0, metavar="HZ", help="(default: 50)"
     )
     parser.add_argument(
+        "--train", type=int, default=0, metavar="N",
+        help="clone N policies of --task where that settles most, and update the answer",
+    )  # fmt: skip
+    parser.add_argument(
         "--kp", type=numbers, metavar="A,B,...", help="stiffnesses to look at (default: by inertia)"
     )
     parser.add_argument("--kd", type=numbers, metavar="A,B,...", help="dampings, likewise")
@@ -104,7 +116,7 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.advise.advice import advised
     from t2l.advise.files import write_advice
     from t2l.advise.words import headline, most_common
-    from t2l.cli.advice_inputs import asked_of, body_of, machine_of, shown_of
+    from t2l.cli.advice_inputs import asked_of, body_of, by_expert, machine_of, shown_of
     from t2l.cli.inputs import progress_line, say
     from t2l.identify.model import write_model
     from t2l.identify.progress import part
@@ -126,13 +138,16 @@ def run(arguments: argparse.Namespace) -> None:
         progress = progress_line()
         measured = bool(recordings) or arguments.model is not None
         progress("demonstrations", 0.0)
-        shown = shown_of(arguments, body, recordings)
+        demonstrated = by_expert(arguments, body)
+        shown = shown_of(arguments, body, recordings, demonstrated)
         if recordings and arguments.model is None:
             model = _explained(arguments, model, recordings, part(progress, 0.1, 0.5))
         # what recordings show of an arm is true of it with a hand
         machine = replace(model, robot=body.robot)
         asked = replace(asked_of(arguments, body, machine, recordings, shown), known=measured)
         advice = advised(asked, part(progress, 0.5, 0.9))
+        if arguments.train and demonstrated is not None:
+            advice = _trained(arguments, advice, *demonstrated, out)
         progress("figures", 0.9)
         write_advice(advice, out)
         if measured:
@@ -154,7 +169,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
     for key, least, most in (
         ("policy_rate", 1.0, 1000.0), ("control_rate", 10.0, 20_000.0), ("count", 2, 1000),
-        ("time", 1.0, 604_800.0), ("most_sag", 1e-6, 3.0),
+        ("time", 1.0, 604_800.0), ("most_sag", 1e-6, 3.0), ("train", 0, 1000),
     ):  # fmt: skip
         value = getattr(arguments, key)
         if value is not None and not least <= value <= most:
@@ -162,6 +177,7 @@ def _check(arguments: argparse.Namespace) -> None:
             raise ConfigurationError(f"{option}: found {value:g}; allowed: {least:g} to {most:g}")
     if arguments.demonstrations and arguments.task:
         raise ConfigurationError("--demonstrations and --task: found both; allowed: one of them")
+    _check_trainings(arguments)
     given = arguments.recorded_kp is not None, arguments.recorded_kd is not None
     if given[0] != given[1] or (given[0] and not arguments.demonstrations):
         raise ConfigurationError(
@@ -176,6 +192,56 @@ def _check(arguments: argparse.Namespace) -> None:
             raise ConfigurationError(
                 f"--{key}: found {values}; allowed: up to 30 numbers above 0, as 32,64,128"
             )
+
+
+def _check_trainings(arguments: argparse.Namespace) -> None:
+    from t2l.errors import ConfigurationError
+    from t2l.sim.batch import TIMESTEP_S
+
+    if not arguments.train:
+        return
+    if not arguments.task:
+        raise ConfigurationError(
+            "--train: found no --task; allowed: with one, whose expert shows it and whose "
+            "simulator tries policies"
+        )
+    steps = 1 / (TIMESTEP_S * arguments.policy_rate)
+    if steps < 1 or abs(steps - round(steps)) > 1e-9:
+        raise ConfigurationError(
+            f"--policy-rate: found {arguments.policy_rate:g} Hz; allowed with --train: a divisor "
+            f"of the simulation's {1 / TIMESTEP_S:g} Hz"
+        )
+
+
+def _trained(
+    arguments: argparse.Namespace,
+    advice: "Advice",
+    task: "Demonstrated",
+    demonstrations: "list[Demonstration]",
+    out: Path,
+) -> "Advice":
+    """The answer after --train policies, by the defaults of a study's configuration."""
+    from t2l.advise.advice import settled
+    from t2l.advise.trained import FILE, Recipe, trainings_of
+    from t2l.cli.advice_inputs import cores
+    from t2l.cli.inputs import say
+    from t2l.config.models.actions import ClonedActions
+    from t2l.config.models.cloning import Rollouts, Training
+
+    training = Training().model_dump()
+    recipe = Recipe(
+        task, demonstrations, training, ClonedActions().model_dump(exclude_none=True),
+        arguments.policy_rate, ROLLOUTS, Rollouts().executed_actions, cores(),
+    )  # fmt: skip
+    grid = advice.asked.grid
+    of = {
+        "task": Path(arguments.task).read_text(), "robot": arguments.robot, "kp": grid.kp,
+        "kd": grid.kd, "count": arguments.count, "policy_rate": arguments.policy_rate,
+        "training": training,
+    }  # fmt: skip
+    digest = hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()[:12]
+    key = f"{Path(arguments.task).stem} by {arguments.robot}, {digest}"
+    return settled(advice, trainings_of(advice, recipe, arguments.train, out / FILE, key, say))
 
 
 def _explained(arguments, model: "Model", recordings: "list[Recording]", progress) -> "Model":

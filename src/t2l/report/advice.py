@@ -52,6 +52,7 @@ def write_advice_page(
         excluded=said.exclusions(advice),
         hopeless=said.hopeless(advice),
         costs=said.costs(advice),
+        trained=said.trained(advice),
         at_a_price=said.at_a_price(advice),
         confidence=said.confidence(advice),
         changes=said.changes(advice, measured),
