@@ -43,7 +43,6 @@ from t2l.advise.grid import of as grid_of
 from t2l.advise.shown import COMMANDED, Shown
 from t2l.cli.advice_inputs import body_of
 from t2l.identify.model import Model, from_vector
-from t2l.stats.bootstrap import bootstrap_interval
 
 WITHIN, SHARE, FAILED = 0.05, 0.9, 0.5
 WISHED_HZ = 5.0
@@ -64,20 +63,6 @@ def verdicts(table: pd.DataFrame) -> list[Planted]:
         counts = (int(own[key].sum()) for key in ("ruled_out", "failed", "best_ruled_out"))
         found.append(Planted(half, known, len(own), *shares, *counts))
     return found
-
-
-def reliability(pairs: pd.DataFrame) -> pd.DataFrame:
-    """Stated and measured share of pairs in the right order, with its 95 % interval over worlds."""
-    rows = []
-    for (half, known, stated), own in pairs.groupby(["half", "known", "stated"], sort=False):
-        counts, right = own.pairs.to_numpy(float), (own.pairs * own.right).to_numpy()
-        low, high = bootstrap_interval(
-            lambda some, n: some.sum(axis=-1) / n.sum(axis=-1), right, counts, paired=True
-        )
-        share = right.sum() / counts.sum()
-        rows.append((half, known, stated, int(counts.sum()), len(own), share, low, high))
-    columns = ["half", "known", "stated", "pairs", "worlds", "right", "low", "high"]
-    return pd.DataFrame(rows, columns=columns).sort_values(["half", "known", "stated"])
 
 
 def success(table: pd.DataFrame, world: World) -> np.ndarray:

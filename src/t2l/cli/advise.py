@@ -3,7 +3,13 @@
 import argparse
 import hashlib
 import json
+import logging
+import subprocess
+import sys
+import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +18,7 @@ from t2l.cli.inputs import add_effects, add_extensions, add_force
 from t2l.cli.words import numbers, words
 
 if TYPE_CHECKING:
-    from t2l.advise.advice import Advice
+    from t2l.advise.advice import Advice, Asked
     from t2l.cli.advice_inputs import Body
     from t2l.demos.demonstration import Demonstration
     from t2l.identify.model import Model
@@ -29,6 +35,7 @@ are put in the order in which cloning is predicted to succeed. ROBOT is a name, 
 MJCF or URDF file. OUT receives report.html, gains.yaml, advice.json and figures.
 """
 
+FIRST = Path("figures/first.png")
 ENTRIES = (
     "report.html", "advice.json", "gains.yaml", "model.yaml", "trainings.yaml", "figures/",
 )  # fmt: skip
@@ -37,6 +44,7 @@ ROLLOUTS = 100  # convention: of each policy that is trained, as in the studies
 # measured: on one core of 2 GHz, that a demonstration of a table-top task takes, a joint
 DEMONSTRATION_S = 0.07
 OTHERWISE_S = 12.0  # measured: imports, labels, figures
+ENDING = 0.8  # guess: of --time, after which explaining begins nothing new
 PAGE_DPI = 110  # format: a page holds them whole
 TIMED_STEPS = 200  # numerics: of the plant, by which the replay is timed
 
@@ -56,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     known.add_argument("--model", type=Path, help="a model.yaml of t2l explain, in place of that")
     known.add_argument(
         "--time", type=float, default=30.0, metavar="SECONDS",
-        help="after which explaining --logs ends (default: 30)",
+        help="after which explaining --logs is ended (default: 30)",
     )  # fmt: skip
     known.add_argument(
         "--control-rate", type=float, metavar="HZ",
@@ -138,10 +146,14 @@ def run(arguments: argparse.Namespace) -> None:
         progress = progress_line()
         measured = bool(recordings) or arguments.model is not None
         progress("demonstrations", 0.0)
+        _draw_first(
+            asked_of(arguments, body, replace(model, robot=body.robot), recordings, None), out
+        )
         demonstrated = by_expert(arguments, body)
         shown = shown_of(arguments, body, recordings, demonstrated)
         if recordings and arguments.model is None:
-            model = _explained(arguments, model, recordings, part(progress, 0.1, 0.5))
+            progress("explaining the recordings", 0.1)
+            model = _explained(arguments, model)
         # what recordings show of an arm is true of it with a hand
         machine = replace(model, robot=body.robot)
         asked = replace(asked_of(arguments, body, machine, recordings, shown), known=measured)
@@ -241,21 +253,61 @@ def _trained(
     }  # fmt: skip
     digest = hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()[:12]
     key = f"{Path(arguments.task).stem} by {arguments.robot}, {digest}"
-    return settled(advice, trainings_of(advice, recipe, arguments.train, out / FILE, key, say))
+    with _epochs_told():
+        found = trainings_of(advice, recipe, arguments.train, out / FILE, key, say)
+    return settled(advice, found)
 
 
-def _explained(arguments, model: "Model", recordings: "list[Recording]", progress) -> "Model":
-    """The model with what the recordings show, found within --time."""
-    from t2l.cli.explain import Deadline
+@contextmanager
+def _epochs_told() -> Iterator[None]:
+    """Every epoch as a line of progress."""
+    from t2l.cli.inputs import progress_line
+
+    line, log = progress_line(), logging.getLogger("t2l.policies.training")
+    handler, level = logging.Handler(), log.level
+    handler.emit = lambda record: line(record.getMessage(), 0.0)
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
+
+
+def _explained(arguments: argparse.Namespace, model: "Model") -> "Model":
+    """What the recordings show within --time, after which the search is ended wherever it is.
+
+    Raises:
+        ConfigurationError: it failed, and said why.
+    """
     from t2l.cli.inputs import say
-    from t2l.detective.data_split import split
-    from t2l.detective.explanation import explained
-    from t2l.identify.step_size import substeps_for
+    from t2l.diagnose.files import MODEL
+    from t2l.errors import ConfigurationError
+    from t2l.identify.model import read_again
 
     say(f"the recordings are explained first, for up to {arguments.time:g} s")
-    data = split(model.robot, recordings, (), substeps_for(model, recordings))
-    over = Deadline(time.monotonic(), arguments.time)
-    return explained(model, data, say, progress, over).model
+    with tempfile.TemporaryDirectory() as folder:
+        files = (
+            (option, path)
+            for option in ("effects", "extensions")
+            for path in getattr(arguments, option)
+        )
+        command = [
+            sys.executable, "-m", "t2l", "explain", *arguments.logs, "--out", folder,
+            "--time", f"{ENDING * arguments.time:g}",
+            *(text for option, path in files for text in (f"--{option}", path)),
+        ]  # fmt: skip
+        # a process of its own: a fit at hand cannot be ended otherwise
+        with suppress(subprocess.TimeoutExpired):
+            ended = subprocess.run([*map(str, command)], timeout=arguments.time)
+            if ended.returncode:
+                raise ConfigurationError("--logs: found recordings that t2l explain cannot explain")
+        found = Path(folder, MODEL)
+        if not found.exists():
+            say("nothing was explained in that time; give it more by --time")
+            return model
+        return read_again(found, model)
 
 
 def _about_s(arguments: argparse.Namespace, body: "Body", recordings: "list[Recording]") -> float:
@@ -283,6 +335,20 @@ def _about_s(arguments: argparse.Namespace, body: "Body", recordings: "list[Reco
         rate = control_rate_hz(arguments, recordings)
         total += cells * REPLAYED * LONGEST_S * max(rate, 1000.0) * each / cores()
     return total
+
+
+def _draw_first(asked: "Asked", out: Path) -> None:
+    """The loop over the grid as it is known so far, for who waits."""
+    from t2l.advise.advice import advised
+    from t2l.cli.inputs import say
+    from t2l.errors import ConfigurationError
+    from t2l.figures.advice import advice_maps
+    from t2l.plotting.style import write
+
+    # what rules out every pair alone may not, beside demonstrations
+    with suppress(ConfigurationError):
+        write(advice_maps(advised(asked)), [out / FIRST], PAGE_DPI)
+        say(f"A first picture, of the loop as it is known so far: {out / FIRST}")
 
 
 def _draw(advice: "Advice", out: Path, measured: bool) -> None:
