@@ -128,7 +128,8 @@ def begun(path: Path, key: str) -> list[Training]:
     kept = check(Trainings, read_yaml(path, "trainings"))
     if kept.of != key:
         raise ConfigurationError(
-            f"{path}: found trainings of {kept.of}; allowed: of {key}, or another --out"
+            f"{path}: found trainings of {kept.of}; allowed: of {key}, which the task, gains, "
+            "--count and --policy-rate make, or another --out"
         )
     return kept.trainings
 
