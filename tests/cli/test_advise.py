@@ -164,3 +164,34 @@ def test_a_policy_faster_than_demonstrations_is_refused(shown, tmp_path, capsys)
         capsys, ARM, "--demonstrations", shown, "--policy-rate", "500", "--out", tmp_path / "out"
     )
     assert "--policy-rate: found 500 Hz; allowed: up to 100 Hz" in said
+
+
+def test_time_ends_explaining_wherever_it_is(tmp_path, capsys):
+    """In so short a time nothing is found: the machine counts as unknown."""
+    logs, out = (TRAIN, tmp_path / "out")
+    advise(ARM, "--logs", logs, "--time", 1, *SMALL[:4], "--out", out)
+    said = capsys.readouterr().out
+    assert "nothing was explained in that time" in said
+    assert not (out / "model.yaml").exists()
+    assert "Nothing of the real machine is known" in (out / "report.html").read_text()
+
+
+def test_a_picture_of_the_loop_comes_first(tmp_path, capsys):
+    advise(ARM, *SMALL[:4], "--out", tmp_path / "out")
+    said = capsys.readouterr().out
+    assert said.index("A first picture") < said.index("the best of what is left")
+    assert (tmp_path / "out/figures/first.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ((), "--train: found no --task"),
+        (("--task", "task.yaml", "--policy-rate", 30), "a divisor of the simulation's 500 Hz"),
+        (("--train", 1001), "--train: found 1001; allowed: 0 to 1000"),
+    ],
+)
+def test_trainings_that_cannot_be_are_refused(tmp_path, capsys, more, message):
+    out = tmp_path / "out"
+    assert message in refused(capsys, "fr3_hand", "--train", 2, *more, "--out", out)
+    assert not out.exists()

@@ -144,22 +144,22 @@ def run(arguments: argparse.Namespace) -> None:
     with output_folder(arguments.out, "t2l advise", ENTRIES, inputs, arguments.force) as out:
         say(f"This takes about {_about_s(arguments, body, recordings):.0f} s on this machine.")
         progress = progress_line()
-        measured = bool(recordings) or arguments.model is not None
+        measured = arguments.model is not None
         progress("demonstrations", 0.0)
-        _draw_first(
-            asked_of(arguments, body, replace(model, robot=body.robot), recordings, None), out
-        )
-        demonstrated = by_expert(arguments, body)
-        shown = shown_of(arguments, body, recordings, demonstrated)
-        if recordings and arguments.model is None:
-            progress("explaining the recordings", 0.1)
-            model = _explained(arguments, model)
-        # what recordings show of an arm is true of it with a hand
+        # what is known of an arm is true of it with a hand
         machine = replace(model, robot=body.robot)
-        asked = replace(asked_of(arguments, body, machine, recordings, shown), known=measured)
-        advice = advised(asked, part(progress, 0.5, 0.9))
-        if arguments.train and demonstrated is not None:
-            advice = _trained(arguments, advice, *demonstrated, out)
+        with _first_picture(asked_of(arguments, body, machine, recordings, None), out):
+            demonstrated = by_expert(arguments, body)
+            shown = shown_of(arguments, body, recordings, demonstrated)
+            if recordings and arguments.model is None:
+                progress("explaining the recordings", 0.1)
+                found = _explained(arguments, model)
+                model, measured = found or model, found is not None
+            machine = replace(model, robot=body.robot)
+            asked = replace(asked_of(arguments, body, machine, recordings, shown), known=measured)
+            advice = advised(asked, part(progress, 0.5, 0.9))
+            if arguments.train and demonstrated is not None:
+                advice = _trained(arguments, advice, *demonstrated, out)
         progress("figures", 0.9)
         write_advice(advice, out)
         if measured:
@@ -275,8 +275,10 @@ def _epochs_told() -> Iterator[None]:
         log.setLevel(level)
 
 
-def _explained(arguments: argparse.Namespace, model: "Model") -> "Model":
+def _explained(arguments: argparse.Namespace, model: "Model") -> "Model | None":
     """What the recordings show within --time, after which the search is ended wherever it is.
+
+    None if no round of it ended in that time.
 
     Raises:
         ConfigurationError: it failed, and said why.
@@ -306,7 +308,7 @@ def _explained(arguments: argparse.Namespace, model: "Model") -> "Model":
         found = Path(folder, MODEL)
         if not found.exists():
             say("nothing was explained in that time; give it more by --time")
-            return model
+            return None
         return read_again(found, model)
 
 
@@ -337,18 +339,27 @@ def _about_s(arguments: argparse.Namespace, body: "Body", recordings: "list[Reco
     return total
 
 
-def _draw_first(asked: "Asked", out: Path) -> None:
-    """The loop over the grid as it is known so far, for who waits."""
+@contextmanager
+def _first_picture(asked: "Asked", out: Path) -> Iterator[None]:
+    """The loop over the grid as it is known so far, for who waits; gone again if the body fails."""
     from t2l.advise.advice import advised
     from t2l.cli.inputs import say
     from t2l.errors import ConfigurationError
     from t2l.figures.advice import advice_maps
     from t2l.plotting.style import write
 
+    path = out / FIRST
     # what rules out every pair alone may not, beside demonstrations
     with suppress(ConfigurationError):
-        write(advice_maps(advised(asked)), [out / FIRST], PAGE_DPI)
-        say(f"A first picture, of the loop as it is known so far: {out / FIRST}")
+        write(advice_maps(advised(asked)), [path], PAGE_DPI)
+        say(f"A first picture, of the loop as it is known so far: {path}")
+    try:
+        yield
+    except BaseException:
+        path.unlink(missing_ok=True)
+        with suppress(OSError):
+            path.parent.rmdir()
+        raise
 
 
 def _draw(advice: "Advice", out: Path, measured: bool) -> None:
