@@ -120,9 +120,11 @@ def trying(advice: Advice) -> list[str]:
     left = np.flatnonzero(may)
     roomy = int(left[np.argmax(room[left])]) if len(left) else best
     if roomy != best:
+        worse = advice.score[roomy] / advice.score[best]
         found.append(
-            f"Of the pairs that are left, Kp {cells[roomy].kp:g}, Kd {cells[roomy].kd:g} leaves "
-            f"most room, a factor of {room[roomy]:.2g}."
+            f"Here both pull apart: of the pairs that are left, Kp {cells[roomy].kp:g}, Kd "
+            f"{cells[roomy].kd:g} leaves most room, a factor of {room[roomy]:.2g}, and has "
+            f"{worse:.2g} times the predicted error of a clone."
         )
     trials = evidence().trials
     inside, outside = (
@@ -305,8 +307,9 @@ def costs(advice: Advice) -> list[tuple[str, str, int]]:
 
 
 def hopeless(advice: Advice) -> str:
-    """What is ruled out by its predicted error, empty if nothing is."""
-    cells = [advice.asked.grid.cells[i] for i in np.flatnonzero(advice.hopeless)]
+    """What is ruled out by its predicted error alone, empty if nothing is."""
+    which = advice.hopeless & advice.allowed.all(axis=1)
+    cells = [advice.asked.grid.cells[i] for i in np.flatnonzero(which)]
     if not cells:
         return ""
     said = listed([f"({cell.kp:g}, {cell.kd:g})" for cell in cells])
