@@ -60,7 +60,7 @@ class Asked:
         ranges: (n, 2) rad; velocity_limit, torque_limit: (n,); infinite where unknown.
         shown: what it is to do, if that is known.
         most_sag_rad: that an arm may hang low.
-        known: whether the model has what was measured of the machine.
+        known: whether the model has all that was measured of the machine, but for noise.
         threads: of the replay.
     """
 

@@ -144,7 +144,7 @@ def run(arguments: argparse.Namespace) -> None:
     with output_folder(arguments.out, "t2l advise", ENTRIES, inputs, arguments.force) as out:
         say(f"This takes about {_about_s(arguments, body, recordings):.0f} s on this machine.")
         progress = progress_line()
-        measured = arguments.model is not None
+        measured = known = arguments.model is not None
         progress("demonstrations", 0.0)
         # what is known of an arm is true of it with a hand
         machine = replace(model, robot=body.robot)
@@ -153,10 +153,9 @@ def run(arguments: argparse.Namespace) -> None:
             shown = shown_of(arguments, body, recordings, demonstrated)
             if recordings and arguments.model is None:
                 progress("explaining the recordings", 0.1)
-                found = _explained(arguments, model)
-                model, measured = found or model, found is not None
+                model, measured, known = _explained(arguments, model)
             machine = replace(model, robot=body.robot)
-            asked = replace(asked_of(arguments, body, machine, recordings, shown), known=measured)
+            asked = replace(asked_of(arguments, body, machine, recordings, shown), known=known)
             advice = advised(asked, part(progress, 0.5, 0.9))
             if arguments.train and demonstrated is not None:
                 advice = _trained(arguments, advice, *demonstrated, out)
@@ -275,16 +274,18 @@ def _epochs_told() -> Iterator[None]:
         log.setLevel(level)
 
 
-def _explained(arguments: argparse.Namespace, model: "Model") -> "Model | None":
+def _explained(arguments: argparse.Namespace, model: "Model") -> "tuple[Model, bool, bool]":
     """What the recordings show within --time, after which the search is ended wherever it is.
 
-    None if no round of it ended in that time.
+    Also whether a round of it ended in that time, and whether no more than noise was left then.
 
     Raises:
         ConfigurationError: it failed, and said why.
     """
     from t2l.cli.inputs import say
     from t2l.diagnose.files import MODEL
+    from t2l.diagnose.ranking import NOTHING_MISSING, verdict_of
+    from t2l.diagnose.results import read_found
     from t2l.errors import ConfigurationError
     from t2l.identify.model import read_again
 
@@ -302,14 +303,24 @@ def _explained(arguments: argparse.Namespace, model: "Model") -> "Model | None":
         ]  # fmt: skip
         # a process of its own: a fit at hand cannot be ended otherwise
         with suppress(subprocess.TimeoutExpired):
-            ended = subprocess.run([*map(str, command)], timeout=arguments.time)
+            ended = subprocess.run(
+                [*map(str, command)], timeout=arguments.time, stdout=subprocess.DEVNULL
+            )
             if ended.returncode:
                 raise ConfigurationError("--logs: found recordings that t2l explain cannot explain")
         found = Path(folder, MODEL)
         if not found.exists():
             say("nothing was explained in that time; give it more by --time")
-            return None
-        return read_again(found, model)
+            return model, False, False
+        told = read_found(folder).explanation
+        left, noise = told["steps"][-1]["validation_rmse_q_rad"], told["noise_floor_rad"]
+        quiet = verdict_of(left, noise, justified=False) == NOTHING_MISSING
+        if not quiet:
+            say(
+                f"{1e3 * left:.3g} mrad are left, the noise is {1e3 * noise:.3g}: the machine "
+                "counts as not yet known, and gains keep a margin of two"
+            )
+        return read_again(found, model), True, quiet
 
 
 def _about_s(arguments: argparse.Namespace, body: "Body", recordings: "list[Recording]") -> float:
