@@ -67,10 +67,11 @@ def judge(some: Sequence[World], asked: argparse.Namespace) -> pd.DataFrame:
 
 
 def _keep(path: Path, name: str, found: pd.DataFrame) -> None:
-    """Bring a half's rows up to what is found."""
+    """Bring the rows of a half's worlds up to what is found."""
     found = found.assign(half=name)
     kept = pd.read_csv(path) if path.exists() else found.iloc[:0]
-    both = pd.concat([kept[kept.half != name], found]).sort_values("half", kind="stable")
+    again = (kept.half == name) & kept.world.isin(found.world)
+    both = pd.concat([kept[~again], found]).sort_values("half", kind="stable")
     write_text(both.to_csv(index=False), path)
 
 
