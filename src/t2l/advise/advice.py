@@ -39,6 +39,7 @@ from t2l.gains import Grid
 from t2l.identify.model import Model
 from t2l.names import listed
 
+CLONING, REINFORCEMENT = WAYS = "cloning", "reinforcement"  # of learning that advice is for
 POSES = 5  # numerics: inertia changes slowly from pose to pose
 CHUNK = 10  # convention: commands ahead that labels are compared over, as of the measured policies
 STATES = 4000  # numerics: whose neighbours are looked for
@@ -60,6 +61,7 @@ class Asked:
         ranges: (n, 2) rad; velocity_limit, torque_limit: (n,); infinite where unknown.
         shown: what it is to do, if that is known.
         most_sag_rad: that an arm may hang low.
+        ways: of `WAYS`, what it is for.
         known: whether the model has all that was measured of the machine, but for noise.
         threads: of the replay.
     """
@@ -77,6 +79,7 @@ class Asked:
     torque_limit: np.ndarray
     shown: Shown | None = None
     most_sag_rad: float = MOST_SAG_RAD
+    ways: tuple[str, ...] = WAYS
     known: bool = False
     threads: int = 1
 
@@ -235,8 +238,9 @@ def advised(
     machine = asked.machine()
     found = responses(machine, *asked.gains)
     cloning = scales = None
-    if asked.shown is not None:
+    if asked.shown is not None and CLONING in asked.ways:
         cloning = _cloning(asked, machine, asked.shown, progress)
+    if asked.shown is not None and REINFORCEMENT in asked.ways:
         steps = held_steps(asked.shown.rate_hz, asked.policy_rate_hz)
         limits = machine.friction, machine.torque_limit
         scales = action_scales(asked.shown, *machine.real(*asked.gains), *limits, steps)

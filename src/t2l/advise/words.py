@@ -49,6 +49,11 @@ def as_good(advice: Advice) -> str:
 def wants(advice: Advice) -> list[str]:
     """What cloning would take, what it meets, and where the loop is in its way."""
     cloning = advice.cloning
+    if cloning is None and advice.asked.shown is not None:
+        return [
+            "Nothing is known that ranks gains for learning by trying: of the gains that are left, "
+            "those damp the median joint critically, and the middle one of them is named."
+        ]
     if cloning is None:
         return [
             "Without demonstrations nothing tells how stiff to be: of the gains that are left, "
@@ -120,12 +125,18 @@ def trying(advice: Advice) -> list[str]:
     left = np.flatnonzero(may)
     roomy = int(left[np.argmax(room[left])]) if len(left) else best
     if roomy != best:
-        worse = advice.score[roomy] / advice.score[best]
-        found.append(
-            f"Here both pull apart: of the pairs that are left, Kp {cells[roomy].kp:g}, Kd "
-            f"{cells[roomy].kd:g} leaves most room, a factor of {room[roomy]:.2g}, and has "
-            f"{worse:.2g} times the predicted error of a clone."
+        most = (
+            f"f the pairs that are left, Kp {cells[roomy].kp:g}, Kd {cells[roomy].kd:g} leaves "
+            f"most room, a factor of {room[roomy]:.2g}"
         )
+        if advice.cloning is None:
+            found.append(f"O{most}.")
+        else:
+            worse = advice.score[roomy] / advice.score[best]
+            found.append(
+                f"Here both pull apart: o{most}, and has {worse:.2g} times the predicted error "
+                "of a clone."
+            )
     trials = evidence().trials
     inside, outside = (
         [getattr(one, f"{where}_succeeded") for one in trials] for where in ("inside", "outside")

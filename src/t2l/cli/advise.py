@@ -95,6 +95,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--policy-rate", type=float, default=50.0, metavar="HZ", help="(default: 50)"
     )
     parser.add_argument(
+        "--for", dest="ways", type=words, metavar="A,B", default=["cloning", "reinforcement"],
+        help="what learns: cloning, reinforcement (default: both)",
+    )  # fmt: skip
+    parser.add_argument(
         "--train", type=int, default=0, metavar="N",
         help="clone N policies of --task where that settles most, and update the answer",
     )  # fmt: skip
@@ -155,7 +159,11 @@ def run(arguments: argparse.Namespace) -> None:
                 progress("explaining the recordings", 0.1)
                 model, measured, known = _explained(arguments, model)
             machine = replace(model, robot=body.robot)
-            asked = replace(asked_of(arguments, body, machine, recordings, shown), known=known)
+            asked = replace(
+                asked_of(arguments, body, machine, recordings, shown),
+                known=known,
+                ways=tuple(arguments.ways),
+            )
             advice = advised(asked, part(progress, 0.5, 0.9))
             if arguments.train and demonstrated is not None:
                 advice = _trained(arguments, advice, *demonstrated, out)
@@ -188,6 +196,7 @@ def _check(arguments: argparse.Namespace) -> None:
             raise ConfigurationError(f"{option}: found {value:g}; allowed: {least:g} to {most:g}")
     if arguments.demonstrations and arguments.task:
         raise ConfigurationError("--demonstrations and --task: found both; allowed: one of them")
+    _check_ways(arguments)
     _check_trainings(arguments)
     given = arguments.recorded_kp is not None, arguments.recorded_kd is not None
     if given[0] != given[1] or (given[0] and not arguments.demonstrations):
@@ -203,6 +212,18 @@ def _check(arguments: argparse.Namespace) -> None:
             raise ConfigurationError(
                 f"--{key}: found {values}; allowed: up to 30 numbers above 0, as 32,64,128"
             )
+
+
+def _check_ways(arguments: argparse.Namespace) -> None:
+    from t2l.advise.advice import CLONING, WAYS
+    from t2l.errors import ConfigurationError
+
+    for way in arguments.ways:
+        if way not in WAYS:
+            why = " (nothing is known that ranks gains for it)" if way == "transfer" else ""
+            raise ConfigurationError(f"--for: found {way}{why}; allowed: {', '.join(WAYS)}")
+    if arguments.train and CLONING not in arguments.ways:
+        raise ConfigurationError("--train: found no cloning in --for; allowed: with it")
 
 
 def _check_trainings(arguments: argparse.Namespace) -> None:

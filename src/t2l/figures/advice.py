@@ -56,7 +56,7 @@ def _panels(advice: Advice) -> list[tuple]:
         ),
     ]  # fmt: skip
     if cloning is None:
-        return loop
+        return [*loop, *_room(advice)]
     error = 1e3 * cloning.error
     replay = 1e3 * cloning.replay.rmse_rad.max(axis=1)
     lead = 1e3 * cloning.labels.lead_rad.max(axis=1)
@@ -79,6 +79,8 @@ def _panels(advice: Advice) -> list[tuple]:
 
 
 def _room(advice: Advice) -> list[tuple]:
+    if advice.scales is None:
+        return []
     room = advice.scales.room
     if not np.isfinite(room).any():
         return []
