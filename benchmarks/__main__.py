@@ -5,6 +5,7 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 [CASE …] [--processes N]` takes some cases too, `python -m benchmarks holdouts [CHOICE …]
 [--processes N]` some choices. `python -m benchmarks earlier --checkout FOLDER` needs a checkout,
 `python -m benchmarks machines --data FOLDER` recordings of real machines, as `following` does.
+`planted_worlds {train,judge} {development,test}` takes a half of its worlds.
 `python -m benchmarks labels [TASK …]` takes some tasks, as `learning_periods` and
 `noisy_tasks` do, `collections [RESULTS]` results of a run,
 `from_truth [CASE …]` cases as `hidden`, `engines [DEVICE …]` engines: `mujoco`,
@@ -30,6 +31,7 @@ from benchmarks import (
     machines,
     noisy_tasks,
     overhead,
+    planted_worlds,
     proposals,
     published,
     reinforcement,
@@ -73,6 +75,7 @@ WITH_ARGUMENTS = {
     "learning_periods": learning_periods,
     "noisy_tasks": noisy_tasks,
     "collections": collections,
+    "planted_worlds": planted_worlds,
     "constants": constants,
 }
 

@@ -6,6 +6,10 @@ fitted, BLEND and CORRELATION, is chosen anew for each task on the other tasks a
 UR5e and the study's own chose nothing: they are ranked with the choice of all tasks of the FR3,
 the labels of the study's being those of our task of the same name. With `T2L_STUDY_DATA` naming the
 folder with `paper_results.json` it writes src/t2l/advise/evidence.yaml, which the page quotes.
+
+It also plays `t2l advise --train` with the policies of the grids of ours: what PRIOR has fitted is
+fitted anew for each grid on the others, and the success of the cell that is named after so many
+trainings is compared with the best cell's, and with as many trainings under cells drawn at random.
 """
 
 import json
@@ -17,7 +21,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import minimize
 
+from benchmarks.planted.verdict import verdicts
+from benchmarks.planted_worlds import ADVISED
 from benchmarks.rules import table
 from benchmarks.scene import ROOT, task_file
 from t2l.advise.action_scale import action_scales
@@ -32,11 +39,14 @@ from t2l.advise.evidence import (
     Evidence,
     Measured,
     Pairs,
+    Planted,
+    Settling,
     Trials,
     write_evidence,
 )
-from t2l.advise.exclusions import MOST_OVERSHOOT
+from t2l.advise.exclusions import HOPELESS, MOST_OVERSHOOT
 from t2l.advise.loop import Loop, overshoot
+from t2l.advise.posterior import PRIOR, Prior, Tried, before, best_cell, next_cell, posterior
 from t2l.advise.shown import FREE, Shown, free_torques
 from t2l.advise.trainings import to_train
 from t2l.config.models.cloning import CloningGrid
@@ -57,12 +67,14 @@ ANOTHER = {"block_stack_ur5e": "ur5e"}
 STEPS = 10  # of the simulator, that a command of these policies was held for
 BLENDS = (0.0, 0.25, 0.5, 0.75, 1.0)
 CORRELATIONS = (0.0, 0.5, 0.8)
+PLAYED, TIMES = 8, 20  # trainings, and orders of a cell's policies
 SUCCEEDED = 0.95  # reference: of trials, in the study
 SECONDS = (1.0, 2.0, 4.0)  # of motions, from brisk to slow for an episode of 5 s
 HOLD_S = 0.02
 MOTIONS = 50
 TRAINED, DRAWN = 3, 10_000  # cells that are drawn at random, and how often
 FACTORS = (1.0, 1.25, 1.6, 2.5, 4.0)  # format: between two predicted errors
+LOGARITHMIC = ("spread", "own", "length", "policy")  # fields of `Prior`
 REGIONS = CloningGrid()
 STUDY_NAMES = {theirs: ours for ours, theirs in COUNTERPARTS.items()}
 
@@ -130,6 +142,7 @@ def main(arguments: list[str]) -> pd.DataFrame:
         for task, grid in ours.items()
     ]
     of_all = chosen(ours)
+    settling = settled({**ours, **{t: of_ours(t, name) for t, name in ANOTHER.items()}}, of_all)
     if of_all != (BLEND, CORRELATION):
         print(f"t2l.advise.cloning: BLEND, CORRELATION are to be {of_all}", flush=True)
     theirs = of_study(ours)
@@ -137,7 +150,10 @@ def main(arguments: list[str]) -> pd.DataFrame:
     choices += [(task, STUDY, grid, of_all) for task, grid in theirs.items()]
     if theirs:
         rows = tuple(measured(*choice) for choice in choices)
-        write_evidence(Evidence(rows, pairs(choices), trials()), ROOT / "src/t2l/advise" / EVIDENCE)
+        write_evidence(
+            Evidence(rows, pairs(choices), trials(), settling, planted()),
+            ROOT / "src/t2l/advise" / EVIDENCE,
+        )
     else:
         print("T2L_STUDY_DATA does not name the folder of the study's grids: nothing is written")
         rows = tuple(measured(*choice) for choice in choices)
@@ -161,6 +177,84 @@ def pairs(choices: Sequence[tuple]) -> tuple[Pairs, ...]:
         Pairs(factor, float(np.mean(each)), float(np.min(each)))
         for factor, each in zip(FACTORS, np.transpose(shares), strict=True)
     )
+
+
+def settled(grids: Mapping[str, Ranked], choice: tuple[float, float]) -> tuple[Settling, ...]:
+    """By trainings, what is lost against the best cell, mean over grids."""
+    played = {}
+    for task, grid in grids.items():
+        one = grid.predicted(*choice), *grid.cells[["kp", "kd"]].to_numpy(float).T, policies(task)
+        played[task] = one
+    of_all = likeliest([*played.values()])
+    print(f"t2l.advise.posterior: PRIOR is to be {of_all}", flush=True)
+    lost, drawn = [], []
+    for task, one in played.items():
+        prior = likeliest([other for name, other in played.items() if name != task])
+        lost.append(np.mean([_played(*one, prior, seed) for seed in range(TIMES)], axis=0))
+        drawn.append(np.mean([_drawn(*one, seed) for seed in range(10 * TIMES)], axis=0))
+    return tuple(
+        Settling(n, *(float(np.mean([each[n] for each in rows])) for rows in (lost, drawn)))
+        for n in range(PLAYED + 1)
+    )
+
+
+def policies(task: str) -> np.ndarray:
+    """(cell, policy) successes, cells as in `Ranked`."""
+    table = pd.read_csv(DATA / f"{(GRIDS | ANOTHER)[task]}.csv")
+    table = table[table.variant == "nominal"].sort_values(["kp", "kd", "seed"])
+    return table.success.to_numpy().reshape(-1, table.seed.nunique())
+
+
+def likeliest(grids: Sequence[tuple]) -> Prior:
+    """The prior under which the successes of grids are most likely."""
+
+    def unlikely(x: np.ndarray) -> float:
+        prior, total = Prior(*x[:2], *np.exp(x[2:])), 0.0
+        for score, kp, kd, found in grids:
+            mean, covariance = before(score, kp, kd, prior)
+            count = found.shape[1]
+            seen = covariance + prior.policy**2 / count * np.eye(len(mean))
+            root = np.linalg.cholesky(seen)
+            left = np.linalg.solve(root, found.mean(axis=1) - mean)
+            within = ((found - found.mean(axis=1, keepdims=True)) ** 2).sum()
+            total += left @ left / 2 + np.log(np.diag(root)).sum() + within / 2 / prior.policy**2
+            total += (found.size - len(mean)) * np.log(prior.policy)
+        return total
+
+    start = [PRIOR.middle, PRIOR.slope, *np.log([getattr(PRIOR, key) for key in LOGARITHMIC])]
+    bounds = [(0.0, 1.2), (0.0, 2.0), (-4, 0), (-4, 0), (-1, 2), (-4, 0)]
+    x = minimize(unlikely, start, method="L-BFGS-B", bounds=bounds).x
+    return Prior(*(float(f"{value:.3g}") for value in (*x[:2], *np.exp(x[2:]))))
+
+
+def _played(score, kp, kd, found: np.ndarray, prior: Prior, seed: int) -> list[float]:
+    """What is lost after 0 to `PLAYED` trainings; a cell has as many policies as there are."""
+    rng = np.random.default_rng(seed)
+    left = score < HOPELESS * score.min()
+    waiting = [rng.permutation(own).tolist() for own in found]
+    means, tried, lost = found.mean(axis=1), [], []
+    for _ in range(PLAYED + 1):
+        now = posterior(score, kp, kd, tried, prior)
+        lost.append(means.max() - means[best_cell(now, left)])
+        more = np.array([bool(own) for own in waiting])
+        cell = next_cell(now, left & more)
+        tried.append(Tried(cell, waiting[cell].pop()))
+    return lost
+
+
+def _drawn(score, kp, kd, found: np.ndarray, seed: int) -> list[float]:
+    """The same of cells at random, the best of which is named; with none, of any cell."""
+    rng = np.random.default_rng(seed)
+    left = np.flatnonzero(score < HOPELESS * score.min())
+    means, order = found.mean(axis=1), rng.permutation(left)
+    seen = rng.permuted(found, axis=1)[:, 0]
+    named = [order[0], *(order[: n + 1][seen[order[: n + 1]].argmax()] for n in range(PLAYED))]
+    return [means.max() - means[cell] for cell in named]
+
+
+def planted() -> tuple[Planted, ...]:
+    """What was found in the planted worlds, by half and by what was known."""
+    return tuple(verdicts(pd.read_csv(DATA / ADVISED)))
 
 
 def chosen(grids: Mapping[str, Ranked]) -> tuple[float, float]:

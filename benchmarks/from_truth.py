@@ -62,7 +62,7 @@ def left_from_truth(case: Case) -> dict | None:
     model, recordings, held = read_recordings_and_model([folder / "train"], [folder / "holdout"])
     data = split(model.robot, recordings, held, substeps_for(model, recordings), threads=1)
     model = sized(model, data.fitted)
-    true = _true(truth["hidden"], model, data.fitted.joints)
+    true = true_numbers(truth["hidden"], model, data.fitted.joints)
     if true is None:
         return None
     layout, u = true
@@ -107,7 +107,7 @@ def _along(model, data, layout, u: np.ndarray, noise: float) -> float:
     return min((one.rmse for one in fit_along([Start(layout, u)], along, folds)), default=np.nan)
 
 
-def _true(hidden: Sequence[dict], model, joints: tuple[str, ...]):
+def true_numbers(hidden: Sequence[dict], model, joints: tuple[str, ...]):
     """Layout and u (n,) of t2l's effects at the hidden numbers; None where one has no such form."""
     from t2l.effects.link_inertia import _links
     from t2l.effects.term import Layout, Term

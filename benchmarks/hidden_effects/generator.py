@@ -198,6 +198,11 @@ class Machine:
         """Joint velocity that controller and log see, free of noise [rad/s]."""
         return self.data.qvel[self._seen]
 
+    @property
+    def q_link(self) -> np.ndarray:
+        """Where the links are, whatever the encoders say [rad]."""
+        return self.data.qpos[self._link]
+
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Torque that holds the nominal model at rest at `q` [N·m]."""
         model, data = self._nominal, self._nominal_data

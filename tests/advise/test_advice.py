@@ -5,6 +5,7 @@ import pytest
 
 from t2l.advise import files, words
 from t2l.advise.advice import Asked, advised, least, own_cells
+from t2l.advise.exclusions import HOPELESS, KNOWN_MARGIN, LEAST_MARGIN, RINGS
 from t2l.advise.grid import of
 from t2l.advise.responses import settles_together
 from t2l.advise.shown import of_dataset
@@ -75,7 +76,7 @@ def test_without_demonstrations_the_median_joint_is_damped_critically():
 def test_a_late_machine_is_given_less_damping(shown, advice):
     late = advised(asked(shown, effects={"torque_delay": {"delay": 0.012}}))
     assert (late.allowed.sum(axis=0) < advice.allowed.sum(axis=0)).any()
-    assert any("12 ms late" in one.why for one in late.excluded)
+    assert any("12 ms late" in one.why for one in late.objections)
 
 
 def test_a_joint_that_rules_the_cell_out_has_one_of_its_own():
@@ -135,3 +136,42 @@ def test_gains_of_each_joint_settle_together():
     loop = found.asked.machine()
     assert settles_together(loop, *(gain[None] for gain in found.gains.T))[0]
     assert found.allowed[found.cells, np.arange(2)].all()
+
+
+def test_what_rings_is_a_cost_where_demonstrations_weigh_it_and_rules_out_elsewhere(shown):
+    grid = of([3.0, 50.0], [0.1, 2.0])
+    weighed, alone = advised(asked(shown, grid=grid)), advised(asked(grid=grid))
+    ringing = [one.cell for one in weighed.objections if one.kind == RINGS]
+    assert ringing
+    assert RINGS in {one.kind for one in weighed.costing}
+    assert weighed.allowed.all(axis=1)[ringing].all()
+    assert not alone.allowed.all(axis=1)[ringing].any()
+    assert words.costs(weighed)
+    assert not words.costs(alone)
+
+
+def test_what_is_hopeless_by_prediction_is_left_by_nobody(shown):
+    found = advised(asked(shown))
+    worst = found.score >= HOPELESS * found.score[found.best]
+    assert worst.any()
+    assert not (found.left & worst).any()
+    assert found.ruled_out[worst].all()
+
+
+def test_a_machine_that_is_known_may_be_nearer_to_unstable(shown):
+    late = {"torque_delay": {"delay": 0.008}}
+    blind, knows = (advised(asked(shown, effects=late, known=known)) for known in (False, True))
+    more = knows.allowed & ~blind.allowed
+    margins = blind.responses.margin[more]
+    assert len(margins)
+    assert (margins >= KNOWN_MARGIN).all()
+    assert (margins < LEAST_MARGIN).all()
+    assert not (blind.allowed & ~knows.allowed).any()
+
+
+def test_play_between_motor_and_link_is_left_out_of_the_linear_loop(shown):
+    values = {"play": 0.01, "contact_time": 1e-3, "contact_damping": 0.1}
+    play = {name: {"elbow": value} for name, value in values.items()} | {"encoder_on_link": 0.0}
+    found = advised(asked(shown, effects={"backlash": play}))
+    assert found.machine.left_out
+    assert np.isfinite(found.score[found.best])

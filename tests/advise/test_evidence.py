@@ -47,3 +47,31 @@ def test_sentences_are_the_evidence():
         named = [f"{100 * mean_of(evidence().of(w), key):.0f}" for w in (OURS, STUDY, OTHER)]
         assert all(number in text for number in named)
     assert not any(row.best_rings for row in evidence().grids)
+
+
+def test_the_planted_worlds_are_the_evidence():
+    lines = [line.split("|") for line in PAGE.splitlines() if line.startswith("| ")]
+    told = {cells[1].strip(): [cell.strip() for cell in cells[2:4]] for cells in lines}
+    both = [
+        [row for row in evidence().planted if row.known == known]
+        for known in ("nominal", "explained")
+    ]
+    nominal, explained = both
+    within = told["within 5 points of the best pair: advice that knows the effects, their "
+                  "numbers off by 5 %"]  # fmt: skip
+    assert within == [str(row.within) for row in explained]
+    lost = told["points of success lost, mean: advice that knows the effects"]
+    assert lost == [f"{100 * row.lost:.1f}".replace("-", "−") for row in explained]
+    ruled = told["by advice that knows the nominal robot alone"]
+    assert ruled == [f"{row.ruled_out}, {row.failed}" for row in nominal]
+    assert told["the largest Kd/Kp"] == [str(row.ratio_within) for row in explained]
+
+
+def test_what_trainings_settle_is_the_evidence():
+    text = " ".join(PAGE.split())
+    lost = {row.trainings: 100 * row.lost for row in evidence().settling}
+    said = (
+        f"loses {lost[0]:.1f} per cent points against the best without trainings, {lost[1]:.1f} "
+        f"after one, {lost[4]:.1f} after four and {lost[8]:.1f} after eight"
+    )
+    assert said in text

@@ -14,8 +14,8 @@ from t2l.advise.exclusions import (
     SAGS,
     SATURATED,
     UNSTABLE,
-    excluded,
     mildest,
+    objections,
 )
 from t2l.advise.loop import MOST_MARGIN
 from t2l.advise.machine import of_model
@@ -65,7 +65,7 @@ def test_to_scale_masses_torques_and_gains_changes_no_response(factor):
 
 
 def test_what_rings_says_how_fast_and_by_what():
-    told = excluded(
+    told = objections(
         one := machine(), *gains([30.0], [0.05]), responses(one, *gains([30.0], [0.05]))
     )
     assert [x.kind for x in told] == [RINGS, RINGS]
@@ -78,17 +78,17 @@ def test_what_rings_says_how_fast_and_by_what():
 
 def test_what_rings_for_being_late_says_so():
     late, pair = machine(**LATE), gains([20.0], [0.9])
-    (text,) = why(excluded(late, *pair, responses(late, *pair)))
+    (text,) = why(objections(late, *pair, responses(late, *pair)))
     assert " rings at " in text
     assert text.endswith("because torques and measurements come 18 ms late")
-    assert not excluded(machine(), *pair, responses(machine(), *pair))
+    assert not objections(machine(), *pair, responses(machine(), *pair))
 
 
 def test_a_loop_too_slow_for_its_damping_is_near_unstable_and_then_is():
     one = machine()
     limit = 2 * one.inertia[:, 1].min() * one.rate_hz
     pair = gains([20.0, 20.0], [0.7 * limit, 1.2 * limit])
-    told = excluded(one, *pair, responses(one, *pair))
+    told = objections(one, *pair, responses(one, *pair))
     assert [x.kind for x in told if x.joint == 1] == [NEAR, UNSTABLE]
     assert "a loop of 1000 Hz is slow for so much damping" in why(told, 1, NEAR)[0]
 
@@ -96,7 +96,7 @@ def test_a_loop_too_slow_for_its_damping_is_near_unstable_and_then_is():
 def test_a_loop_too_slow_for_its_stiffness_says_so():
     slow = of_model(Model(ARM), JOINTS, POSES, 50.0, True)
     pair = gains([20.0], [0.11])
-    told = excluded(slow, *pair, responses(slow, *pair))
+    told = objections(slow, *pair, responses(slow, *pair))
     assert {x.kind for x in told} == {UNSTABLE}
     assert "a loop of 50 Hz is slow for so much stiffness" in why(told)[0]
 
@@ -105,7 +105,7 @@ def test_an_arm_that_nobody_carries_sags_by_its_weight_over_stiffness():
     hangs, pair = machine(compensated=False), gains([5.0, 200.0], [0.5, 3.0])
     found = responses(hangs, *pair)
     assert found.sag_rad[0] == pytest.approx(40 * found.sag_rad[1])
-    told = excluded(hangs, *pair, found)
+    told = objections(hangs, *pair, found)
     assert [(x.cell, x.kind) for x in told if x.joint == 0] == [(0, SAGS)]
     assert "sags by up to" in why(told)[0]
     assert "its weight" in why(told)[0]
@@ -117,16 +117,16 @@ def test_what_demonstrations_ask_for_rules_out_too():
     some = np.array([[0.3, 0.0]])
     labels = Labels(some, some, some, 0 * some)
     replay = Replayed(some, some[:, ::-1])
-    told = excluded(one, *pair, found, labels, replay)
+    told = objections(one, *pair, found, labels, replay)
     assert [(x.joint, x.kind) for x in told] == [(0, BEYOND), (1, SATURATED)]
     assert "30 % of the demonstrations' time" in told[0].why
-    gone = excluded(one, *pair, found, None, Replayed(some + np.inf, some))
+    gone = objections(one, *pair, found, None, Replayed(some + np.inf, some))
     assert "runs away" in gone[0].why
 
 
 def test_the_mildest_of_each_joint_and_kind_is_told_with_their_number():
     one, pair = machine(), gains([30.0, 30.0, 20.0], [0.05, 0.2, 1.5])
-    told = excluded(one, *pair, responses(one, *pair))
+    told = objections(one, *pair, responses(one, *pair))
     (first, count), *_ = mildest(told, 2)
     assert (first.cell, first.kind, count) == (1, RINGS, 2)
     assert {x.kind for x in told} <= set(KINDS)

@@ -164,3 +164,54 @@ def test_a_policy_faster_than_demonstrations_is_refused(shown, tmp_path, capsys)
         capsys, ARM, "--demonstrations", shown, "--policy-rate", "500", "--out", tmp_path / "out"
     )
     assert "--policy-rate: found 500 Hz; allowed: up to 100 Hz" in said
+
+
+def test_time_ends_explaining_wherever_it_is(tmp_path, capsys):
+    """In so short a time nothing is found: the machine counts as unknown."""
+    logs, out = (TRAIN, tmp_path / "out")
+    advise(ARM, "--logs", logs, "--time", 1, *SMALL[:4], "--out", out)
+    said = capsys.readouterr().out
+    assert "nothing was explained in that time" in said
+    assert not (out / "model.yaml").exists()
+    assert "Nothing of the real machine is known" in (out / "report.html").read_text()
+
+
+def test_a_picture_of_the_loop_comes_first(tmp_path, capsys):
+    advise(ARM, *SMALL[:4], "--out", tmp_path / "out")
+    said = capsys.readouterr().out
+    assert said.index("A first picture") < said.index("the best of what is left")
+    assert (tmp_path / "out/figures/first.png").stat().st_size > 10_000
+
+
+def test_for_reinforcement_alone_nothing_ranks_gains(shown, tmp_path, capsys):
+    out, both = tmp_path / "out", ("--demonstrations", shown)
+    advise(ARM, *both, *SMALL, "--for", "reinforcement", "--out", out)
+    assert "damped critically" in capsys.readouterr().out
+    page = (out / "report.html").read_text()
+    assert "Nothing is known that ranks gains for learning by trying" in page
+    assert "action scale [rad]" in page
+    assert json.loads((out / "advice.json").read_text())["cells"][0]["predicted_error_rad"] is None
+
+
+def test_for_cloning_alone_no_action_scales_are_told(shown, tmp_path):
+    out = tmp_path / "out"
+    advise(ARM, "--demonstrations", shown, *SMALL, "--for", "cloning", "--out", out)
+    page = (out / "report.html").read_text()
+    assert "What cloning wants" in page
+    assert "What reinforcement learning wants" not in page
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (("--for", "transfer"), "found transfer (nothing is known that ranks gains for it)"),
+        (("--for", "reinforcement"), "--train: found no cloning in --for"),
+        ((), "--train: found no --task"),
+        (("--task", "task.yaml", "--policy-rate", 30), "a divisor of the simulation's 500 Hz"),
+        (("--train", 1001), "--train: found 1001; allowed: 0 to 1000"),
+    ],
+)
+def test_trainings_that_cannot_be_are_refused(tmp_path, capsys, more, message):
+    out = tmp_path / "out"
+    assert message in refused(capsys, "fr3_hand", "--train", 2, *more, "--out", out)
+    assert not out.exists()

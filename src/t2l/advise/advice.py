@@ -1,7 +1,7 @@
 """Advice on the gains of a robot's position controller: what is asked, and what is answered."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,8 +10,18 @@ from t2l.advise.action_scale import ActionScales, action_scales
 from t2l.advise.beforehand import residuals
 from t2l.advise.cloning import amplifications, blended, difficulty, predicted_error
 from t2l.advise.evidence import ALIKE, evidence
-from t2l.advise.exclusions import MOST_SAG_RAD, Excluded, excluded
+from t2l.advise.exclusions import (
+    HOPELESS,
+    KINDS,
+    KNOWN_MARGIN,
+    LEAST_MARGIN,
+    MOST_SAG_RAD,
+    RULING,
+    Objection,
+    objections,
+)
 from t2l.advise.machine import Machine, of_model
+from t2l.advise.posterior import Settled, best_cell
 from t2l.advise.responses import Responses, responses, settles_together
 from t2l.advise.retargeted import (
     Labels,
@@ -29,9 +39,11 @@ from t2l.gains import Grid
 from t2l.identify.model import Model
 from t2l.names import listed
 
+CLONING, REINFORCEMENT = WAYS = "cloning", "reinforcement"  # of learning that advice is for
 POSES = 5  # numerics: inertia changes slowly from pose to pose
 CHUNK = 10  # convention: commands ahead that labels are compared over, as of the measured policies
 STATES = 4000  # numerics: whose neighbours are looked for
+AS_GOOD = 0.05  # convention: of success, within which gains that were trained count as equal
 LASTS_S = 0.2  # convention: of an error that is alike over a chunk of 10 commands at 50 Hz
 
 
@@ -49,6 +61,8 @@ class Asked:
         ranges: (n, 2) rad; velocity_limit, torque_limit: (n,); infinite where unknown.
         shown: what it is to do, if that is known.
         most_sag_rad: that an arm may hang low.
+        ways: of `WAYS`, what it is for.
+        known: whether the model has all that was measured of the machine, but for noise.
         threads: of the replay.
     """
 
@@ -65,6 +79,8 @@ class Asked:
     torque_limit: np.ndarray
     shown: Shown | None = None
     most_sag_rad: float = MOST_SAG_RAD
+    ways: tuple[str, ...] = WAYS
+    known: bool = False
     threads: int = 1
 
     @cached_property
@@ -72,6 +88,11 @@ class Asked:
         """Kp and Kd (cell, n), by Kd upward, then by Kp."""
         cells = np.array([[cell.kp, cell.kd] for cell in self.grid.cells])
         return cells[:, :1] * self.units[:, 0], cells[:, 1:] * self.units[:, 1]
+
+    @property
+    def least_margin(self) -> float:
+        """Times that gains may rise before the loop no longer settles, at least."""
+        return KNOWN_MARGIN if self.known else LEAST_MARGIN
 
     def machine(self) -> Machine:
         """The machine at the poses."""
@@ -114,13 +135,14 @@ class Advice:
 
     Attributes:
         responses: of the loop; cloning, scales: None where nothing was shown.
-        excluded: pairs of gains and joints, each with its reason.
+        objections: to pairs of gains on joints, each with its reason.
         off_critical: (cell,) |ln ζ| of the joint of median inertia.
         score: (cell,) the smaller the better: predicted error in rad, or `off_critical` where
             nothing was shown.
         best: the cell that is advised.
         own: joints that rule `best` out and have gains of a cell of their own.
         cells: (n,) the cell of each joint.
+        settled: what trainings said, if there were some.
     """
 
     asked: Asked
@@ -128,16 +150,39 @@ class Advice:
     responses: Responses
     cloning: Cloning | None
     scales: ActionScales | None
-    excluded: list[Excluded]
+    objections: list[Objection]
     off_critical: np.ndarray
     score: np.ndarray
     best: int
     cells: np.ndarray
+    settled: Settled | None = None
 
     @cached_property
     def allowed(self) -> np.ndarray:
-        """(cell, n) bool."""
-        return allowed(self.excluded, self.responses.overshoot.shape)
+        """(cell, n) bool, what no joint rules out."""
+        return allowed(self.ruling, self.responses.overshoot.shape)
+
+    @cached_property
+    def ruling(self) -> list[Objection]:
+        """Objections that rule gains out; without demonstrations all do, as nothing weighs them."""
+        return ruling(self.objections, self.cloning is not None)
+
+    @cached_property
+    def costing(self) -> list[Objection]:
+        """The others, which the predicted error weighs."""
+        return [one for one in self.objections if one not in self.ruling]
+
+    @cached_property
+    def hopeless(self) -> np.ndarray:
+        """(cell,) bool, whose predicted error is `HOPELESS` times that of `best` and more."""
+        if self.cloning is None:
+            return np.zeros(len(self.score), bool)
+        return self.score >= HOPELESS * self.score[self.best]
+
+    @property
+    def ruled_out(self) -> np.ndarray:
+        """(cell,) bool, by a joint or for being hopeless."""
+        return ~self.allowed.all(axis=1) | self.hopeless
 
     @property
     def gains(self) -> np.ndarray:
@@ -154,19 +199,31 @@ class Advice:
     def as_good(self) -> np.ndarray:
         """(cell,) bool: allowed as `best` is, and not to be told from it by the score."""
         left = self.left
+        if self.settled is not None:
+            mean = self.settled.believed.mean
+            return left & (mean >= mean[self.best] - AS_GOOD)
         if self.cloning is None:
             return left & (self.score <= self.score[left].min() + NEAR_CRITICAL)
         return left & (self.score <= ALIKE * self.score[self.best])
 
     @cached_property
     def left(self) -> np.ndarray:
-        """(cell,) bool, which cells the fewest joints rule out."""
-        return _left(self.allowed)
+        """(cell,) bool, which cells the fewest joints rule out, if they are not hopeless."""
+        return _left(self.allowed) & ~self.hopeless
 
     def chance(self) -> np.ndarray:
         """(cell,) share of measured pairs in which the like of `best` was better than a cell's."""
         factor = self.score / self.score[self.best]
         return np.array([evidence().right(max(f, 1.0)).right for f in factor])
+
+
+def settled(advice: Advice, found: Settled) -> Advice:
+    """The same after trainings, with the gains that are believed to be best."""
+    best = best_cell(found.believed, advice.left)
+    by_joint = advice.cloning.by_joint if advice.cloning else advice.score[:, None]
+    return replace(
+        advice, best=best, cells=own_cells(best, advice.allowed, by_joint), settled=found
+    )
 
 
 def advised(
@@ -181,18 +238,20 @@ def advised(
     machine = asked.machine()
     found = responses(machine, *asked.gains)
     cloning = scales = None
-    if asked.shown is not None:
+    if asked.shown is not None and CLONING in asked.ways:
         cloning = _cloning(asked, machine, asked.shown, progress)
+    if asked.shown is not None and REINFORCEMENT in asked.ways:
         steps = held_steps(asked.shown.rate_hz, asked.policy_rate_hz)
         limits = machine.friction, machine.torque_limit
         scales = action_scales(asked.shown, *machine.real(*asked.gains), *limits, steps)
-    told = excluded(
+    told = objections(
         machine, *asked.gains, found, cloning and cloning.labels, cloning and cloning.replay,
-        asked.most_sag_rad,
+        asked.most_sag_rad, asked.least_margin,
     )  # fmt: skip
-    may = allowed(told, found.overshoot.shape)
+    against = ruling(told, cloning is not None)
+    may = allowed(against, found.overshoot.shape)
     for joint in np.flatnonzero(~may.any(axis=0)):
-        _refuse(asked, told, int(joint))
+        _refuse(asked, against, int(joint))
     off, left = _off_critical(machine, *asked.gains), _left(may)
     if cloning is None:
         score, best = off, middle(off, left, asked.gains[0][:, 0])
@@ -213,7 +272,16 @@ def advised(
     )
 
 
-def allowed(told: list[Excluded], shape: tuple[int, int]) -> np.ndarray:
+def ruling(told: list[Objection], weighed: bool) -> list[Objection]:
+    """Those that rule gains out.
+
+    Args:
+        weighed: whether a predicted error weighs the others.
+    """
+    return [one for one in told if one.kind in (RULING if weighed else KINDS)]
+
+
+def allowed(told: list[Objection], shape: tuple[int, int]) -> np.ndarray:
     """(cell, n) bool, what is left."""
     may = np.ones(shape, bool)
     for one in told:
@@ -290,7 +358,7 @@ def _off_critical(machine: Machine, kp: np.ndarray, kd: np.ndarray) -> np.ndarra
     return np.abs(np.log(kd / (2 * np.sqrt(kp * inertia[j]))))
 
 
-def _refuse(asked: Asked, told: list[Excluded], joint: int) -> None:
+def _refuse(asked: Asked, told: list[Objection], joint: int) -> None:
     own = [one for one in told if one.joint == joint]
     nearest = min(own, key=lambda one: (one.by, one.cell))
     kp, kd = asked.grid.kp, asked.grid.kd

@@ -98,6 +98,51 @@ class Trials:
 
 
 @dataclass(frozen=True)
+class Settling:
+    """What is lost against the best cell, share of success, mean over the grids of ours.
+
+    Attributes:
+        trainings: policies that were trained.
+        lost: if they are those that `t2l advise --train` chooses, what it has fitted being fitted
+            without the grid at hand; at_random: if they are of cells at random.
+    """
+
+    trainings: int
+    lost: float
+    at_random: float
+
+
+@dataclass(frozen=True)
+class Planted:
+    """Worlds with hidden effects whose policies were trained; see `benchmarks.planted.verdict`.
+
+    Attributes:
+        half: `development` or `test`.
+        known: `nominal` or `explained`, what the advice was given of the machine.
+        worlds: how many.
+        within: of them, those where the cell that is named succeeds at most 5 per cent points less
+            than the best; lost: how much less on average, which may be below zero.
+        critical_within, critical_lost: of critical damping at 5 Hz; ratio_within, ratio_lost: of
+            the largest Kd/Kp.
+        ruled_out, failed: cells that are ruled out, and those of them that fail.
+        best_ruled_out: worlds whose best cell is ruled out.
+    """
+
+    half: str
+    known: str
+    worlds: int
+    within: int
+    lost: float
+    critical_within: int
+    critical_lost: float
+    ratio_within: int
+    ratio_lost: float
+    ruled_out: int
+    failed: int
+    best_ruled_out: int
+
+
+@dataclass(frozen=True)
 class Evidence:
     """All that was measured.
 
@@ -105,11 +150,19 @@ class Evidence:
         grids: one a grid.
         trials: by seconds.
         pairs: by rising factor, of which the first is 1.
+        settling: by rising number of trainings, from none.
+        planted: one a half and what is known.
     """
 
     grids: tuple[Measured, ...]
     pairs: tuple[Pairs, ...]
     trials: tuple[Trials, ...]
+    settling: tuple[Settling, ...]
+    planted: tuple[Planted, ...]
+
+    def in_worlds(self, known: str) -> Planted:
+        """Of the worlds that nothing was fitted to."""
+        return next(row for row in self.planted if (row.half, row.known) == ("test", known))
 
     def of(self, whose: str) -> tuple[Measured, ...]:
         """The grids of `OURS` or `STUDY`."""
@@ -128,19 +181,21 @@ def evidence() -> Evidence:
         tuple(Measured(**row) for row in kept["grids"]),
         tuple(Pairs(**row) for row in kept["pairs"]),
         tuple(Trials(**row) for row in kept["trials"]),
+        tuple(Settling(**row) for row in kept["settling"]),
+        tuple(Planted(**row) for row in kept["planted"]),
     )
 
 
 def write_evidence(found: Evidence, path: Path) -> None:
     """Write what was measured, with as many digits as it is worth."""
 
-    def plain(row: Measured | Pairs | Trials) -> dict:
+    def plain(row: Measured | Pairs | Trials | Settling | Planted) -> dict:
         values = asdict(row).items()
         return {
             key: round(value, 4) if isinstance(value, float) else value for key, value in values
         }
 
-    content = {key: [*map(plain, getattr(found, key))] for key in ("grids", "pairs", "trials")}
+    content = {key: [*map(plain, getattr(found, key))] for key in vars(found)}
     write_text(to_yaml(content, sort_keys=False), path)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from t2l.advise.advice import Advice
+from t2l.advise.exclusions import Objection
 from t2l.artefacts import write_text
 from t2l.documents import to_yaml
 from t2l.typed import AsTuple, Number, Typed, check
@@ -19,7 +20,7 @@ Known = Number | None
 
 
 class Reason(Typed):
-    """Why a joint rules a pair of gains out."""
+    """What a joint has against a pair of gains."""
 
     joint: str
     kind: str
@@ -30,6 +31,8 @@ class CellEntry(Typed):
     """One pair of gains; numbers are of the worst joint, null where they are not known.
 
     Attributes:
+        hopeless: by its predicted error.
+        excluded, costs: what rules it out, and what its predicted error weighs.
         chance_best_is_better: share of measured pairs that differed as much in which the better
             one by prediction was it.
     """
@@ -37,8 +40,10 @@ class CellEntry(Typed):
     kp: Number
     kd: Number
     as_good: bool
+    hopeless: bool
     predicted_error_rad: Known
     chance_best_is_better: Known
+    expected_success: Annotated[Known, Field(description="after trainings")]
     ring_hz: Number
     overshoot: Known
     margin: Number
@@ -46,6 +51,7 @@ class CellEntry(Typed):
     lead_rad: Known
     replay_rmse_rad: Known
     excluded: Annotated[tuple[Reason, ...], AsTuple]
+    costs: Annotated[tuple[Reason, ...], AsTuple]
 
 
 class JointEntry(Typed):
@@ -132,20 +138,27 @@ def _cell(advice: Advice, i: int) -> dict:
         "kp": float(cell.kp),
         "kd": float(cell.kd),
         "as_good": bool(advice.as_good[i]),
+        "hopeless": bool(advice.hopeless[i]),
         "predicted_error_rad": cloning and _known(cloning.error[i]),
         "chance_best_is_better": cloning and float(advice.chance()[i]),
+        "expected_success": advice.settled and float(advice.settled.believed.mean[i]),
         "ring_hz": float(found.ring_hz[i, worst]),
         "overshoot": _known(found.overshoot[i].max()),
         "margin": float(found.margin[i].min()),
         "lag_s": float(found.lag_s[i].max()),
         "lead_rad": cloning and _known(cloning.labels.lead_rad[i].max()),
         "replay_rmse_rad": cloning and _known(cloning.replay.rmse_rad[i].max()),
-        "excluded": [
-            {"joint": advice.asked.joints[one.joint], "kind": one.kind, "why": one.why}
-            for one in advice.excluded
-            if one.cell == i
-        ],
+        "excluded": _reasons(advice, advice.ruling, i),
+        "costs": _reasons(advice, advice.costing, i),
     }
+
+
+def _reasons(advice: Advice, told: list[Objection], i: int) -> list[dict]:
+    return [
+        {"joint": advice.asked.joints[one.joint], "kind": one.kind, "why": one.why}
+        for one in told
+        if one.cell == i
+    ]
 
 
 def _known(value: float) -> float | None:

@@ -4,7 +4,7 @@ Effects that bend the loop's linear response are taken over; `LINEAR` names them
 limits do beside that is told apart: friction as a sag, limits by the replay.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -92,6 +92,9 @@ def of_model(
     Raises:
         ConfigurationError: the robot's file is wrong, or lacks a joint.
     """
+    left_out = _left_out(model, joints)
+    # play between two masses, of which none holds the other, has no linear loop
+    model = replace(model, effects={k: v for k, v in model.effects.items() if k in LINEAR})
     layout, u = model.vector(joints)
     extending = [term for term in layout.terms if term.effect.extends]
     compiled = with_effects(model.robot, joints, extending)
@@ -127,7 +130,7 @@ def of_model(
         _owners(compiled, joints), signals,
         np.stack([loop.kp[0], loop.kd[0]], axis=1), weight, np.maximum(friction, 0.0),
         stated if limits is None else np.minimum(stated, limits),
-        _left_out(model, joints),
+        left_out,
     )  # fmt: skip
 
 

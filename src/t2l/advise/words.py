@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from t2l.advise.advice import LASTS_S, Advice
+from t2l.advise.advice import AS_GOOD, LASTS_S, Advice
 from t2l.advise.evidence import ALIKE, OTHER, OURS, STUDY, evidence, mean_of
-from t2l.advise.exclusions import LEAST_MARGIN, mildest
+from t2l.advise.exclusions import HOPELESS, Objection, mildest
 from t2l.advise.responses import LONGEST_DELAY_S, longest_delay_s
 from t2l.advise.shown import FREE
 from t2l.advise.trainings import to_train
@@ -16,10 +16,14 @@ def headline(advice: Advice) -> str:
     cell = advice.asked.grid.cells[advice.best]
     own = [advice.asked.joints[j] for j in advice.own]
     but = f", but for {listed(own)}, which cannot have them" if own else ""
+    count = len(advice.settled.tried) if advice.settled else 0
+    since = f" after {count} training{'s' * (count > 1)}" if count else ""
     what = "cloning" if advice.cloning else "a loop that is damped critically"
     factors = (advice.asked.units != 1).any()
     where = "times the robot's own gains" if factors else "on every joint"
-    return f"Kp {cell.kp:g}, Kd {cell.kd:g} {where}{but}: the best of what is left, for {what}"
+    return (
+        f"Kp {cell.kp:g}, Kd {cell.kd:g} {where}{but}: the best of what is left, for {what}{since}"
+    )
 
 
 def as_good(advice: Advice) -> str:
@@ -29,6 +33,9 @@ def as_good(advice: Advice) -> str:
     if not near:
         return "No other pair of the grid is as good by this order."
     said = listed([f"({cell.kp:g}, {cell.kd:g})" for cell in near])
+    if advice.settled is not None:
+        near = f"within {100 * AS_GOOD:.0f} per cent points of it"
+        return f"Expected to succeed {near}, as (Kp, Kd): {said}."
     if advice.cloning is None:
         return f"As near to critical damping, but for a factor of √2, as (Kp, Kd): {said}."
     right = evidence().right(1.0).right
@@ -42,6 +49,11 @@ def as_good(advice: Advice) -> str:
 def wants(advice: Advice) -> list[str]:
     """What cloning would take, what it meets, and where the loop is in its way."""
     cloning = advice.cloning
+    if cloning is None and advice.asked.shown is not None:
+        return [
+            "Nothing is known that ranks gains for learning by trying: of the gains that are left, "
+            "those damp the median joint critically, and the middle one of them is named."
+        ]
     if cloning is None:
         return [
             "Without demonstrations nothing tells how stiff to be: of the gains that are left, "
@@ -50,9 +62,10 @@ def wants(advice: Advice) -> list[str]:
         ]
     cells, best, found = advice.asked.grid.cells, advice.best, []
     free = int(np.argmin(cloning.error))
-    if free != best:
-        kinds = {one.kind for one in advice.excluded if one.cell == free}
-        names = [advice.asked.joints[one.joint] for one in advice.excluded if one.cell == free]
+    if free != best and advice.settled is None:
+        against = [one for one in advice.ruling if one.cell == free]
+        kinds = {one.kind for one in against}
+        names = [advice.asked.joints[one.joint] for one in against]
         found.append(
             f"Cloning alone would take Kp {cells[free].kp:g}, Kd {cells[free].kd:g}, with "
             f"{100 * cloning.error[free] / cloning.error[best]:.0f} % of the predicted error. "
@@ -112,10 +125,18 @@ def trying(advice: Advice) -> list[str]:
     left = np.flatnonzero(may)
     roomy = int(left[np.argmax(room[left])]) if len(left) else best
     if roomy != best:
-        found.append(
-            f"Of the pairs that are left, Kp {cells[roomy].kp:g}, Kd {cells[roomy].kd:g} leaves "
-            f"most room, a factor of {room[roomy]:.2g}."
+        most = (
+            f"f the pairs that are left, Kp {cells[roomy].kp:g}, Kd {cells[roomy].kd:g} leaves "
+            f"most room, a factor of {room[roomy]:.2g}"
         )
+        if advice.cloning is None:
+            found.append(f"O{most}.")
+        else:
+            worse = advice.score[roomy] / advice.score[best]
+            found.append(
+                f"Here both pull apart: o{most}, and has {worse:.2g} times the predicted error "
+                "of a clone."
+            )
     trials = evidence().trials
     inside, outside = (
         [getattr(one, f"{where}_succeeded") for one in trials] for where in ("inside", "outside")
@@ -168,17 +189,33 @@ def confidence(advice: Advice) -> list[str]:
             f"Of the other {len(left)} cells that are left, by measured pairs that differed as "
             f"much, it is better than one with a chance of {100 * sure:.0f} % on average."
         )
-    return [*said, _of_ringing(), *_unknown(advice)]
+    return [*said, _in_worlds(advice), _of_ringing(), *_unknown(advice)]
+
+
+def _in_worlds(advice: Advice) -> str:
+    """How advice of the same knowledge did on simulated machines with hidden effects."""
+    row = evidence().in_worlds("explained" if advice.asked.known else "nominal")
+    knew = (
+        "that was given their effects, each number off by 5 %," if advice.asked.known
+        else "that was given the nominal robot alone"
+    )  # fmt: skip
+    less = "less" if row.lost >= 0 else "more"
+    return (
+        f"On {row.worlds} simulated machines with hidden effects, to which nothing was fitted, "
+        f"advice {knew} named a pair of 16 within 5 per cent points of the best in {row.within}, "
+        f"with {100 * abs(row.lost):.0f} points {less} success on average. Critical damping at "
+        f"5 Hz did so in {row.critical_within}, the largest Kd/Kp in {row.ratio_within}. Of "
+        f"{row.ruled_out} pairs that were ruled out {row.failed} failed."
+    )
 
 
 def _of_ringing() -> str:
     grids = evidence().grids
     best = sum(row.best_rings for row in grids)
     return (
-        f"Pairs that ring by the rule above were {'never' if not best else f'{best} times'} the "
-        f"best of a grid: policies under them succeeded in {100 * mean_of(grids, 'in_them'):.0f} % "
-        f"on average, under the others in {100 * mean_of(grids, 'in_others'):.0f} %. The other "
-        "rules were tested in simulation of the loop, not on policies."
+        f"Pairs that ring were {'never' if not best else f'{best} times'} the best of a grid: "
+        f"policies under them succeeded in {100 * mean_of(grids, 'in_them'):.0f} % on average, "
+        f"under the others in {100 * mean_of(grids, 'in_others'):.0f} %."
     )
 
 
@@ -206,7 +243,7 @@ def changes(advice: Advice, measured: bool) -> list[str]:
         measured: whether the machine's effects are known from recordings.
     """
     machine, found = advice.machine, []
-    bears = longest_delay_s(machine, *advice.gains.T, LEAST_MARGIN)
+    bears = longest_delay_s(machine, *advice.gains.T, advice.asked.least_margin)
     joint = int(np.argmin(bears))
     has = machine.signals.delay_s[joint]
     if bears[joint] < LONGEST_DELAY_S:
@@ -240,15 +277,64 @@ def changes(advice: Advice, measured: bool) -> list[str]:
             f"{100 * mean_of(grids, 'trained_at_random'):.0f} %, the best of all in "
             f"{100 * mean_of(grids, 'best'):.0f} %."
         )
+        first, *_, last = evidence().settling
+        found.append(
+            f"--train: on our grids the pair named lost {100 * first.lost:.0f} per cent points "
+            f"against the best without trainings and {100 * last.lost:.0f} after "
+            f"{last.trainings} that it chose, {100 * last.at_random:.0f} after as many at random."
+        )
     return found
 
 
-def exclusions(advice: Advice) -> list[tuple[str, str, int]]:
-    """Kind, sentence and number of cells, a joint after the other."""
-    return [
-        (one.kind, one.why, count)
-        for one, count in mildest(advice.excluded, len(advice.asked.joints))
+def trained(advice: Advice) -> list[str]:
+    """What trainings found, and how far that may be off."""
+    if advice.settled is None:
+        return []
+    cells, believed, found = advice.asked.grid.cells, advice.settled.believed, {}
+    for one in advice.settled.tried:
+        found.setdefault(one.cell, []).append(one.success)
+    said = [
+        f"Under Kp {cells[i].kp:g}, Kd {cells[i].kd:g} "
+        f"{listed([f'{100 * value:.0f} %' for value in values])} of attempts succeeded."
+        for i, values in found.items()
     ]
+    best = advice.best
+    said.append(
+        f"Of a policy under Kp {cells[best].kp:g}, Kd {cells[best].kd:g} a success of "
+        f"{100 * believed.mean[best]:.0f} % is expected, give or take "
+        f"{100 * believed.deviation[best]:.0f} %."
+    )
+    return said
+
+
+def exclusions(advice: Advice) -> list[tuple[str, str, int]]:
+    """What rules out: kind, sentence and number of cells, a joint after the other."""
+    return _told(advice, advice.ruling)
+
+
+def costs(advice: Advice) -> list[tuple[str, str, int]]:
+    """What is to be paid, likewise."""
+    return _told(advice, advice.costing)
+
+
+def hopeless(advice: Advice) -> str:
+    """What is ruled out by its predicted error alone, empty if nothing is."""
+    which = advice.hopeless & advice.allowed.all(axis=1)
+    cells = [advice.asked.grid.cells[i] for i in np.flatnonzero(which)]
+    if not cells:
+        return ""
+    said = listed([f"({cell.kp:g}, {cell.kd:g})" for cell in cells])
+    return f"Hopeless by a predicted error of {HOPELESS:g} times the best and more: {said}."
+
+
+def at_a_price(advice: Advice) -> list[str]:
+    """What speaks against the gains that are advised, though it does not rule them out."""
+    cells = advice.cells
+    return [one.why for one in advice.costing if one.cell == cells[one.joint]]
+
+
+def _told(advice: Advice, some: list[Objection]) -> list[tuple[str, str, int]]:
+    return [(one.kind, one.why, count) for one, count in mildest(some, len(advice.asked.joints))]
 
 
 def most_common(advice: Advice) -> list[str]:

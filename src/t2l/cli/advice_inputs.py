@@ -11,8 +11,10 @@ import numpy as np
 if TYPE_CHECKING:
     from t2l.advise.advice import Asked
     from t2l.advise.shown import Shown
+    from t2l.demos.demonstration import Demonstration
     from t2l.identify.model import Model
     from t2l.recordings.recording import Recording
+    from t2l.tasks import Demonstrated
 
 STILL_RAD = 1e-3  # bound: of motions; a joint that moves less says nothing of itself
 FIRST = 4  # numerics: demonstrations, by whose attempts a task that cannot be done is found
@@ -146,16 +148,19 @@ def _check_excited(recordings: "list[Recording]") -> None:
 
 
 def shown_of(
-    arguments: argparse.Namespace, body: Body, recordings: "list[Recording]"
+    arguments: argparse.Namespace,
+    body: Body,
+    recordings: "list[Recording]",
+    by_expert: "tuple[Demonstrated, list[Demonstration]] | None",
 ) -> "Shown | None":
     """What the robot is to do."""
-    from t2l.advise.shown import of_dataset
+    from t2l.advise.shown import of_dataset, of_task
     from t2l.cli.inputs import gain_of_each
     from t2l.demos.other_gains import Gains
     from t2l.identify.prediction import with_effects
 
-    if arguments.task:
-        return _of_task(arguments, body)
+    if by_expert is not None:
+        return of_task(*by_expert)
     if not arguments.demonstrations:
         return None
     gains = None
@@ -170,18 +175,21 @@ def shown_of(
     )  # fmt: skip
 
 
-def _of_task(arguments: argparse.Namespace, body: Body) -> "Shown":
-    """Demonstrations of an expert.
+def by_expert(
+    arguments: argparse.Namespace, body: Body
+) -> "tuple[Demonstrated, list[Demonstration]] | None":
+    """A task and demonstrations of its expert, None without --task.
 
     Raises:
         ConfigurationError: nobody can show the task, or the robot cannot do it.
     """
-    from t2l.advise.shown import of_task
     from t2l.config.tasks import read_task_file
     from t2l.demos.expert import demonstrate
     from t2l.errors import ConfigurationError, ExpertError
     from t2l.tasks import Demonstrated, make_task
 
+    if not arguments.task:
+        return None
     task = make_task(read_task_file(Path(arguments.task), robot=body.robot))
     if not isinstance(task, Demonstrated):
         raise ConfigurationError(
@@ -204,7 +212,7 @@ def _of_task(arguments: argparse.Namespace, body: Body) -> "Shown":
             f"{arguments.task}: found a task that {body.robot} does not reach: {error}; allowed: "
             "a task within its workspace, or fewer demonstrations by --count"
         ) from None
-    return of_task(task, shown)
+    return task, shown
 
 
 def compensated(arguments: argparse.Namespace, recordings: "list[Recording]") -> bool:

@@ -56,7 +56,7 @@ def _panels(advice: Advice) -> list[tuple]:
         ),
     ]  # fmt: skip
     if cloning is None:
-        return loop
+        return [*loop, *_room(advice)]
     error = 1e3 * cloning.error
     replay = 1e3 * cloning.replay.rmse_rad.max(axis=1)
     lead = 1e3 * cloning.labels.lead_rad.max(axis=1)
@@ -79,6 +79,8 @@ def _panels(advice: Advice) -> list[tuple]:
 
 
 def _room(advice: Advice) -> list[tuple]:
+    if advice.scales is None:
+        return []
     room = advice.scales.room
     if not np.isfinite(room).any():
         return []
@@ -99,7 +101,7 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 def _mark(axes: Axes, advice: Advice) -> None:
     columns = len(advice.asked.grid.kp)
-    ruled = (~advice.allowed).any(axis=1)
+    ruled = advice.ruled_out
     for i in range(len(ruled)):
         row, column = divmod(i, columns)
         if ruled[i]:
@@ -120,7 +122,7 @@ def _mark(axes: Axes, advice: Advice) -> None:
 
 
 def reasons(advice: Advice) -> Figure:
-    """Of every joint, which gains it rules out, and by which reason."""
+    """Of every joint, what it has against which gains."""
     grid, joints = advice.asked.grid, advice.asked.joints
     columns = min(4, len(joints))
     rows = -(-len(joints) // columns)
@@ -134,14 +136,14 @@ def reasons(advice: Advice) -> Figure:
             panel.set_visible(False)
         for j, panel in enumerate(axes.flat[: len(joints)]):
             image = np.ones((len(grid.cells), 4))
-            for one in advice.excluded:
+            for one in advice.objections:
                 if one.joint == j:
                     image[one.cell] = colours[KINDS.index(one.kind)]
             panel.imshow(image.reshape(len(grid.kd), -1, 4), origin="lower", aspect="auto")
             panel.set_xticks(range(len(grid.kp)), [f"{kp:g}" for kp in grid.kp], fontsize=6)
             panel.set_yticks(range(len(grid.kd)), [f"{kd:g}" for kd in grid.kd], fontsize=6)
             panel.set_title(joints[j], fontsize=8)
-        used = sorted({one.kind for one in advice.excluded}, key=KINDS.index)
+        used = sorted({one.kind for one in advice.objections}, key=KINDS.index)
         handles = [Rectangle((0, 0), 1, 1, color=colours[KINDS.index(kind)]) for kind in used]
         if handles:
             figure.legend(handles, used, loc="outside right upper", fontsize=8)

@@ -14,6 +14,7 @@ from t2l.figures import ablation, fidelity, identification, transfer
 from t2l.figures.collections import collections
 from t2l.figures.learned_tasks import learned_tasks
 from t2l.figures.learning import landscape
+from t2l.figures.planted_worlds import planted_worlds
 from t2l.figures.responses import responses
 from t2l.figures.scaling import scaling
 from t2l.figures.success import success_and_loss
@@ -23,6 +24,7 @@ from t2l.plotting.style import title
 from t2l.stats.ablation import WHOLE
 from t2l.stats.ablation import by_cell as ablation_by_cell
 from t2l.stats.collections import by_collection, collections_table
+from t2l.stats.planted import losses, reliability
 from t2l.stats.regions import region_table
 from t2l.stats.scaling import scaling_table
 from t2l.stats.transfer import jitter_table
@@ -44,6 +46,13 @@ DPI = {
     "identified_over_true": 200,
     "responses": 200,
 }  # format: of PNG beside text; small print needs more
+EXPLAINED, WITHIN = "explained", 0.05  # convention: as `benchmarks.planted.verdict` has it
+RULES = {
+    "advised": "advice, machine known", "blind": "advice, nominal model",
+    "critical": "critical damping at 5 Hz", "usual": "the gains it is used with",
+    "left": "any of what is not ruled out, mean", "compliant": "compliant and overdamped, mean",
+    "ratio": "largest Kd/Kp", "validation": "least validation loss",
+}  # fmt: skip
 TASKS = (
     "bimanual_handover", "dishrack_loading", "dishrack_unloading", "dishwasher", "mug_hanging",
 )  # fmt: skip
@@ -184,6 +193,16 @@ def _learned(folder: Path, task: str) -> Figure:
     return learned_tasks({task: _read(folder, f"learning_{task}")})
 
 
+def _planted(folder: Path) -> Figure:
+    """Of advice that knows the machine, beside what people use."""
+    table, pairs = (_read(folder, f"planted_{name}") for name in ("advice", "pairs"))
+    known = table[table.known == EXPLAINED]
+    nominal = table[table.known != EXPLAINED].set_index(["half", "world"]).advised
+    blind = nominal.loc[known.set_index(["half", "world"]).index].to_numpy()
+    stated = reliability(pairs[pairs.known == EXPLAINED])
+    return planted_worlds(losses(known.assign(blind=blind), RULES), stated, WITHIN)
+
+
 FIGURES: dict[str, Callable[[Path], Figure]] = {
     "block_stack_success": partial(_success, name="cloning_grid", task="block_stack"),
     "block_stack_success_without_noise": partial(
@@ -207,6 +226,7 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "learning_lift_cube": partial(_learned, task="lift_cube"),
     "learning_open_drawer": partial(_learned, task="open_drawer"),
     "decoupling": _decoupling,
+    "planted_worlds": _planted,
     "responses": _responses,
     "identified_over_true": _identified,
 }
