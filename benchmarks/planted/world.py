@@ -44,10 +44,10 @@ class World:
         home, reach: about which, and how far it moves [rad].
         via, goal: the middle of these from home, in shares of `reach`.
         tolerance: of both places, RMS over joints of shares of `reach`.
-    seconds: that a person takes from one to the next.
+        seconds: that a person takes from one to the next.
         recorded_kp, recorded_kd: gains of the demonstrations, one for each joint.
         usual_kp, usual_kd: gains that such a robot is used with.
-    kp, kd: (4,) each, the gains in question, every Kp with every Kd on all joints.
+        kp, kd: (4,) each, the gains in question, every Kp with every Kd on all joints.
         control_rate_hz: of its loop.
         noise_rad, step_rad: of encoders.
     """
