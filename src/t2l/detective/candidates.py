@@ -1,9 +1,9 @@
 """What may be missing: known effects on one joint or on all, each with columns of responses.
 
 A candidate's response is affine in its parameters: what it does at a setting, and the derivatives
-there. Each of an effect's first guesses is a setting. On each joint the best is kept, the best beside
-other effects, and the best for each value of what has no derivative. Of an effect of the whole robot
-all are kept.
+there. Each of an effect's first guesses is a setting. On each joint the best is kept, the best
+beside other effects, and the best for each value of what has no derivative. Of an effect of the
+whole robot all are kept.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
