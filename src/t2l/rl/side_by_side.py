@@ -29,7 +29,7 @@ class Training:
     """One of the trainings; see `t2l.rl.learn.learn`.
 
     Attributes:
-        unfinished: where its state is kept while it is trained with no other.
+        unfinished: where its state is kept; of trainings side by side, all have it or none.
     """
 
     problem: Problem
@@ -60,7 +60,9 @@ def learn_side_by_side(
     if not _together(trainings, device):
         return [learn_alone(training, threads) for training in trainings]
     where, algorithm = device or device_for(first.problem.task), _algorithm(first)
-    kept = {"unfinished": first.unfinished} if len(trainings) == 1 and algorithm.resumes else {}
+    kept = {}
+    if first.unfinished and algorithm.resumes:
+        kept["unfinished"] = Unfinished.together([training.unfinished for training in trainings])
     return algorithm().train_side_by_side(
         _world(trainings, first.settings.environments, 0, True, threads, where),
         _world(trainings, PROGRESS_EPISODES, 1, False, threads, where),
