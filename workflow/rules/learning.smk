@@ -77,6 +77,7 @@ rule learn:
         entry=lambda wildcards: LEARNED[wildcards.learned],
         task=lambda wildcards: dict(STUDY.tasks[wildcards.learned]),
         settings=TRAINING_SETTINGS,
+        episodes=LEARNING.get("episodes"),
     threads: 1
     log:
         result("logs", "learn", "{learned}_{cell}_{seed}.log"),
