@@ -78,16 +78,17 @@ def judge_side_by_side(
     policies: Sequence[Policy],
     threads: int = 1,
     device: str | None = None,
+    episodes: int = EPISODES,
 ) -> list[Evaluation]:
     """What `t2l.rl.learn.judge` says of the policy of each training."""
     first = trainings[0]
     if not _together(trainings, device):
         return [
-            judge(t.problem, t.choice, t.settings, policy, threads)
+            judge(t.problem, t.choice, t.settings, policy, threads, episodes)
             for t, policy in zip(trainings, policies, strict=True)
         ]
     where = device or device_for(first.problem.task)
-    return evaluate_side_by_side(policies, _world(trainings, EPISODES, 2, False, threads, where))
+    return evaluate_side_by_side(policies, _world(trainings, episodes, 2, False, threads, where))
 
 
 def learn_and_judge(
