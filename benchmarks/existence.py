@@ -29,6 +29,7 @@ from t2l.rl.progress import Progress
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from t2l.rl.unfinished import Unfinished
 from t2l.sim.batch import MUJOCO
+from t2l.study.landscape.existence import at_corners
 from t2l.version import library
 
 TABLE, CURVES = (ROOT / f"docs/data/{name}.csv" for name in ("existence", "existence_curves"))
@@ -157,7 +158,11 @@ def judge(folder: Path, threads: int) -> pd.DataFrame:
             print(known["judged"], flush=True)
         rows.append(known["judged"])
         curves.append(history.assign(**{key: known[key] for key in KEYS})[OF_CURVES])
-    table = pd.DataFrame(rows, columns=[*COLUMNS, *ON_GPU])
+    cells = {
+        task: [Cell(own["kp"], own["kd"]) for own in entry["action_scales"]]
+        for task, entry in entries.items()
+    }
+    table = at_corners(pd.DataFrame(rows, columns=[*COLUMNS, *ON_GPU]), cells)
     _bring_up(TABLE, table)
     _bring_up(CURVES, pd.concat(curves, ignore_index=True))
     return table
