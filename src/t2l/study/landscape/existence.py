@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
-from t2l.gains import Cell
+from t2l.gains import Cell, corner_regions
 from t2l.names import heading
 from t2l.stats.learning import EXISTS
 from t2l.stats.text import rate
@@ -23,22 +23,6 @@ COLUMNS = ("task", "region", "kp", "kd", "episodes", "successes")
 VARIANTS = ("_isaaclab",)
 
 
-def regions(cells: Iterable[Cell]) -> dict[Cell, str]:
-    """The region of each of four corners; none where cells are not the corners of a grid.
-
-    Stiff and overdamped are the higher gains of these four, whatever a gain is: of a robot that
-    states its own, it is a factor.
-    """
-    cells = set(cells)
-    kps, kds = {cell.kp for cell in cells}, {cell.kd for cell in cells}
-    if not len(cells) == len(REGIONS) == 2 * len(kps) == 2 * len(kds):
-        return {}
-    return {
-        cell: ("S" if cell.kp == max(kps) else "C") + ("O" if cell.kd == max(kds) else "U")
-        for cell in cells
-    }
-
-
 def at_corners(policies: pd.DataFrame, cells: Mapping[str, Iterable[Cell]]) -> pd.DataFrame:
     """Those of tasks that are asked for at four corners, with the region of each.
 
@@ -46,7 +30,7 @@ def at_corners(policies: pd.DataFrame, cells: Mapping[str, Iterable[Cell]]) -> p
         policies: one row each; task, kp, kd and more.
         cells: that are asked for, by task.
     """
-    known = {task: regions(own) for task, own in cells.items()}
+    known = {task: corner_regions(own) for task, own in cells.items()}
     rows = zip(policies.task, policies.kp, policies.kd, strict=True)
     found = [known.get(task, {}).get(Cell(kp, kd)) for task, kp, kd in rows]
     return policies.assign(region=found).dropna(subset="region")
