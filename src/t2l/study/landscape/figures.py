@@ -43,7 +43,7 @@ def existence(table: "pd.DataFrame") -> Figure:
         axes.spines[:].set_visible(False)
         axes.tick_params(length=0)
         figure.colorbar(image, ax=axes, label="success in fresh episodes [%]")
-        axes.set_title("Framed: 99 % or more. Trials: the study's above 95 %", fontsize=9)
+        axes.set_title("Framed: 99 % or more. Trials: the study's with 95 % or more", fontsize=9)
     return figure
 
 
