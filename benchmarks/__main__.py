@@ -9,7 +9,8 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 `python -m benchmarks labels [TASK …]` takes some tasks, as `learning_periods` and
 `noisy_tasks` do, `collections [RESULTS]` results of a run,
 `from_truth [CASE …]` cases as `hidden`, `engines [DEVICE …]` engines: `mujoco`,
-`cuda`, or `cpu` of MuJoCo Warp.
+`cuda`, or `cpu` of MuJoCo Warp. `existence train FOLDER TASK` and `existence judge FOLDER` say more
+by `--help`.
 """
 
 import sys
@@ -22,6 +23,7 @@ from benchmarks import (
     diagnosis,
     earlier,
     engines,
+    existence,
     following,
     from_truth,
     hidden,
@@ -69,6 +71,7 @@ WITH_ARGUMENTS = {
     "holdouts": holdouts,
     "earlier": earlier,
     "engines": engines,
+    "existence": existence,
     "machines": machines,
     "following": following,
     "labels": labels,

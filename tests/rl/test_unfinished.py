@@ -81,8 +81,8 @@ def test_a_killed_training_goes_on_to_the_same_digits(tmp_path, task):
     np.testing.assert_array_equal(np.stack(episodes.qpos), np.stack(shown.qpos))
 
 
-@pytest.mark.parametrize("device", ["mujoco", "cpu"])
-def test_so_does_one_that_is_trained_as_on_a_gpu(tmp_path, device):
+@pytest.mark.parametrize(("device", "count"), [("mujoco", 1), ("mujoco", 2), ("cpu", 2)])
+def test_so_do_those_that_are_trained_as_on_a_gpu(tmp_path, device, count):
     class StoppedError(Exception):
         """In place of a kill."""
 
@@ -91,16 +91,30 @@ def test_so_does_one_that_is_trained_as_on_a_gpu(tmp_path, device):
             raise StoppedError
 
     problem, choice, settings = asked("joint_reach")
-    kept = Unfinished(tmp_path / "unfinished.pt", "this one")
-    training = Training(problem, choice, settings)
-    with pytest.raises(StoppedError):
-        learn_side_by_side([replace(training, report=stop, unfinished=kept)], device=device)
     told = []
-    going_on = replace(training, report=lambda update, *_: told.append(update), unfinished=kept)
-    (trained,) = learn_side_by_side([going_on], device=device)
-    assert told == [6, 7]
-    (whole,) = learn_side_by_side([training], device=device)
-    assert_same_training(trained, whole)
+    whole, stopped, going_on = (
+        [
+            Training(
+                problem, choice, replace(settings, seed=seed), report,
+                Unfinished(tmp_path / str(seed) / name, f"training {seed}"),
+            )
+            for seed in range(count)
+        ]
+        for name, report in (
+            ("another.pt", lambda *_: None),
+            ("unfinished.pt", stop),
+            ("unfinished.pt", lambda update, *_: told.append(update)),
+        )
+    )  # fmt: skip
+    with pytest.raises(StoppedError):
+        learn_side_by_side(stopped, device=device)
+    # they have one state
+    assert [path.parent.name for path in tmp_path.rglob("unfinished.pt")] == ["0"]
+    found = learn_side_by_side(going_on, device=device)
+    assert told == [6] * count + [7] * count
+    expected = learn_side_by_side(whole, device=device)
+    for one, other in zip(found, expected, strict=True):
+        assert_same_training(one, other)
 
 
 def test_what_was_kept_of_another_training_or_is_broken_is_not_used(tmp_path):

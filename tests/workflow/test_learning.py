@@ -15,10 +15,13 @@ SMALL = {"environments": 8, "updates": 2, "evaluate_every": 1, "horizon_s": 0.2}
 LEARNING = {
     "study": "learned",
     "learning": {
+        "episodes": 20,
         "tasks": [
             {
                 "task": "lift_cube",
-                "action_scales": [{"kp": 16, "kd": 24, "rad": [2.0, 1.0]}],
+                "action_scales": [
+                    {"kp": kp, "kd": kd, "rad": [2.0, 1.0]} for kp in (16, 512) for kd in (2, 24)
+                ],
                 **SMALL,
             },
             {
@@ -54,14 +57,20 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     done = empty_project.run("--", "learning", config=LEARNING)
     assert done.returncode == 0, done.stdout
     results = empty_project.folder / "results/learned"
-    reach, lift, walk = pd.read_csv(results / "tables/learning.csv").to_dict("records")
-    assert (lift["task"], lift["kp"], lift["episodes"], lift["exists"]) == (
-        "lift_cube", 16, 100, False,
-    )  # fmt: skip
+    reach, *lifts, walk = pd.read_csv(results / "tables/learning.csv").to_dict("records")
+    for lift in lifts:
+        assert (lift["task"], lift["episodes"], lift["exists"]) == ("lift_cube", 20, False)
+    # of the task that is asked for at four corners
+    corners = pd.read_csv(results / "tables/existence.csv")
+    assert corners.task.unique().tolist() == ["lift_cube"]
+    assert corners.region.tolist() == ["CO", "CU", "SO", "SU"]
+    assert (corners.episodes == 20).all()
+    assert not corners.exists.any()
     # in a fifth of a second nobody falls
     assert (walk["task"], walk["kp"], walk["kd"], walk["failed"]) == ("track_velocity", 0.25, 4, 0)
     for figure in (
         "learning",
+        "existence",
         "joint_reach_learned",
         "lift_cube_learned",
         "track_velocity_learned",
@@ -75,7 +84,7 @@ def test_a_task_with_contacts_is_learned_judged_and_shown(empty_project):
     # a user sees which term fails while it trains
     logs = [log.read_text() for log in sorted((results / "logs/learn").iterdir())]
     assert all("update 2: success 0.00, ended early 0.00; reward" in log for log in logs)
-    assert ["stepping" in log for log in logs] == [False, False, True]
+    assert ["stepping" in log for log in logs] == [False] * 5 + [True]
     assert "reaching" in logs[1]
     assert (reach["task"], reach["kp"]) == ("joint_reach", 128)
     (trials,) = pd.read_csv(results / "tables/learning_trials.csv").to_dict("records")

@@ -11,7 +11,7 @@ from snakemake.io import report as in_report
 from t2l.bc.collections import collection, task_of
 from t2l.config import SIMULATION_RATE_HZ, read_study
 from t2l.errors import T2LError
-from t2l.gains import Cell
+from t2l.gains import Cell, corner_regions
 from t2l.gains.cell import NAME_PATTERN
 from t2l.outputs import claim
 from t2l.seeds import generator

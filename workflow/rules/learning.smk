@@ -17,6 +17,18 @@ LEARNING_SEARCHED = [
 ]
 
 
+# of tasks that are asked for at the four corners of a grid: their cells
+AT_CORNERS = {
+    task: sorted({own["cell"] for own in LEARNED_POLICIES if own["learned"] == task})
+    for task in LEARNED
+}
+AT_CORNERS = {
+    task: cells
+    for task, cells in AT_CORNERS.items()
+    if corner_regions(map(Cell.from_name, cells))
+}
+
+
 wildcard_constraints:
     learned="|".join(LEARNED) or "none",
 
@@ -77,6 +89,7 @@ rule learn:
         entry=lambda wildcards: LEARNED[wildcards.learned],
         task=lambda wildcards: dict(STUDY.tasks[wildcards.learned]),
         settings=TRAINING_SETTINGS,
+        episodes=LEARNING.get("episodes"),
     threads: 1
     log:
         result("logs", "learn", "{learned}_{cell}_{seed}.log"),
@@ -113,6 +126,27 @@ rule learning_results:
         "../scripts/learning_results.py"
 
 
+rule existence:
+    input:
+        rules.learning_results.output.policies,
+    output:
+        table=captioned_table("existence", category="Learning in simulation"),
+        figure=learning_figure("existence", "existence"),
+    params:
+        version=VERSION,
+        cells=AT_CORNERS,
+    log:
+        result("logs", "existence.log"),
+    benchmark:
+        result("benchmarks", "existence.tsv")
+    resources:
+        mem_mb=1000,
+    conda:
+        "../envs/t2l.yaml"
+    script:
+        "../scripts/existence.py"
+
+
 rule learned_frames:
     input:
         lambda wildcards: of_every_learned(of_learned("episodes.parquet"), wildcards.learned)[0],
@@ -140,6 +174,9 @@ if LEARNED:
     LEARNING_TABLES += rules.learning_results.output.table
     if LEARNING_SEARCHED:
         LEARNING_TABLES += rules.learning_trials.output
+    if AT_CORNERS:
+        LEARNING_FIGURES += rules.existence.output.figure
+        LEARNING_TABLES += rules.existence.output.table
     LEARNING_RESULTS += [
         *rules.learning_results.output,
         *of_every_learned(of_learned("policy.safetensors")),

@@ -26,8 +26,9 @@ with job(snakemake):
         f"{params.version} {depends_on(problem, choice, settings, seed)}",
     )
     trained, row, episodes = train_alone(
-        problem, choice, settings, seed, threads=snakemake.threads, unfinished=unfinished
-    )
+        problem, choice, settings, seed, threads=snakemake.threads, unfinished=unfinished,
+        episodes=params.episodes,
+    )  # fmt: skip
     checkpoint.save(trained.policy, output.policy)
     write_table(trained.history.assign(kp=cell.kp, kd=cell.kd, seed=seed), output.training)
     write_table(pd.DataFrame([row]), output.outcome)

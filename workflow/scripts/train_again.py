@@ -8,6 +8,7 @@ from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.rl.problem import Condition, Problem
 from t2l.rl.settings import Search, Settings
+from t2l.rl.unfinished import Unfinished
 from t2l.study.landscape.again import COLUMNS, CURVE_COLUMNS, choice_of, no_curve, passed
 
 with job(snakemake):
@@ -24,6 +25,7 @@ with job(snakemake):
             write_table(no_curve()[list(CURVE_COLUMNS)], path)
             continue
         # it loads torch
+        from t2l.rl.alone import depends_on
         from t2l.rl.side_by_side import Training, learn_side_by_side
 
         problem = Problem(
@@ -39,7 +41,13 @@ with job(snakemake):
         settings = Settings(**params.settings).of_policy(
             f"{condition.name} trial {trial.number:.0f}", cell, seed
         )
-        trainings[path], numbers[path] = Training(problem, choice, settings), (trial.number, seed)
+        # Snakemake does not know it: it outlives a job that was cut short
+        unfinished = Unfinished(
+            path.with_suffix(".unfinished.pt"),
+            f"{params.version} {depends_on(problem, choice, settings, seed)}",
+        )
+        trainings[path] = Training(problem, choice, settings, unfinished=unfinished)
+        numbers[path] = trial.number, seed
     trained = learn_side_by_side(list(trainings.values()), snakemake.threads) if trainings else []
     for (path, training), one in zip(trainings.items(), trained, strict=True):
         if isinstance(one, Exception):
@@ -47,3 +55,5 @@ with job(snakemake):
         (number, seed), cell = numbers[path], training.problem.cell
         table = one.history.assign(configuration=int(number), seed=seed, kp=cell.kp, kd=cell.kd)
         write_table(table[list(CURVE_COLUMNS)], path)
+    for training in trainings.values():
+        training.unfinished.remove()

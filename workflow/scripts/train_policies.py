@@ -6,10 +6,12 @@ from t2l.artefacts import write_table
 from t2l.identify.artefacts import read_parameters
 from t2l.jobs import job
 from t2l.policies import checkpoint
+from t2l.rl.alone import depends_on
 from t2l.rl.problem import Condition, Problem
 from t2l.rl.results import read_chosen, write_outcome
 from t2l.rl.settings import Settings
 from t2l.rl.side_by_side import Training, policies_of
+from t2l.rl.unfinished import Unfinished
 
 with job(snakemake):
     params, output = snakemake.params, snakemake.output
@@ -28,7 +30,12 @@ with job(snakemake):
             horizon_s=params.horizon_s,
         )
         settings = Settings(**params.settings).of_policy(condition.name, cell, seed)
-        trainings.append(Training(problem, choice, settings))
+        # Snakemake does not know it: it outlives a job that was cut short
+        unfinished = Unfinished(
+            Path(path).with_name("unfinished.pt"),
+            f"{params.version} {depends_on(problem, choice, settings, seed)}",
+        )
+        trainings.append(Training(problem, choice, settings, unfinished=unfinished))
     made = policies_of(trainings, snakemake.threads)
     for i, (trained, evaluation, gain) in enumerate(made):
         cell = trainings[i].problem.cell
@@ -36,3 +43,5 @@ with job(snakemake):
         write_table(history, output.training[i])
         checkpoint.save(trained.policy, output.policies[i])
         write_outcome(output.outcomes[i], evaluation, gain)
+    for training in trainings:
+        training.unfinished.remove()

@@ -35,7 +35,8 @@ from t2l.study.attenuation.success import by_cell as means_by_cell
 from t2l.study.attenuation.success import predictors
 from t2l.study.decoupling.figures import stiffness_at_the_end
 from t2l.study.kept.evidence import HOLD_S, demonstrations, deployed, named_collections, replays
-from t2l.study.landscape.figures import sample_efficiency
+from t2l.study.landscape.existence import existence_table
+from t2l.study.landscape.figures import existence, sample_efficiency
 from t2l.study.published.numbers import grid_of
 from t2l.study.regimes import CLONING_COLUMNS, TRANSFER_COLUMNS, regimes
 from t2l.transfer.summary import over_seeds
@@ -203,6 +204,10 @@ def _planted(folder: Path) -> Figure:
     return planted_worlds(losses(known.assign(blind=blind), RULES), stated, WITHIN)
 
 
+def _existence(folder: Path) -> Figure:
+    return existence(existence_table(_read(folder, "existence")))
+
+
 FIGURES: dict[str, Callable[[Path], Figure]] = {
     "block_stack_success": partial(_success, name="cloning_grid", task="block_stack"),
     "block_stack_success_without_noise": partial(
@@ -225,6 +230,8 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "sample_efficiency": _efficiency,
     "learning_lift_cube": partial(_learned, task="lift_cube"),
     "learning_open_drawer": partial(_learned, task="open_drawer"),
+    "learning_track_velocity": partial(_learned, task="track_velocity"),
+    "existence": _existence,
     "decoupling": _decoupling,
     "planted_worlds": _planted,
     "responses": _responses,

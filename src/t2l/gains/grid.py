@@ -1,6 +1,6 @@
 """A rectangular grid of cells and its compliant, overdamped part."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -66,3 +66,19 @@ class Grid:
         stiffness = "C" if cell.kp <= self.compliant_up_to_kp else "S"
         damping = "O" if cell.kd >= self.overdamped_from_kd else "U"
         return stiffness + damping
+
+
+def corner_regions(cells: Iterable[Cell]) -> dict[Cell, str]:
+    """The region of each of four cells that are the corners of a grid; of others nothing.
+
+    Stiff and overdamped are the higher gains of these four, whatever a gain is: of a robot that
+    states its own, it is a factor.
+    """
+    cells = set(cells)
+    kps, kds = {cell.kp for cell in cells}, {cell.kd for cell in cells}
+    if not len(cells) == 4 == 2 * len(kps) == 2 * len(kds):
+        return {}
+    return {
+        cell: ("S" if cell.kp == max(kps) else "C") + ("O" if cell.kd == max(kds) else "U")
+        for cell in cells
+    }

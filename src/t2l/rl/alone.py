@@ -16,10 +16,10 @@ from t2l.environment.ideal import ideal_plant
 from t2l.gains import Cell
 from t2l.policies import Policy
 from t2l.rl.algorithm import Report, Trained
-from t2l.rl.learn import EPISODES
+from t2l.rl.learn import EPISODES, judge
 from t2l.rl.problem import Choice, Condition, Problem
 from t2l.rl.settings import Search, Settings
-from t2l.rl.side_by_side import Training, device_for, judge_side_by_side, learn_side_by_side
+from t2l.rl.side_by_side import Training, device_for, learn_side_by_side
 from t2l.rl.trials import Best, best
 from t2l.rl.unfinished import Unfinished
 from t2l.sim.batch import MUJOCO
@@ -75,6 +75,8 @@ def settings_of(section: Mapping[str, Any], entry: Mapping[str, Any]) -> Setting
     names = ("environments", "updates", "evaluate_every")
     noise = ("observation_noise_rad", "observation_noise_rad_s")
     own = {name: entry[name] for name in (*names, *noise)}
+    if "clip_actions" in entry:
+        own["clip_actions"] = entry["clip_actions"]
     return replace(Settings(**section), enough=None, **own)
 
 
@@ -124,11 +126,15 @@ def train_alone(
     report: Report = lambda update, policy, evaluation: None,
     threads: int = 1,
     unfinished: Unfinished | None = None,
+    episodes: int = EPISODES,
 ) -> tuple[Trained, dict[str, Any], "pd.DataFrame"]:
     """A policy, and how it does in episodes that neither trained nor chose it.
 
+    It is judged on the processor, wherever it was trained: there physics is MuJoCo's.
+
     Args:
         seed: number of the policy, which its own seed is derived from.
+        episodes: that judge it.
         unfinished: see `Training`.
 
     Returns:
@@ -144,19 +150,30 @@ def train_alone(
     training = [Training(problem, choice, own, report, unfinished)]
     device = device_for(problem.task)
     # one policy on the processor is stable-baselines3's
-    where = {"threads": threads, "device": None if device == MUJOCO else device}
-    (trained,) = learn_side_by_side(training, **where)
+    (trained,) = learn_side_by_side(training, threads, None if device == MUJOCO else device)
     if isinstance(trained, Exception):
         raise trained
-    (found,) = judge_side_by_side(training, [trained.policy], **where)
+    row = judged(training[0], trained, seed, threads, episodes)
+    return trained, row, shown(problem, choice, own, trained.policy)
+
+
+def judged(
+    training: Training, trained: Trained, seed: int, threads: int = 1, episodes: int = EPISODES
+) -> dict[str, Any]:
+    """A row of `COLUMNS`: how the policy of a training does in fresh episodes.
+
+    Args:
+        seed, episodes: see `train_alone`.
+    """
+    problem, cell, policy = training.problem, training.problem.cell, trained.policy
+    found = judge(problem, training.choice, training.settings, policy, threads, episodes)
     last = trained.history.iloc[-1]
-    row = {
-        "task": name, "kp": cell.kp, "kd": cell.kd, "seed": seed,
-        "episodes": EPISODES, "successes": round(found.success * EPISODES),
+    return {
+        "task": problem.condition.name, "kp": cell.kp, "kd": cell.kd, "seed": seed,
+        "episodes": episodes, "successes": round(found.success * episodes),
         "failed": found.failed, "jitter": found.rates["jitter"],
         "steps": int(last.steps), "seconds": float(last.seconds),
     }  # fmt: skip
-    return trained, row, shown(problem, choice, own, trained.policy)
 
 
 def shown(problem: Problem, choice: Choice, settings: Settings, policy: Policy) -> "pd.DataFrame":

@@ -40,10 +40,15 @@ def learn(
 
 
 def judge(
-    problem: Problem, choice: Choice, settings: Settings, policy: Policy, threads: int = 1
+    problem: Problem,
+    choice: Choice,
+    settings: Settings,
+    policy: Policy,
+    threads: int = 1,
+    episodes: int = EPISODES,
 ) -> Evaluation:
-    """How a policy does over `EPISODES` that neither trained nor chose it."""
-    judges = problem.environments(choice, settings, EPISODES, settings.seed + 2, threads=threads)
+    """How a policy does over episodes on the processor that neither trained nor chose it."""
+    judges = problem.environments(choice, settings, episodes, settings.seed + 2, threads=threads)
     return evaluate(policy, judges)
 
 

@@ -29,7 +29,7 @@ class Training:
     """One of the trainings; see `t2l.rl.learn.learn`.
 
     Attributes:
-        unfinished: where its state is kept while it is trained with no other.
+        unfinished: where its state is kept; of trainings side by side, all have it or none.
     """
 
     problem: Problem
@@ -60,7 +60,9 @@ def learn_side_by_side(
     if not _together(trainings, device):
         return [learn_alone(training, threads) for training in trainings]
     where, algorithm = device or device_for(first.problem.task), _algorithm(first)
-    kept = {"unfinished": first.unfinished} if len(trainings) == 1 and algorithm.resumes else {}
+    kept = {}
+    if first.unfinished and algorithm.resumes:
+        kept["unfinished"] = Unfinished.together([training.unfinished for training in trainings])
     return algorithm().train_side_by_side(
         _world(trainings, first.settings.environments, 0, True, threads, where),
         _world(trainings, PROGRESS_EPISODES, 1, False, threads, where),
@@ -76,16 +78,17 @@ def judge_side_by_side(
     policies: Sequence[Policy],
     threads: int = 1,
     device: str | None = None,
+    episodes: int = EPISODES,
 ) -> list[Evaluation]:
     """What `t2l.rl.learn.judge` says of the policy of each training."""
     first = trainings[0]
     if not _together(trainings, device):
         return [
-            judge(t.problem, t.choice, t.settings, policy, threads)
+            judge(t.problem, t.choice, t.settings, policy, threads, episodes)
             for t, policy in zip(trainings, policies, strict=True)
         ]
     where = device or device_for(first.problem.task)
-    return evaluate_side_by_side(policies, _world(trainings, EPISODES, 2, False, threads, where))
+    return evaluate_side_by_side(policies, _world(trainings, episodes, 2, False, threads, where))
 
 
 def learn_and_judge(

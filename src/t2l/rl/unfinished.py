@@ -4,9 +4,9 @@ The file holds numbers, text and tensors alone: nothing runs that is read back.
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,6 +24,11 @@ class Unfinished:
 
     def __init__(self, path: Path | str, of: str):
         self.path, self._of = Path(path), of
+
+    @classmethod
+    def together(cls, each: Sequence[Self]) -> Self:
+        """Where trainings that go side by side keep their one state: that of the first."""
+        return cls(each[0].path, "\n".join(one._of for one in each))
 
     def read(self) -> dict[str, Any] | None:
         """What was written last, arrays as tensors; nothing if there is nothing to go on from."""

@@ -7,8 +7,8 @@ from pydantic import Field
 from t2l.config.models.actions import RelativeActions
 from t2l.config.models.experiment import CellEntry, GivenScale
 from t2l.config.models.gain_search import GainSearchOfTask
-from t2l.config.quantities import Positive
-from t2l.typed import Integer, Name, Number, Typed
+from t2l.config.quantities import Given, Positive
+from t2l.typed import Integer, Name, Number, Switch, Typed
 
 
 class LearnedTask(Typed):
@@ -46,6 +46,11 @@ class LearnedTask(Typed):
         le=100_000,
         description="updates between evaluations; the policy with the highest reward is kept",
     )
+    clip_actions: Annotated[Switch | None, Given] = Field(
+        None,
+        description="whether actions are kept between -1 and 1; without this key, as "
+        "`reinforcement_learning.clip_actions`",
+    )
     observation_noise_rad: Number = Field(
         0.0, ge=0, le=0.1, description="uniform noise on observed positions while training, rad"
     )
@@ -67,3 +72,10 @@ class Learning(Typed):
     )
     # a job each
     seeds: Integer = Field(1, ge=1, le=100, description="policies of each cell")
+    episodes: Integer = Field(
+        100,
+        ge=1,
+        le=10_000,
+        description="fresh episodes that judge a policy, in MuJoCo on the processor; 100 is the "
+        "study's number",
+    )

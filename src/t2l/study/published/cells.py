@@ -23,10 +23,14 @@ def errors() -> pd.DataFrame:
     )
 
 
-def passed_trials() -> tuple[dict[Cell, int], int]:
-    """Trials of Joint-Reach with at least 95 % success by cell, and of how many they are."""
+def passed_trials(task: str = "joint_reach") -> tuple[dict[Cell, int], int]:
+    """Trials of a task with at least 95 % success by cell, and of how many they are.
+
+    Of a task without published trials no cell is there.
+    """
     content = _content()["trials"]
-    passed = {Cell.from_name(name): number for name, number in content["passed"].items()}
+    of_task = content["passed"].get(task, {})
+    passed = {Cell.from_name(name): number for name, number in of_task.items()}
     return passed, content["of"]
 
 
