@@ -43,11 +43,11 @@ from t2l.advise.grid import of as grid_of
 from t2l.advise.shown import COMMANDED, Shown
 from t2l.cli.advice_inputs import body_of
 from t2l.identify.model import Model, from_vector
+from t2l.stats.planted import EXPLAINED, NOMINAL, WITHIN
 
-WITHIN, SHARE, FAILED = 0.05, 0.9, 0.5
+SHARE, FAILED = 0.9, 0.5
 WISHED_HZ = 5.0
 OFF = 0.05  # standard deviation of the logarithm of a number that was explained
-NOMINAL, EXPLAINED = "nominal", "explained"
 
 
 def verdicts(table: pd.DataFrame) -> list[Planted]:

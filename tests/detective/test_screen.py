@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from t2l.detective.candidates import Candidate, Column, Table
+from t2l.detective.candidates import Candidate, Column, Table, _pursued, _ranked
 from t2l.detective.screen import Screen, bounded
 from t2l.effects.registry import builtin
 
@@ -63,3 +63,29 @@ def test_a_candidate_says_all_that_a_set_without_its_effect_needs():
     assert not beside.is_new_to({"cogging": {0}})
     shared = {(p.name, None): 1.0 for p in effect.parameters if not p.per_joint}
     assert Candidate(effect, (1,), own | shared, (), ()).is_new_to({})
+
+
+def test_a_screen_beside_a_model_is_that_of_all_columns():
+    rng = np.random.default_rng(2)
+    table = made(rng, list(builtin())[:12])
+    derivatives, residual = rng.normal(size=(300, 2)), rng.normal(size=300)
+    limits = np.array([[-0.1, 0.2], [-1.0, 1.0]]), np.zeros((0, 2)), np.zeros(0)
+    kept = [0, 3, 5, 11]
+    beside = Screen(table, rng.normal(size=300), FOLDS).beside(kept, derivatives, limits, residual)
+    columns = np.concatenate([table.columns, derivatives.astype(np.float32)], axis=1)
+    whole = Table(columns, [table.candidates[i] for i in kept], (12, 13), *limits)
+    sets = [(), (0,), (1, 3), (0, 1, 2)]
+    expected = Screen(whole, residual, FOLDS).scores(sets)
+    for found, one in zip(beside.scores(sets), expected, strict=True):
+        assert (found.members, found.complexity) == (one.members, one.complexity)
+        np.testing.assert_allclose(found.error, one.error, rtol=1e-5)
+
+
+def test_settings_are_ranked_beside_what_explains_most():
+    """The second response is like what is missing most, the third is what is missing beside it."""
+    rng = np.random.default_rng(3)
+    first, second, third = rng.normal(size=(3, 300))
+    values = np.stack([first, 0.3 * first + 0.1 * second, 0.1 * third], axis=1)
+    residual = first + 0.1 * third
+    assert _ranked(residual, values[:, 1:]) == [0, 1]
+    assert _ranked(_pursued(residual, values), values[:, 1:])[0] == 1

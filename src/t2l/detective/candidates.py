@@ -423,21 +423,24 @@ def _driven(
     clearer = _pursued(residual, values)
     second = Responses(predictor, sections, rows, values.shape[1])
     candidates: list[Candidate] = []
-    best: dict[tuple[str, int], list[Candidate]] = {}
+    of_joints: dict[str, list[list[Candidate]]] = {}
     for one, at in zip(asked, places, strict=True):
         for joint in one.each:
             own = values[:, at[joint]]
             kept = one.kept(_ranked(residual, own), _ranked(clearer, own))
             made = [_derived(one, s, joint, at[joint][s], second) for s in kept]
             candidates += made
-            for k, some in enumerate((made[:1], made[1:2] or made[:1])):
-                best.setdefault((one.effect.name, k), []).extend(some)
+            if made:
+                of_joints.setdefault(one.effect.name, []).append(made)
         if one.shared:
             own = values[:, at[None]]
             kept = [*_ranked(residual, own)[:1], *_ranked(clearer, own)[:1]]
             shared = dict.fromkeys(kept)
             candidates += [_derived(one, s, None, at[None][s], second) for s in shared]
-    candidates += [_together(some) for some in best.values() if len(some) > 1]
+    for settings in of_joints.values():
+        for k in range(min(KEPT, max(map(len, settings)))):
+            if len(settings) > 1:
+                candidates.append(_together([made[min(k, len(made) - 1)] for made in settings]))
     return Table(np.concatenate([values, second.responses()], axis=1), candidates)
 
 
@@ -463,13 +466,12 @@ def _derived(
 
 def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:
     """Settings, by what their responses (nsample, m) leave of the residual; not what is none."""
-    finite = np.isfinite(values).all(axis=0)
-    values = np.where(finite, values, 0.0)
-    square, along = np.einsum("ij,ij->j", values, values, dtype=float), values.T @ residual
+    finite, seen, square = _seen(values)
+    along = finite.T @ residual
     # numerics: nearer to a setting than to the next
-    scale = np.clip(along / np.maximum(square, 1e-30), 0.3, 3.0)
+    scale = np.clip(along / np.maximum(square, TINY), 0.3, 3.0)
     left = residual @ residual - 2 * scale * along + scale**2 * square
-    left[~finite | (square < NOWHERE**2 * len(residual))] = np.inf
+    left[~seen] = np.inf
     return [int(s) for s in np.argsort(left) if np.isfinite(left[s])]
 
 
@@ -478,15 +480,20 @@ def _pursued(residual: np.ndarray, values: np.ndarray) -> np.ndarray:
 
     Source: Mallat and Zhang, Matching pursuits with time-frequency dictionaries, 1993.
     """
-    values = np.where(np.isfinite(values), values, 0.0)
-    square = np.einsum("ij,ij->j", values, values, dtype=float)
-    seen = square > NOWHERE**2 * len(residual)
+    finite, seen, square = _seen(values)
     for _ in range(PURSUED if seen.any() else 0):
-        along = values.T @ residual
-        gain = np.where(seen, along**2 / np.maximum(square, TINY), 0.0)
-        best = int(np.argmax(gain))
-        residual = residual - along[best] / max(square[best], TINY) * values[:, best]
+        along = finite.T @ residual
+        best = int(np.argmax(np.where(seen, along**2 / np.maximum(square, TINY), 0.0)))
+        residual = residual - along[best] / max(square[best], TINY) * finite[:, best]
     return residual
+
+
+def _seen(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Responses (nsample, m), zero where not finite; which are some; their sums of squares."""
+    finite = np.isfinite(values)
+    values = np.where(finite, values, 0.0)
+    square = np.einsum("ij,ij->j", values, values, dtype=float)
+    return values, finite.all(axis=0) & (square >= NOWHERE**2 * len(values)), square
 
 
 def _together(some: Sequence[Candidate]) -> Candidate:

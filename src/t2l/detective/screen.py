@@ -131,9 +131,10 @@ class Screen:
         products = np.empty((len(self._parts), every, every))
         products[:, :first, :first] = self.products[:, :first, :first]
         for of, (rows, columns) in zip(products, self._parts, strict=True):
-            of[:first, first:] = columns.T @ own[rows]
+            here = own[rows]
+            of[:first, first:] = columns.T @ here
             of[first:, :first] = of[:first, first:].T
-            of[first:, first:] = own[rows].T @ own[rows]
+            of[first:, first:] = here.T @ here
         candidates = [self.table.candidates[i] for i in kept]
         base = tuple(range(first, every - 1))
         table = Table(self.table.columns, candidates, base, *limits)
@@ -142,10 +143,7 @@ class Screen:
 
     @cached_property
     def _parts(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Of each fold the samples (nsample,) bool, and their columns."""
-        columns = _finite(self.table.columns)
-        rows = ((self.folds == f).any(axis=1) for f in np.unique(self.folds))
-        return [(some, columns[some]) for some in rows]
+        return _by_fold(self.table.columns, self.folds)
 
     def score(self, members: Sequence[int]) -> Scored:
         """Of a set of indices of candidates."""
@@ -357,9 +355,14 @@ def products_of(columns: np.ndarray, folds: np.ndarray) -> np.ndarray:
     Args:
         folds: (nsample, k), see `Screen`.
     """
+    return np.array([own.T @ own for _, own in _by_fold(columns, folds)], float)
+
+
+def _by_fold(columns: np.ndarray, folds: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Of each fold the samples (nsample,) bool, and their columns."""
     columns = _finite(columns)
-    some = (columns[(folds == f).any(axis=1)] for f in np.unique(folds))
-    return np.array([own.T @ own for own in some], float)
+    rows = ((folds == f).any(axis=1) for f in np.unique(folds))
+    return [(some, columns[some]) for some in rows]
 
 
 def _finite(columns: np.ndarray) -> np.ndarray:

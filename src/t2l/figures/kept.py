@@ -24,7 +24,7 @@ from t2l.plotting.style import title
 from t2l.stats.ablation import WHOLE
 from t2l.stats.ablation import by_cell as ablation_by_cell
 from t2l.stats.collections import by_collection, collections_table
-from t2l.stats.planted import losses, reliability
+from t2l.stats.planted import EXPLAINED, WITHIN, losses, reliability
 from t2l.stats.regions import region_table
 from t2l.stats.scaling import scaling_table
 from t2l.stats.transfer import jitter_table
@@ -47,7 +47,6 @@ DPI = {
     "identified_over_true": 200,
     "responses": 200,
 }  # format: of PNG beside text; small print needs more
-EXPLAINED, WITHIN = "explained", 0.05  # convention: as `benchmarks.planted.verdict` has it
 RULES = {
     "advised": "advice, machine known", "blind": "advice, nominal model",
     "critical": "critical damping at 5 Hz", "usual": "the gains it is used with",

@@ -7,6 +7,9 @@ import pandas as pd
 
 from t2l.stats.bootstrap import bootstrap_interval
 
+# convention: share of success, within which of the best cell's nothing is lost
+WITHIN = 0.05
+NOMINAL, EXPLAINED = "nominal", "explained"  # what advice is given of the machine
 COLUMNS = ("half", "known", "stated", "pairs", "worlds", "right", "low", "high")
 BY = ["half", "known", "stated"]
 
