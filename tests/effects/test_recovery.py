@@ -282,10 +282,15 @@ def test_below_its_level_dahl_friction_is_a_spring(tmp_path):
     assert q == pytest.approx(-0.01 * np.log(1 - push), rel=0.02)
 
 
-def test_bristles_do_not_depend_on_the_physics_step(tmp_path):
+def test_bristles_that_are_stiffer_than_a_physics_step_resolves_converge_with_it(tmp_path):
     stiff = on_the_hinge("dahl_friction", {"coulomb": 0.1, "presliding": 1e-5})
     made = recording(pendulum(tmp_path), swing(), duration_s=1.0)
-    assert np.abs(predict(made, stiff) - predict(made, stiff, substeps=4)).max() < 3e-5
+    fine = predict(made, stiff, substeps=8)
+    error = [np.abs(predict(made, stiff, substeps=n) - fine).max() for n in (1, 2, 4)]
+    assert error[0] < 5e-5
+    # of second order
+    assert error[1] < error[0] / 3
+    assert error[2] < error[1] / 3
 
 
 def test_a_payload_leaves_its_start_on_a_body_whose_frame_is_at_the_pivot(tmp_path):

@@ -18,6 +18,7 @@ from t2l.identify import prediction
 from t2l.identify.initial_state import start_state
 from t2l.identify.model import Model
 from t2l.identify.refit import refit
+from t2l.sim.servo import ServoLoop
 from tests.diagnose.made import (
     ARMATURE,
     DAMPING,
@@ -119,11 +120,11 @@ CASES += [
 
 def exported(
     folder, robot, effects, gravity_compensation=False, found=None, files=(), learned=(),
-    commands=None, formulas=(),
+    commands=None, formulas=(), rate_hz=1000.0,
 ):  # fmt: skip
     log = recording(
         robot, commands or swing(0.5, 0.8), kp=20.0, kd=0.8, duration_s=1.5,
-        gravity_compensation=gravity_compensation,
+        gravity_compensation=gravity_compensation, control_rate_hz=rate_hz,
     )  # fmt: skip
     model = Model(robot, effects, files, learned, formulas=formulas)
     controller = Controller(log.joints, log.kp, log.kd, log.control_rate_hz, gravity_compensation)
@@ -138,21 +139,30 @@ def robot(tmp_path_factory):
     return pendulum(tmp_path_factory.mktemp("robot"))
 
 
-@pytest.fixture(scope="module")
-def plain(robot, tmp_path_factory):
-    """How far the exported robot is without effects, rad, by gravity compensation."""
-    folder = tmp_path_factory.mktemp("plain")
-    return {held: exported(folder / f"{held}", robot, {}, held)[1] for held in (False, True)}
+@pytest.fixture
+def first_order(monkeypatch):
+    """Let ours take velocities and dampers where MuJoCo's own step does."""
+    monkeypatch.setattr(ServoLoop, "_faster", lambda *_: lambda dq, _: np.zeros_like(dq))
+    monkeypatch.setattr(ServoLoop, "_center_damping", lambda _: None)
 
 
-def test_without_effects_it_is_the_same_motion(plain):
-    assert plain[False] < 1e-6
-    # MuJoCo compensates gravity where its leading position is, half a period after the loop's tick
-    assert plain[True] < 1e-4
+# MuJoCo compensates gravity where its leading position is, half a period after the loop's tick
+@pytest.mark.parametrize(("held", "most"), [(False, 1e-8), (True, 1e-4)])
+def test_without_effects_it_is_the_same_motion(robot, tmp_path, first_order, held, most):
+    assert exported(tmp_path / "out", robot, {}, held)[1] < most
+
+
+def test_what_its_step_is_less_exact_by_falls_with_the_period(robot, tmp_path):
+    """MuJoCo's own step is of first order, ours of second."""
+    slow, fast = (
+        exported(tmp_path / f"{rate:g}", robot, {}, rate_hz=rate)[1] for rate in (500.0, 1000.0)
+    )
+    assert fast < 2e-5
+    assert slow == pytest.approx(2 * fast, rel=0.3)
 
 
 def test_a_log_that_begins_in_motion_is_replayed_from_the_velocity_that_we_estimate(
-    robot, tmp_path
+    robot, tmp_path, first_order
 ):
     log = recording(robot, swing(0.5, 0.8), kp=20.0, kd=0.8, duration_s=1.5, row_rate_hz=200.0)
     exported(tmp_path / "out", robot, {})
@@ -176,7 +186,7 @@ def test_each_effect_moves_the_exported_robot_as_it_moves_ours(robot, tmp_path, 
 @pytest.mark.parametrize("link", [0.0, 1.0])
 @pytest.mark.parametrize("name", ["backlash", "joint_flexibility"])
 def test_a_far_side_moves_as_ours_at_the_same_physics_step(
-    robot, tmp_path, monkeypatch, name, link, held
+    robot, tmp_path, monkeypatch, first_order, name, link, held
 ):
     monkeypatch.setattr(prediction, "EXTENDED", 1)
     content, error, _ = exported(
@@ -194,7 +204,7 @@ MANY = (
 
 
 @pytest.mark.parametrize("held", [False, True])
-def test_effects_on_one_signal_act_in_their_order(tmp_path, held):
+def test_effects_on_one_signal_act_in_their_order(tmp_path, first_order, held):
     joint = f'armature="{ARMATURE}" damping="{DAMPING}" actuatorfrcrange="-0.9 0.9"'
     robot = pendulum(tmp_path, joint)
     effects = {name: value for one in MANY for name, value in effect_of(one).items()}

@@ -68,9 +68,12 @@ def test_some_inertia_is_always_left(tmp_path):
 
 @pytest.mark.parametrize("inertia", [LIGHT, LIGHTER])
 def test_an_exported_robot_has_it_as_armature(tmp_path, inertia):
-    content, error, _ = exported(tmp_path / "out", pendulum(tmp_path), {}, learned=(line(inertia),))
+    robot = pendulum(tmp_path)
+    bare = exported(tmp_path / "bare", robot, {})[1]
+    content, error, _ = exported(tmp_path / "out", robot, {}, learned=(line(inertia),))
     assert content["in_mjcf"] == [OVER_ACCELERATION.name]
-    assert error < 1e-5
+    # MuJoCo's own step is of lower order than ours
+    assert error < bare + 1e-6
 
 
 def test_an_inertia_that_is_no_straight_line_is_refused():

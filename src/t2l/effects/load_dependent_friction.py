@@ -4,6 +4,7 @@ import numpy as np
 
 from t2l.effects.coulomb_friction import export_friction
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class LoadDependentFriction(Effect):
@@ -28,12 +29,12 @@ class LoadDependentFriction(Effect):
         to.call(self.name, teeth_under_load, joints, values)
 
     def install(self, loop, rows, joints, values):
-        bias = loop.batch.bind("qfrc_bias")
-        dofs, at = loop.dofs[joints], (rows, loop.columns(joints))
+        loads, at = loop.loads(), (..., rows, loop.columns(joints))
 
+        @over_ticks
         def add(tick, dq, motor, level):
-            external = -bias[rows, dofs]
-            level[at] += np.abs(values["motor"] * motor[at] - values["load"] * external)
+            # what acts from outside is against what the motion asks for
+            level[at] += np.abs(values["motor"] * motor[at] + values["load"] * loads(tick)[at])
 
         loop.friction.append(add)
 

@@ -198,7 +198,7 @@ class DrivenLoop(Loop):
         return self._along(path, each)
 
     def _along(self, path: Path, each: Callable) -> np.ndarray:
-        ntick = len(path.q)
+        self.path, ntick = path, len(path.q)
         out = np.empty((ntick, *self.kp.shape))
         target, added = commands("commands", self, smooth=True), feed_forward(self, smooth=True)
         if path.taken is not None:
@@ -325,6 +325,10 @@ class DrivenLoop(Loop):
             torque[at] -= (half * stiffness + damping) * self.dq[at]
 
         return give
+
+    def loads(self) -> Callable:
+        """As of `Loop`, along the motion that is led."""
+        return lambda tick: self._every(self.path.load[tick])
 
     def until_next(self) -> Callable:
         """As of `ServoLoop`, where a force is that of the middle of the tick already."""

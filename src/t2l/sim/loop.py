@@ -164,6 +164,15 @@ class Loop:
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
 
+    def loads(self) -> Callable[[int | np.ndarray], np.ndarray]:
+        """What tells N·m that weight and velocity ask for at a plant tick, or at several.
+
+        The present tick gives (nsim, njoint), ticks (k,) give (k, nsim, njoint); as MuJoCo's
+        qfrc_bias.
+        """
+        bias = self.batch.bind("qfrc_bias")
+        return lambda tick: bias[:, self.dofs]
+
     def torques_at_rest(self) -> np.ndarray:
         """N·m (nsim, njoint) on joints that rest at the start, of what remembers nothing."""
         return self._at_rest("joint_torques", np.zeros_like(self.start_q))

@@ -10,7 +10,10 @@ The plant moves under finer or equal physics steps of dt. MuJoCo's single-step i
 forces at q and advance to q + dt v'. Moving the position dt/2 ahead before the steps and back
 after them evaluates forces at the middle of each step instead (drift, kick, drift: leapfrog) and
 makes the whole second order: under a held torque a double integrator is exact. Without it a loop
-of 1 kHz on a small stiff arm is off by 0.3 mrad, with it by 0.01 mrad.
+of 1 kHz on a small stiff arm is off by 0.3 mrad, with it by 0.01 mrad. Likewise velocities are
+moved by a dt/2 meanwhile, so that Coriolis and centrifugal forces are those of the middle of a
+step, and dampers are taken there (Crank and Nicolson, 1947). One physics step a millisecond is then
+as near as eight without, on steps of a SCARA.
 
 A torque held for a period h is late by h/2 on average. A loop of n periods a tick therefore looks
 ahead by the s = (n − 1) h/2 that it is later than the real one, to first order in s:
@@ -46,6 +49,8 @@ from t2l.sim.schedule import Schedule
 MAX_TIMESTEP_S = 0.001
 PLANT_PERIOD_S = 0.002  # numerics: of a slow loop, at most, from plant tick to plant tick
 LEAST_STIFFNESS = 1e-12  # numerics: N·m/rad, in place of zero
+# numerics: of a speed, that is left at the next tick where a motion surely goes on
+KEPT = 0.25
 _CHECK_EVERY = 64  # ticks between looks for diverged simulations
 
 
@@ -116,6 +121,7 @@ class ServoLoop(Loop):
         gravity = GravityCompensation(batch, self.joints) if compensated.any() else None
         carrying = None if balance is None else self._carrying(balance)
         kd = self._look_ahead()
+        self._center_damping()
         if self.inertia_changed:
             batch.set_const()
         self._split_lead()
@@ -139,6 +145,9 @@ class ServoLoop(Loop):
         within = within or brake is not None or balance is not None
         parts = self.plant_ticks if within else 1
         nstep = self.nstep * (self.plant_ticks // parts)
+        before, faster = 0.5 * (1 - 1 / nstep), self._faster(nstep * dt)
+        damping = batch.expanded("dof_damping")
+        damping = batch.model.dof_damping if damping is None else damping
         # masses are where the last step was halfway, and at the first tick where they start
         ahead = (0.5 * dt + self.ahead) / self.period_s
         later = (0.5 * dt + self.ahead) / (self.period_s - 0.5 * dt)
@@ -199,13 +208,20 @@ class ServoLoop(Loop):
                     torque += pull
                 for add in self.joint_torques:
                     add(now, middle_q, middle_dq, torque)
-                applied[:, dofs] = torque
+                more = faster(dq, torque)
+                applied[:, dofs] = torque + damping[..., dofs] * more
                 last_dq = dq
                 qpos += half_step
+                qvel[:, dofs] += more
+                # so far they go too far in these steps, half of it in the middle
+                further = nstep * dt * more
+                qpos[:, at_qpos] -= before * further
                 try:
                     batch.step(ids=None if all_run else running, nstep=nstep)
                 except mujoco.batch.SimulationError as error:
                     running[error.ids] = all_run = False
+                qvel[:, dofs] -= more
+                qpos[:, at_qpos] -= (1 - before) * further
                 np.multiply(qvel, 0.5 * dt, out=half_step)
                 qpos -= half_step
             if tick % _CHECK_EVERY == 0:
@@ -318,6 +334,57 @@ class ServoLoop(Loop):
             self.batch.expand("dof_armature")[:, self.dofs] += self.ahead * self.kd
             self.inertia_changed = True
         return self.kd + self.ahead * self.kp
+
+    def _center_damping(self) -> None:
+        """Take the damping that joints have at the start in the middle of a step.
+
+        MuJoCo takes it at the end, v' = (M + hD)⁻¹ (M v + hτ). With M − hD/2 in place of M that is
+        the rule of Crank and Nicolson; with what is taken off here a joint alone slows down as
+        exp(−hD/M), and M stays positive (Scharfetter and Gummel, 1969). Not where something gives
+        between motor and link, as a motor alone is lighter.
+        """
+        model, damping = self.batch.model, self.batch.expanded("dof_damping")
+        damping = (model.dof_damping if damping is None else damping)[..., self.dofs]
+        damping = damping * ~self.transmission.gives
+        if damping.any():
+            alone = 1 / np.diag(np.linalg.inv(self._mass()))
+            share = model.opt.timestep * damping / alone
+            kept = np.divide(share, np.expm1(share), out=np.ones_like(share), where=share > 0)
+            self.batch.expand("dof_armature")[:, self.dofs] -= alone * (1 - kept)
+            self.inertia_changed = True
+
+    def _mass(self) -> np.ndarray:
+        """Mass matrix of the joints (n, n) in the pose of the model's zeros."""
+        model = self.batch.model
+        data, mass = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+        mujoco.mj_forward(model, data)
+        mujoco.mj_fullM(model, data, mass)
+        return mass[np.ix_(self.dofs, self.dofs)]
+
+    def _faster(self, period_s: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+        """By how much joints are faster half a physics step later, rad/s.
+
+        Called every `period_s` with velocity and torque (nsim, njoint). The acceleration is that
+        of the last period, and what a joint alone has of the change of its torque since then. It
+        is zero where the motion might turn, as dry friction may hold there, and where something
+        gives between motor and link, of which forces change within a step.
+        """
+        last: list[tuple[np.ndarray, np.ndarray]] = []
+        half, mobility = 0.5 * self.batch.model.opt.timestep, 1 / np.diag(self._mass())
+        rigid = half * ~self.transmission.gives
+
+        def faster(dq: np.ndarray, torque: np.ndarray) -> np.ndarray:
+            before, applied = last.pop() if last else (dq, torque)
+            last.append((dq, torque))
+            ddq = (dq - before) / period_s
+            ddq += mobility * (torque - applied)
+            later = (dq + (period_s + half) * ddq) * dq
+            # one while less than that part of the speed is lost, continuously to zero
+            goes_on = np.minimum(np.maximum(later, 0.0), KEPT * dq**2)
+            ddq *= rigid * np.divide(goes_on, KEPT * dq**2, out=goes_on, where=dq != 0)
+            return ddq
+
+        return faster
 
     def _split_lead(self) -> None:
         """Lead commands by whole ticks, as each is in force from one of them on."""
