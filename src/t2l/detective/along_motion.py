@@ -45,8 +45,9 @@ class AlongMotion(Objective):
         self.joints = predictor.samples.joint[mask]
         self.answer = np.zeros(len(predictor.samples))
         self.residual = self._residual()[mask]
-        place = np.where(mask, np.cumsum(mask) - 1, -1)
-        self.held_torques = HeldTorques(predictor, sections, place, noise_rad)
+        # of each sample among the fitted ones
+        self.place = np.where(mask, np.cumsum(mask) - 1, -1)
+        self.held_torques = HeldTorques(predictor, sections, self.place, noise_rad)
         base = self.base[0], self.base[1][None]
         self.stiffness = [stiffness(predictor, section, [base])[0] for section in sections]
 
@@ -76,20 +77,23 @@ class AlongMotion(Objective):
         variants = [(one.layout, rows) for (one, _), (rows, _) in zip(asked, pairs, strict=True)]
         rows = [of for _, of in pairs]
         counts = [len(points) for _, points in asked]
-        moved = np.zeros((len(self.predictor.samples), sum(counts)))
+        left = np.repeat(self.residual[:, None], sum(counts), axis=1)
         for section, own in zip(self.sections, self.stiffness, strict=True):
             torques = added_torques(self.predictor, section, self.base, variants)
             torques = [of_joints(t, of, 1) for t, of in zip(torques, rows, strict=True)]
             whole = np.concatenate([np.moveaxis(t, 1, -1) for t in torques], axis=-1)
-            held = section.motion.group.held
-            before, joint = self.answer[held, None], self.predictor.samples.joint[held]
+            chosen = self.mask[section.motion.group.held]
+            held = section.motion.group.held[chosen]
+            moved = respond(section, whole, chosen=chosen)
             stiff = stiffness(self.predictor, section, variants)
             stiff = [of_joints(k, of, 0) for k, of in zip(stiff, rows, strict=True)]
             stiffer = np.concatenate(stiff) / own
             stiffer = np.clip(np.where(own > 0, stiffer, 1.0), *STIFFER).T
-            moved[held] = (before + respond(section, whole)) / stiffer[joint] - before
-        moved = self.residual[:, None] + moved[self.mask]
-        each = np.split(moved.T, np.cumsum(counts)[:-1])
+            if (stiffer != 1).any():
+                before, joint = self.answer[held, None], self.predictor.samples.joint[held]
+                moved = (before + moved) / stiffer[joint] - before
+            left[self.place[held]] += moved
+        each = np.split(left.T, np.cumsum(counts)[:-1])
         return self.held_torques.freed([(one.layout, points) for one, points in asked], each)
 
 

@@ -23,6 +23,7 @@ from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import hermite, install
 from t2l.sim.driven_loop import AFTER_MOTOR, DrivenLoop, Path, all_at_once
 from t2l.sim.poses import Poses
+from t2l.sim.schedule import Schedule
 
 STEP_RAD = 1e-6  # numerics: of finite differences
 STEP_RAD_S = 1e-6  # numerics: likewise
@@ -216,6 +217,39 @@ def _controller(predictor, layout, u, schedule, path: Path, model):
     return by("q", STEP_RAD), by("dq", STEP_RAD_S)
 
 
+class _Sampled:
+    """Positions (k, m) of samples between two ticks each, put together as ticks go by.
+
+    Args:
+        wanted: of each sample the recording, the place of the tick before it among those that are
+            looked at, the part of a period since then, and the joint.
+    """
+
+    def __init__(self, wanted: Sequence[np.ndarray], schedule: Schedule, m: int):
+        recording, place, part, of = wanted
+        self.position = np.zeros((len(recording), m), np.float32)
+        unit = np.eye(4)
+        q0, q1, v0, v1 = (
+            hermite(part, schedule.period_s, *one).astype(np.float32)[:, None] for one in unit
+        )
+        self.recording, self.of = recording, of
+        self.joints = schedule.kp.shape[1]
+        # of those before and after a tick: which, and weights of position and velocity
+        self.at: dict[int, list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = {}
+        for ends, by_q, by_v in ((place, q0, v0), (place + 1, q1, v1)):
+            order = np.argsort(ends, kind="stable")
+            places, first = np.unique(ends[order], return_index=True)
+            for at, some in zip(places, np.split(order, first[1:]), strict=True):
+                tick = int(schedule.sample_ticks[at])
+                self.at.setdefault(tick, []).append((some, by_q[some], by_v[some]))
+
+    def take(self, tick: int, x: np.ndarray) -> None:
+        """Take from what joints are off by at a tick, (nrec, 2n, m): positions, velocities."""
+        for some, by_q, by_v in self.at.get(tick, ()):
+            recording, of = self.recording[some], self.of[some]
+            self.position[some] += by_q * x[recording, of] + by_v * x[recording, self.joints + of]
+
+
 def respond(
     section: Section,
     torque: np.ndarray,
@@ -229,22 +263,24 @@ def respond(
         chosen: which of the group's samples.
     """
     ntick, nrec, n = section.path.q.shape
-    m = torque.shape[-1]
-    wanted = section.motion.group.schedule.sample_ticks
-    kept = np.empty((len(wanted), nrec, 2 * n, m), np.float32)
-    x = np.zeros((nrec, 2 * n, m), np.float32)
-    place = dict(zip(wanted.tolist(), range(len(wanted)), strict=True))
+    group, m = section.motion.group, torque.shape[-1]
+    half = np.float32(0.5 * group.schedule.period_s)
     torque = torque.astype(np.float32, copy=False)
+    answers = _Sampled([values[chosen] for values in group.wanted], group.schedule, m)
+    x, later, push = (np.zeros((nrec, k, m), np.float32) for k in (2 * n, n, n))
+    q, v = x[:, :n], x[:, n:]
     for tick in range(ntick):
-        if tick in place:
-            kept[place[tick]] = x
-        by = section.torque[tick]
-        push = by @ torque[tick] if joint is None else by[:, :, joint] * torque[tick][:, None]
-        x = section.step[tick] @ x
-        x += push
-    recording, tick, rest, of = (values[chosen] for values in section.motion.group.wanted)
-    before, after = kept[tick, recording, of], kept[tick + 1, recording, of]
-    dq_before, dq_after = kept[tick, recording, n + of], kept[tick + 1, recording, n + of]
-    period = section.motion.group.schedule.period_s
-    rest = rest[:, None].astype(np.float32)
-    return hermite(rest, period, before, after, dq_before, dq_after)
+        answers.take(tick, x)
+        by = section.torque[tick, :, n:]
+        if joint is None:
+            np.matmul(by, torque[tick], out=push)
+        else:
+            np.multiply(by[:, :, joint], torque[tick][:, None], out=push)
+        np.matmul(section.step[tick, :, n:], x, out=later)
+        later += push
+        # positions go on with the mean of both velocities
+        v += later
+        v *= half
+        q += v
+        v[:] = later
+    return answers.position

@@ -380,8 +380,9 @@ class ServoLoop(Loop):
             ddq += mobility * (torque - applied)
             later = (dq + (period_s + half) * ddq) * dq
             # one while less than that part of the speed is lost, continuously to zero
-            goes_on = np.minimum(np.maximum(later, 0.0), KEPT * dq**2)
-            ddq *= rigid * np.divide(goes_on, KEPT * dq**2, out=goes_on, where=dq != 0)
+            surely = KEPT * dq**2
+            goes_on = np.minimum(np.maximum(later, 0.0), surely)
+            ddq *= rigid * np.divide(goes_on, surely, out=goes_on, where=surely > 0)
             return ddq
 
         return faster
