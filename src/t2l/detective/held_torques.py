@@ -122,6 +122,7 @@ class HeldTorques:
         """N·m (nrec, njoint) that friction holds at rest, at the first of some points."""
         model, schedule = self.predictor.model(held.layout.terms), section.motion.group.schedule
         loop = DrivenLoop(model, self.predictor.joints, schedule, 1)
+        loop.path = section.path
         with blaming([term.effect for term in held.layout.terms], "to lead it"):
             install(loop, [(held.layout, held.points[:1])])
             return loop.friction_at_rest(section.path.load[0])

@@ -156,7 +156,13 @@ def _field(model: mujoco.MjModel, name: str):
 
 
 class DrivenLoop(Loop):
-    """A loop that is led along a motion of each recording."""
+    """A loop that is led along a motion of each recording.
+
+    Attributes:
+        path: the motion; whoever asks for a torque gives it.
+    """
+
+    path: Path
 
     def __init__(
         self, model: mujoco.MjModel, joints: tuple[str, ...], schedule: Schedule, nvariant: int
