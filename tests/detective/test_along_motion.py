@@ -60,6 +60,33 @@ def rms(values):
     return np.sqrt(np.mean(values**2))
 
 
+def test_fits_that_race_find_the_same_best_with_less_work(robot, monkeypatch):
+    hidden = {"coulomb_friction": {"torque": {"hinge": 0.2}}}
+    data = split(robot, swings(robot, hidden, NOISE_RAD), swings(robot)[:1], threads=1)
+    along, _ = along_of(data)
+    starts = []
+    for name, values in LARGE.items():
+        layout = Layout([Term(builtin()[name], (0,))])
+        u = layout.encode({name: {key: np.array([value]) for key, value in values.items()}})
+        starts.append(Start(layout, u))
+    points, residuals = [], along.residuals
+
+    def counted(asked):
+        points.append(sum(len(some) for _, some in asked))
+        return residuals(asked)
+
+    monkeypatch.setattr(along, "residuals", counted)
+    best, work = [], []
+    for racing in (False, True):
+        fits = fit_along(starts, along, data.folds, racing=racing)
+        best.append(min(fits, key=lambda fit: fit.rmse))
+        work.append(sum(points))
+        points.clear()
+    assert dict(best[0].names) == dict(best[1].names)
+    assert best[1].rmse == pytest.approx(best[0].rmse, rel=1e-6)
+    assert work[1] < work[0]
+
+
 @pytest.mark.parametrize("name", LARGE)
 def test_the_truth_leaves_little_however_far_the_model_so_far_is(robot, name):
     effect = builtin()[name]

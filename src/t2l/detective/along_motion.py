@@ -15,6 +15,7 @@ from t2l.identify.least_squares import LeastSquares
 from t2l.identify.optimiser import Objective, Optimiser, minimise
 from t2l.identify.prediction import Predictor
 
+BEHIND = 4.0  # numerics: times the loss, which is twice the error
 ITERATIONS = 5  # numerics: of a fit
 # numerics: of the logarithm of what has no derivative, one after the other
 ROUGH_STEPS = (0.3, 0.15, 0.08, 0.04, 0.02)
@@ -146,10 +147,14 @@ def fit_along(
     objective: AlongMotion,
     folds: np.ndarray,
     iterations: int = ITERATIONS,
+    racing: bool = False,
 ) -> list[FittedSet]:
     """Fit layouts from their starts along the measured motion.
 
     What has no derivative is tried at other values, of which the best goes on.
+
+    Args:
+        racing: whether those end early that fall far behind others, see `race`.
     """
     noise = objective.noise_rad
     fits = [
@@ -160,10 +165,25 @@ def fit_along(
         for s in starts
     ]  # fmt: skip
     if fits:
-        minimise(fits, objective, iterations)
+        minimise(fits, objective, iterations, race if racing else lambda fits: None)
     if iterations:
         fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
     return fitted(fits, objective, folds)
+
+
+def race(fits: Sequence[LeastSquares]) -> None:
+    """End fits that promise to stay far behind one with no more effects.
+
+    Source: Maron and Moore, Hoeffding races, 1994; here it is the linear model that promises.
+    """
+    least: dict[int, float] = {}
+    for fit in fits:
+        size = len(fit.layout.terms)
+        least[size] = min(fit.loss, least.get(size, np.inf))
+    for fit in fits:
+        if fit.iterations and not fit.done:
+            best = min(loss for size, loss in least.items() if size <= len(fit.layout.terms))
+            fit.done = fit.loss * (1 - fit.promise()) > BEHIND * best
 
 
 def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:

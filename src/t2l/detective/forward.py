@@ -77,14 +77,14 @@ def growing(
             grew.add(frozenset(one.names))
             more = _with_one_more(known[frozenset(one.names)], screen, rows)
             opened |= {names: start for names, (_, start) in more.items() if names not in known}
-        fits = fit_along([*opened.values()], along, folds)
+        fits = fit_along([*opened.values()], along, folds, racing=True)
         known |= {frozenset(one.names): one for one in fits}
         better = choose(best, fits, judge)
         if better is None or better.left_out_rmse >= best.left_out_rmse:
             best = better or best
             some = of_each_size([*known.values()])
             others = _exchanged(some, screen, rows, along, folds, set(known))
-            fits = fit_along(others, along, folds)
+            fits = fit_along(others, along, folds, racing=True)
             known |= {frozenset(one.names): one for one in fits}
             better = choose(best, fits, judge)
         best = better or best

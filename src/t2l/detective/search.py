@@ -255,7 +255,7 @@ class _Search:
         screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
         starts = self._screened(this, screen)
         along, folds = self.along, self.data.folds
-        this.led = fit_along(starts, along, folds)
+        this.led = fit_along(starts, along, folds, racing=True)
         promised = choose(self.current, this.led, judge)
         if not quiet:
             this.likely = promised
