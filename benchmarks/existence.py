@@ -4,7 +4,7 @@
 the corners of a task, side by side on a GPU and one after another on the processor, and keeps each
 policy, its training and, of a GPU, how it does there in as many fresh episodes as judge it. A
 training that would not be evaluated once more within S seconds ends, with the best policy until
-then. One that was killed goes on.
+then. One that was killed goes on, also with another S.
 
 `python -m benchmarks existence judge FOLDER` judges what a folder holds on the processor, and
 brings docs/data/existence.csv and existence_curves.csv up to it. Rows of other policies stay.
@@ -12,9 +12,8 @@ brings docs/data/existence.csv and existence_curves.csv up to it. Rows of other 
 
 import argparse
 import json
-import time
 from collections.abc import Sequence
-from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -25,7 +24,6 @@ from t2l.gains import Cell
 from t2l.policies import checkpoint
 from t2l.rl.algorithm import Trained
 from t2l.rl.alone import COLUMNS, depends_on, judged, problem_of, settings_of
-from t2l.rl.progress import Progress
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from t2l.rl.unfinished import Unfinished
 from t2l.sim.batch import MUJOCO
@@ -50,7 +48,7 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser.add_argument(
         "--device", default=MUJOCO, help="of the simulations (default: %(default)s)"
     )
-    parser.add_argument("--seconds", type=float, default=float("inf"), help="at most, about")
+    parser.add_argument("--seconds", type=float, help="at most, about")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1, help="number of the policies")
     parser.add_argument("--robots", type=int, help="in place of the study's")
@@ -90,8 +88,9 @@ def train(trainings: Sequence[Training], asked: argparse.Namespace, episodes: in
     device = None if asked.device == MUJOCO else asked.device
     groups = [trainings] if device else [[one] for one in trainings]
     for group in groups:
-        with limited(asked.seconds / len(groups)):
-            found = learn_side_by_side(group, asked.threads, device)
+        found = learn_side_by_side(
+            [within(own, asked.seconds, len(groups)) for own in group], asked.threads, device
+        )
         complete = [
             (own, one) for own, one in zip(group, found, strict=True) if isinstance(one, Trained)
         ]
@@ -111,6 +110,12 @@ def train(trainings: Sequence[Training], asked: argparse.Namespace, episodes: in
     return judge(asked.folder, asked.threads)
 
 
+def within(own: Training, seconds: float | None, groups: int) -> Training:
+    """A training with its share of a time, which goes on from what one without it kept."""
+    limit_s = None if seconds is None else seconds / groups
+    return replace(own, settings=replace(own.settings, limit_s=limit_s))
+
+
 def _keep(own: Training, one: Trained, more: dict) -> None:
     """A policy, its training and what is known of it, beside each other."""
     path, cell = own.unfinished.path, own.problem.cell
@@ -119,24 +124,6 @@ def _keep(own: Training, one: Trained, more: dict) -> None:
     sizes = {"robots": own.settings.environments, "updates": own.settings.updates}
     known = {"task": own.problem.condition.name, "kp": cell.kp, "kd": cell.kd, **sizes, **more}
     write_text(json.dumps(known), path.with_suffix(".json"))
-
-
-@contextmanager
-def limited(seconds: float):
-    """Trainings meanwhile end where one more evaluation would come too late."""
-    plain, began = Progress.take, time.monotonic()
-
-    def take(self: Progress, *what, **more) -> None:
-        plain(self, *what, **more)
-        spent, evaluations = time.monotonic() - began, len(self._history)
-        if spent * (1 + 1 / evaluations) > seconds:
-            self.enough = True
-
-    Progress.take = take
-    try:
-        yield
-    finally:
-        Progress.take = plain
 
 
 def judge(folder: Path, threads: int) -> pd.DataFrame:
