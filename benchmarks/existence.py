@@ -32,7 +32,6 @@ from t2l.version import library
 
 TABLE, CURVES = (ROOT / f"docs/data/{name}.csv" for name in ("existence", "existence_curves"))
 KEYS = ["task", "kp", "kd", "seed"]
-REACHED = "reached"  # successes, if jitter were none of the task's failures
 ON_GPU = ["episodes_gpu", "successes_gpu"]
 OF_CURVES = [*KEYS, "update", "steps", "seconds", "reward", "success", "failed", "jitter"]
 DIGITS = 5  # format: of numbers in the tables
@@ -141,12 +140,7 @@ def judge(folder: Path, threads: int) -> pd.DataFrame:
         one = Trained(checkpoint.load(path.with_suffix(".safetensors")), None, history)
         if "judged" not in known:
             of = known["seed"], threads, learning["episodes"]
-            row = judged(own, one, *of)
-            # the study's success asks for no rest
-            own.problem.task.steady = False
-            reached = judged(own, one, *of)["successes"] if row["jitter"] else row["successes"]
-            on_gpu = {name: known.get(name) for name in ON_GPU}
-            known["judged"] = {**row, REACHED: reached, **on_gpu}
+            known["judged"] = judged(own, one, *of) | {name: known.get(name) for name in ON_GPU}
             write_text(json.dumps(known), path)
             print(known["judged"], flush=True)
         rows.append(known["judged"])
@@ -155,7 +149,7 @@ def judge(folder: Path, threads: int) -> pd.DataFrame:
         task: [Cell(own["kp"], own["kd"]) for own in entry["action_scales"]]
         for task, entry in entries.items()
     }
-    table = at_corners(pd.DataFrame(rows, columns=[*COLUMNS, REACHED, *ON_GPU]), cells)
+    table = at_corners(pd.DataFrame(rows, columns=[*COLUMNS, *ON_GPU]), cells)
     _bring_up(TABLE, table)
     _bring_up(CURVES, pd.concat(curves, ignore_index=True))
     return table
