@@ -8,22 +8,27 @@ then. One that was killed goes on, also with another S.
 
 `python -m benchmarks existence judge FOLDER` judges what a folder holds on the processor, and
 brings docs/data/existence.csv and existence_curves.csv up to it. Rows of other policies stay.
+
+`python -m benchmarks existence show FOLDER` draws a success and a failure of each policy beside it.
 """
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from benchmarks.scene import ROOT, configuration, task_file
 from t2l.artefacts import write_table, write_text
+from t2l.figures.frames import learned_frames
 from t2l.gains import Cell
+from t2l.plotting.style import write
 from t2l.policies import checkpoint
 from t2l.rl.algorithm import Trained
-from t2l.rl.alone import COLUMNS, depends_on, judged, problem_of, settings_of
+from t2l.rl.alone import COLUMNS, depends_on, judged, problem_of, settings_of, shown
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from t2l.rl.unfinished import Unfinished
 from t2l.sim.batch import MUJOCO
@@ -40,7 +45,7 @@ DIGITS = 5  # format: of numbers in the tables
 def main(arguments: Sequence[str]) -> pd.DataFrame:
     """What the command line asks for: a row a policy."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks existence")
-    parser.add_argument("what", choices=["train", "judge"])
+    parser.add_argument("what", choices=["train", "judge", "show"])
     parser.add_argument("folder", type=Path, help="of policies")
     parser.add_argument("task", nargs="?", help="one of the study")
     parser.add_argument("cells", nargs="*", metavar="KP,KD", help="of its corners (default: all)")
@@ -53,10 +58,9 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     parser.add_argument("--robots", type=int, help="in place of the study's")
     parser.add_argument("--updates", type=int, help="in place of the study's")
     asked = parser.parse_args(arguments)
-    if asked.what == "judge":
-        return judge(asked.folder, asked.threads)
-    learning = configuration("studies/existence")["learning"]
-    entries = {entry["task"]: entry for entry in learning["tasks"]}
+    if asked.what != "train":
+        return judge(asked.folder, asked.threads) if asked.what == "judge" else show(asked.folder)
+    entries = _entries()
     if asked.task not in entries:
         parser.error(f"found {asked.task}; allowed: {', '.join(entries)}")
     known = {Cell(own["kp"], own["kd"]) for own in entries[asked.task]["action_scales"]}
@@ -64,7 +68,13 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     if unknown := [str(cell) for cell in cells if cell not in known]:
         parser.error(f"found {', '.join(unknown)}; allowed: {', '.join(map(str, known))}")
     trainings = [training(asked, entries[asked.task], cell) for cell in cells]
-    return train(trainings, asked, learning["episodes"])
+    return train(trainings, asked, configuration("studies/existence")["learning"]["episodes"])
+
+
+def _entries() -> dict[str, dict[str, Any]]:
+    """Of the study, by task."""
+    tasks = configuration("studies/existence")["learning"]["tasks"]
+    return {entry["task"]: entry for entry in tasks}
 
 
 def training(asked: argparse.Namespace, entry: dict, cell: Cell) -> Training:
@@ -125,34 +135,50 @@ def _keep(own: Training, one: Trained, more: dict) -> None:
     write_text(json.dumps(known), path.with_suffix(".json"))
 
 
-def judge(folder: Path, threads: int) -> pd.DataFrame:
-    """Rows of the policies of a folder, each judged once, which the kept tables take in."""
-    learning = configuration("studies/existence")["learning"]
-    entries = {entry["task"]: entry for entry in learning["tasks"]}
-    rows, curves = [], []
+def kept(folder: Path) -> Iterator[tuple[Path, dict[str, Any], Training, Trained]]:
+    """What a folder holds: file and content of what is known of a policy, its training, itself."""
     for path in sorted(folder.glob("*.json")):
         known = json.loads(path.read_text())
         asked = argparse.Namespace(
             folder=folder, seed=known["seed"], robots=known["robots"], updates=known["updates"]
         )
-        own = training(asked, entries[known["task"]], Cell(known["kp"], known["kd"]))
+        own = training(asked, _entries()[known["task"]], Cell(known["kp"], known["kd"]))
         history = pd.read_parquet(path.with_suffix(".parquet"))
         one = Trained(checkpoint.load(path.with_suffix(".safetensors")), None, history)
+        yield path, known, own, one
+
+
+def judge(folder: Path, threads: int) -> pd.DataFrame:
+    """Rows of the policies of a folder, each judged once, which the kept tables take in."""
+    episodes = configuration("studies/existence")["learning"]["episodes"]
+    rows, curves = [], []
+    for path, known, own, one in kept(folder):
         if "judged" not in known:
-            of = known["seed"], threads, learning["episodes"]
-            known["judged"] = judged(own, one, *of) | {name: known.get(name) for name in ON_GPU}
+            row = judged(own, one, known["seed"], threads, episodes)
+            known["judged"] = row | {name: known.get(name) for name in ON_GPU}
             write_text(json.dumps(known), path)
             print(known["judged"], flush=True)
         rows.append(known["judged"])
-        curves.append(history.assign(**{key: known[key] for key in KEYS})[OF_CURVES])
+        curves.append(one.history.assign(**{key: known[key] for key in KEYS})[OF_CURVES])
     cells = {
         task: [Cell(own["kp"], own["kd"]) for own in entry["action_scales"]]
-        for task, entry in entries.items()
+        for task, entry in _entries().items()
     }
     table = at_corners(pd.DataFrame(rows, columns=[*COLUMNS, *ON_GPU]), cells)
     _bring_up(TABLE, table)
     _bring_up(CURVES, pd.concat(curves, ignore_index=True))
     return table
+
+
+def show(folder: Path) -> pd.DataFrame:
+    """A picture of each policy; a row each, with its file."""
+    rows = []
+    for path, known, own, one in kept(folder):
+        episodes = shown(own.problem, own.choice, own.settings, one.policy)
+        figure = learned_frames(own.problem.task, episodes, known["task"])
+        write(figure, [path.with_suffix(".png")])
+        rows.append({key: known[key] for key in KEYS} | {"picture": path.with_suffix(".png").name})
+    return pd.DataFrame(rows)
 
 
 def _bring_up(path: Path, found: pd.DataFrame) -> None:
