@@ -164,7 +164,8 @@ def judge(folder: Path, threads: int) -> pd.DataFrame:
         task: [Cell(own["kp"], own["kd"]) for own in entry["action_scales"]]
         for task, entry in _entries().items()
     }
-    table = at_corners(pd.DataFrame(rows, columns=[*COLUMNS, *ON_GPU]), cells)
+    table = pd.DataFrame(rows, columns=[*COLUMNS, *ON_GPU]).astype(dict.fromkeys(ON_GPU, float))
+    table = at_corners(table, cells)
     _bring_up(TABLE, table)
     _bring_up(CURVES, pd.concat(curves, ignore_index=True))
     return table
