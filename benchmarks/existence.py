@@ -9,7 +9,8 @@ then. One that was killed goes on, also with another S.
 `python -m benchmarks existence judge FOLDER` judges what a folder holds on the processor, and
 brings docs/data/existence.csv and existence_curves.csv up to it. Rows of other policies stay.
 
-`python -m benchmarks existence show FOLDER` draws a success and a failure of each policy beside it.
+`python -m benchmarks existence show FOLDER` draws a success and a failure of each policy beside it,
+and all of them below each other in FOLDER/policies.png.
 """
 
 import argparse
@@ -19,6 +20,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 
 from benchmarks.scene import ROOT, configuration, task_file
@@ -40,6 +43,7 @@ KEYS = ["task", "kp", "kd", "seed"]
 ON_GPU = ["episodes_gpu", "successes_gpu"]
 OF_CURVES = [*KEYS, "update", "steps", "seconds", "reward", "success", "failed", "jitter"]
 DIGITS = 5  # format: of numbers in the tables
+DPI = 100  # format: of pictures, points an inch
 
 
 def main(arguments: Sequence[str]) -> pd.DataFrame:
@@ -172,13 +176,16 @@ def judge(folder: Path, threads: int) -> pd.DataFrame:
 
 
 def show(folder: Path) -> pd.DataFrame:
-    """A picture of each policy; a row each, with its file."""
-    rows = []
+    """A picture of each policy, and one of all; a row each, with its file."""
+    rows, pictures = [], []
     for path, known, own, one in kept(folder):
         episodes = shown(own.problem, own.choice, own.settings, one.policy)
         figure = learned_frames(own.problem.task, episodes, known["task"])
-        write(figure, [path.with_suffix(".png")])
-        rows.append({key: known[key] for key in KEYS} | {"picture": path.with_suffix(".png").name})
+        picture = path.with_suffix(".png")
+        write(figure, [picture], dpi=DPI)
+        pictures.append(plt.imread(picture))
+        rows.append({key: known[key] for key in KEYS} | {"picture": picture.name})
+    plt.imsave(folder / "policies.png", np.concatenate(pictures))
     return pd.DataFrame(rows)
 
 
