@@ -43,7 +43,7 @@ class ReinforcementLearning(Typed):
     limit_s: Annotated[Number | None, Given] = Field(
         None,
         gt=0,
-        le=1e7,
+        le=10_000_000,
         description="wall-clock time of a training, s: it ends where one more evaluation would "
         "come later, yet not before the first, so the policy depends on the machine; without this "
         "key there is no limit, as in the study",
