@@ -9,8 +9,8 @@ puts an earlier table's errors and times beside the new ones. `python -m benchma
 `python -m benchmarks labels [TASK …]` takes some tasks, as `learning_periods` and
 `noisy_tasks` do, `collections [RESULTS]` results of a run,
 `from_truth [CASE …]` cases as `hidden`, `engines [DEVICE …]` engines: `mujoco`,
-`cuda`, or `cpu` of MuJoCo Warp. `existence train FOLDER TASK` and `existence judge FOLDER` say more
-by `--help`.
+`cuda`, or `cpu` of MuJoCo Warp. `existence train FOLDER TASK`, `existence judge FOLDER` and
+`existence show FOLDER` say more by `--help`.
 """
 
 import sys

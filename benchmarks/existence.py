@@ -4,28 +4,34 @@
 the corners of a task, side by side on a GPU and one after another on the processor, and keeps each
 policy, its training and, of a GPU, how it does there in as many fresh episodes as judge it. A
 training that would not be evaluated once more within S seconds ends, with the best policy until
-then. One that was killed goes on.
+then. One that was killed goes on, also with another S.
 
 `python -m benchmarks existence judge FOLDER` judges what a folder holds on the processor, and
 brings docs/data/existence.csv and existence_curves.csv up to it. Rows of other policies stay.
+
+`python -m benchmarks existence show FOLDER` draws a success and a failure of each policy beside it,
+and all of them below each other in FOLDER/policies.png.
 """
 
 import argparse
 import json
-import time
-from collections.abc import Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 
 from benchmarks.scene import ROOT, configuration, task_file
 from t2l.artefacts import write_table, write_text
+from t2l.figures.frames import learned_frames
 from t2l.gains import Cell
+from t2l.plotting.style import write
 from t2l.policies import checkpoint
 from t2l.rl.algorithm import Trained
-from t2l.rl.alone import COLUMNS, depends_on, judged, problem_of, settings_of
-from t2l.rl.progress import Progress
+from t2l.rl.alone import COLUMNS, depends_on, judged, problem_of, settings_of, shown
 from t2l.rl.side_by_side import Training, judge_side_by_side, learn_side_by_side
 from t2l.rl.unfinished import Unfinished
 from t2l.sim.batch import MUJOCO
@@ -34,32 +40,31 @@ from t2l.version import library
 
 TABLE, CURVES = (ROOT / f"docs/data/{name}.csv" for name in ("existence", "existence_curves"))
 KEYS = ["task", "kp", "kd", "seed"]
-REACHED = "reached"  # successes, if jitter were none of the task's failures
 ON_GPU = ["episodes_gpu", "successes_gpu"]
 OF_CURVES = [*KEYS, "update", "steps", "seconds", "reward", "success", "failed", "jitter"]
 DIGITS = 5  # format: of numbers in the tables
+DPI = 100  # format: of pictures, points an inch
 
 
 def main(arguments: Sequence[str]) -> pd.DataFrame:
     """What the command line asks for: a row a policy."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks existence")
-    parser.add_argument("what", choices=["train", "judge"])
+    parser.add_argument("what", choices=["train", "judge", "show"])
     parser.add_argument("folder", type=Path, help="of policies")
     parser.add_argument("task", nargs="?", help="one of the study")
     parser.add_argument("cells", nargs="*", metavar="KP,KD", help="of its corners (default: all)")
     parser.add_argument(
         "--device", default=MUJOCO, help="of the simulations (default: %(default)s)"
     )
-    parser.add_argument("--seconds", type=float, default=float("inf"), help="at most, about")
+    parser.add_argument("--seconds", type=float, help="at most, about")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1, help="number of the policies")
     parser.add_argument("--robots", type=int, help="in place of the study's")
     parser.add_argument("--updates", type=int, help="in place of the study's")
     asked = parser.parse_args(arguments)
-    if asked.what == "judge":
-        return judge(asked.folder, asked.threads)
-    learning = configuration("studies/existence")["learning"]
-    entries = {entry["task"]: entry for entry in learning["tasks"]}
+    if asked.what != "train":
+        return judge(asked.folder, asked.threads) if asked.what == "judge" else show(asked.folder)
+    entries = _entries()
     if asked.task not in entries:
         parser.error(f"found {asked.task}; allowed: {', '.join(entries)}")
     known = {Cell(own["kp"], own["kd"]) for own in entries[asked.task]["action_scales"]}
@@ -67,7 +72,13 @@ def main(arguments: Sequence[str]) -> pd.DataFrame:
     if unknown := [str(cell) for cell in cells if cell not in known]:
         parser.error(f"found {', '.join(unknown)}; allowed: {', '.join(map(str, known))}")
     trainings = [training(asked, entries[asked.task], cell) for cell in cells]
-    return train(trainings, asked, learning["episodes"])
+    return train(trainings, asked, configuration("studies/existence")["learning"]["episodes"])
+
+
+def _entries() -> dict[str, dict[str, Any]]:
+    """Of the study, by task."""
+    tasks = configuration("studies/existence")["learning"]["tasks"]
+    return {entry["task"]: entry for entry in tasks}
 
 
 def training(asked: argparse.Namespace, entry: dict, cell: Cell) -> Training:
@@ -90,8 +101,9 @@ def train(trainings: Sequence[Training], asked: argparse.Namespace, episodes: in
     device = None if asked.device == MUJOCO else asked.device
     groups = [trainings] if device else [[one] for one in trainings]
     for group in groups:
-        with limited(asked.seconds / len(groups)):
-            found = learn_side_by_side(group, asked.threads, device)
+        found = learn_side_by_side(
+            [within(own, asked.seconds, len(groups)) for own in group], asked.threads, device
+        )
         complete = [
             (own, one) for own, one in zip(group, found, strict=True) if isinstance(one, Trained)
         ]
@@ -111,6 +123,12 @@ def train(trainings: Sequence[Training], asked: argparse.Namespace, episodes: in
     return judge(asked.folder, asked.threads)
 
 
+def within(own: Training, seconds: float | None, groups: int) -> Training:
+    """A training with its share of a time, which goes on from what one without it kept."""
+    limit_s = None if seconds is None else seconds / groups
+    return replace(own, settings=replace(own.settings, limit_s=limit_s))
+
+
 def _keep(own: Training, one: Trained, more: dict) -> None:
     """A policy, its training and what is known of it, beside each other."""
     path, cell = own.unfinished.path, own.problem.cell
@@ -121,57 +139,54 @@ def _keep(own: Training, one: Trained, more: dict) -> None:
     write_text(json.dumps(known), path.with_suffix(".json"))
 
 
-@contextmanager
-def limited(seconds: float):
-    """Trainings meanwhile end where one more evaluation would come too late."""
-    plain, began = Progress.take, time.monotonic()
-
-    def take(self: Progress, *what, **more) -> None:
-        plain(self, *what, **more)
-        spent, evaluations = time.monotonic() - began, len(self._history)
-        if spent * (1 + 1 / evaluations) > seconds:
-            self.enough = True
-
-    Progress.take = take
-    try:
-        yield
-    finally:
-        Progress.take = plain
-
-
-def judge(folder: Path, threads: int) -> pd.DataFrame:
-    """Rows of the policies of a folder, each judged once, which the kept tables take in."""
-    learning = configuration("studies/existence")["learning"]
-    entries = {entry["task"]: entry for entry in learning["tasks"]}
-    rows, curves = [], []
+def kept(folder: Path) -> Iterator[tuple[Path, dict[str, Any], Training, Trained]]:
+    """What a folder holds: file and content of what is known of a policy, its training, itself."""
     for path in sorted(folder.glob("*.json")):
         known = json.loads(path.read_text())
         asked = argparse.Namespace(
             folder=folder, seed=known["seed"], robots=known["robots"], updates=known["updates"]
         )
-        own = training(asked, entries[known["task"]], Cell(known["kp"], known["kd"]))
+        own = training(asked, _entries()[known["task"]], Cell(known["kp"], known["kd"]))
         history = pd.read_parquet(path.with_suffix(".parquet"))
         one = Trained(checkpoint.load(path.with_suffix(".safetensors")), None, history)
+        yield path, known, own, one
+
+
+def judge(folder: Path, threads: int) -> pd.DataFrame:
+    """Rows of the policies of a folder, each judged once, which the kept tables take in."""
+    episodes = configuration("studies/existence")["learning"]["episodes"]
+    rows, curves = [], []
+    for path, known, own, one in kept(folder):
         if "judged" not in known:
-            of = known["seed"], threads, learning["episodes"]
-            row = judged(own, one, *of)
-            # the study's success asks for no rest
-            own.problem.task.steady = False
-            reached = judged(own, one, *of)["successes"] if row["jitter"] else row["successes"]
-            on_gpu = {name: known.get(name) for name in ON_GPU}
-            known["judged"] = {**row, REACHED: reached, **on_gpu}
+            row = judged(own, one, known["seed"], threads, episodes)
+            known["judged"] = row | {name: known.get(name) for name in ON_GPU}
             write_text(json.dumps(known), path)
             print(known["judged"], flush=True)
         rows.append(known["judged"])
-        curves.append(history.assign(**{key: known[key] for key in KEYS})[OF_CURVES])
+        curves.append(one.history.assign(**{key: known[key] for key in KEYS})[OF_CURVES])
     cells = {
         task: [Cell(own["kp"], own["kd"]) for own in entry["action_scales"]]
-        for task, entry in entries.items()
+        for task, entry in _entries().items()
     }
-    table = at_corners(pd.DataFrame(rows, columns=[*COLUMNS, REACHED, *ON_GPU]), cells)
+    table = pd.DataFrame(rows, columns=[*COLUMNS, *ON_GPU]).astype(dict.fromkeys(ON_GPU, float))
+    table = at_corners(table, cells)
     _bring_up(TABLE, table)
     _bring_up(CURVES, pd.concat(curves, ignore_index=True))
     return table
+
+
+def show(folder: Path) -> pd.DataFrame:
+    """A picture of each policy, and one of all; a row each, with its file."""
+    rows, pictures = [], []
+    for path, known, own, one in kept(folder):
+        episodes = shown(own.problem, own.choice, own.settings, one.policy)
+        figure = learned_frames(own.problem.task, episodes, known["task"])
+        picture = path.with_suffix(".png")
+        write(figure, [picture], dpi=DPI)
+        pictures.append(plt.imread(picture))
+        rows.append({key: known[key] for key in KEYS} | {"picture": picture.name})
+    plt.imsave(folder / "policies.png", np.concatenate(pictures))
+    return pd.DataFrame(rows)
 
 
 def _bring_up(path: Path, found: pd.DataFrame) -> None:

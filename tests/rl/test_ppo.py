@@ -95,9 +95,10 @@ def test_the_same_seed_judges_a_policy_alike(trained):
     assert first == again
 
 
-def test_training_ends_where_a_policy_is_good_enough():
+@pytest.mark.parametrize("early", [{"enough": -2.0}, {"limit_s": 1e-3}], ids=["enough", "limit"])
+def test_training_ends_where_a_policy_is_good_enough_or_time_is_over(early):
     seen = []
-    settings = learning(environments=8, updates=6, evaluate_every=2, enough=-2.0)
+    settings = learning(environments=8, updates=6, evaluate_every=2, **early)
     PPO.train(make(n=8), make(n=4, horizon_s=0.1), settings, lambda update, *_: seen.append(update))
     assert seen == [2]
 

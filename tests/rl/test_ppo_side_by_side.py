@@ -135,7 +135,8 @@ def test_observations_and_rewards_are_normalised_as_by_stable_baselines3():
 
 
 def trainings(*choices, updates=3, cells=None, **changes):
-    settings = learning(environments=64, updates=updates, evaluate_every=updates, **changes)
+    sizes = {"environments": 64, "updates": updates, "evaluate_every": updates}
+    settings = learning(**sizes | changes)
     cells = cells or [PROBLEM.cell] * len(choices)
     return [
         Training(replace(PROBLEM, cell=cell), choice, replace(settings, seed=seed))
@@ -195,6 +196,12 @@ def test_many_policies_act_as_each_does():
     world = make(n=4, horizon_s=0.2)
     (found,) = evaluate_side_by_side(policies[:1], world)
     assert found == evaluate(policies[0], make(n=4, horizon_s=0.2))
+
+
+def test_they_end_where_one_more_evaluation_would_come_too_late():
+    short = {"environments": 4, "evaluate_every": 1}
+    for trained in learn_side_by_side(trainings(GOOD, BAD, limit_s=1e-3, **short)):
+        assert list(trained.history["update"]) == [1]
 
 
 def test_one_that_fails_or_is_ended_leaves_the_others(monkeypatch):

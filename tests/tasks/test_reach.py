@@ -97,6 +97,21 @@ def test_a_scripted_arm_is_judged_right(name, way, solved):
     assert ended.violated[:, LIMITS_AND_JITTER.index("jitter")].tolist() == ["shake_rad" in way] * 4
 
 
+@pytest.mark.parametrize(
+    ("name", "solved"),
+    [("end_effector_reach", False), ("end_effector_reach_by_distance", True)],
+)
+def test_what_shakes_within_the_tolerance_succeeds_where_rest_is_not_asked_for(name, solved):
+    task = shipped(name)
+    starts, goals, targets = (
+        sample(np.random.default_rng(3), 4)
+        for sample in (task.sample_starts, task.sample_goals, task.sample_joint_goals)
+    )
+    ended = lead(task, starts, goals, targets, shake_rad=0.01)
+    assert ended.success.tolist() == [solved] * 4
+    assert ended.violated[:, LIMITS_AND_JITTER.index("jitter")].all()
+
+
 @pytest.mark.parametrize("name", [*NAMES, "pose_hold"])
 def test_what_is_seen_has_a_camera_and_moves_as_what_is_simulated(name):
     task = shipped(name)

@@ -32,6 +32,7 @@ EVIDENCE = [
         else []
     ),
     *([result("decoupling", "trainings.parquet")] if DECOUPLING else []),
+    *([result("learning", "policies.parquet")] if LEARNED else []),
     *(str(path) for name in OTHER_STUDIES for path in found_in(Path("results") / name)),
 ]
 

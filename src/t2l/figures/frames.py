@@ -3,6 +3,7 @@
 import contextlib
 import logging
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import mujoco
@@ -11,7 +12,11 @@ from matplotlib.figure import Figure
 
 from t2l.figures import software_renderer
 from t2l.plotting.style import styled
+from t2l.plotting.style import title as heading
 from t2l.tasks import Task
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 log = logging.getLogger(__name__)
 
@@ -96,3 +101,17 @@ def filmstrips(
             row[0].set_ylabel(label, fontsize=8)
         figure.suptitle(title, fontsize=11)
     return figure
+
+
+def learned_frames(task: Task, episodes: "pd.DataFrame", name: str) -> Figure:
+    """A success and a failure of a policy, as far as it has them.
+
+    Args:
+        episodes: one row a step, columns success, time_s and qpos.
+        name: of the task, as a configuration has it.
+    """
+    strips = {
+        "success" if success else "failure": (rows.time_s.to_numpy(), list(rows.qpos))
+        for success, rows in episodes.groupby("success", sort=False)
+    }
+    return filmstrips(task, strips, 6, f"{heading(name)}: {task.instruction}")

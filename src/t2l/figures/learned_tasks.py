@@ -18,7 +18,7 @@ COLUMNS = ("steps", "success", "kp", "kd", "seed")
 
 
 def learned_tasks(curves: Mapping[str, "pd.DataFrame"]) -> Figure:
-    """A column a task: success of each policy, and below it the terms of the first one's reward.
+    """A column a task: success of each policy; below it what terms pay the one with most success.
 
     Args:
         curves: of each task, columns `COLUMNS` and one a term of the reward, `reward_…`.
@@ -36,13 +36,15 @@ def learned_tasks(curves: Mapping[str, "pd.DataFrame"]) -> Figure:
             above.set_ylim(-3, 103)
             above.set_title(title(name), fontsize=9)
             above.legend(fontsize=7, loc="upper center", bbox_to_anchor=BELOW)
-            (kp, kd, seed), first = next(iter(policies))
+            # of equals the first
+            kp, kd, seed = best = policies.success.max().idxmax()
+            shown = policies.get_group(best)
             terms = [term for term in table.columns if term.startswith(TERM)]
             for i, term in enumerate(terms):
                 label = term.removeprefix(TERM).replace("_", " ")
                 style = "-" if i < len(COLOURS) else "--"
                 below.plot(
-                    first.steps / 1e6, first[term], style, color=COLOURS[i % len(COLOURS)],
+                    shown.steps / 1e6, shown[term], style, color=COLOURS[i % len(COLOURS)],
                     label=label,
                 )  # fmt: skip
             below.set_yscale("symlog", linthresh=SMALL)

@@ -25,7 +25,7 @@ class Progress:
     """Takes in how the policies of one training do.
 
     Attributes:
-        enough: whether the last was so good that training may end.
+        enough: whether training may end: the last was good enough, or there is no time for more.
     """
 
     def __init__(self, settings: Settings, report: Report):
@@ -80,12 +80,21 @@ class Progress:
             }
         )
         enough = self._settings.enough
-        self.enough = enough is not None and found.objective >= 1 + enough
+        good = enough is not None and found.objective >= 1 + enough
+        self.enough = good or self._late()
         reward = -math.inf if math.isnan(reward) else reward
         # what is good enough to end with is what it ends with
-        if self._best is None or self.enough or reward > self._highest:
+        if self._best is None or good or reward > self._highest:
             self._best, self._highest = (policy, found), reward
         self._report(update, policy, found)
+
+    def _late(self) -> bool:
+        """Whether one more evaluation, at the mean pace so far, would come after the limit."""
+        limit, evaluations = self._settings.limit_s, len(self._history)
+        if limit is None or self._history[-1]["seconds"] * (1 + 1 / evaluations) <= limit:
+            return False
+        log.info("ends: one more evaluation would come after %g s", limit)
+        return True
 
     def state(self) -> dict[str, Any]:
         """What was taken in, as numbers, text and arrays, for `restore`."""

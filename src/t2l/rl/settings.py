@@ -30,6 +30,8 @@ class Settings:
         clip_actions: whether actions are kept in [-1, 1].
         shared_network: whether policy and value share their hidden layers.
         enough: success rate, with every constraint kept, at which training ends; None for never.
+        limit_s: wall-clock time of a training: it ends where one more evaluation would come later,
+            yet not before the first. None for no limit.
     """
 
     algorithm: str
@@ -42,6 +44,7 @@ class Settings:
     clip_actions: bool
     shared_network: bool
     enough: float | None = None
+    limit_s: float | None = None
 
     def of_policy(self, condition: str, cell: Cell, seed: int) -> "Settings":
         """For the policy of a cell and condition that is trained from its seed number `seed`."""

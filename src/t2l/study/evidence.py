@@ -19,6 +19,7 @@ PATTERNS = {
     "transfer": "sim_to_real/{condition}/rollouts.parquet",
     "policies": "sim_to_real/{condition}/cells.parquet",
     "identification": "sim_to_real/identification.parquet",
+    "learned": "learning/policies.parquet",
     "variance": "attenuation/held_noise.parquet",
     "following": "following/joints.parquet",
     "stiffness": "decoupling/trainings.parquet",

@@ -16,7 +16,7 @@ from t2l.tasks.bare_robot import bare_scene
 from t2l.tasks.reach_rewards import JOINT_REWARDS, PROGRESS, TOOL_REWARDS, sizes
 from t2l.tasks.task import Rewarded
 from t2l.tasks.terms import ObservationTerm, RewardTerm, norm, state_of
-from t2l.typed import Number, Typed
+from t2l.typed import Number, Switch, Typed
 
 MARGIN_RAD = 0.1  # of goals from the ends of the ranges
 
@@ -38,6 +38,10 @@ class ReachParameters(Typed):
         description="`progress`: pays for coming closer at once; `isaaclab`: the terms and weights "
         "of IsaacLab's template, as in the study",
     )
+    steady: Switch = Field(
+        True,
+        description="whether a success must rest at the end, without jitter; the study's need not",
+    )
 
 
 class Reach(Rewarded):
@@ -48,14 +52,20 @@ class Reach(Rewarded):
         start_spread_rad: standard deviation of starts about the robot's home.
         goal_spread_rad: half the width of the range of goals about it.
         reward: what it pays, see `t2l.tasks.reach_rewards`.
+        steady: see `Rewarded`.
     """
 
     rewards_of: Mapping[str, tuple[RewardTerm, ...]]
 
     def __init__(
-        self, robot: str, start_spread_rad: float, goal_spread_rad: float, reward: str = PROGRESS
+        self,
+        robot: str,
+        start_spread_rad: float,
+        goal_spread_rad: float,
+        reward: str = PROGRESS,
+        steady: bool = True,
     ):
-        self.robot = make_robot(robot)
+        self.robot, self.steady = make_robot(robot), steady
         self.rewards = self.rewards_of[reward]
         self.start_spread_rad, self.goal_spread_rad = start_spread_rad, goal_spread_rad
         joints = self.robot.joints

@@ -46,6 +46,35 @@ def test_solutions_exist():
     assert verdict("existence_joint_reach", **both) is NO
 
 
+@pytest.mark.parametrize(
+    ("key", "task", "cells"),
+    [
+        ("existence_end_effector_reach", "end_effector_reach_by_distance", CORNERS),
+        ("existence_lift", "lift_cube", CORNERS),
+        ("existence_g1", "track_velocity", [(0.25, 0.25), (0.25, 4), (4, 0.25), (4, 4)]),
+    ],
+)
+def test_policies_that_are_found_exist_and_those_that_are_not_show_nothing(key, task, cells):
+    def learned(successes, cells=cells, seed=1):
+        kp, kd = zip(*cells, strict=True)
+        columns = {"task": task, "kp": kp, "kd": kd, "seed": seed, "episodes": 500}
+        other = pd.DataFrame({**columns, "task": "another", "successes": 0})
+        return pd.concat([other, pd.DataFrame({**columns, "successes": successes})])
+
+    def judged(*tables):
+        return verdict(key, learning__policies=pd.concat(tables))
+
+    assert judged(learned([500, 495, 500, 500])) is YES
+    assert judged(learned([500, 500, 0, 500])) is OPEN
+    assert judged(learned([500, 500, 500], cells[:3])) is NOT_RUN
+    # all policies of a corner count together
+    assert judged(learned([500] * 4), learned([500, 490, 500, 500], seed=2)) is YES
+    assert judged(learned([500] * 4), learned([500, 480, 500, 500], seed=2)) is OPEN
+    told = CLAIMS[key].finding(evidence(learning__policies=learned([500, 500, 0, 500]))).ours
+    assert "0.0% of 500" in told
+    assert "shows no absence" in told
+
+
 def test_what_chose_a_policy_is_no_evidence_that_it_exists():
     """The best of fifty trials, on the episodes by which they were ranked."""
     trials = {"sim_to_real__joint_reach__kp16_kd2__trials": _trials([1, 1, 1, 1])}

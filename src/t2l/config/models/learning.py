@@ -40,6 +40,14 @@ class ReinforcementLearning(Typed):
         description="success rate, with every constraint kept, at which training ends; without "
         "this key it never ends early, as in the study",
     )
+    limit_s: Annotated[Number | None, Given] = Field(
+        None,
+        gt=0,
+        le=10_000_000,
+        description="wall-clock time of a training, s: it ends where one more evaluation would "
+        "come later, yet not before the first, so the policy depends on the machine; without this "
+        "key there is no limit, as in the study",
+    )
     observation_noise_rad: Number = Field(
         0.01,
         ge=0,

@@ -138,6 +138,10 @@ def _again(table: pd.DataFrame) -> Shaped:
         yield f"{folder}/1_seed1.parquet", cell
 
 
+def _learned(table: pd.DataFrame) -> Shaped:
+    yield "existence/learning/policies.parquet", table
+
+
 def _nominal(table: pd.DataFrame) -> pd.DataFrame:
     """Policies on the whole robot."""
     return table[table.without.isna()]
@@ -206,6 +210,7 @@ FILES: dict[str, Callable[[pd.DataFrame], Shaped]] = {
     "held_noise": _variance,
     "following": _following,
     "decoupling": _decoupling,
+    "existence": _learned,
     "landscape": _landscape,
     "landscape_again": _again,
     "transfer_decision": _decision,

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from t2l.gains import Cell
 from t2l.stats.verdict import (
     ALPHA,
     Finding,
@@ -17,15 +18,16 @@ from t2l.stats.verdict import (
 )
 from t2l.study.claim import Claim, Judge
 from t2l.study.evidence import AbsentError, Evidence
+from t2l.study.landscape.existence import COLUMNS, at_corners, existence_table
 from t2l.study.passing import passes
 from t2l.study.published.numbers import REGIONS, Published, splits
-from t2l.study.words import among
+from t2l.study.words import among, cannot_tell
 
 EPISODES = 100  # that judge a policy, as in the study
 EPISODES_AGAIN = 50  # that judge one while it trains: `t2l.rl.learn.PROGRESS_EPISODES`
 LATE = 0.9  # statistics: quantile over action scales, so that few slow ones are seen too
 TASKS = ("joint_reach", "end_effector_reach")
-STUDY = "landscape"
+STUDY, LEARNED = "landscape", "existence"
 CELL = ("kp", "kd")
 UNIT = (*CELL, "configuration")
 RUN = (*UNIT, "seed")
@@ -49,12 +51,35 @@ def corners(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 def _existence(condition: str) -> Judge:
     def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
-        won, episodes = _anew(evidence, condition)
-        found = shares_at_least(won, episodes, published.values["share"])
-        form = ", ".join(f"{{:.1%}} of {n}" for n in episodes)
-        return among(found, form, *([w / n] for w, n in zip(won, episodes, strict=True)))
+        return _reached(*_anew(evidence, condition), published)
 
     return judge
+
+
+def _found(task: str) -> Judge:
+    """Of the policies that were trained for a task at the corners, all of them together."""
+
+    def judge(evidence: Evidence, published: Published, tests: int) -> Finding:
+        columns = [name for name in COLUMNS if name != "region"]
+        table = evidence.table("learned", columns)
+        own = table[table.task == task]
+        cells = {Cell(*gains) for gains in zip(own.kp, own.kd, strict=True)}
+        known = existence_table(at_corners(own, {task: cells}))
+        if list(known.region) != list(REGIONS):
+            raise AbsentError(f"{task}: not the four corners of a grid")
+        found = _reached(list(known.successes), list(known.episodes), published)
+        if found.verdict is Verdict.REPRODUCED:
+            return found
+        return cannot_tell(found, "a training that finds no policy shows no absence")
+
+    return judge
+
+
+def _reached(won: list[int], episodes: list[int], published: Published) -> Finding:
+    """Whether the share is reached at each corner in `REGIONS`."""
+    found = shares_at_least(won, episodes, published.values["share"])
+    form = ", ".join(f"{{:.1%}} of {n}" for n in episodes)
+    return among(found, form, *([w / n] for w, n in zip(won, episodes, strict=True)))
 
 
 def _anew(evidence: Evidence, condition: str) -> tuple[list[int], list[int]]:
@@ -193,26 +218,44 @@ def _stability(evidence: Evidence, published: Published, tests: int) -> Finding:
     return _comparable(units, published)
 
 
-def _exists(key: str, what: str, condition: str = "", study: str = "") -> Claim:
+_ANEW = (
+    "policies trained anew, which chose nothing, reach the share at each corner (CO, CU, SO, SU): "
+    "of action scales that were trained again, those that did best from the first half of the "
+    "seeds, judged from the others"
+)
+_FOUND = (
+    "the fresh episodes of all policies of a corner together reach the share at each corner (CO, "
+    "CU, SO, SU), with action scales that were given; if not, it cannot be told"
+)
+
+
+def _exists(key: str, what: str, **judged: object) -> Claim:
     statement = f"{what}: a successful policy exists at all four corners of the gains."
-    if not condition:
-        return Claim(key, statement)
-    rule = (
-        "policies trained anew, which chose nothing, reach the share at each corner (CO, CU, SO, "
-        "SU): of action scales that were trained again, those that did best from the first half of "
-        "the seeds, judged from the others"
-    )
-    return Claim(key, statement, "corner", rule, judge=_existence(condition), about=study)
+    return Claim(key, statement, **({"unit": "corner"} if judged else {}), **judged)
+
+
+def _exists_by_training(key: str, what: str, task: str) -> Claim:
+    return _exists(key, what, rule=_FOUND, judge=_found(task), about=LEARNED)
 
 
 CLAIMS = [
-    _exists("existence_joint_reach", "FR3 Joint-Reach", TASKS[0], STUDY),
-    _exists("existence_end_effector_reach", "FR3 EE-Reach", TASKS[1], "paper"),
-    _exists("existence_lift", "FR3 Lift-Cube"),
-    _exists("existence_drawer", "FR3 Open-Drawer"),
-    _exists("existence_g1", "G1 Track-Velocity"),
+    _exists(
+        "existence_joint_reach",
+        "FR3 Joint-Reach",
+        rule=_ANEW,
+        judge=_existence(TASKS[0]),
+        about=STUDY,
+    ),
+    _exists_by_training(
+        "existence_end_effector_reach", "FR3 EE-Reach", "end_effector_reach_by_distance"
+    ),
+    _exists_by_training("existence_lift", "FR3 Lift-Cube", "lift_cube"),
+    _exists_by_training("existence_drawer", "FR3 Open-Drawer", "open_drawer"),
+    _exists_by_training("existence_g1", "G1 Track-Velocity", "track_velocity"),
     _exists("existence_allegro", "Allegro in-hand cube"),
-    _exists("existence_nonprehensile", "FR3 non-prehensile reorientation"),
+    _exists_by_training(
+        "existence_nonprehensile", "FR3 non-prehensile reorientation", "reorient_cube"
+    ),
     Claim(
         "landscape",
         "How many action scales succeed depends on the gains.",

@@ -19,8 +19,8 @@ from t2l.study.published.cells import passed_trials
 from t2l.study.published.numbers import REGIONS
 
 COLUMNS = ("task", "region", "kp", "kd", "episodes", "successes")
-# ends of a task's name that say how it is learned, not what the study calls it
-VARIANTS = ("_isaaclab",)
+# ends of a task's name that say how it is learned or judged, not what the study calls it
+VARIANTS = ("_isaaclab", "_by_distance")
 
 
 def at_corners(policies: pd.DataFrame, cells: Mapping[str, Iterable[Cell]]) -> pd.DataFrame:

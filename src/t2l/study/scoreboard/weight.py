@@ -147,6 +147,7 @@ _BEFORE = f"{_EPOCHS}in Block Stack"
 _ANEW = "collections became the unit when their success was known, these numbers not yet"
 _FIRST = f"collections became the unit after the cells of a first one were known; {_BEFORE}"
 _LIMITS = "that policies keep the limits was added after it was known that none does"
+_LESS = "that less than the share tells nothing was written after the trainings"
 _STOPS = "stops counted as jitter before"
 _SEARCH = (
     "updates, and what ranks trials, were changed after a first search had given no policy that "
@@ -182,6 +183,12 @@ AFTERWARDS: Mapping[str, str] = {
     + _ANEW,
     "effective_beats_ratio": f"the row was added after the correlations were known; {_ANEW}",
     "existence_joint_reach": "trials counted before; the rule was written after the trainings",
+    "existence_end_effector_reach": "jitter was a failure before; the rule without it was written "
+    "after those policies had failed by jitter alone, and before any of these was trained",
+    "existence_drawer": _LESS,
+    **dict.fromkeys(
+        ("existence_lift", "existence_g1"),
+        f"trainings that time had cut short were made again in full; {_LESS}"),
     "sample_efficiency": "the unit was changed, and the slowest tenth added, after the trainings",
     "training_stability": "the unit was changed after the trials",
     **dict.fromkeys(
