@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.detective.fitted_set import FittedSet, Known, Start, sizes
+from t2l.detective.free_phases import FreePhases
 from t2l.detective.held_torques import HeldTorques
 from t2l.detective.left_out import fitted
 from t2l.detective.linear_loop import Section, respond
@@ -47,6 +48,7 @@ class AlongMotion(Objective):
         self.residual = self._residual()[mask]
         place = np.where(mask, np.cumsum(mask) - 1, -1)
         self.held_torques = HeldTorques(predictor, sections, place, noise_rad)
+        self.free_phases = FreePhases(predictor, sections, place)
         base = self.base[0], self.base[1][None]
         self.stiffness = [stiffness(predictor, section, [base])[0] for section in sections]
 
@@ -65,7 +67,8 @@ class AlongMotion(Objective):
     def rmse(self) -> float:
         """Of the model so far, rad; not a number where the loop runs away."""
         layout, u = self.base
-        (left,) = self.held_torques.freed([(layout, u[None])], [self.residual[None]])
+        alone = np.ones((1, len(self.predictor.joints)))
+        (left,) = self._freed([(layout, u[None])], [self.residual[None]], [[alone]] * len(self.sections))
         return float(np.sqrt(np.mean(left**2)))
 
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
@@ -77,6 +80,7 @@ class AlongMotion(Objective):
         rows = [of for _, of in pairs]
         counts = [len(points) for _, points in asked]
         moved = np.zeros((len(self.predictor.samples), sum(counts)))
+        divided = []
         for section, own in zip(self.sections, self.stiffness, strict=True):
             torques = added_torques(self.predictor, section, self.base, variants)
             torques = [of_joints(t, of, 1) for t, of in zip(torques, rows, strict=True)]
@@ -87,10 +91,16 @@ class AlongMotion(Objective):
             stiff = [of_joints(k, of, 0) for k, of in zip(stiff, rows, strict=True)]
             stiffer = np.concatenate(stiff) / own
             stiffer = np.clip(np.where(own > 0, stiffer, 1.0), *STIFFER).T
+            divided.append(np.split(stiffer.T, np.cumsum(counts)[:-1]))
             moved[held] = (before + respond(section, whole)) / stiffer[joint] - before
         moved = self.residual[:, None] + moved[self.mask]
         each = np.split(moved.T, np.cumsum(counts)[:-1])
-        return self.held_torques.freed([(one.layout, points) for one, points in asked], each)
+        return self._freed([(one.layout, points) for one, points in asked], each, divided)
+
+    def _freed(self, asked, residuals, divided) -> list[np.ndarray]:
+        """Residuals of points of layouts, less what the beginnings of recordings may explain."""
+        turned = self.free_phases.turned(asked, residuals, divided)
+        return self.held_torques.freed(asked, turned)
 
 
 def together(layout: Layout, points: np.ndarray, njoint: int) -> tuple[np.ndarray, np.ndarray]:

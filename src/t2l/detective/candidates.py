@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from t2l.detective.free_phases import FreePhases, with_phase
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
 from t2l.effects.blame import described, shipped
@@ -148,6 +149,7 @@ class _Asked:
         apart: it is on one joint more, as it moves others too; else on all, each answered by its
             own torque.
         torque: by section, (ntick, s (1 + p), nrec, n) N·m.
+        phase: of each setting (nrecording, n) rad, of what swings.
     """
 
     effect: Effect
@@ -158,6 +160,7 @@ class _Asked:
     steps: np.ndarray
     apart: bool
     torque: list[np.ndarray] = field(default_factory=list)
+    phase: list[np.ndarray] = field(default_factory=list)
 
     @property
     def variants(self) -> np.ndarray:
@@ -255,15 +258,40 @@ def known_candidates(
         EffectError: an effect of the user's gives no finite motion with any guess.
     """
     asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name])]
+    fitted = np.full(len(residual), -1)
+    fitted[rows] = rows
+    free = FreePhases(predictor, sections, fitted)
+    for one in asked:
+        if one.effect.swings:
+            own = Layout([one.term])
+            places = [i for i, slot in enumerate(one.layout.slots) if slot.term is one.term]
+            one.phase = [free.phases(own, u[places], residual) for u in one.settings]
     for section in sections:
-        variants = [(one.layout, one.variants) for one in asked]
-        for one, torque in zip(
-            asked, added_torques(predictor, section, adopted, variants), strict=True
-        ):
+        still = [one for one in asked if not one.effect.swings]
+        variants = [(one.layout, one.variants) for one in still]
+        torques = zip(still, added_torques(predictor, section, adopted, variants), strict=True)
+        swinging = ((one, _swinging(predictor, section, adopted, one)) for one in asked if one.phase)
+        for one, torque in (*torques, *swinging):
             one.torque.append(torque.astype(np.float32))
             _check_some_runs(one, torque[:, list(one.rows)].swapaxes(0, 1))
     table = _driven(predictor, sections, asked, residual[rows], rows)
     return _with_base(predictor, sections, adopted, table, rows)
+
+
+def _swinging(
+    predictor: Predictor, section: Section, adopted: tuple[Layout, np.ndarray], one: _Asked
+) -> np.ndarray:
+    """Torques as of `added_torques`, of each setting with its own phases."""
+    settings = np.split(one.variants, len(one.settings))
+    return np.concatenate(
+        [
+            added_torques(
+                predictor, with_phase(section, phase, one.new_joints), adopted, [(one.layout, u)]
+            )[0]
+            for phase, u in zip(one.phase, settings, strict=True)
+        ],
+        axis=1,
+    )
 
 
 def _check_some_runs(one: _Asked, answers: np.ndarray) -> None:

@@ -31,6 +31,7 @@ def read_off(
                     torque[at],
                     clock[at],
                     **({"motor": motor[at]} if effect.reads_motor else {}),
+                    **({"recording": samples.recording[at]} if effect.reads_recordings else {}),
                 )
                 for at in where
             ]
