@@ -41,7 +41,7 @@ class AlongMotion(Objective):
         noise_rad: float,
     ):
         self.predictor, self.sections, self.mask = predictor, sections, mask
-        self.noise_rad = noise_rad
+        self.noise_rad, self.recordings = noise_rad, len(predictor.recordings)
         self.base = known[0]
         self.joints = predictor.samples.joint[mask]
         self.answer = np.zeros(len(predictor.samples))

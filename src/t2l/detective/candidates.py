@@ -489,7 +489,9 @@ def _derived(
             on = None if as_one else slot.joint
             columns.append(Column(place, slot.parameter.name, on, lower, upper))
     joints = (joint,) if joint is not None else tuple(one.new_joints) or one.term.joints
-    return Candidate(one.effect, joints, one.setting(s, joint), (constant,), tuple(columns))
+    phases = len(one.phase[s]) * len(joints) if one.effect.swings else 0
+    numbers = len(columns) + phases if phases else 0
+    return Candidate(one.effect, joints, one.setting(s, joint), (constant,), tuple(columns), numbers)
 
 
 def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:

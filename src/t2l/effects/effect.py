@@ -243,6 +243,14 @@ class Effect(ABC):
         """
         return None
 
+    def also(self, guess: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
+        """Further guesses that one that was read off each joint leads to; by default none.
+
+        Args:
+            guess: each parameter (njoint,).
+        """
+        return []
+
     def may_act(self, recordings: Sequence[Recording]) -> bool:
         """Whether the recordings have what it takes to fit it."""
         enough = len(recordings[0].joints) >= self.least_joints

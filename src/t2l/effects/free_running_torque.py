@@ -73,6 +73,14 @@ class FreeRunningTorque(Effect):
         return {"amplitude": np.sqrt(square / count), "frequency": frequency}
 
 
+    def also(self, guess):
+        # what shakes one joint may shake others, where more is missing
+        return [
+            guess | {"frequency": np.full_like(guess["frequency"], hz)}
+            for hz in dict.fromkeys(guess["frequency"].tolist())
+        ]
+
+
 def strongest_line(parts: list[tuple[np.ndarray, np.ndarray]]) -> float:
     """Hz at which torques swing most, from whatever phase each; zero if none is long enough.
 

@@ -154,7 +154,8 @@ class Beginning:
             shares *= self._may_hold[:, None]
             start = self._best_of(errors, start, HELD, shares)
         best, least, step = start, np.full((m, nrec), np.inf), np.zeros_like(start)
-        steps = ITERATIONS if joints or holding or swinging else 1
+        # of velocities and phases alone one step is enough
+        steps = ITERATIONS if joints or holding else 1
         for iteration in range(steps + 1):
             moved = start[None] if iteration == steps else _moved(start, moving)
             error = errors(moved)
