@@ -68,7 +68,9 @@ class AlongMotion(Objective):
         """Of the model so far, rad; not a number where the loop runs away."""
         layout, u = self.base
         alone = np.ones((1, len(self.predictor.joints)))
-        (left,) = self._freed([(layout, u[None])], [self.residual[None]], [[alone]] * len(self.sections))
+        (left,) = self._freed(
+            [(layout, u[None])], [self.residual[None]], [[alone]] * len(self.sections)
+        )
         return float(np.sqrt(np.mean(left**2)))
 
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:

@@ -270,7 +270,9 @@ def known_candidates(
         still = [one for one in asked if not one.effect.swings]
         variants = [(one.layout, one.variants) for one in still]
         torques = zip(still, added_torques(predictor, section, adopted, variants), strict=True)
-        swinging = ((one, _swinging(predictor, section, adopted, one)) for one in asked if one.phase)
+        swinging = (
+            (one, _swinging(predictor, section, adopted, one)) for one in asked if one.phase
+        )
         for one, torque in (*torques, *swinging):
             one.torque.append(torque.astype(np.float32))
             _check_some_runs(one, torque[:, list(one.rows)].swapaxes(0, 1))
@@ -491,7 +493,9 @@ def _derived(
     joints = (joint,) if joint is not None else tuple(one.new_joints) or one.term.joints
     phases = len(one.phase[s]) * len(joints) if one.effect.swings else 0
     numbers = len(columns) + phases if phases else 0
-    return Candidate(one.effect, joints, one.setting(s, joint), (constant,), tuple(columns), numbers)
+    return Candidate(
+        one.effect, joints, one.setting(s, joint), (constant,), tuple(columns), numbers
+    )
 
 
 def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:

@@ -13,7 +13,8 @@ class FreeRunningTorque(Effect):
     """τ = A sin(2π f t + φ), t since the start, with another φ of each joint in each recording.
 
     φ is no parameter. It is how the oscillation begins, and free, as all is that nobody sees of a
-    beginning: see `t2l.identify.hidden_state`. Where nothing is recorded it is zero.
+    beginning: see `t2l.identify.hidden_state`. Where nothing is recorded, as of an exported robot
+    or in training, it is zero.
     """
 
     name = "free_running_torque"
@@ -23,7 +24,7 @@ class FreeRunningTorque(Effect):
         Parameter("frequency", "Hz", SLOWEST_HZ, FASTEST_HZ, "f", neutral=np.nan),
     )
     summary = "a torque that swings at a rate of its own, and begins anywhere in each recording"
-    signature = "the error repeats in time, at one rate, from another phase in each recording"
+    signature = "the error repeats in time at one rate, and begins anywhere in each recording"
     source = (
         "Francis and Wonham, The internal model principle of control theory, 1976: a disturbance "
         "of known form from a state nobody knows"
@@ -35,7 +36,6 @@ class FreeRunningTorque(Effect):
 
     def export(self, to, joints, values):
         to.call(self.name, swing_freely, joints, values)
-        to.cannot_carry(self.name, "where it begins differs in each recording; it begins at zero")
 
     def may_act(self, recordings):
         return len(recordings) >= LEAST_RECORDINGS and super().may_act(recordings)
@@ -71,7 +71,6 @@ class FreeRunningTorque(Effect):
             sine, cosine, _ = np.linalg.lstsq(waves, own, rcond=None)[0]
             square, count = square + len(own) * (sine**2 + cosine**2), count + len(own)
         return {"amplitude": np.sqrt(square / count), "frequency": frequency}
-
 
     def also(self, guess):
         # what shakes one joint may shake others, where more is missing
