@@ -16,11 +16,11 @@ from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.samples import Samples
 from t2l.identify.schedules import Group, groups
 from t2l.identify.simulation import at_every_tick, holding, simulate, starts, swinging
-from t2l.sim.loop import PHASE
 from t2l.identify.soft_hold import Gains, hold_gains
 from t2l.recordings.recording import Recording
 from t2l.robots import plant
 from t2l.sim.dry_friction import make_room
+from t2l.sim.loop import PHASE
 
 # numerics: periods a tick, with as many steps: with more, play that meets between two ticks is
 # fitted wrong
