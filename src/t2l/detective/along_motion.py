@@ -48,7 +48,7 @@ class AlongMotion(Objective):
         self.residual = self._residual()[mask]
         place = np.where(mask, np.cumsum(mask) - 1, -1)
         self.held_torques = HeldTorques(predictor, sections, place, noise_rad)
-        self.free_phases = FreePhases(predictor, sections, place)
+        self.free_phases = FreePhases(predictor, sections, np.flatnonzero(mask))
         base = self.base[0], self.base[1][None]
         self.stiffness = [stiffness(predictor, section, [base])[0] for section in sections]
 
@@ -67,10 +67,8 @@ class AlongMotion(Objective):
     def rmse(self) -> float:
         """Of the model so far, rad; not a number where the loop runs away."""
         layout, u = self.base
-        alone = np.ones((1, len(self.predictor.joints)))
-        (left,) = self._freed(
-            [(layout, u[None])], [self.residual[None]], [[alone]] * len(self.sections)
-        )
+        as_stiff = [[np.ones((1, len(self.predictor.joints)))]] * len(self.sections)
+        (left,) = self._freed([(layout, u[None])], [self.residual[None]], as_stiff)
         return float(np.sqrt(np.mean(left**2)))
 
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:

@@ -224,6 +224,10 @@ class _Asked:
         both = dict.fromkeys(s for pair in zip(ranked, clearer, strict=True) for s in pair)
         return [*dict.fromkeys([*[*both][:KEPT], *ways.values()])]
 
+    def of_term(self, u: np.ndarray) -> np.ndarray:
+        """Of u (n,) what is the effect's, on all joints that have it."""
+        return u[[i for i, slot in enumerate(self.layout.slots) if slot.term is self.term]]
+
     def of(self, joint: int | None, slots: Sequence[int]) -> list[int]:
         """Of some own slots those of a candidate on `joint`."""
         joints = (joint, None)
@@ -258,22 +262,16 @@ def known_candidates(
         EffectError: an effect of the user's gives no finite motion with any guess.
     """
     asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name])]
-    fitted = np.full(len(residual), -1)
-    fitted[rows] = rows
-    free = FreePhases(predictor, sections, fitted)
-    for one in asked:
-        if one.effect.swings:
-            own = Layout([one.term])
-            places = [i for i, slot in enumerate(one.layout.slots) if slot.term is one.term]
-            one.phase = [free.phases(own, u[places], residual) for u in one.settings]
+    swinging = [one for one in asked if one.effect.swings]
+    others = [one for one in asked if not one.effect.swings]
+    free = FreePhases(predictor, sections, rows)
+    for one in swinging:
+        one.phase = [free.phases(one.term, one.of_term(u), residual) for u in one.settings]
     for section in sections:
-        still = [one for one in asked if not one.effect.swings]
-        variants = [(one.layout, one.variants) for one in still]
-        torques = zip(still, added_torques(predictor, section, adopted, variants), strict=True)
-        swinging = (
-            (one, _swinging(predictor, section, adopted, one)) for one in asked if one.phase
-        )
-        for one, torque in (*torques, *swinging):
+        variants = [(one.layout, one.variants) for one in others]
+        torques = zip(others, added_torques(predictor, section, adopted, variants), strict=True)
+        led = ((one, _swinging(predictor, section, adopted, one)) for one in swinging)
+        for one, torque in (*torques, *led):
             one.torque.append(torque.astype(np.float32))
             _check_some_runs(one, torque[:, list(one.rows)].swapaxes(0, 1))
     table = _driven(predictor, sections, asked, residual[rows], rows)
@@ -493,9 +491,8 @@ def _derived(
     joints = (joint,) if joint is not None else tuple(one.new_joints) or one.term.joints
     phases = len(one.phase[s]) * len(joints) if one.effect.swings else 0
     numbers = len(columns) + phases if phases else 0
-    return Candidate(
-        one.effect, joints, one.setting(s, joint), (constant,), tuple(columns), numbers
-    )
+    setting = one.setting(s, joint)
+    return Candidate(one.effect, joints, setting, (constant,), tuple(columns), numbers)
 
 
 def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:

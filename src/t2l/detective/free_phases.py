@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from t2l.detective.linear_loop import Section, respond
-from t2l.effects.term import Layout
+from t2l.effects.term import Layout, Term
 from t2l.identify.levels import HALF
 from t2l.identify.prediction import Predictor
 
@@ -60,11 +60,13 @@ class FreePhases:
     Args:
         predictor: of the samples.
         sections: the loop along the motion; what swings has the phase of their schedule so far.
-        place: (nsample,) of each sample of the predictor, among the fitted ones; -1 if it is none.
+        fitted: (k,) indices of the samples that are fitted, of which residuals are.
     """
 
-    def __init__(self, predictor: Predictor, sections: Sequence[Section], place: np.ndarray):
-        self.predictor, self.sections, self.place = predictor, sections, place
+    def __init__(self, predictor: Predictor, sections: Sequence[Section], fitted: np.ndarray):
+        self.predictor, self.sections = predictor, sections
+        self.place = np.full(len(predictor.samples), -1)
+        self.place[fitted] = np.arange(len(fitted))
         length = np.array([recording.duration_s for recording in predictor.recordings])
         samples = predictor.samples
         self.early = samples.time <= HALF * length[samples.recording]
@@ -75,7 +77,7 @@ class FreePhases:
         residuals: Sequence[np.ndarray],
         stiffer: Sequence[Sequence[np.ndarray]],
     ) -> list[np.ndarray]:
-        """Residuals (m, nsample) of points (m, n) of layouts with the best phases.
+        """Residuals (m, nfitted) of points (m, n) of layouts with the best phases.
 
         Args:
             stiffer: by section, for each of `asked` (m, njoint), by what positions are divided.
@@ -89,15 +91,15 @@ class FreePhases:
                 self._turn(section, one, known, turned[i], stiffer[section][i])
         return turned
 
-    def phases(self, layout: Layout, u: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """(nrecording, njoint) rad that explain most of a residual at any amplitude; zero elsewhere.
+    def phases(self, term: Term, u: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """(nrecording, njoint) rad that explain most of a residual at any amplitude, or zero.
 
         Args:
-            u: (n,) of a layout.
-            residual: (nsample,) measured minus predicted without it, rad; zero where none is fitted.
+            u: (n,) of the term.
+            residual: (nsample,) measured minus predicted without it, rad.
         """
         found = np.zeros((len(self.predictor.recordings), len(self.predictor.joints)))
-        one = _Swing.of(layout, u[None])
+        one = _Swing.of(Layout([term]), u[None])
         for k, section in enumerate(self.sections):
             known = self._columns(k, [one])
             for record, here, _ in self._recordings(k):
@@ -109,7 +111,7 @@ class FreePhases:
         return found
 
     def _columns(self, section: int, swings: Sequence[_Swing]) -> dict[Key, np.ndarray]:
-        """Positions (2, nsample of the section) that answer to a sine and a cosine of 1 N·m, rad."""
+        """Positions (2, nsample of the section) that answer to sine and cosine of 1 N·m, rad."""
         keys = [*dict.fromkeys(key for one in swings for row in one.keys(section) for key in row)]
         own = self.sections[section]
         schedule, shape = own.motion.group.schedule, own.path.q.shape
@@ -141,7 +143,7 @@ class FreePhases:
         residual: np.ndarray,
         stiffer: np.ndarray,
     ) -> None:
-        """Change the residual (m, nsample) in place."""
+        """Change the residual (m, nfitted) in place."""
         group, keys = self.sections[k].motion.group, swing.keys(k)
         for _, here, early in self._recordings(k):
             at = self.place[group.held[here]]

@@ -70,7 +70,7 @@ class Beginning:
         measured: (k,) rad.
         noise_rad: of a measured position.
         memory_s: of this, what tells all but a phase.
-        holds: (nrec,) bool, where what remembers a torque may hold one beyond balance; None for all.
+        holds: (nrec,) bool, where a torque may be held beyond balance; None for all.
         doubt: (nrec, njoint) rad/s, what `Schedule.start_dq` may be off by; zero where it is sure.
     """
 
