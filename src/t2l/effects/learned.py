@@ -118,7 +118,8 @@ class LearnedTorque(Lawful):
             return
         if law.kind == HYSTERESIS:
             radii, weights = curve.weights
-            install_yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
+            own = (np.tile(values, (count, 1)) for values in (radii, weights))
+            install_yielding(loop, rows, law, *own)
             return
         grid, torque = curve.table()
         looked_up(loop, rows, law, grid, np.tile(torque, (count, 1)), ratio=curve.ratio)
