@@ -70,6 +70,7 @@ def largest(radii, weights):
 
 def way_to_start(missing, dq, radii, weights):
     """Way (…) in rad to where elements hold a joint which lacks a torque (…); in motion to slip."""
+    radii, weights = np.broadcast_arrays(radii, weights)
     at = np.concatenate([np.zeros_like(radii[..., :1]), radii], axis=-1)
     # (…, k + 1) N·m once it came so far
     bent = np.minimum(at[..., :, None], radii[..., None, :]) / radii[..., None, :]

@@ -41,8 +41,7 @@ WINDOW_S = BLOCK_S  # of a recording; what a joint no longer remembers says noth
 VELOCITY_S = 0.1
 # of the far side's angle and velocity, of the velocity that the encoder's own side is off by, of
 # the torque held and of a phase
-# numerics: rad, rad/s, rad/s, share and rad, of finite differences
-STEPS = (1e-4, 1e-3, 1e-3, 0.03, 0.03)
+STEPS = (1e-4, 1e-3, 1e-3, 0.03, 0.03)  # numerics: of differences: rad, rad/s, rad/s, share, rad
 EXPECTED = (0.05, 1.0, 1.0, 1.0, np.pi)  # bound: likewise; more is taken for something else
 UNKNOWN = len(STEPS)
 FAR = (0, 1, 2)  # format: of these, what a joint with a far side has
