@@ -118,8 +118,7 @@ class LearnedTorque(Lawful):
             return
         if law.kind == HYSTERESIS:
             radii, weights = curve.weights
-            own = (np.tile(values, (count, 1)) for values in (radii, weights))
-            install_yielding(loop, rows, law, *own)
+            install_yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
             return
         grid, torque = curve.table()
         looked_up(loop, rows, law, grid, np.tile(torque, (count, 1)), ratio=curve.ratio)

@@ -20,8 +20,6 @@ from t2l.effects.yielding import install_yielding, largest
 
 # of a period: a thousandth over a hundred periods is a tenth of one
 STRETCH = Parameter("stretch", "1", -0.1, 0.1, "of the period, as a share", size=1e-3)
-# bound: half way to the next of the radii that are tried, and more
-RADII = Parameter("stretch", "1", -0.4, 0.7, "of all radii, as a share", size=0.02)
 # bound: of a ratio, of one sign: beyond, a tendon acts on one joint
 LEAST_RATIO, MOST_RATIO = 1e-3, 1e3
 RATIO_SIZE = 0.3  # numerics: as of the coupling of two joints
@@ -31,8 +29,8 @@ POINTS = 12  # numerics: of a table, in each interval
 class SplineTorque(Effect):
     """A law as a sum of basis functions whose weights are fitted.
 
-    Of a curve over a phase the period is fitted too, as the last parameter: its stretch; likewise
-    the radii of a hysteresis, all by one share. Of a tendon it is the change of the ratio.
+    Of a curve over a phase the period is fitted too, as the last parameter: its stretch. Of a
+    tendon it is the change of the ratio.
 
     Args:
         law: what acts where.
@@ -78,8 +76,6 @@ class SplineTorque(Effect):
         )
         if law.follows == PHASE:
             self.parameters = (*self.parameters, STRETCH)
-        if law.kind == HYSTERESIS:
-            self.parameters = (*self.parameters, RADII)
         if law.kind == TENDON:
             # of one sign: a ratio of zero is no tendon
             ends = np.sort(np.sign(ratio) * np.array([LEAST_RATIO, MOST_RATIO])) - ratio
@@ -122,7 +118,7 @@ class SplineTorque(Effect):
         weights, rest = np.asarray(values[:count], float), values[count:]
         law, grid = self.law, self.grid
         if law.kind == HYSTERESIS:
-            at = np.concatenate([[0.0], grid]) * (1 + sum(rest))
+            at = np.concatenate([[0.0], grid])
             return Curve(law, tuple(at.tolist()), tuple((self.shape @ weights).tolist()))
         at = grid[self.points]
         torque = self.shape @ weights
@@ -158,8 +154,7 @@ class SplineTorque(Effect):
     def held(self, values):
         count = self.basis.shape[1]
         weights = [values[p.name] for p in self.parameters[:count]]
-        radii = self.grid * (1 + values[RADII.name])
-        return largest(radii, np.concatenate(weights, axis=1))
+        return largest(self.grid, np.concatenate(weights, axis=1))
 
     def install(self, loop, rows, joints, values):
         count = self.basis.shape[1]
@@ -167,8 +162,7 @@ class SplineTorque(Effect):
         stretch = values[STRETCH.name][:, 0] if self.law.follows == PHASE else 0.0
         ratio = self.ratio + values["ratio"][:, 0] if self.law.kind == TENDON else 0.0
         if self.law.kind == HYSTERESIS:
-            radii = self.grid * (1 + values[RADII.name])
-            install_yielding(loop, rows, self.law, radii, weights)
+            install_yielding(loop, rows, self.law, self.grid, weights)
         elif self.law.kind == INERTIA:
             per_weight = np.ptp(self.basis[:, 0]) / np.ptp(self.grid)
             add_armature(loop, rows, joints, per_weight * weights, LIGHTEST)

@@ -18,7 +18,7 @@ TINY = 1e-12  # numerics: N·m, in place of zero
 def install_yielding(
     loop: ServoLoop, rows: slice, law: Law, radii: np.ndarray, weights: np.ndarray
 ) -> None:
-    """Add elastic-plastic elements of `radii`, rising, with weights; (nrow, k) each."""
+    """Add elastic-plastic elements of `radii` (k,) with weights (nrow, k)."""
     joint = loop.joints.index(law.joint)
     dof = loop.dofs[joint]
     passive, bias = loop.batch.bind("qfrc_passive"), loop.batch.bind("qfrc_bias")
@@ -29,7 +29,7 @@ def install_yielding(
         if not anchors:
             missing = torque[rows, joint] + passive[rows, dof] - bias[rows, dof]
             way = way_to_start(missing, dq[rows, joint], radii, weights)[:, None]
-            way = loop.held_at_start(rows, np.array([joint]), way, radii[:, -1:], radii[:, -1:])
+            way = loop.held_at_start(rows, np.array([joint]), way, radii[-1], radii[-1])
             anchors.append(here - stretched(way, radii))
         stretch = np.minimum(np.maximum(here - anchors[0], -radii), radii)
         anchors[0] = here - stretch
@@ -70,17 +70,14 @@ def largest(radii, weights):
 
 def way_to_start(missing, dq, radii, weights):
     """Way (…) in rad to where elements hold a joint which lacks a torque (…); in motion to slip."""
-    radii, weights = np.broadcast_arrays(radii, weights)
-    at = np.concatenate([np.zeros_like(radii[..., :1]), radii], axis=-1)
+    at = np.append(0.0, radii)
     # (…, k + 1) N·m once it came so far
-    bent = np.minimum(at[..., :, None], radii[..., None, :]) / radii[..., None, :]
-    force = np.sum(weights[..., None, :] * bent, axis=-1)
+    force = np.sum(weights[..., None, :] * np.minimum(at[:, None], radii) / radii, axis=-1)
     needed = np.where(np.abs(dq) < AT_REST_RAD_S, np.abs(missing), np.inf)[..., None]
-    above = np.minimum((force < needed).sum(axis=-1), radii.shape[-1])[..., None]
+    above = np.minimum((force < needed).sum(axis=-1), len(radii))[..., None]
     below = np.maximum(above - 1, 0)
     f0, f1 = (np.take_along_axis(force, i, axis=-1) for i in (below, above))
     part = np.clip((needed - f0) / np.maximum(f1 - f0, TINY), 0.0, 1.0)
-    first, last = (np.take_along_axis(at, i, axis=-1) for i in (below, above))
-    distance = first + part * (last - first)
+    distance = at[below] + part * (at[above] - at[below])
     sign = np.where(np.abs(dq) < AT_REST_RAD_S, np.sign(missing), np.sign(dq))
     return sign * distance[..., 0]
