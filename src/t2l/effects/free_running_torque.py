@@ -30,6 +30,7 @@ class FreeRunningTorque(Effect):
         "of known form from a state nobody knows"
     )
     remembers = False
+    contains = ("periodic_torque",)
     follows = "time"
     swings = True
     reads_recordings = True
