@@ -149,7 +149,7 @@ class _Asked:
         apart: it is on one joint more, as it moves others too; else on all, each answered by its
             own torque.
         torque: by section, (ntick, s (1 + p), nrec, n) N·m.
-        phase: of each setting (nrecording, n) rad, of what swings.
+        phase: (s, nrecording, n) rad, of what swings.
     """
 
     effect: Effect
@@ -160,7 +160,7 @@ class _Asked:
     steps: np.ndarray
     apart: bool
     torque: list[np.ndarray] = field(default_factory=list)
-    phase: list[np.ndarray] = field(default_factory=list)
+    phase: np.ndarray | None = None
 
     @property
     def variants(self) -> np.ndarray:
@@ -225,8 +225,8 @@ class _Asked:
         return [*dict.fromkeys([*[*both][:KEPT], *ways.values()])]
 
     def of_term(self, u: np.ndarray) -> np.ndarray:
-        """Of u (n,) what is the effect's, on all joints that have it."""
-        return u[[i for i, slot in enumerate(self.layout.slots) if slot.term is self.term]]
+        """Of u (m, n) what is the effect's, on all joints that have it."""
+        return u[:, [i for i, slot in enumerate(self.layout.slots) if slot.term is self.term]]
 
     def of(self, joint: int | None, slots: Sequence[int]) -> list[int]:
         """Of some own slots those of a candidate on `joint`."""
@@ -266,7 +266,7 @@ def known_candidates(
     others = [one for one in asked if not one.effect.swings]
     free = FreePhases(predictor, sections, rows)
     for one in swinging:
-        one.phase = [free.phases(one.term, one.of_term(u), residual) for u in one.settings]
+        one.phase = free.phases(one.term, one.of_term(one.settings), residual)
     for section in sections:
         variants = [(one.layout, one.variants) for one in others]
         torques = zip(others, added_torques(predictor, section, adopted, variants), strict=True)
@@ -489,7 +489,7 @@ def _derived(
             on = None if as_one else slot.joint
             columns.append(Column(place, slot.parameter.name, on, lower, upper))
     joints = (joint,) if joint is not None else tuple(one.new_joints) or one.term.joints
-    phases = len(one.phase[s]) * len(joints) if one.effect.swings else 0
+    phases = 0 if one.phase is None else one.phase.shape[1] * len(joints)
     numbers = len(columns) + phases if phases else 0
     setting = one.setting(s, joint)
     return Candidate(one.effect, joints, setting, (constant,), tuple(columns), numbers)

@@ -91,23 +91,25 @@ class FreePhases:
                 self._turn(section, one, known, turned[i], stiffer[section][i])
         return turned
 
-    def phases(self, term: Term, u: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """(nrecording, njoint) rad that explain most of a residual at any amplitude, or zero.
+    def phases(self, term: Term, points: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """(m, nrecording, njoint) rad that explain most of a residual at any amplitude, or zero.
 
         Args:
-            u: (n,) of the term.
+            points: (m, n) of the term.
             residual: (nsample,) measured minus predicted without it, rad.
         """
-        found = np.zeros((len(self.predictor.recordings), len(self.predictor.joints)))
-        one = _Swing.of(Layout([term]), u[None])
+        predictor = self.predictor
+        found = np.zeros((len(points), len(predictor.recordings), len(predictor.joints)))
+        one = _Swing.of(Layout([term]), points)
         for k, section in enumerate(self.sections):
             known = self._columns(k, [one])
             for record, here, _ in self._recordings(k):
-                left = residual[section.motion.group.held[here]]
-                for key in one.keys(k)[0]:
-                    waves = known[key][:, here]
-                    sine, cosine = np.linalg.lstsq(waves.T, left, rcond=None)[0]
-                    found[record, key[1]] = np.arctan2(cosine, sine)
+                left, phase = residual[section.motion.group.held[here]], {}
+                for key, waves in known.items():
+                    sine, cosine = np.linalg.lstsq(waves[:, here].T, left, rcond=None)[0]
+                    phase[key] = np.arctan2(cosine, sine)
+                for m, keys in enumerate(one.keys(k)):
+                    found[m, record, one.joints] = [phase[key] for key in keys]
         return found
 
     def _columns(self, section: int, swings: Sequence[_Swing]) -> dict[Key, np.ndarray]:
