@@ -27,7 +27,7 @@ import yaml
 
 from benchmarks import one_core
 from benchmarks.hidden_effects.__main__ import write_case
-from benchmarks.hidden_effects.as_t2l import ALIKE
+from benchmarks.hidden_effects.as_t2l import ALIKE, CALLED
 from benchmarks.hidden_effects.cases import VISIBLE, Case, cases
 from benchmarks.hidden_effects.drawn_robots import cases_on_robots
 from benchmarks.scene import ROOT
@@ -279,8 +279,8 @@ def recovered(hidden: list[dict], model) -> dict[str, float]:
 
 
 def snake(name: str) -> str:
-    """CommandDelay → command_delay."""
-    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
+    """CommandDelay → command_delay; or what else t2l calls it."""
+    return CALLED.get(name) or re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
 def with_names(result: dict) -> list[str]:

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 
 from benchmarks.hidden_effects.effects import CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY
 
+# class in the generator: what t2l calls it, where that is another name
+CALLED = {"TimeVaryingTorque": "free_running_torque"}
 # class in the generator: by parameter of t2l's effect the generator's number, the telling one first
 ALIKE = {
     "Armature": {"inertia": "inertia"},
@@ -29,6 +31,7 @@ ALIKE = {
     "DirectionalFriction": {"forward": "forward", "backward": "backward"},
     "TorqueSpeedLimit": {"stall_torque": "stall_torque", "no_load_speed": "no_load_speed"},
     "PeriodicTorque": {"frequency": "frequency_hz", "amplitude": "amplitude", "phase": "phase"},
+    "TimeVaryingTorque": {"frequency": "frequency_hz", "amplitude": "amplitude"},
     "FrictionDrift": {
         "at_end": "end_level", "at_start": "start_level", "time_constant": "time_constant_s",
     },

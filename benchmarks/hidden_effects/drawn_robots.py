@@ -441,7 +441,7 @@ def _uneven(d: RobotDraw):
     )
 
 
-# What the library has no name for.
+# What the library has no name for, and what it has one for since; the draws depend on the order.
 UNKNOWN: dict[str, Callable[[RobotDraw], fx.HiddenEffect]] = {
     "odd_position_torque": _odd,
     "hysteresis_torque": _hysteresis,

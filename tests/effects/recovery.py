@@ -47,6 +47,7 @@ def _starts(effect, predictor, joints, sizes):
     for j in joints:
         at = samples.joint == j
         also = {"motor": motor_torque(predictor)[at]} if effect.reads_motor else {}
+        also |= {"recording": samples.recording[at]} if effect.reads_recordings else {}
         of_joints.append(effect.read_off(samples.q[at], torque[at], clock[at], **also))
     return [*starts, {p.name: np.array([found[p.name] for found in of_joints])
                       for p in effect.parameters}]  # fmt: skip

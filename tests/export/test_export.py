@@ -52,6 +52,7 @@ VALUES = {
     "encoder_offset": {"offset": 0.1},
     "error_clip": {"limit": 0.03},
     "error_dead_band": {"band": 0.01},
+    "free_running_torque": {"amplitude": 0.1, "frequency": 1.7},
     "friction_drift": {"at_start": 0.1, "at_end": 0.03, "time_constant": 0.5},
     "gravity_compensation_error": {"factor": 0.8},
     "integral_action": {"gain": 60.0, "limit": 0.6},

@@ -15,7 +15,17 @@ from t2l.identify.initial_state import slope_of_motion, start_state
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.sim.schedule import Schedule
-from tests.diagnose.made import WEIGHT, hold, measured, pendulum, predict, recording, step, swing
+from tests.diagnose.made import (
+    WEIGHT,
+    hold,
+    measured,
+    pendulum,
+    predict,
+    recording,
+    step,
+    swing,
+    two_pendulums,
+)
 
 NOISE_RAD = 1e-4
 PLAIN = Request(Layout(()), np.zeros((1, 0)))
@@ -292,3 +302,57 @@ def test_a_joint_that_dry_friction_just_holds_stays_though_others_of_the_set_mov
         q = predictor.predict([Request(layout, u[None])])[0][0]
         # where it stays is measured with noise
         assert np.abs(q).max() < 3 * NOISE_RAD
+
+
+# a free-running torque on a pendulum, and where it begins in each recording, rad
+FREE = {"amplitude": {"hinge": 0.1}, "frequency": {"hinge": 0.7}}
+BEGINS = (0.4, 2.5, -1.9)
+
+
+def begun_at(robot, phases, effects=None, **changes):
+    """Recordings of a machine that a torque shakes, whose clock each log begins anew."""
+    logs = []
+    for seed, (phase, hz) in enumerate(zip(phases, (0.7, 0.9, 1.2), strict=False)):
+        torque = {**{k: dict(v) for k, v in FREE.items()}, "phase": {"hinge": phase}}
+        made = recording(robot, swing(0.5, hz), f"{seed}", duration_s=2.0, **changes)
+        hidden = {"periodic_torque": torque, **(effects or {})}
+        logs.append(measured(made, hidden, NOISE_RAD, seed))
+    return logs
+
+
+@pytest.mark.parametrize(
+    "others", [{}, {"coulomb_friction": {"torque": {"hinge": 0.05}}}], ids=["alone", "friction"]
+)
+def test_a_phase_that_is_free_is_told_by_the_first_half_of_each_recording(tmp_path, others):
+    logs = begun_at(pendulum(tmp_path), BEGINS, others)
+    effects = {"free_running_torque": FREE, **others}
+    q = np.concatenate([log.q.ravel() for log in logs])
+    error = predict(logs, effects) - q
+    assert np.sqrt(np.mean(error**2)) < 1.1 * NOISE_RAD
+    # what comes later does not move it
+    later = dataclasses.replace(logs[0], q=logs[0].q + 0.1 * (logs[0].time[:, None] > 1.05))
+    np.testing.assert_allclose(predict(later, effects), predict(logs[0], effects), atol=1e-9)
+
+
+def test_each_joint_swings_from_a_phase_of_its_own(tmp_path):
+    robot = two_pendulums(tmp_path)
+    own = {"amplitude": 0.1, "frequency": 1.3}
+    truth = {"phase": {"left": 0.5, "right": -2.0}}
+    truth |= {name: dict.fromkeys(truth["phase"], value) for name, value in own.items()}
+    commands = lambda t: np.stack([swing(0.5, 0.9)(t), swing(-0.4, 1.3)(t)], axis=1)  # noqa: E731
+    made = recording(robot, commands, duration_s=2.0)
+    made = measured(made, {"periodic_torque": truth}, NOISE_RAD)
+    free = {name: truth[name] for name in own}
+    error = predict(made, {"free_running_torque": free}) - made.q.ravel()
+    assert np.sqrt(np.mean(error**2)) < 1.1 * NOISE_RAD
+
+
+def test_a_phase_beside_bristles_that_hold_is_predicted_to_the_noise(tmp_path):
+    """The log begins in motion: what the bristles hold is told by its first moments."""
+    robot, others = pendulum(tmp_path), {"dahl_friction": BRISTLES}
+    (whole,) = begun_at(robot, BEGINS[:1], others, kp=10, kd=0.4, row_rate_hz=200.0)
+    rows = whole.time >= 0.5
+    part = {"time": whole.time[rows] - 0.5, "q_des": whole.q_des[rows], "q": whole.q[rows]}
+    made = dataclasses.replace(whole, **part)
+    error = predict(made, {"free_running_torque": FREE, **others}) - made.q.ravel()
+    assert np.sqrt(np.mean(error**2)) < 1.15 * NOISE_RAD

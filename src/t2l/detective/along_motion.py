@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.detective.fitted_set import FittedSet, Known, Start, sizes
+from t2l.detective.free_phases import FreePhases
 from t2l.detective.held_torques import HeldTorques
 from t2l.detective.left_out import fitted
 from t2l.detective.linear_loop import Section, respond
@@ -41,7 +42,7 @@ class AlongMotion(Objective):
         noise_rad: float,
     ):
         self.predictor, self.sections, self.mask = predictor, sections, mask
-        self.noise_rad = noise_rad
+        self.noise_rad, self.recordings = noise_rad, len(predictor.recordings)
         self.base = known[0]
         self.joints = predictor.samples.joint[mask]
         self.answer = np.zeros(len(predictor.samples))
@@ -49,6 +50,7 @@ class AlongMotion(Objective):
         # of each sample among the fitted ones
         self.place = np.where(mask, np.cumsum(mask) - 1, -1)
         self.held_torques = HeldTorques(predictor, sections, self.place, noise_rad)
+        self.free_phases = FreePhases(predictor, sections, np.flatnonzero(mask))
         base = self.base[0], self.base[1][None]
         self.stiffness = [stiffness(predictor, section, [base])[0] for section in sections]
 
@@ -67,7 +69,8 @@ class AlongMotion(Objective):
     def rmse(self) -> float:
         """Of the model so far, rad; not a number where the loop runs away."""
         layout, u = self.base
-        (left,) = self.held_torques.freed([(layout, u[None])], [self.residual[None]])
+        as_stiff = [[np.ones((1, len(self.predictor.joints)))]] * len(self.sections)
+        (left,) = self._freed([(layout, u[None])], [self.residual[None]], as_stiff)
         return float(np.sqrt(np.mean(left**2)))
 
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:
@@ -79,6 +82,7 @@ class AlongMotion(Objective):
         rows = [of for _, of in pairs]
         counts = [len(points) for _, points in asked]
         left = np.repeat(self.residual[:, None], sum(counts), axis=1)
+        divided = []
         for section, own in zip(self.sections, self.stiffness, strict=True):
             torques = added_torques(self.predictor, section, self.base, variants)
             torques = [of_joints(t, of, 1) for t, of in zip(torques, rows, strict=True)]
@@ -90,12 +94,18 @@ class AlongMotion(Objective):
             stiff = [of_joints(k, of, 0) for k, of in zip(stiff, rows, strict=True)]
             stiffer = np.concatenate(stiff) / own
             stiffer = np.clip(np.where(own > 0, stiffer, 1.0), *STIFFER).T
+            divided.append(np.split(stiffer.T, np.cumsum(counts)[:-1]))
             if (stiffer != 1).any():
                 before, joint = self.answer[held, None], self.predictor.samples.joint[held]
                 moved = (before + moved) / stiffer[joint] - before
             left[self.place[held]] += moved
         each = np.split(left.T, np.cumsum(counts)[:-1])
-        return self.held_torques.freed([(one.layout, points) for one, points in asked], each)
+        return self._freed([(one.layout, points) for one, points in asked], each, divided)
+
+    def _freed(self, asked, residuals, divided) -> list[np.ndarray]:
+        """Residuals of points of layouts, less what the beginnings of recordings may explain."""
+        turned = self.free_phases.turned(asked, residuals, divided)
+        return self.held_torques.freed(asked, turned)
 
 
 def together(layout: Layout, points: np.ndarray, njoint: int) -> tuple[np.ndarray, np.ndarray]:

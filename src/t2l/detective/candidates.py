@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from t2l.detective.free_phases import FreePhases, with_phase
 from t2l.detective.linear_loop import Section, respond
 from t2l.detective.responses import added_torques
 from t2l.effects.blame import described, shipped
@@ -148,6 +149,7 @@ class _Asked:
         apart: it is on one joint more, as it moves others too; else on all, each answered by its
             own torque.
         torque: by section, (ntick, s (1 + p), nrec, n) N·m.
+        phase: (s, nrecording, n) rad, of what swings.
     """
 
     effect: Effect
@@ -158,6 +160,7 @@ class _Asked:
     steps: np.ndarray
     apart: bool
     torque: list[np.ndarray] = field(default_factory=list)
+    phase: np.ndarray | None = None
 
     @property
     def variants(self) -> np.ndarray:
@@ -221,6 +224,10 @@ class _Asked:
         both = dict.fromkeys(s for pair in zip(ranked, clearer, strict=True) for s in pair)
         return [*dict.fromkeys([*[*both][:KEPT], *ways.values()])]
 
+    def of_term(self, u: np.ndarray) -> np.ndarray:
+        """Of u (m, n) what is the effect's, on all joints that have it."""
+        return u[:, [i for i, slot in enumerate(self.layout.slots) if slot.term is self.term]]
+
     def of(self, joint: int | None, slots: Sequence[int]) -> list[int]:
         """Of some own slots those of a candidate on `joint`."""
         joints = (joint, None)
@@ -255,15 +262,36 @@ def known_candidates(
         EffectError: an effect of the user's gives no finite motion with any guess.
     """
     asked = [one for e in effects for one in _asked(predictor, adopted, e, guesses[e.name])]
+    swinging = [one for one in asked if one.effect.swings]
+    others = [one for one in asked if not one.effect.swings]
+    free = FreePhases(predictor, sections, rows)
+    for one in swinging:
+        one.phase = free.phases(one.term, one.of_term(one.settings), residual)
     for section in sections:
-        variants = [(one.layout, one.variants) for one in asked]
-        for one, torque in zip(
-            asked, added_torques(predictor, section, adopted, variants), strict=True
-        ):
+        variants = [(one.layout, one.variants) for one in others]
+        torques = zip(others, added_torques(predictor, section, adopted, variants), strict=True)
+        led = ((one, _swinging(predictor, section, adopted, one)) for one in swinging)
+        for one, torque in (*torques, *led):
             one.torque.append(torque.astype(np.float32))
             _check_some_runs(one, torque[:, list(one.rows)].swapaxes(0, 1))
     table = _driven(predictor, sections, asked, residual[rows], rows)
     return _with_base(predictor, sections, adopted, table, rows)
+
+
+def _swinging(
+    predictor: Predictor, section: Section, adopted: tuple[Layout, np.ndarray], one: _Asked
+) -> np.ndarray:
+    """Torques as of `added_torques`, of each setting with its own phases."""
+    settings = np.split(one.variants, len(one.settings))
+    return np.concatenate(
+        [
+            added_torques(
+                predictor, with_phase(section, phase, one.new_joints), adopted, [(one.layout, u)]
+            )[0]
+            for phase, u in zip(one.phase, settings, strict=True)
+        ],
+        axis=1,
+    )
 
 
 def _check_some_runs(one: _Asked, answers: np.ndarray) -> None:
@@ -461,7 +489,10 @@ def _derived(
             on = None if as_one else slot.joint
             columns.append(Column(place, slot.parameter.name, on, lower, upper))
     joints = (joint,) if joint is not None else tuple(one.new_joints) or one.term.joints
-    return Candidate(one.effect, joints, one.setting(s, joint), (constant,), tuple(columns))
+    phases = 0 if one.phase is None else one.phase.shape[1] * len(joints)
+    numbers = len(columns) + phases if phases else 0
+    setting = one.setting(s, joint)
+    return Candidate(one.effect, joints, setting, (constant,), tuple(columns), numbers)
 
 
 def _ranked(residual: np.ndarray, values: np.ndarray) -> list[int]:

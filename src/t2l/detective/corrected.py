@@ -31,6 +31,7 @@ class Corrected(Objective):
 
     def __init__(self, along: AlongMotion, corrections: dict[int, "Correction"]):
         self.along, self.corrections, self.joints = along, corrections, along.joints
+        self.recordings = along.recordings
 
     def residuals(self, asked):
         led = self.along.residuals(asked)

@@ -48,6 +48,7 @@ class FittedSet:
         told: (nsample,) bool, where they tell.
         jacobian: (nsample, n).
         free: (n,) bool, which were fitted.
+        phases: how many were fitted, one of each recording and joint that swings.
     """
 
     layout: Layout
@@ -57,6 +58,7 @@ class FittedSet:
     told: np.ndarray
     jacobian: np.ndarray
     free: np.ndarray
+    phases: int = 0
 
     @property
     def model(self) -> tuple[Layout, np.ndarray]:
@@ -92,7 +94,7 @@ class FittedSet:
         # what cancels between joints that share it moves nothing
         moves = np.diag(together) > ALIKE * (shared.T @ np.diag(self._products))
         told = independent(together[np.ix_(moves, moves)])
-        return told + rough + len(self.layout.terms)
+        return told + rough + self.phases + len(self.layout.terms)
 
     @cached_property
     def _products(self) -> np.ndarray:

@@ -77,6 +77,7 @@ def keep_fitted(
         "rounds": rounds,
         "steps": json.dumps([dataclasses.asdict(step) for step in steps]),
         "terms": json.dumps(terms),
+        "phases": last.phases,
     }
     with whole(folder / STEPS / FITTED) as draft:
         np.savez(draft, **texts, **{name: getattr(last, name) for name in ARRAYS})
@@ -88,7 +89,7 @@ def fitted_before(
     """Steps and rounds of an interrupted search, what it adopted last; None if it was another."""
     path = folder / STEPS / FITTED
     try:
-        arrays = read_npz(path, ("key", "rounds", "steps", "terms", *ARRAYS))
+        arrays = read_npz(path, ("key", "rounds", "steps", "terms", "phases", *ARRAYS))
         if str(arrays["key"]) != key:
             return None
         known = model.known_effects(joints) | {
@@ -101,7 +102,8 @@ def fitted_before(
                 Term(_spline(curve) if curve else known[name], tuple(on))
                 for name, on, curve in json.loads(str(arrays["terms"]))
             ]
-            last = FittedSet(Layout(terms), **{name: arrays[name] for name in ARRAYS})
+            own = {name: arrays[name] for name in ARRAYS}
+            last = FittedSet(Layout(terms), **own, phases=int(arrays["phases"]))
             n, m = len(last.residual), len(last.layout.slots)
             shapes = [getattr(last, name).shape for name in ARRAYS]
             if shapes != [(m,), (n,), (n,), (n,), (n, m), (m,)]:

@@ -13,6 +13,7 @@ from t2l.detective.screen import ALIKE, bounded
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import HALF
 from t2l.identify.optimiser import Objective
+from t2l.identify.simulation import swinging
 
 RIDGE = 1e-6  # numerics: of a column's sum of squares
 DAMPINGS = (RIDGE, 0.01, 1.0)  # numerics: likewise, of steps to what fits without a part
@@ -42,7 +43,8 @@ def fitted(
         if np.isfinite(left_out).all():
             found.append(
                 FittedSet(
-                    fit.layout, fit.u, fit.residual, left_out, told, fit.jacobian, fit.free
+                    fit.layout, fit.u, fit.residual, left_out, told, fit.jacobian, fit.free,
+                    objective.recordings * len(swinging(fit.layout.terms)),
                 )
             )  # fmt: skip
     return found

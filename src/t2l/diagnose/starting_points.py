@@ -14,7 +14,7 @@ from t2l.identify.prediction import Predictor
 def read_off(
     predictor: Predictor, mask: np.ndarray, effects: Sequence[Effect], residual: np.ndarray
 ) -> dict[str, list[dict[str, np.ndarray]]]:
-    """Guesses of each effect, at most one, from the torque that the model so far lacks."""
+    """Guesses of each effect from the torque that the model so far lacks."""
     readers = [e for e in effects if type(e).read_off is not Effect.read_off]
     guesses: dict[str, list] = {effect.name: [] for effect in effects}
     if not readers:
@@ -31,6 +31,7 @@ def read_off(
                     torque[at],
                     clock[at],
                     **({"motor": motor[at]} if effect.reads_motor else {}),
+                    **({"recording": samples.recording[at]} if effect.reads_recordings else {}),
                 )
                 for at in where
             ]
@@ -39,5 +40,5 @@ def read_off(
             names = [parameter.name for parameter in effect.parameters]
             guess = {name: np.array([found[name] for found in of_joints]) for name in names}
             check_guess(effect, guess, len(of_joints))
-        guesses[effect.name].append(guess)
+            guesses[effect.name] += [guess, *effect.also(guess)]
     return guesses

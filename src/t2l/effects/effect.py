@@ -150,8 +150,11 @@ class Effect(ABC):
         hides_state: it has a far side that no encoder sees, which need not start at rest.
         holds_torque: what it remembers is a torque, which a recording that begins in motion may
             begin with; `holds_at_rest`: or any recording, as far as friction balances it.
+        swings: it has a phase of its own that nobody knows where a recording begins, see
+            `oscillation`.
         reads_motor: `read_off` takes a further argument `motor`: the motor torque (n,) of the
             logged commands and gains, N·m.
+        reads_recordings: likewise `recording`: (n,) of which one each sample is.
         names_joints: its title says already which joints it is on.
         prior: (m, p) rows over a joint's parameters, whose products with these are about one or
             less: what fits keep small where recordings say nothing.
@@ -176,7 +179,9 @@ class Effect(ABC):
     hides_state: bool = False
     holds_torque: bool = False
     holds_at_rest: bool = False
+    swings: bool = False
     reads_motor: bool = False
+    reads_recordings: bool = False
     names_joints: bool = False
     prior: np.ndarray | None = None
     order: int = 0
@@ -199,6 +204,16 @@ class Effect(ABC):
 
         Returns:
             N·m (nrow, k) at most, and rad likewise of motion that leave little of it.
+        """
+        raise NotImplementedError
+
+    def oscillation(self, values: Values) -> tuple[np.ndarray, np.ndarray]:
+        """Of the torque A sin(2π f t + φ) on each joint, where it `swings`: A and f.
+
+        t is the time since the start; `install` reads φ off `Loop.hidden_start`, at `PHASE`.
+
+        Returns:
+            N·m and Hz, (nrow, k) each.
         """
         raise NotImplementedError
 
@@ -227,6 +242,14 @@ class Effect(ABC):
             torque: (n,) N·m there beyond the model's, with noise and all else that is missing.
         """
         return None
+
+    def also(self, guess: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
+        """Further guesses that one that was read off each joint leads to; by default none.
+
+        Args:
+            guess: each parameter (njoint,).
+        """
+        return []
 
     def may_act(self, recordings: Sequence[Recording]) -> bool:
         """Whether the recordings have what it takes to fit it."""

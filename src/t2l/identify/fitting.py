@@ -16,6 +16,7 @@ class PositionError(Objective):
 
     def __init__(self, predictor: Predictor, mask: np.ndarray):
         self.predictor, self.mask = predictor, mask
+        self.recordings = len(predictor.recordings)
         self.measured, self.joints = predictor.samples.q[mask], predictor.samples.joint[mask]
 
     def residuals(self, asked):

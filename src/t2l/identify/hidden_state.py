@@ -16,6 +16,11 @@ What remembers a torque, bristles or an integral, holds one that nobody knows wh
 motion, and an integral at rest too, where friction balances it. It is estimated likewise, as a
 share of what it can hold.
 
+What swings freely has a phase that nobody knows in any recording. The first half of a recording
+tells it, a half second too little of a slow one; the other half is foretold. The response to a sine
+is known from three phases: it is affine in sine and cosine, nearly, so that the best angle of a
+joint is known too.
+
 No step is taken that leaves more than before: a joint that dry friction holds hardly answers to a
 small velocity, and leaps with a large one.
 """
@@ -26,23 +31,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from t2l.identify.block_bootstrap import BLOCK_S
+from t2l.identify.levels import HALF
+from t2l.sim.loop import HELD, PHASE
 from t2l.sim.schedule import Schedule
 
 WINDOW_S = BLOCK_S  # of a recording; what a joint no longer remembers says nothing
 # tuned: likewise if only velocities are unknown: an encoder of 0.1 mrad at 200 Hz tells them to 2
 # mrad/s in it, to 3 in half of it; the longer, the more a lacking effect is taken for a velocity
 VELOCITY_S = 0.1
-# of the far side's angle and velocity, of the velocity that the encoder's own side is off by, and
-# of the torque held
-STEPS = (1e-4, 1e-3, 1e-3, 0.03)  # numerics: rad, rad/s, rad/s and share, of finite differences
-EXPECTED = (0.05, 1.0, 1.0, 1.0)  # bound: likewise; more is taken for something else
+# of the far side's angle and velocity, of the velocity that the encoder's own side is off by, of
+# the torque held and of a phase
+STEPS = (1e-4, 1e-3, 1e-3, 0.03, 0.03)  # numerics: of differences: rad, rad/s, rad/s, share, rad
+EXPECTED = (0.05, 1.0, 1.0, 1.0, np.pi)  # bound: likewise; more is taken for something else
 UNKNOWN = len(STEPS)
 FAR = (0, 1, 2)  # format: of these, what a joint with a far side has
-VELOCITY, HELD = 2, 3  # format: what every joint has, and what one has that holds a torque
+VELOCITY = 2  # format: what every joint has
 SIDES = (-1.0, -0.5, 0.5, 1.0)  # guess: of the play, from where the load leaves the teeth
 SHARES = (-1.5, -0.75, 0.75, 1.5)  # guess: of what bristles can hold, from balance
 # guess: likewise of what is clamped, where a step may change nothing
 CLAMPED = (-1.75, -1.4, -1.05, -0.7, -0.35, 0.35, 0.7, 1.05, 1.4, 1.75)
+THIRDS = 2 * np.pi / 3 * np.arange(3)  # numerics: phases that tell the response to all
+ANGLES = 2 * np.pi / 360 * np.arange(360)  # numerics: phases that are compared
 ITERATIONS = 2  # numerics: of Gauss and Newton: the response is nearly linear
 SHORTER = 0.3  # numerics: of a step that left more than before
 MOST = 2.0  # bound: of shares: from all one way to all the other
@@ -59,6 +68,8 @@ class Beginning:
         wanted: as of `t2l.identify.simulation.simulate`, of the samples of `measured` alone.
         measured: (k,) rad.
         noise_rad: of a measured position.
+        memory_s: of this, what tells all but a phase.
+        holds: (nrec,) bool, where a torque may be held beyond balance; None for all.
         doubt: (nrec, njoint) rad/s, what `Schedule.start_dq` may be off by; zero where it is sure.
     """
 
@@ -67,6 +78,17 @@ class Beginning:
     measured: np.ndarray
     noise_rad: float
     doubt: np.ndarray
+    memory_s: float = np.inf
+    holds: np.ndarray | None = None
+
+    @property
+    def half_s(self) -> float:
+        """Half of the longest recording."""
+        return HALF * float(self.schedule.sample_ticks[-1]) * self.schedule.period_s
+
+    @property
+    def _may_hold(self) -> np.ndarray:
+        return np.ones(len(self.doubt), bool) if self.holds is None else self.holds
 
     def within(self, window_s: float) -> "Beginning":
         """No more than so much of it."""
@@ -90,6 +112,7 @@ class Beginning:
             wanted=(np.searchsorted(recordings, record), *others),
             measured=self.measured[there],
             doubt=self.doubt[recordings],
+            holds=None if self.holds is None else self.holds[recordings],
         )
 
     def estimate(
@@ -99,6 +122,7 @@ class Beginning:
         play: np.ndarray,
         holding: Sequence[int] = (),
         guesses: Sequence[float] = SHARES,
+        swinging: Sequence[int] = (),
     ) -> np.ndarray:
         """Starts as of `t2l.sim.loop.Loop.hidden_start`, (m, nrec, njoint, k).
 
@@ -108,6 +132,7 @@ class Beginning:
             joints: indices of those that have a far side.
             play: (m, nrec, njoint) rad.
             holding: likewise of those that hold a torque; `guesses` of its share are tried first.
+            swinging: likewise of those that swing freely.
         """
         m, nrec, njoint = play.shape
 
@@ -117,14 +142,18 @@ class Beginning:
             return np.nan_to_num(q - self.measured, nan=1e3)
 
         start = np.zeros((m, nrec, njoint, UNKNOWN))
-        moving = self._unknowns(joints, holding)
+        moving = self._unknowns(joints, holding, swinging)
+        if swinging:
+            start = self._turned(errors, start, swinging)
         if play.any():
             start = self._best_of(errors, start, 0, np.multiply.outer(SIDES, play))
         if holding:
             shares = np.zeros((len(guesses), m, nrec, njoint))
             shares[..., holding] = np.array(guesses)[:, None, None, None]
+            shares *= self._may_hold[:, None]
             start = self._best_of(errors, start, HELD, shares)
         best, least, step = start, np.full((m, nrec), np.inf), np.zeros_like(start)
+        # of velocities and phases alone one step is enough
         steps = ITERATIONS if joints or holding else 1
         for iteration in range(steps + 1):
             moved = start[None] if iteration == steps else _moved(start, moving)
@@ -137,19 +166,41 @@ class Beginning:
                 start = best + step
                 start[..., HELD] = np.clip(start[..., HELD], -MOST, MOST)
                 # of the velocity of other joints one step is enough
-                moving = [some for some in moving if some[0][0] in joints or some[0][1] == HELD]
+                moving = [
+                    some for some in moving if some[0][0] in joints or some[0][1] in (HELD, PHASE)
+                ]
         return best
 
-    def _unknowns(self, joints: Sequence[int], holding: Sequence[int]) -> list[Unknowns]:
+    def _unknowns(
+        self, joints: Sequence[int], holding: Sequence[int], swinging: Sequence[int]
+    ) -> list[Unknowns]:
         """What is moved at a time: one number of `joints` or a velocity that there is doubt about.
 
-        Torques that are held are moved together, as they hardly move other joints.
+        Torques that are held are moved together, as they hardly move other joints, and phases.
         """
         others = [int(j) for j in np.flatnonzero(self.doubt.any(axis=0)) if j not in joints]
         alone = [(joint, kind) for joint in joints for kind in FAR]
         alone += [(joint, VELOCITY) for joint in others]
         held = [(joint, HELD) for joint in holding]
-        return [[one] for one in alone] + [held] * bool(held)
+        phases = [(joint, PHASE) for joint in swinging]
+        return [*([one] for one in alone), *(some for some in (held, phases) if some)]
+
+    def _turned(self, errors: Callable, start: np.ndarray, swinging: Sequence[int]) -> np.ndarray:
+        """Starts with the phase that leaves each joint the least."""
+        starts = np.repeat(start[None], len(THIRDS), axis=0)
+        starts[..., swinging, PHASE] = THIRDS[:, None, None, None]
+        error, turned = errors(starts), start.copy()
+        # error = rest + cosine cos φ + sine sin φ
+        rest = error.mean(axis=0)
+        cosine, sine = (2 / 3 * np.tensordot(f(THIRDS), error, 1) for f in (np.cos, np.sin))
+        parts = np.stack([rest, cosine, sine])
+        waves = np.stack([np.ones_like(ANGLES), np.cos(ANGLES), np.sin(ANGLES)])
+        for j in swinging:
+            own = parts * (self.wanted[3] == j)
+            of = np.array([[self._by_recording(a * b) for a in parts] for b in own])
+            left = np.einsum("ia,jimr,ja->amr", waves, of, waves)
+            turned[..., j, PHASE] = ANGLES[np.argmin(left, axis=0)]
+        return turned
 
     def _by_recording(self, values: np.ndarray) -> np.ndarray:
         """Sums (m, nrec) of values (m, k)."""
@@ -181,6 +232,9 @@ class Beginning:
         moved = np.repeat(error[1:] - error[0], [len(some) for some in moving], axis=0)
         alone = np.array([len(some) == 1 for some in moving for _ in some])
         moved *= (alone[:, None] | (self.wanted[3] == at_joint[:, None]))[:, None]
+        if PHASE in of_kind:
+            after_s = self.schedule.sample_ticks[self.wanted[1]] * self.schedule.period_s
+            moved *= ((after_s <= self.memory_s) | (of_kind[:, None] == PHASE))[:, None]
         slopes = np.moveaxis(moved / np.array(STEPS)[of_kind, None, None], 0, -1)
         nrec = len(self.schedule.kp)
         step = np.zeros((error.shape[1], nrec, njoint, UNKNOWN))
@@ -200,7 +254,9 @@ class Beginning:
         far = {joint for joint, kind in unknowns if kind == 0}
         return np.array(
             [
-                self.doubt[record, j] if kind == VELOCITY and j not in far else EXPECTED[kind]
+                self.doubt[record, j]
+                if kind == VELOCITY and j not in far
+                else EXPECTED[kind] * (kind != HELD or self._may_hold[record])
                 for j, kind in unknowns
             ]
         )

@@ -41,9 +41,11 @@ class Objective(ABC):
 
     Attributes:
         joints: (nsample,) index of the joint of each residual.
+        recordings: how many there are, each of which begins anew.
     """
 
     joints: np.ndarray
+    recordings: int = 1
 
     @abstractmethod
     def residuals(self, asked: Sequence[tuple[Optimiser, np.ndarray]]) -> list[np.ndarray]:

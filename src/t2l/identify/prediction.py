@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import mujoco
@@ -15,11 +15,12 @@ from t2l.identify import batches
 from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.samples import Samples
 from t2l.identify.schedules import Group, groups
-from t2l.identify.simulation import at_every_tick, holding, simulate
+from t2l.identify.simulation import at_every_tick, holding, simulate, starts, swinging
 from t2l.identify.soft_hold import Gains, hold_gains
 from t2l.recordings.recording import Recording
 from t2l.robots import plant
 from t2l.sim.dry_friction import make_room
+from t2l.sim.loop import PHASE
 
 # numerics: periods a tick, with as many steps: with more, play that meets between two ticks is
 # fitted wrong
@@ -120,14 +121,19 @@ class Predictor:
     ) -> Iterator[tuple[Group, np.ndarray, np.ndarray]]:
         """Each group of recordings with its position and velocity at every tick.
 
-        (ntick, nrec, njoint) rad and rad/s, of one variant u (n,).
+        (ntick, nrec, njoint) rad and rad/s, of one variant u (n,). The phases with which it begins
+        stand in the schedule of the group.
         """
         model = self.model(layout.terms)
+        substeps, variants = self._substeps(model), [(layout, u[None])]
         for group in self._groups[self._coarseness(model)]:
-            yield group, *at_every_tick(
-                model, self.joints, group.schedule, self._substeps(model), layout, u,
-                self.threads, group.beginning,
-            )  # fmt: skip
+            loop = model, self.joints, group.schedule, substeps
+            hidden = starts(*loop, variants, self.threads, group.beginning)
+            moved = at_every_tick(*loop, layout, u, self.threads, hidden)
+            if hidden is not None and swinging(layout.terms):
+                schedule = replace(group.schedule, phase=hidden[0, ..., PHASE])
+                group = replace(group, schedule=schedule)
+            yield group, *moved
 
     def _jobs(
         self,
@@ -189,7 +195,7 @@ class Predictor:
         for i, request in enumerate(requests):
             terms = request.layout.terms
             extending = [term for term in terms if term.effect.extends]
-            key = _structure(extending), holding(terms)
+            key = _structure(extending), holding(terms), swinging(terms)
             members.setdefault(key, []).append(i)
         return [
             (

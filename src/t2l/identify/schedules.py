@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from t2l.identify.hidden_state import WINDOW_S, Beginning
+from t2l.identify.hidden_state import Beginning
 from t2l.identify.initial_state import begins_in_motion, slope_of_motion, start_state
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.samples import Samples
@@ -136,7 +136,6 @@ def _group(
     wanted = record, np.searchsorted(sample_ticks, below), rest, samples.joint[held]
     noise = max(noise_floor(list(recordings), divided=True), 1e-9)
     beginning = Beginning(schedule, wanted, samples.q[held], noise, doubt)
-    beginning = beginning.within(WINDOW_S)
     return Group(schedule, beginning, tuple(indices), held, wanted)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from t2l.effects.blame import blaming
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
-from t2l.identify.hidden_state import CLAMPED, SHARES, UNKNOWN, VELOCITY_S, Beginning
+from t2l.identify.hidden_state import CLAMPED, SHARES, UNKNOWN, VELOCITY_S, WINDOW_S, Beginning
 from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
 from t2l.sim.servo import ServoLoop
@@ -39,7 +39,7 @@ def simulate(
         beginning: of the recordings.
         progress: told now and then which part of the ticks is done.
     """
-    hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning)
+    hidden = starts(model, joints, schedule, substeps, variants, threads, beginning)
     with blaming(_taking_part(variants), "to simulate it"):
         run = _run(model, joints, schedule, substeps, variants, threads, hidden, progress)
     between, rate = run.at(wanted)
@@ -54,16 +54,16 @@ def at_every_tick(
     layout: Layout,
     u: np.ndarray,
     threads: int = 1,
-    beginning: Beginning | None = None,
+    hidden: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """What the encoders read and its velocity at the ticks of a schedule, (ntick, nrec, njoint).
 
     Args:
         u: (n,) parameters of `layout`.
+        hidden: (1, nrec, njoint, k) of `starts`.
     """
     variants = [(layout, u[None])]
     ticks = np.arange(schedule.sample_ticks[-1] + 1)
-    hidden = _starts(model, joints, schedule, substeps, variants, threads, beginning)
     whole = replace(schedule, sample_ticks=ticks)
     with blaming(_taking_part(variants), "to simulate it"):
         run = _run(model, joints, whole, substeps, variants, threads, hidden)
@@ -71,30 +71,37 @@ def at_every_tick(
     return q[0].transpose(1, 0, 2), dq[0].transpose(1, 0, 2)
 
 
-def _starts(
-    model,
-    joints,
-    schedule,
-    substeps,
-    variants,
-    threads,
+def starts(
+    model: mujoco.MjModel,
+    joints: tuple[str, ...],
+    schedule: Schedule,
+    substeps: int,
+    variants: Sequence[tuple[Layout, np.ndarray]],
+    threads: int,
     beginning: Beginning | None,
 ) -> np.ndarray | None:
-    """How recordings start beyond what was measured, (m, nrec, njoint, k); None if that is all."""
+    """How recordings start beyond what was measured, (m, nrec, njoint, k); None if that is all.
+
+    Arguments as of `simulate`; see `Loop.hidden_start`.
+    """
     if beginning is None:
         return None
     # one that begins where a motion turns looks as if it were at rest
     hiding = _hiding(variants) if schedule.may_move.any() else []
-    held, at_rest = holding([term for layout, _ in variants for term in layout.terms])
-    estimated = (beginning.doubt > 0).any(axis=1) | bool(hiding or at_rest)
+    terms = [term for layout, _ in variants for term in layout.terms]
+    held, at_rest = holding(terms)
+    swing = swinging(terms)
+    estimated = (beginning.doubt > 0).any(axis=1) | bool(hiding or at_rest or swing)
     estimated |= schedule.may_move & bool(held)
     if not estimated.any():
         return None
     hidden = np.zeros((sum(len(u) for _, u in variants), *beginning.doubt.shape, UNKNOWN))
+    beginning = replace(beginning, holds=schedule.may_move | at_rest)
     beginning = beginning.of(np.flatnonzero(estimated))
-    if not (hiding or held):
-        beginning = beginning.within(VELOCITY_S)
-    unknown = hiding, held, CLAMPED if at_rest else SHARES
+    memory_s = WINDOW_S if hiding or held else VELOCITY_S
+    beginning = beginning.within(max(memory_s, beginning.half_s) if swing else memory_s)
+    beginning = replace(beginning, memory_s=memory_s)
+    unknown = hiding, held, CLAMPED if at_rest else SHARES, swing
     hidden[:, estimated] = _hidden(model, joints, beginning, substeps, variants, threads, unknown)
     return hidden
 
@@ -106,12 +113,13 @@ def _hidden(
     substeps,
     variants,
     threads,
-    unknown: tuple[Sequence[int], Sequence[int], Sequence[float]],
+    unknown: tuple[Sequence[int], Sequence[int], Sequence[float], Sequence[int]],
 ) -> np.ndarray:
     """How the recordings start, (m, nrec, njoint, k), as `Loop.hidden_start`.
 
     Args:
-        unknown: joints with a far side, those that hold a torque, and guesses of its share.
+        unknown: joints with a far side, those that hold a torque, guesses of its share, and joints
+            that swing freely.
     """
     m, (hiding, *held) = sum(len(u) for _, u in variants), unknown
 
@@ -139,6 +147,11 @@ def holding(terms: Sequence[Term]) -> tuple[tuple[int, ...], bool]:
     some = [term for term in terms if term.effect.holds_torque]
     joints = tuple(sorted({joint for term in some for joint in term.joints}))
     return joints, any(term.effect.holds_at_rest for term in some)
+
+
+def swinging(terms: Sequence[Term]) -> tuple[int, ...]:
+    """Joints with a phase that nobody knows."""
+    return tuple(sorted({j for term in terms if term.effect.swings for j in term.joints}))
 
 
 def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:

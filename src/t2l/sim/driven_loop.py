@@ -110,6 +110,7 @@ def all_at_once(schedule: Schedule, ntick: int) -> Schedule:
         else every(schedule.command_period_s),
         logged={name: flat(values) for name, values in schedule.logged.items()},
         stamped_of=None if schedule.stamped_of is None else every(schedule.stamped_of),
+        phase=None if schedule.phase is None else every(schedule.phase),
         hold=None if schedule.hold is None else schedule.hold.each(flat),
         drive=None
         if drive is None

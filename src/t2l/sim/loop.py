@@ -9,6 +9,7 @@ from t2l.sim.schedule import Schedule
 from t2l.sim.transmission import Transmission
 
 ROOM = 0.05  # numerics: of what can be held, to the balance at the start
+HELD, PHASE = 3, 4  # format: of `hidden_start`
 
 
 def over_ticks(change: Callable) -> Callable:
@@ -47,9 +48,10 @@ class Loop:
         moving: (nsim, 1) bool, whether the recording may begin in motion.
         taken: (nsim, njoint) N·m that the motion takes at the start, where it is known.
         ahead: (nsim, njoint) s, how far the loop looks ahead to be no later than the real one.
-        hidden_start: (nsim, njoint, 4) angle and velocity with which what no encoder sees starts,
-            beyond its rest under load, rad and rad/s; what to add to `Schedule.start_dq`; and the
-            torque that what remembers holds then, beyond what balances, as a share of what it can.
+        hidden_start: (nsim, njoint, 5) angle and velocity with which what no encoder sees starts,
+            beyond its rest under load, rad and rad/s; what to add to `Schedule.start_dq`; the
+            torque that what remembers holds then, beyond what balances, as a share of what it can;
+            and the phase of what swings freely, rad.
         q, dq: (nsim, njoint) rad and rad/s of the joints at the present plant tick.
         command, measured, measured_dq: (nsim, njoint) rad and rad/s of the present tick, as they
             reach the controller after all filters; for what changes what it makes of them.
@@ -100,7 +102,9 @@ class Loop:
         self.encoder_offset = np.zeros_like(self.kp)
         late = (schedule.period_s - self.real_period_s) / 2
         self.ahead = np.full_like(self.kp, late)
-        self.hidden_start = np.zeros((*self.kp.shape, 4))
+        self.hidden_start = np.zeros((*self.kp.shape, 5))
+        if schedule.phase is not None:
+            self.hidden_start[..., PHASE] = schedule.phase[self.recording]
         self.transmission = Transmission.rigid(self.kp.shape)
         self.command_lead_s = np.zeros_like(self.kp)
         self.command_delay_s = np.zeros_like(self.kp)
@@ -225,7 +229,7 @@ class Loop:
             limit: of what can be held. There a share more would do nothing, so that no derivative
                 tells which is the right one: in motion, a balance comes nearly so far.
         """
-        at, room = (rows, joints, -1), np.where(self.moving[rows], 1 - ROOM, 1.0) * limit
+        at, room = (rows, joints, HELD), np.where(self.moving[rows], 1 - ROOM, 1.0) * limit
         share = self.hidden_start[at].copy()
         self.hidden_start[at] = 0.0
         within = np.minimum(np.maximum(balance, -room), room)

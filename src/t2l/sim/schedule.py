@@ -89,6 +89,7 @@ class Schedule:
         moving: (nrec,) bool, which recordings may begin in motion; None if none does.
         stamped, stamped_of: commands with their stamps, and which of them (nrec,) are of each
             recording; None where they are known at ticks alone.
+        phase: (nrec, njoint) rad, with which what swings freely begins; None for zero.
     """
 
     period_s: float
@@ -113,6 +114,7 @@ class Schedule:
     moving: np.ndarray | None = None
     stamped: tuple[Stamped, ...] | None = None
     stamped_of: np.ndarray | None = None
+    phase: np.ndarray | None = None
 
     def of(self, recordings: np.ndarray) -> "Schedule":
         """Of some recordings, (k,) indices."""
@@ -138,6 +140,7 @@ class Schedule:
             drive=None if self.drive is None else self.drive.of(recordings),
             moving=None if self.moving is None else self.moving[recordings],
             stamped_of=None if self.stamped_of is None else self.stamped_of[recordings],
+            phase=None if self.phase is None else self.phase[recordings],
         )
 
     @property
