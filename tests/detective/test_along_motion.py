@@ -60,6 +60,16 @@ def rms(values):
     return np.sqrt(np.mean(values**2))
 
 
+def test_along_its_own_motion_a_model_leaves_what_its_simulation_does(robot):
+    hidden = {"viscous_friction": {"damping": {"hinge": 0.3}}}
+    data = split(robot, swings(robot, hidden, NOISE_RAD), swings(robot)[:1], threads=1)
+    _, so_far = along_of(data)
+    own = [motion.foretold() for motion in measured_motion(data.fitted, *BARE)]
+    sections = linearised(data.fitted, *BARE, own)
+    along = AlongMotion(data.fitted, sections, data.fitted_mask, so_far.known, NOISE_RAD)
+    assert along.rmse == pytest.approx(rms(so_far.residual), rel=1e-4)
+
+
 def test_fits_that_race_find_the_same_best_with_less_work(robot, monkeypatch):
     hidden = {"coulomb_friction": {"torque": {"hinge": 0.2}}}
     data = split(robot, swings(robot, hidden, NOISE_RAD), swings(robot)[:1], threads=1)

@@ -7,7 +7,7 @@ residual is smoothed, by a quintic spline whose knots are as far apart as its ow
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import make_lsq_spline
@@ -39,6 +39,11 @@ class Motion:
     predicted: np.ndarray
     predicted_dq: np.ndarray
     noise_dq: np.ndarray
+
+    def foretold(self) -> "Motion":
+        """As the model so far predicts it."""
+        ddq = mean_ddq(self.predicted_dq, self.group.schedule.period_s)
+        return replace(self, q=self.predicted, dq=self.predicted_dq, ddq=ddq)
 
 
 def measured_motion(predictor: Predictor, layout: Layout, u: np.ndarray) -> list[Motion]:

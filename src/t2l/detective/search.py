@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 
@@ -47,7 +48,6 @@ ALONE = 12  # numerics: effects alone that are simulated to rank them
 # numerics: sets that are simulated as they are: of the screen, of those that grew, of a step
 FOLLOWED, GROWN, CHECKED = 30, 6, 2
 LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
-RUN_AWAY = 100.0  # numerics: times an error by simulation, that a linear model tells nothing with
 NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, GROW, PRUNE = (
@@ -449,18 +449,23 @@ class _Search:
         """Along the motion, at a model of which `rmse_rad` is the error by simulation.
 
         What remembers has no derivative, so the loop may run away without it: then its feedback is
-        that of the model as it came.
+        that of the model as it came. And the loop may answer to what the motion cannot be told to;
+        where that leaves far more than the simulation, the motion is the simulated one.
         """
         data, model = self.data, known[0]
         self.linearised_rmse = self.nearest_rmse = rmse_rad
         self.samples = Samples.of(data.fitted, data.fitted_mask, data.folds, model, noise_rad)
         linear = self.samples.linear
-        motions = measured_motion(linear, *model)
-        for feedback in (model, self.model.vector(linear.joints)):
-            self.sections = linearised(linear, *model, motions, feedback)
-            self.along = AlongMotion(linear, self.sections, data.fitted_mask, known, noise_rad)
-            if self.along.rmse <= RUN_AWAY * max(rmse_rad, noise_rad):
+        measured, came = measured_motion(linear, *model), self.model.vector(linear.joints)
+        foretold = [one.foretold() for one in measured]
+        tried = []
+        for motions, feedback in product((measured, foretold), (model, came)):
+            sections = linearised(linear, *model, motions, feedback)
+            along = AlongMotion(linear, sections, data.fitted_mask, known, noise_rad)
+            tried.append((np.nan_to_num(along.rmse, nan=np.inf), sections, along))
+            if along.rmse <= ASTRAY * max(rmse_rad, noise_rad):
                 break
+        _, self.sections, self.along = min(tried, key=lambda one: one[0])
         start = Start(*self.current.model)
         self.current = next(iter(fit_along([start], self.along, data.folds, 0)), self.current)
 
