@@ -449,8 +449,8 @@ class _Search:
         """Along the motion, at a model of which `rmse_rad` is the error by simulation.
 
         What remembers has no derivative, so the loop may run away without it: then its feedback is
-        that of the model as it came. And the loop may answer to what the motion cannot be told to;
-        where that leaves far more than the simulation, the motion is the simulated one.
+        that of the model as it came. Or small errors of the measured motion may move a stiff loop
+        much: where all that leaves far more than the simulation, the motion is the simulated one.
         """
         data, model = self.data, known[0]
         self.linearised_rmse = self.nearest_rmse = rmse_rad
