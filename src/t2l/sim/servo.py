@@ -34,6 +34,7 @@ keeps the simulation near the measurement.
 
 import copy
 from collections.abc import Callable, Iterator
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -347,12 +348,13 @@ class ServoLoop(Loop):
         damping = (model.dof_damping if damping is None else damping)[..., self.dofs]
         damping = damping * ~self.transmission.gives
         if damping.any():
-            alone = 1 / np.diag(np.linalg.inv(self._mass()))
+            alone = 1 / np.diag(np.linalg.inv(self._mass))
             share = model.opt.timestep * damping / alone
             kept = np.divide(share, np.expm1(share), out=np.ones_like(share), where=share > 0)
             self.batch.expand("dof_armature")[:, self.dofs] -= alone * (1 - kept)
             self.inertia_changed = True
 
+    @cached_property
     def _mass(self) -> np.ndarray:
         """Mass matrix of the joints (n, n) in the pose of the model's zeros."""
         model = self.batch.model
@@ -370,7 +372,7 @@ class ServoLoop(Loop):
         gives between motor and link, of which forces change within a step.
         """
         last: list[tuple[np.ndarray, np.ndarray]] = []
-        half, mobility = 0.5 * self.batch.model.opt.timestep, 1 / np.diag(self._mass())
+        half, mobility = 0.5 * self.batch.model.opt.timestep, 1 / np.diag(self._mass)
         rigid = half * ~self.transmission.gives
 
         def faster(dq: np.ndarray, torque: np.ndarray) -> np.ndarray:
