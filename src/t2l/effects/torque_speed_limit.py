@@ -6,7 +6,6 @@ import numpy as np
 
 from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
-from t2l.sim.loop import over_ticks
 from t2l.sim.servo import ServoLoop
 
 RATED_V = 12.0  # format: of the parameters, and of a log without `supply_voltage`
@@ -65,14 +64,11 @@ def limit_by_velocity(loop: ServoLoop, rows: slice, joints: np.ndarray, most: Ca
     Args:
         most: called with (tick, velocity), both (nrow, njoint): the greatest torque there.
     """
-    at = ..., rows, loop.columns(joints)
 
-    @over_ticks
-    def change(tick, torque):
-        dq = loop.dq[at]  # the motor's own, not what an encoder reads
-        torque[at] = np.minimum(np.maximum(torque[at], -most(tick, -dq)), most(tick, dq))
+    def limited(tick, torque, dq):
+        return np.minimum(np.maximum(torque, -most(tick, -dq)), most(tick, dq))
 
-    loop.motor_filters.append(change)
+    loop.motor_filters.append(loop.in_motion(rows, joints, limited))
 
 
 def less_torque_at_speed(robot, joints, values):

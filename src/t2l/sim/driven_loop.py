@@ -17,7 +17,7 @@ import numpy as np
 
 from t2l.sim.arrays import columns
 from t2l.sim.commands import commands, feed_forward
-from t2l.sim.loop import Loop
+from t2l.sim.loop import Loop, over_ticks
 from t2l.sim.poses import Poses
 from t2l.sim.regressor import inertial_parameters
 from t2l.sim.schedule import Drive, Schedule
@@ -217,36 +217,40 @@ class DrivenLoop(Loop):
             out[ticks.start : ticks.stop] = each(ticks, target, added)
         return out.reshape(ntick, self.nvariant, self.nrec, -1)
 
-    def _state(self, path: Path, ticks: range) -> tuple[np.ndarray, np.ndarray]:
-        """Where the joints truly are and how fast, (k, nsim, njoint) rad and rad/s."""
-        some = slice(ticks.start, ticks.stop)
-        return self._every(path.q[some]) - self.encoder_offset, self._every(path.dq[some])
+    def _state(self, path: Path, ticks: range) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where the joints truly are, how fast, and how fast halfway to the next tick.
+
+        Each (k, nsim, njoint), rad and rad/s.
+        """
+        some, half = slice(ticks.start, ticks.stop), 0.5 * self.period_s
+        q, dq, ddq = (self._every(values[some]) for values in (path.q, path.dq, path.ddq))
+        return q - self.encoder_offset, dq, dq + half * ddq
 
     def _call(
         self,
         callbacks: list[Callable],
         path: Path,
         ticks: range,
-        state: tuple[np.ndarray, np.ndarray],
+        state: tuple[np.ndarray, ...],
         *signals: np.ndarray,
         reaching: Sequence[np.ndarray] = (),
     ) -> None:
         """Call what acts at one place for all ticks, each (k, nsim, njoint)."""
-        q, dq = state
         for at_once, alike in groupby(callbacks, lambda change: hasattr(change, "over_ticks")):
             if at_once:
-                self._show(path, ticks.start, q, dq, 0, reaching)
+                self._show(path, ticks.start, state, 0, reaching)
                 for change in alike:
                     change(np.arange(ticks.start, ticks.stop), *signals)
                 continue
             alike = list(alike)
             for i, tick in enumerate(ticks):
-                self._show(path, tick, q[i], dq[i], ..., [one[i] for one in reaching])
+                now = [values[i] for values in state]
+                self._show(path, tick, now, ..., [one[i] for one in reaching])
                 for change in alike:
                     change(tick, *(signal[i] for signal in signals))
 
     def _motor(
-        self, path: Path, ticks: range, state: tuple[np.ndarray, np.ndarray], target, added
+        self, path: Path, ticks: range, state: tuple[np.ndarray, ...], target, added
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """Of the motor at some ticks that follow each other, (k, nsim, njoint), and of a hold.
 
@@ -291,7 +295,7 @@ class DrivenLoop(Loop):
         self,
         path: Path,
         ticks: range,
-        state: tuple[np.ndarray, np.ndarray],
+        state: tuple[np.ndarray, ...],
         torque: np.ndarray,
         pull: np.ndarray | None,
         bodies: np.ndarray | None,
@@ -299,8 +303,8 @@ class DrivenLoop(Loop):
         """On the joints, (k, nsim, njoint), where motors give `torque`."""
         some, k = slice(ticks.start, ticks.stop), len(ticks)
         schedule, half = self.schedule, 0.5 * self.period_s
-        (q, dq), ddq = state, self._every(path.ddq[some])
-        middle_q, middle_dq = q + half * dq, dq + half * ddq
+        (q, dq, middle_dq), ddq = state, self._every(path.ddq[some])
+        middle_q = q + half * dq
         level = self._dry()
         if self.friction:
             level = np.tile(level, (k, 1, 1))
@@ -324,6 +328,16 @@ class DrivenLoop(Loop):
             torque -= _dry_friction(level, dq, path.at_rest, excess)
         return torque
 
+    def in_motion(self, rows: slice, joints: np.ndarray, law: Callable) -> Callable:
+        """As of `ServoLoop`, where the velocity is known."""
+        at = ..., rows, self.columns(joints)
+
+        @over_ticks
+        def change(tick, torque: np.ndarray) -> None:
+            torque[at] = law(tick, torque[at], self.middle_dq[at])
+
+        return change
+
     def springs(self, rows: slice, joints: np.ndarray) -> Callable:
         """As `ServoLoop.springs`, also of several ticks: the mean torque until the next tick."""
         at, half = (..., rows, self.columns(joints)), 0.5 * self.period_s
@@ -345,14 +359,17 @@ class DrivenLoop(Loop):
         """A copy (…, nsim, k) of what all variants share, (…, nrec, k)."""
         return values.take(self.recording, axis=-2)
 
-    def _show(self, path: Path, tick: int, q: np.ndarray, dq: np.ndarray, first, reaching) -> None:
+    def _show(
+        self, path: Path, tick: int, state: Sequence[np.ndarray], first, reaching
+    ) -> None:
         """Let loop and batch be where the motion is at a tick, or the loop at several.
 
         Args:
-            q, dq: (nsim, njoint) or (k, nsim, njoint); at `first` of these, the batch.
+            state: of `_state`, (nsim, njoint) or (k, nsim, njoint); at `first` of these, the batch.
             reaching: likewise `Loop.command`, `measured` and `measured_dq`, where they are asked.
         """
-        self.q, self.dq = q, dq
+        self.q, self.dq, self.middle_dq = state
+        q, dq, _ = state
         if reaching:
             self.command, self.measured, self.measured_dq = reaching
         batch, (qpos, dofs) = self.batch, self.at

@@ -53,6 +53,7 @@ class Loop:
             torque that what remembers holds then, beyond what balances, as a share of what it can;
             and the phase of what swings freely, rad.
         q, dq: (nsim, njoint) rad and rad/s of the joints at the present plant tick.
+        middle_dq: likewise halfway to the next, if they go on as before.
         command, measured, measured_dq: (nsim, njoint) rad and rad/s of the present tick, as they
             reach the controller after all filters; for what changes what it makes of them.
         transmission: between motors and links, of (nsim, njoint).
@@ -194,12 +195,13 @@ class Loop:
         return self._at_rest("motor_filters", demand.copy())
 
     def _at_rest(self, place: str, torque: np.ndarray) -> np.ndarray:
-        moving = getattr(self, "q", None), getattr(self, "dq", None)
+        moving = [getattr(self, name, None) for name in ("q", "dq", "middle_dq")]
         self.q, self.dq = self.start_q - self.encoder_offset, np.zeros_like(self.start_q)
+        self.middle_dq = self.dq
         state = (self.q, self.dq) if place == "joint_torques" else ()
         for change in self.stateless[place]:
             change(0, *state, torque)
-        self.q, self.dq = moving
+        self.q, self.dq, self.middle_dq = moving
         return torque
 
     def _per_simulation(self, values: np.ndarray) -> np.ndarray:

@@ -182,8 +182,8 @@ class ServoLoop(Loop):
                 now = tick * self.plant_ticks + part
                 if part:
                     q, dq = qpos[:, at_qpos].copy(), qvel[:, dofs].copy()
-                self.q, self.dq = q, dq
                 middle_q, middle_dq = q + half * dq, 1.5 * dq - 0.5 * last_dq
+                self.q, self.dq, self.middle_dq = q, dq, middle_dq
                 torque = demand.copy()
                 if balance is not None:
                     carried, balanced = carrying(now)
@@ -230,6 +230,33 @@ class ServoLoop(Loop):
                 all_run = running.all()
                 qpos[~running] = np.nan
                 qvel[~running] = 0.0
+
+    def in_motion(self, rows: slice, joints: np.ndarray, law: Callable) -> Callable:
+        """A motor filter of a torque that depends on the velocity.
+
+        The velocity is that halfway to the next plant tick: if the joint goes on as before, and
+        what a joint alone has of the change of this torque since the last one. As a motor at its
+        limit damps a joint strongly, that is solved for, by a secant.
+
+        Args:
+            law: called with (tick, torque, dq), all but the first (nrow, k): what becomes of it.
+        """
+        at = rows, self.columns(joints)
+        further = 0.5 * self.plant_period_s / np.diag(self._mass)[at[1]]
+        last: list[np.ndarray] = []
+
+        def change(tick: int, torque: np.ndarray) -> None:
+            asked, dq = torque[at], self.middle_dq[at]
+            given = law(tick, asked, dq)
+            before = last.pop() if last else given
+            more = further * (given - before)
+            steeper = law(tick, asked, dq + more) - given
+            # law and joint agree where the secant meets the line of what the joint has
+            slope = np.divide(steeper, more, out=np.zeros_like(more), where=more != 0)
+            torque[at] = law(tick, asked, dq + more / (1 - np.minimum(further * slope, 0.0)))
+            last.append(torque[at].copy())
+
+        return change
 
     def springs(self, rows: slice, joints: np.ndarray) -> Callable:
         """What gives joints a spring and a damper more until the next plant tick.
