@@ -1,6 +1,9 @@
 """Friction that grows with the square of velocity."""
 
+import numpy as np
+
 from t2l.effects.effect import Effect, Parameter
+from t2l.sim.loop import over_ticks
 
 
 class QuadraticFriction(Effect):
@@ -25,7 +28,16 @@ class QuadraticFriction(Effect):
             joint.damping[1] += coefficient
 
     def install(self, loop, rows, joints, values):
-        loop.batch.expand("dof_dampingpoly")[rows, loop.dofs[joints], 0] += values["coefficient"]
+        coefficient = values["coefficient"]
+        drag = loop.in_motion(
+            rows, joints, lambda tick, torque, dq: torque - coefficient * dq * np.abs(dq)
+        )
+
+        @over_ticks
+        def add(tick, q, dq, torque):
+            drag(tick, torque)
+
+        loop.joint_torques.append(add)
 
     def starts(self, scales):
         return [{"coefficient": factor * scales.kd / scales.velocity} for factor in (0.02, 0.2)]
