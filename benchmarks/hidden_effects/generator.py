@@ -126,7 +126,7 @@ class Machine:
         self._limits = motor_limits(mjcf, self.joints)
 
         self.data.qpos[self._link] = self.data.qpos[self._motor] = start
-        self._earlier = self.data.qvel[self._motor]  # velocity of motors a step ago
+        self._earlier = self.data.qvel.copy()  # a step ago
         self._start(hidden)
 
     def _compile(self, mjcf, hidden) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -229,15 +229,14 @@ class Machine:
         torque = self.demand + balance
         for effect in self._on_motor:
             torque = effect.motor(torque)
-        v = data.qvel[motor]
-        middle_v, self._earlier = 1.5 * v - 0.5 * self._earlier, v
+        v = 1.5 * data.qvel - 0.5 * self._earlier  # in the middle of the step, likewise
+        self._earlier = data.qvel.copy()
         for effect in self._in_motion:
-            torque = effect.motor_in_motion(torque, middle_v, self.clock_s)
+            torque = effect.motor_in_motion(torque, v[motor], self.clock_s)
         torque = np.clip(torque, *self._limits) if self.powered else balance
         self.motor_torque = torque
 
         if self._on_joint or self._two_mass:
-            v = data.qvel
             state = State(self.clock_s, middle[motor], v[motor], q_link, v[link], torque)
             for effect in self._on_joint:
                 torque = torque + effect.torque(state)

@@ -359,9 +359,7 @@ class DrivenLoop(Loop):
         """A copy (…, nsim, k) of what all variants share, (…, nrec, k)."""
         return values.take(self.recording, axis=-2)
 
-    def _show(
-        self, path: Path, tick: int, state: Sequence[np.ndarray], first, reaching
-    ) -> None:
+    def _show(self, path: Path, tick: int, state: Sequence[np.ndarray], first, reaching) -> None:
         """Let loop and batch be where the motion is at a tick, or the loop at several.
 
         Args:

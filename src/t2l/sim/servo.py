@@ -6,14 +6,12 @@ with velocity and torque where they are commanded too, and the gravity compensat
 gives one. A machine that compensates elsewhere, by springs or by a much faster loop of its drives,
 does so continuously.
 
-The plant moves under finer or equal physics steps of dt. MuJoCo's single-step integrators evaluate
-forces at q and advance to q + dt v'. Moving the position dt/2 ahead before the steps and back
-after them evaluates forces at the middle of each step instead (drift, kick, drift: leapfrog) and
-makes the whole second order: under a held torque a double integrator is exact. Without it a loop
-of 1 kHz on a small stiff arm is off by 0.3 mrad, with it by 0.01 mrad. Likewise velocities are
-moved by a dt/2 meanwhile, so that Coriolis and centrifugal forces are those of the middle of a
-step, and dampers are taken there (Crank and Nicolson, 1947). One physics step a millisecond is then
-as near as eight without, on steps of a SCARA.
+The plant moves under finer or equal physics steps of dt, of second order (`t2l.sim.steps`): under a
+held torque a double integrator is exact. A loop of 1 kHz on a small stiff arm is then off by 0.01
+mrad, and by 0.3 mrad otherwise. Velocities too are moved by a dt/2 meanwhile, so that Coriolis and
+centrifugal forces are those of the middle of a step, and dampers are taken there (Crank and
+Nicolson, 1947). One physics step a millisecond is then as near as eight without, on steps of a
+SCARA.
 
 A torque held for a period h is late by h/2 on average. A loop of n periods a tick therefore looks
 ahead by the s = (n − 1) h/2 that it is later than the real one, to first order in s:
@@ -46,6 +44,7 @@ from t2l.sim.dry_friction import AddedFriction, stiffen
 from t2l.sim.gravity import GravityCompensation
 from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
+from t2l.sim.steps import Steps, turns
 
 MAX_TIMESTEP_S = 0.001
 PLANT_PERIOD_S = 0.002  # numerics: of a slow loop, at most, from plant tick to plant tick
@@ -140,13 +139,16 @@ class ServoLoop(Loop):
             friction = AddedFriction(batch, self.joints)
             friction.write(self.added_friction)
         last_dq, half = qvel[:, dofs].copy(), 0.5 * self.plant_period_s
-        half_step, carried, hold, drive = 0.5 * dt * qvel, 0.0, schedule.hold, schedule.drive
+        carried, hold, drive = 0.0, schedule.hold, schedule.drive
         brake = None if drive is None else self._brake()
         within = self.motor_filters or self.friction or self.joint_torques
         within = within or brake is not None or balance is not None
         parts = self.plant_ticks if within else 1
         nstep = self.nstep * (self.plant_ticks // parts)
-        before, faster = 0.5 * (1 - 1 / nstep), self._faster(nstep * dt)
+        own = batch.model.dof_frictionloss[dofs]
+        rubs = bool(self.friction) or bool((self.added_friction + own > 0).any())
+        steps, faster = Steps(batch, at_qpos, dofs, nstep, rubs), self._faster(nstep * dt)
+        level, taken = self.added_friction, nstep * dt / np.diag(self._mass)
         damping = batch.expanded("dof_damping")
         damping = batch.model.dof_damping if damping is None else damping
         # masses are where the last step was halfway, and at the first tick where they start
@@ -209,22 +211,16 @@ class ServoLoop(Loop):
                     torque += pull
                 for add in self.joint_torques:
                     add(now, middle_q, middle_dq, torque)
-                more = faster(dq, torque)
+                more, ddq = faster(dq, torque)
+                last_dq, turning = dq, None
+                if rubs:
+                    turning = turns(dq, ddq, nstep * dt, taken * (level + own), running)
+                if turning is not None:
+                    more[turning] = 0.0
                 applied[:, dofs] = torque + damping[..., dofs] * more
-                last_dq = dq
-                qpos += half_step
-                qvel[:, dofs] += more
-                # so far they go too far in these steps, half of it in the middle
-                further = nstep * dt * more
-                qpos[:, at_qpos] -= before * further
-                try:
-                    batch.step(ids=None if all_run else running, nstep=nstep)
-                except mujoco.batch.SimulationError as error:
-                    running[error.ids] = all_run = False
-                qvel[:, dofs] -= more
-                qpos[:, at_qpos] -= (1 - before) * further
-                np.multiply(qvel, 0.5 * dt, out=half_step)
-                qpos -= half_step
+                failed = steps.go(None if all_run else running, more, turning)
+                if len(failed):
+                    running[failed] = all_run = False
             if tick % _CHECK_EVERY == 0:
                 running &= ~diverged(batch)
                 all_run = running.all()
@@ -390,19 +386,19 @@ class ServoLoop(Loop):
         mujoco.mj_fullM(model, data, mass)
         return mass[np.ix_(self.dofs, self.dofs)]
 
-    def _faster(self, period_s: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-        """By how much joints are faster half a physics step later, rad/s.
+    def _faster(self, period_s: float) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+        """By how much joints are faster half a physics step later, rad/s, and their acceleration.
 
         Called every `period_s` with velocity and torque (nsim, njoint). The acceleration is that
-        of the last period, and what a joint alone has of the change of its torque since then. It
-        is zero where the motion might turn, as dry friction may hold there, and where something
-        gives between motor and link, of which forces change within a step.
+        of the last period, and what a joint alone has of the change of its torque since then. The
+        first is zero where the motion might turn, as dry friction may hold there, and where
+        something gives between motor and link, of which forces change within a step.
         """
         last: list[tuple[np.ndarray, np.ndarray]] = []
         half, mobility = 0.5 * self.batch.model.opt.timestep, 1 / np.diag(self._mass)
         rigid = half * ~self.transmission.gives
 
-        def faster(dq: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        def faster(dq: np.ndarray, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             before, applied = last.pop() if last else (dq, torque)
             last.append((dq, torque))
             ddq = (dq - before) / period_s
@@ -411,8 +407,8 @@ class ServoLoop(Loop):
             # one while less than that part of the speed is lost, continuously to zero
             surely = KEPT * dq**2
             goes_on = np.minimum(np.maximum(later, 0.0), surely)
-            ddq *= rigid * np.divide(goes_on, surely, out=goes_on, where=surely > 0)
-            return ddq
+            share = np.divide(goes_on, surely, out=goes_on, where=surely > 0)
+            return rigid * ddq * share, ddq
 
         return faster
 
