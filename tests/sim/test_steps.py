@@ -1,4 +1,4 @@
-"""What acts within a tick is of second order: a motor at its limit, drag, dry friction that turns."""
+"""Second order within a tick: a motor at its limit, drag, dry friction that turns."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ def limited(held, dq):
 
 
 @pytest.mark.parametrize(
-    "effect, torque_of",
+    ("effect", "torque_of"),
     [
         (with_effect(TorqueSpeedLimit(), stall_torque=STALL, no_load_speed=FASTEST), limited),
         (
