@@ -14,10 +14,10 @@ from t2l.errors import EffectError
 from t2l.export.agreement import difference
 from t2l.export.folder import write_export
 from t2l.export.mjcf import Controller
-from t2l.identify import prediction
 from t2l.identify.initial_state import start_state
 from t2l.identify.model import Model
 from t2l.identify.refit import refit
+from t2l.sim import servo, steps
 from t2l.sim.servo import ServoLoop
 from tests.diagnose.made import (
     ARMATURE,
@@ -143,8 +143,10 @@ def robot(tmp_path_factory):
 @pytest.fixture
 def first_order(monkeypatch):
     """Let ours take velocities and dampers where MuJoCo's own step does."""
-    monkeypatch.setattr(ServoLoop, "_faster", lambda *_: lambda dq, _: np.zeros_like(dq))
+    still = np.zeros_like
+    monkeypatch.setattr(ServoLoop, "_faster", lambda *_: lambda dq, _: (still(dq), still(dq)))
     monkeypatch.setattr(ServoLoop, "_center_damping", lambda _: None)
+    monkeypatch.setattr(steps, "FINER", 1)
 
 
 # MuJoCo compensates gravity where its leading position is, half a period after the loop's tick
@@ -189,7 +191,7 @@ def test_each_effect_moves_the_exported_robot_as_it_moves_ours(robot, tmp_path, 
 def test_a_far_side_moves_as_ours_at_the_same_physics_step(
     robot, tmp_path, monkeypatch, first_order, name, link, held
 ):
-    monkeypatch.setattr(prediction, "EXTENDED", 1)
+    monkeypatch.setattr(servo, "EXTENDED", 1)
     content, error, _ = exported(
         tmp_path / "out", robot, effect_of(name, encoder_on_link=link), held
     )

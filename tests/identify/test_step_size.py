@@ -13,7 +13,7 @@ FRICTION = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
 
 @pytest.fixture
 def recordings(tmp_path):
-    return swings(pendulum(tmp_path), FRICTION, 1e-4, 0.5, control_rate_hz=125.0)
+    return swings(pendulum(tmp_path), FRICTION, 1e-5, 0.5, control_rate_hz=125.0)
 
 
 @pytest.mark.parametrize("effects", [{}, FRICTION], ids=["smooth", "dry friction"])

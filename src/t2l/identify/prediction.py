@@ -21,10 +21,7 @@ from t2l.recordings.recording import Recording
 from t2l.robots import plant
 from t2l.sim.dry_friction import make_room
 from t2l.sim.loop import PHASE
-
-# numerics: periods a tick, with as many steps: with more, play that meets between two ticks is
-# fitted wrong
-EXTENDED = 2
+from t2l.sim.servo import EXTENDED, finer
 
 
 class DivergenceError(T2LError):
@@ -125,9 +122,9 @@ class Predictor:
         stand in the schedule of the group.
         """
         model = self.model(layout.terms)
-        substeps, variants = self._substeps(model), [(layout, u[None])]
+        variants = [(layout, u[None])]
         for group in self._groups[self._coarseness(model)]:
-            loop = model, self.joints, group.schedule, substeps
+            loop = model, self.joints, group.schedule, self.substeps
             hidden = starts(*loop, variants, self.threads, group.beginning)
             moved = at_every_tick(*loop, layout, u, self.threads, hidden)
             if hidden is not None and swinging(layout.terms):
@@ -160,7 +157,7 @@ class Predictor:
                     for i, rows in batches.by_request(chunk)
                 ]
                 call = partial(
-                    simulate, model, self.joints, group.schedule, self._substeps(model),
+                    simulate, model, self.joints, group.schedule, self.substeps,
                     variants, group.wanted, velocity, beginning=group.beginning,
                     progress=together.of(len(chunk) * steps),
                 )  # fmt: skip
@@ -172,19 +169,14 @@ class Predictor:
                 )  # fmt: skip
         return jobs
 
-    def _substeps(self, model: mujoco.MjModel) -> int:
-        return self.substeps * (EXTENDED if self._extended(model) else 1)
-
     def _coarseness(self, model: mujoco.MjModel) -> int:
-        return min(self.coarseness, EXTENDED) if self._extended(model) else self.coarseness
-
-    def _extended(self, model: mujoco.MjModel) -> bool:
-        return model.nv > len(self.joints)
+        extended = finer(model, self.joints) > 1
+        return min(self.coarseness, EXTENDED) if extended else self.coarseness
 
     def _steps(self, model: mujoco.MjModel, group: Group) -> int:
         """Steps of single joints that one variant takes."""
         ticks = int(group.schedule.sample_ticks[-1])
-        return ticks * len(group.recordings) * model.nv * self._substeps(model)
+        return ticks * len(group.recordings) * model.nv * self.substeps * finer(model, self.joints)
 
     def _by_structure(self, requests: Sequence[Request]) -> list[tuple]:
         """Models, each with the (request, row) pieces that it simulates.
