@@ -147,6 +147,30 @@ def test_a_humanoid_falls_as_in_mujoco_and_its_feet_feel_the_same():
         np.testing.assert_allclose(to_numpy(getattr(other, name)), own, rtol=1e-3, atol=1e-4)
 
 
+def test_a_hand_moves_a_cube_as_in_mujoco():
+    task = shipped("in_hand_cube")
+    meaning = {"kind": "joint_delta", "reference": "home"}
+    two = [
+        make_vector(task, Cell(1, 1), (0.4, 0.4), 2, actions=meaning, device=device).environment
+        for device in ("mujoco", "cpu")
+    ]
+    rng = np.random.default_rng(0)
+    starts, goals = task.sample_starts(rng, 2), task.sample_goals(rng, 2)
+    for environment in two:
+        environment.place(environment.array(starts), environment.array(goals))
+    for _ in range(20):
+        action = rng.uniform(-1, 1, (2, len(task.robot.joints)))
+        rewards = [to_numpy(e.advance(e.array(action))[1]) for e in two]
+        np.testing.assert_allclose(*rewards, atol=1e-3)
+    states = [to_numpy(environment.simulator.batch.qpos) for environment in two]
+    # 80 steps of the physics: fingers have moved, and the cube with them
+    assert np.abs(states[0] - starts)[:, task.arm_qpos].max() > 0.2
+    assert np.abs(states[0] - starts)[:, task.cube_qpos][:, :2].max() > 2e-3
+    np.testing.assert_allclose(states[1], states[0], atol=1e-3)
+    seen, other = (environment._before for environment in two)
+    np.testing.assert_allclose(to_numpy(other.away_rad), seen.away_rad, atol=1e-3)
+
+
 def test_contacts_without_room_are_told(grasps):
     task, starts, _ = grasps
     batch = warp_batch.WarpBatch(task.model, 2, "cpu", contacts=1)
