@@ -9,7 +9,7 @@ from t2l.sim.batch import apply_position_gains, make_batch
 ROBOT = make_robot("allegro_hand")
 MODEL = ROBOT.bare().compile()
 BODIES = [MODEL.body(i).name for i in range(1, MODEL.nbody)]
-# of palm, four fingers' first links and so on, as descriptions of the hand state them
+# of palm and links together, as descriptions of the hand state them
 MASS_KG = 0.9549
 
 
@@ -79,11 +79,8 @@ def test_two_fingers_stop_each_other():
     bent[12:] = ROBOT.home[12:]
     batch.qpos[:] = bent
     bent[[0, 4]] = 0.47, -0.47
-    across = batch.ctrl[:] = bent
-    touched = 0
+    batch.ctrl[:] = bent
     for _ in range(200):
         batch.step()
-        touched = max(touched, batch.get_data(0).ncon)
-    reached = np.abs(batch.qpos[0] - across)[[0, 4]]
     assert np.isfinite(batch.qpos).all()
-    assert reached.max() > 0.05
+    assert np.abs(batch.qpos[0] - bent)[[0, 4]].max() > 0.05

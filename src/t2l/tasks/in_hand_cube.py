@@ -15,11 +15,17 @@ from pydantic import Field
 from t2l.robots import make_robot
 from t2l.sim.arrays import Array, like, namespace
 from t2l.sim.batch import TIMESTEP_S
-from t2l.tasks.poses import into_frame, position_and_axes, rotation_rows
+from t2l.tasks.poses import (
+    about,
+    conjugate,
+    into_frame,
+    position_and_axes,
+    product,
+    rotation_rows,
+)
 from t2l.tasks.table_top import add_cube, pose_of, stage_lights
 from t2l.tasks.task import Rewarded
 from t2l.tasks.terms import (
-    Moment,
     ObservationTerm,
     RewardTerm,
     TerminationTerm,
@@ -85,32 +91,6 @@ class Measured(NamedTuple):
     dropped: Array
 
 
-def product(one: Array, other: Array) -> Array:
-    """Of quaternions (n, 4), w first."""
-    xp = namespace(one)
-    a, b, c, d = (one[:, i] for i in range(4))
-    w, x, y, z = (other[:, i] for i in range(4))
-    return xp.stack(
-        [
-            a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y,
-            a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w,
-        ],
-        axis=1,
-    )  # fmt: skip
-
-
-def conjugate(quaternion: Array) -> Array:
-    """The turn back."""
-    return quaternion * like(np.array([1.0, -1.0, -1.0, -1.0]), quaternion)
-
-
-def about(axis: int, angle: np.ndarray) -> np.ndarray:
-    """(n, 4) quaternions of turns by (n,) rad about x, y or z."""
-    turn = np.zeros((len(angle), 4))
-    turn[:, 0], turn[:, 1 + axis] = np.cos(angle / 2), np.sin(angle / 2)
-    return turn
-
-
 class InHandCube(Rewarded):
     """Success: the cube within `tolerance_rad` of its goal at the end of an episode, and not lost.
 
@@ -131,9 +111,7 @@ class InHandCube(Rewarded):
     on_gpu = True
     goal_size = 4
     rewards = (
-        RewardTerm(
-            "orientation", 1.0, lambda at: 1 / (at.now.away_rad + EPSILON_RAD), TEMPLATE
-        ),
+        RewardTerm("orientation", 1.0, lambda at: 1 / (at.now.away_rad + EPSILON_RAD), TEMPLATE),
         RewardTerm("success", 250.0, lambda at: indicator(at.task.success(at)), TEMPLATE),
         RewardTerm("velocity", 2.5e-5, minus(speed), TEMPLATE),
         RewardTerm("action", 1e-4, minus(lambda at: (at.action**2).sum(axis=1)), TEMPLATE),
@@ -183,8 +161,9 @@ class InHandCube(Rewarded):
         if visual:
             stage_lights(spec)
             spec.worldbody.add_camera(
-                name="overview", pos=(0.28, -0.25, 0.36), xyaxes=(0.66, 0.75, 0, -0.5, 0.44, 0.74),
-                fovy=42,
+                name="overview", pos=(0.36, -0.33, 0.44),
+                xyaxes=(0.72, 0.69, 0, -0.39, 0.41, 0.82),
+                fovy=34,
             )  # fmt: skip
         return spec
 
@@ -196,9 +175,10 @@ class InHandCube(Rewarded):
         qpos[:, self.arm_qpos] = np.clip(joints, *self.robot.position_limit.T)
         place = np.full((n, 3), self.cube_size_m / 2 + ABOVE_M)
         place[:, :2] = rng.uniform(-self.start_spread_m, self.start_spread_m, (n, 2))
-        position, turn = self._palm
+        position, turn = self.palm_pose
+        rotation = np.concatenate(rotation_rows(turn[None]))
         qpos[:, self.cube_qpos] = np.column_stack(
-            [position + place @ _matrix(turn).T, np.tile(turn, (n, 1))]
+            [position + place @ rotation.T, np.tile(turn, (n, 1))]
         )
         return qpos
 
@@ -214,7 +194,7 @@ class InHandCube(Rewarded):
         """See `Rewarded.measure`."""
         qpos, twist = batch.qpos[:, self.cube_qpos], batch.qvel[:, self.cube_dofs]
         xp = namespace(qpos)
-        position, turn = (like(values, qpos)[None] for values in self._palm)
+        position, turn = (like(values, qpos)[None] for values in self.palm_pose)
         rows = rotation_rows(turn)
         place = into_frame(rows, qpos[:, :3] - position)
         orientation = product(conjugate(turn), qpos[:, 3:])
@@ -237,7 +217,7 @@ class InHandCube(Rewarded):
         return at.now.away_rad < self.tolerance_rad
 
     @cached_property
-    def _palm(self) -> tuple[np.ndarray, np.ndarray]:
+    def palm_pose(self) -> tuple[np.ndarray, np.ndarray]:
         """Where things rest, (3,) m, and how the palm is turned, (4,) quaternion."""
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
@@ -255,8 +235,3 @@ class InHandCube(Rewarded):
         """Where qvel has the cube's velocity and turning."""
         address = int(self.model.joint(CUBE).dofadr[0])
         return slice(address, address + 6)
-
-
-def _matrix(quaternion: np.ndarray) -> np.ndarray:
-    """(3, 3) rotation of one quaternion."""
-    return np.concatenate(rotation_rows(quaternion[None]))
