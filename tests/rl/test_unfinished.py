@@ -17,7 +17,7 @@ from t2l.rl.unfinished import Unfinished
 from tests.conftest import ROOT
 from tests.defaults import DEFAULTS
 
-# contacts and a gripper; pushes and noise; a floating base, feet that carry on, falls; a cube in a hand
+# contacts and a gripper; pushes and noise; a floating base, feet that carry on, falls; a hand
 TASKS = {
     "lift_cube": Cell(16, 24), "pose_hold": Cell(128, 16), "track_velocity": Cell(0.25, 4),
     "in_hand_cube": Cell(0.25, 4),
