@@ -21,8 +21,11 @@ from t2l.tasks import make_task
 
 # a cell, action scales and actions: soft arms move far, and a humanoid's own gains let it fall
 ARM = Cell(16, 24), (2.0, 1.0), {"kind": "joint_delta"}
-WALKER = Cell(1, 1), (0.5, 0.5), {"kind": "joint_delta", "reference": "home"}
-TASKS = {"lift_cube": ARM, "open_drawer": ARM, "reorient_cube": ARM, "track_velocity": WALKER}
+WALKER = HAND = Cell(1, 1), (0.5, 0.5), {"kind": "joint_delta", "reference": "home"}
+TASKS = {
+    "lift_cube": ARM, "open_drawer": ARM, "reorient_cube": ARM, "track_velocity": WALKER,
+    "in_hand_cube": HAND,
+}  # fmt: skip
 ROBOTS = 256, 2048, 4096, 8192
 PERIODS = 50
 

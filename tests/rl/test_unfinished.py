@@ -17,8 +17,11 @@ from t2l.rl.unfinished import Unfinished
 from tests.conftest import ROOT
 from tests.defaults import DEFAULTS
 
-# contacts and a hand; pushes and noise; a floating base, feet that carry on, falls
-TASKS = {"lift_cube": Cell(16, 24), "pose_hold": Cell(128, 16), "track_velocity": Cell(0.25, 4)}
+# contacts and a gripper; pushes and noise; a floating base, feet that carry on, falls; a hand
+TASKS = {
+    "lift_cube": Cell(16, 24), "pose_hold": Cell(128, 16), "track_velocity": Cell(0.25, 4),
+    "in_hand_cube": Cell(0.25, 4),
+}  # fmt: skip
 SMALL = {
     "environments": 8, "updates": 7, "evaluate_every": 2, "horizon_s": 1.0, "policy_rate_hz": 50.0,
     "rate_hz": 200.0, "observation_noise_rad": 0.01, "observation_noise_rad_s": 0.01,

@@ -147,6 +147,31 @@ def test_a_humanoid_falls_as_in_mujoco_and_its_feet_feel_the_same():
         np.testing.assert_allclose(to_numpy(getattr(other, name)), own, rtol=1e-3, atol=1e-4)
 
 
+@pytest.mark.parametrize(("above_m", "apart"), [(5.0, 1e-5), (0.0, 0.05)])
+def test_a_hand_moves_as_in_mujoco_and_a_cube_much_alike(above_m, apart):
+    task = shipped("in_hand_cube")
+    meaning = {"kind": "joint_delta", "reference": "home"}
+    two = [
+        make_vector(task, Cell(1, 1), (0.4, 0.4), 2, actions=meaning, device=device).environment
+        for device in ("mujoco", "cpu")
+    ]
+    rng = np.random.default_rng(0)
+    starts, goals = task.sample_starts(rng, 2), task.sample_goals(rng, 2)
+    starts[:, task.cube_qpos][:, 2] += above_m
+    for environment in two:
+        environment.place(environment.array(starts), environment.array(goals))
+    action = rng.uniform(-1, 1, (2, len(task.robot.joints)))
+    for environment in two:
+        command = environment.actions.command(environment.array(action), environment.simulator.q, 0)
+        environment.simulator.step(command, 40)
+    states = [to_numpy(environment.simulator.batch.qpos) for environment in two]
+    assert np.abs(states[0] - starts)[:, task.arm_qpos].max() > 0.2
+    # edges on edges: which points touch is decided in single precision
+    np.testing.assert_allclose(*(state[:, task.arm_qpos] for state in states), atol=apart)
+    away = [to_numpy(environment._measure().away_rad) for environment in two]
+    np.testing.assert_allclose(*away, atol=max(apart, 1e-3))
+
+
 def test_contacts_without_room_are_told(grasps):
     task, starts, _ = grasps
     batch = warp_batch.WarpBatch(task.model, 2, "cpu", contacts=1)

@@ -230,6 +230,7 @@ FIGURES: dict[str, Callable[[Path], Figure]] = {
     "learning_lift_cube": partial(_learned, task="lift_cube"),
     "learning_open_drawer": partial(_learned, task="open_drawer"),
     "learning_track_velocity": partial(_learned, task="track_velocity"),
+    "learning_in_hand_cube": partial(_learned, task="in_hand_cube"),
     "existence": _existence,
     "decoupling": _decoupling,
     "planted_worlds": _planted,

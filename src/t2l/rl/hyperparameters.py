@@ -1,4 +1,4 @@
-"""The hyper-parameters of the study's PPO: its tables of App. E, a column a kind of task."""
+"""The hyper-parameters of PPO: the study's tables of App. E, a column a kind of task."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -48,6 +48,10 @@ COLUMNS: Mapping[str, Hyperparameters] = {
     ),
     "g1": Hyperparameters(
         (256, 128, 128), entropy=0.008, min_log_std=-20.0, normalised=False
+    ),
+    # the study has no column for a hand: IsaacLab's, with what all columns share
+    "hand": Hyperparameters(
+        (512, 256, 128), 5e-4, 0.016, 24, 12, entropy=0.002, value=2.0, min_log_std=-20.0
     ),
 }  # fmt: skip
 

@@ -15,6 +15,7 @@ ROBOTS: Registry[Robot] = Registry(
         "ur5e": "t2l.robots.ur5e:UR5e",
         "ur5e_2f85": "t2l.robots.ur5e:UR5e2F85",
         "unitree_g1": "t2l.robots.unitree_g1:UnitreeG1",
+        "allegro_hand": "t2l.robots.allegro_hand:AllegroHand",
     },
 )
 

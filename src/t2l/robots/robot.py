@@ -117,11 +117,14 @@ class Robot(ABC):
         name: what configurations write.
         groups: its joints, by tool.
         walker: its base and feet, if it walks.
+        palm: site of the MJCF in the palm of a hand, z away from it, if it is a hand that stands
+            still and things rest in.
     """
 
     name: str
     groups: tuple[JointGroup, ...]
     walker: Walker | None = None
+    palm: str | None = None
 
     @abstractmethod
     def mjcf(self) -> Path:

@@ -1,8 +1,8 @@
-"""Poses of free bodies: position in m above a quaternion, w first."""
+"""Poses of free bodies, position in m above a quaternion, w first; and turns of quaternions."""
 
 import numpy as np
 
-from t2l.sim.arrays import Array, namespace
+from t2l.sim.arrays import Array, like, namespace
 
 
 def upright(position: np.ndarray, yaw: np.ndarray) -> np.ndarray:
@@ -38,3 +38,29 @@ def rotation_rows(quaternion: Array) -> tuple[Array, Array, Array]:
 def into_frame(rows: tuple[Array, Array, Array], vector: Array) -> Array:
     """(n, 3) vectors of the world in the frame whose rotation has these rows."""
     return sum(row * vector[:, i, None] for i, row in enumerate(rows))
+
+
+def product(one: Array, other: Array) -> Array:
+    """Of quaternions (n, 4), w first."""
+    xp = namespace(one)
+    a, b, c, d = (one[:, i] for i in range(4))
+    w, x, y, z = (other[:, i] for i in range(4))
+    return xp.stack(
+        [
+            a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y,
+            a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w,
+        ],
+        axis=1,
+    )  # fmt: skip
+
+
+def conjugate(quaternion: Array) -> Array:
+    """The turn back."""
+    return quaternion * like(np.array([1.0, -1.0, -1.0, -1.0]), quaternion)
+
+
+def about(axis: int, angle: np.ndarray) -> np.ndarray:
+    """(n, 4) quaternions of turns by (n,) rad about x, y or z."""
+    turn = np.zeros((len(angle), 4))
+    turn[:, 0], turn[:, 1 + axis] = np.cos(angle / 2), np.sin(angle / 2)
+    return turn

@@ -22,6 +22,7 @@ TASKS: Registry[Task] = Registry(
         "open_drawer": "t2l.tasks.open_drawer:OpenDrawer",
         "track_velocity": "t2l.tasks.track_velocity:TrackVelocity",
         "reorient_cube": "t2l.tasks.reorient_cube:ReorientCube",
+        "in_hand_cube": "t2l.tasks.in_hand_cube:InHandCube",
         "pose_hold": "t2l.tasks.pose_hold:PoseHold",
     },
 )

@@ -52,6 +52,11 @@ def test_solutions_exist():
         ("existence_end_effector_reach", "end_effector_reach_by_distance", CORNERS),
         ("existence_lift", "lift_cube", CORNERS),
         ("existence_g1", "track_velocity", [(0.25, 0.25), (0.25, 4), (4, 0.25), (4, 4)]),
+        (
+            "existence_allegro",
+            "in_hand_cube_isaaclab",
+            [(0.25, 0.25), (0.25, 4), (4, 0.25), (4, 4)],
+        ),
     ],
 )
 def test_policies_that_are_found_exist_and_those_that_are_not_show_nothing(key, task, cells):
