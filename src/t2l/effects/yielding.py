@@ -28,7 +28,9 @@ def install_yielding(
         here = q[rows, joint][:, None]
         if not anchors:
             missing = torque[rows, joint] + passive[rows, dof] - bias[rows, dof]
-            way = way_to_start(missing, dq[rows, joint], radii, weights)[:, None]
+            # what is measured of a log that begins at rest may seem to move
+            moving = dq[rows, joint] * loop.moving[rows, 0]
+            way = way_to_start(missing, moving, radii, weights)[:, None]
             way = loop.held_at_start(rows, np.array([joint]), way, radii[-1], radii[-1])
             anchors.append(here - stretched(way, radii))
         stretch = np.minimum(np.maximum(here - anchors[0], -radii), radii)
