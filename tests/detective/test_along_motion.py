@@ -41,6 +41,10 @@ LARGE = {
     "velocity_filter": {"cutoff": 5.0},
     "dahl_friction": {"coulomb": 0.2, "presliding": 0.005},
 }
+ELEMENTS = {
+    "torque_1": 0.05, "radius_1": 0.01, "torque_2": 0.05, "radius_2": 0.05,
+    "torque_3": 0.05, "radius_3": 0.2,
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -245,6 +249,7 @@ def test_the_stiffness_of_a_loop_is_that_of_motor_and_springs(robot, name, value
     ("name", "values"),
     [
         ("dahl_friction", {"coulomb": 0.15, "presliding": 0.02}),
+        ("maxwell_slip_friction", ELEMENTS),
         ("integral_action", {"gain": 12.0, "limit": 2.0}),
     ],
 )

@@ -2,9 +2,9 @@
 
     τ = −Σ_k F_k z_k / r_k,   ż_k = q̇ within |z_k| ≤ r_k
 
-Between two ticks z_k follows the motion exactly. Within a tick the elements are the spring that they
-are on average over the motion ahead, which MuJoCo steps with the joint, so that a stuck joint needs
-no smaller tick. No element is stiffer than the physics step resolves.
+Between two ticks z_k follows the motion exactly. Within a tick the elements are the spring that
+they are on average over the motion ahead, which MuJoCo steps with the joint, so that a stuck joint
+needs no smaller tick. No element is stiffer than the physics step resolves.
 """
 
 import numpy as np
@@ -102,8 +102,7 @@ def way_at_start(missing, dq, torque, radii):
 
     At rest they hold a joint which lacks a torque (…, k), in N·m; in motion all slip.
     """
-    zero = np.zeros((*np.shape(missing), 1))
-    at = np.concatenate([zero, np.sort(np.broadcast_to(radii, (*np.shape(missing), np.shape(radii)[-1])), axis=-1)], axis=-1)
+    at = np.concatenate([np.zeros_like(radii[..., :1]), np.sort(radii, axis=-1)], axis=-1)
     # (…, k, e + 1) N·m once they came so far
     force = np.sum(
         torque[..., None, :] * np.minimum(at[..., None] / radii[..., None, :], 1.0), axis=-1

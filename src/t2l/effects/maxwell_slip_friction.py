@@ -32,7 +32,7 @@ class MaxwellSlipFriction(Effect):
         )
     )  # fmt: skip
     summary = "hysteresis of cables, seals or gears that stretch and slip bit by bit"
-    signature = "the error follows the direction of motion, and eases in over a way after a reversal"
+    signature = "the error follows the direction, and eases in bit by bit after each reversal"
     source = (
         "Iwan, A distributed-element model for hysteresis, 1966; Al-Bender, Lampaert and Swevers, "
         "The generalized Maxwell-slip model, 2005"
