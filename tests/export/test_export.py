@@ -64,7 +64,7 @@ VALUES = {
         "radius_2": 0.05,
         "torque_3": 0.05,
         "radius_3": 0.3,
-    },  # fmt: skip
+    },
     "link_inertia": {
         "mass_factor": 1.2,
         "com_x": 0.01,
