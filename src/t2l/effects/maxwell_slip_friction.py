@@ -118,10 +118,11 @@ def _stretches(q: np.ndarray, radii: np.ndarray) -> np.ndarray:
 
 def of_elements(values):
     """N·m at which elements slip, and their radii in rad, (…, k, `COUNT`) each."""
-    return tuple(
-        np.stack([values[f"{name}_{k + 1}"] for k in range(COUNT)], axis=-1)
-        for name in ("torque", "radius")
-    )
+    torque, radii = [], []
+    for k in range(1, COUNT + 1):
+        torque.append(values[f"torque_{k}"])
+        radii.append(values[f"radius_{k}"])
+    return np.stack(torque, axis=-1), np.stack(radii, axis=-1)
 
 
 def stretch_and_slip(robot, joints, values):
