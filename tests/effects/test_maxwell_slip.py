@@ -4,11 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from t2l.effects.elements import stretch, stretched, way_at_start
 from t2l.effects.maxwell_slip_friction import strongest_elements
+from t2l.errors import ConfigurationError
+from t2l.identify.model import read_model
 from tests.diagnose.made import WEIGHT, hold, pendulum, predict, recording, spinner, swing
 
 AWAY = 0.5  # rad, from where the pendulum hangs
@@ -96,6 +99,23 @@ def test_the_strongest_are_found_among_others():
     # what pushes with the motion is no friction
     levels, _ = strongest_elements(columns, -columns[:, 3])
     assert (levels >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "said"),
+    [
+        ("torque_1", -1.0, r"torque_1 = -1 N·m; allowed 0 or more"),
+        ("radius_2", 0.0, r"radius_2 = 0.0 rad; allowed more than 0"),
+    ],
+)
+def test_a_model_file_with_what_no_element_can_be_is_told(tmp_path, parameter, value, said):
+    effects = on_the_hinge((0.1, 0.1, 0.1), (0.1, 0.2, 0.3))
+    effects["maxwell_slip_friction"][parameter] = {"hinge": value}
+    pendulum(tmp_path)
+    path = tmp_path / "model.yaml"
+    path.write_text(yaml.safe_dump({"robot": "pendulum.xml", "effects": effects}))
+    with pytest.raises(ConfigurationError, match=said):
+        read_model(path)
 
 
 def held(tmp_path, share):

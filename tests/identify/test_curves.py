@@ -40,6 +40,8 @@ def test_a_curve_comes_back_as_it_was_written(tmp_path):
     ("changes", "key"),
     [
         ({"kind": "magic"}, "kind"),
+        # which is an effect, as of a file of an earlier version
+        ({"kind": "hysteresis", "follows": "distance"}, "kind: found 'hysteresis'"),
         ({"follows": "moon"}, "follows"),
         ({"kind": "friction", "follows": "velocity"}, "follows"),
         ({"at": [0, 1, 2]}, "3 values"),

@@ -70,6 +70,7 @@ def add_elements(robot, joints, torque, radii):
 def resolved(torque, radii, invweight, period_s):
     """N·m/rad and rad (…, k, n) of elements that slip at a torque: none too stiff for a step."""
     most = 1 / (invweight * period_s**2)[:, None]
+    radii = np.maximum(radii, LEAST)
     stiffness = np.minimum(torque / radii, most)
     return stiffness, np.maximum(radii, torque / most)
 
