@@ -104,7 +104,7 @@ def test_the_strongest_are_found_among_others():
 @pytest.mark.parametrize(
     ("parameter", "value", "said"),
     [
-        ("torque_1", -1.0, r"torque_1 = -1 N·m; allowed 0 or more"),
+        ("torque_1", -1.0, r"torque_1 = -1.0 N·m; allowed 0 or more"),
         ("radius_2", 0.0, r"radius_2 = 0.0 rad; allowed more than 0"),
     ],
 )
