@@ -48,6 +48,7 @@ DRY = (
     "friction_temperature",
     "load_dependent_friction",
     "lugre_friction",
+    "maxwell_slip_friction",
     "stribeck_friction",
 )
 # a cable that is wound on one joint alone is a spring and a damper

@@ -151,7 +151,7 @@ FORMULA = {
         (("formula",), "x", "constants: found a, which the formula does not use"),
         (("constants",), {"exp": {"lower": 0, "upper": 1}}, "found the name 'exp'"),
         (("constants",), {"a": {"lower": 1, "upper": 1}}, "lower below upper"),
-        (("kind",), "hysteresis", "formulas.0.kind"),
+        (("kind",), "inertia", "formulas.0.kind"),
         (("kind",), "limit", "formulas.0.follows: found 'position'; allowed for limit: velocity"),
         (("joint",), "elbow", "unknown effect 'formula_torque_hinge"),
     ],

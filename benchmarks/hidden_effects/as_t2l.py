@@ -5,7 +5,10 @@ from collections.abc import Mapping, Sequence
 from benchmarks.hidden_effects.effects import CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY
 
 # class in the generator: what t2l calls it, where that is another name
-CALLED = {"TimeVaryingTorque": "free_running_torque"}
+CALLED = {
+    "HysteresisTorque": "maxwell_slip_friction",
+    "TimeVaryingTorque": "free_running_torque",
+}
 # class in the generator: by parameter of t2l's effect the generator's number, the telling one first
 ALIKE = {
     "Armature": {"inertia": "inertia"},
@@ -86,6 +89,12 @@ def numbers(entry: Mapping, joints: Sequence[str], links: Mapping[str, str]) -> 
         if kind == "LugreFriction":
             presliding = {j: level / entry["stiffness"][j] for j, level in entry["coulomb"].items()}
             found |= {"presliding": presliding, "damping": entry["damping"]}
+        return found
+    if kind == "HysteresisTorque":  # three elements alike, that slip at parts of its width
+        found = {}
+        for k, part in enumerate((0.25, 0.5, 1.0), start=1):
+            found[f"torque_{k}"] = {j: a / 3 for j, a in entry["amplitude"].items()}
+            found[f"radius_{k}"] = {j: part * entry["width"] for j in entry["amplitude"]}
         return found
     if kind == "Payload":
         return {"mass": entry["mass"]} | dict(

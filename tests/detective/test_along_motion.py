@@ -41,6 +41,14 @@ LARGE = {
     "velocity_filter": {"cutoff": 5.0},
     "dahl_friction": {"coulomb": 0.2, "presliding": 0.005},
 }
+WIDE = {
+    "torque_1": 0.05, "radius_1": 0.1, "torque_2": 0.05, "radius_2": 0.3,
+    "torque_3": 0.05, "radius_3": 0.9,
+}  # fmt: skip
+ELEMENTS = {
+    "torque_1": 0.05, "radius_1": 0.01, "torque_2": 0.05, "radius_2": 0.05,
+    "torque_3": 0.05, "radius_3": 0.2,
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -245,6 +253,7 @@ def test_the_stiffness_of_a_loop_is_that_of_motor_and_springs(robot, name, value
     ("name", "values"),
     [
         ("dahl_friction", {"coulomb": 0.15, "presliding": 0.02}),
+        ("maxwell_slip_friction", ELEMENTS),
         ("integral_action", {"gain": 12.0, "limit": 2.0}),
     ],
 )
@@ -265,3 +274,30 @@ def test_what_is_held_where_logs_begin_is_free(robot, name, values):
     (free,) = fit_along([Start(layout, u)], along, data.folds, 0)
     assert came.rmse > 100 * NOISE_RAD
     assert free.rmse < 1.5 * NOISE_RAD
+
+
+@pytest.mark.parametrize("compensation", [True, "continuous"])
+@pytest.mark.parametrize("name", ["dahl_friction", "maxwell_slip_friction"])
+def test_what_remembers_begins_in_balance_where_the_weight_is_carried(robot, name, compensation):
+    """From rest nothing is stretched, and wide elements never forget if it were."""
+    values = {"coulomb": 0.15, "presliding": 0.4} if name == "dahl_friction" else WIDE
+    hidden = {name: {key: {"hinge": value} for key, value in values.items()}}
+    logs = [
+        measured(
+            recording(
+                robot, swing(0.4, hz, 0.8), f"kp{kp}", kp, kd, 2.0, row_rate_hz=200.0,
+                gravity_compensation=compensation,
+            ),
+            hidden,
+            NOISE_RAD,
+        )
+        for kp, kd, hz in ((10, 0.4, 0.8), (20, 0.8, 1.1))
+    ]  # fmt: skip
+    data = split(robot, logs, logs[:1], threads=1)
+    assert not data.fitted.in_motion
+    layout, u = Model(robot, hidden).vector(data.fitted.joints)
+    along, came = along_of(data)
+    (true,) = fit_along([Start(layout, u)], along, data.folds, 0)
+    assert came.rmse > 50 * NOISE_RAD
+    # bent by the weight they would leave more than 30 times the noise
+    assert true.rmse < 5 * NOISE_RAD

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from t2l.detective.data_split import split
 from t2l.detective.search import search
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, PHASE, TENDON, TORQUE, Law
+from t2l.effects.law import FRICTION, MOTOR, PHASE, TENDON, TORQUE, Law
 from t2l.identify.model import Model
 from t2l.propose.bases import effect_of, tendon_of, versions
 from t2l.propose.proposal import LAW, NO_LAW, NOTHING
@@ -51,16 +51,6 @@ def test_fewer_functions_are_combinations_of_the_finest(law, low, length):
     )
     for coarse, made in found:
         np.testing.assert_allclose(finest.basis @ made, coarse.basis, atol=1e-6)
-
-
-@given(st.integers(0, 10_000))
-def test_elements_of_fewer_radii_are_some_of_the_finest(seed):
-    finest = effect_of(Law(HYSTERESIS, "hinge", "distance", "hinge"), (0.0, 1.3), 1.0)
-    (coarse, made), (_, whole) = versions(finest)
-    weights = np.random.default_rng(seed).uniform(0, 1, coarse.basis.shape[1])
-    at = np.linspace(0, 2, 50)
-    np.testing.assert_allclose(finest.curve(made @ weights)(at), coarse.curve(weights)(at))
-    np.testing.assert_array_equal(whole, np.eye(len(finest.grid)))
 
 
 def test_a_torque_of_no_known_effect_is_a_curve_on_its_joint(tmp_path):

@@ -39,6 +39,34 @@ def test_two_effects_at_once_are_found_with_their_numbers(robot):
     assert found.effects["command_delay"]["delay"] == pytest.approx(0.02, abs=5e-4)
 
 
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        (
+            "maxwell_slip_friction",
+            {
+                "torque_1": 0.1, "radius_1": 0.03, "torque_2": 0.1, "radius_2": 0.1,
+                "torque_3": 0.1, "radius_3": 0.4,
+            },
+        ),
+        # what needs fewer numbers keeps its name
+        ("dahl_friction", {"coulomb": 0.15, "presliding": 0.03}),
+        ("coulomb_friction", {"torque": 0.15}),
+    ],
+)  # fmt: skip
+def test_what_bends_before_it_slips_is_told_from_what_does_so_bit_by_bit(robot, name, values):
+    hidden = {name: {key: {"hinge": value} for key, value in values.items()}}
+    gains = ((5.0, 0.3, 0.7), (20.0, 0.8, 0.9), (5.0, 0.3, 1.1), (20.0, 0.8, 0.8), (10.0, 0.5, 1.0))
+    logs = [
+        measured(recording(robot, swing(0.5, hz), f"{i}", kp, kd, 2.5), hidden, 1e-4, i)
+        for i, (kp, kd, hz) in enumerate(gains)
+    ]
+    found = search(Model(robot), split(robot, logs[:4], logs[4:], threads=1)).model
+    assert set(found.effects) == {name}
+    for key, value in values.items():
+        assert found.effects[name][key]["hinge"] == pytest.approx(value, rel=0.1), key
+
+
 def test_friction_is_found_where_the_motor_is_at_its_limit_most_of_the_time(tmp_path):
     """There no small change of the torque moves anything."""
     limit = 'actuatorfrclimited="true" actuatorfrcrange="-0.35 0.35"'
@@ -84,7 +112,8 @@ def test_where_nothing_is_missing_nothing_is_looked_for(robot):
 
 def test_what_has_no_name_that_is_known_is_a_curve(robot):
     few = Model(robot, without=("coulomb_friction", "dahl_friction", "directional_friction",
-        "friction_drift", "load_dependent_friction", "lugre_friction", "stribeck_friction",
+        "friction_drift", "load_dependent_friction", "lugre_friction", "maxwell_slip_friction",
+        "stribeck_friction",
     ))  # fmt: skip
     hidden = {"coulomb_friction": HIDDEN["coulomb_friction"]}
     explanation = explained(few, split(robot, recorded(robot, hidden), threads=1))

@@ -57,6 +57,17 @@ PLANTED = {
     "periodic_torque": ({"amplitude": 0.05, "frequency": 1.7, "phase": 0.4}, 0.05),
     "free_running_torque": ({"amplitude": 0.05, "frequency": 1.7}, 0.05),
     "dahl_friction": ({"coulomb": 0.08, "presliding": 0.01}, 0.02),
+    "maxwell_slip_friction": (
+        {
+            "torque_1": 0.04,
+            "radius_1": 0.02,
+            "torque_2": 0.05,
+            "radius_2": 0.1,
+            "torque_3": 0.06,
+            "radius_3": 0.4,
+        },
+        0.05,
+    ),
     "friction_drift": ({"at_start": 0.1, "at_end": 0.03, "time_constant": 0.5}, 0.1),
     "torque_constant_drift": ({"at_start": 1.0, "at_end": 0.7, "time_constant": 1.2}, 0.1),
 }

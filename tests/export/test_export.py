@@ -57,6 +57,14 @@ VALUES = {
     "gravity_compensation_error": {"factor": 0.8},
     "integral_action": {"gain": 60.0, "limit": 0.6},
     "joint_flexibility": {"stiffness": 150.0, "damping": 0.2, "encoder_on_link": 0.0},
+    "maxwell_slip_friction": {
+        "torque_1": 0.04,
+        "radius_1": 0.01,
+        "torque_2": 0.03,
+        "radius_2": 0.05,
+        "torque_3": 0.05,
+        "radius_3": 0.3,
+    },
     "link_inertia": {
         "mass_factor": 1.2,
         "com_x": 0.01,

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from t2l.effects.law import HYSTERESIS, Curve, Law
 from t2l.effects.term import Layout
 from t2l.identify.hidden_state import Beginning
 from t2l.identify.initial_state import slope_of_motion, start_state
@@ -80,25 +79,29 @@ def test_teeth_may_touch_on_either_side_at_the_start(tmp_path):
 
 BRISTLES = {"coulomb": {"hinge": 0.15}, "presliding": {"hinge": 0.02}}
 INTEGRAL = {"gain": {"hinge": 12.0}, "limit": {"hinge": 0.4}}
-YIELDS = Curve(Law(HYSTERESIS, "hinge", "distance", "hinge"), (0.0, 0.02, 0.3), (0.0, -0.1, -0.2))
+ELEMENTS = {
+    "torque_1": {"hinge": 0.1}, "radius_1": {"hinge": 0.02},
+    "torque_2": {"hinge": 0.1}, "radius_2": {"hinge": 0.3},
+    "torque_3": {"hinge": 0.0}, "radius_3": {"hinge": 0.3},
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("effects", "learned", "times"),
+    ("effects", "times"),
     [
-        ({"dahl_friction": BRISTLES}, (), 1.15),
-        ({"integral_action": INTEGRAL}, (), 1.15),
+        ({"dahl_friction": BRISTLES}, 1.15),
+        ({"integral_action": INTEGRAL}, 1.15),
         # one number for two elements
-        ({}, (YIELDS,), 1.5),
+        ({"maxwell_slip_friction": ELEMENTS}, 1.5),
     ],
-    ids=["bristles", "integral", "hysteresis"],
+    ids=["bristles", "integral", "elements"],
 )
 @pytest.mark.parametrize("from_s", [0.5, 0.655, 0.8])
 def test_what_is_held_where_a_motion_turns_is_predicted_to_the_noise(
-    tmp_path, effects, learned, times, from_s
+    tmp_path, effects, times, from_s
 ):
     robot = pendulum(tmp_path)
-    model = Model(robot, effects, learned=learned)
+    model = Model(robot, effects)
     made = in_motion(robot, None, from_s, model)
     layout, u = model.vector(made.joints)
     predictor = Predictor(robot, [made], threads=1, in_motion=True)

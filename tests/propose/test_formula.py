@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from t2l.effects.law import FRICTION, HYSTERESIS, MOTOR, TORQUE, Curve, Law
+from t2l.effects.law import FRICTION, MOTOR, TORQUE, Curve, Law
 from t2l.identify.model import Model
 from t2l.propose.artefacts import formula_law, with_formula
 from t2l.propose.cross_validation import left_out
@@ -165,11 +165,6 @@ def test_a_difference_that_is_sure_but_none_to_speak_of_does_not_count(gain, tak
 def test_what_leaves_more_than_may_be_left_is_none():
     one = learned(np.exp(-X), "session time", part=0.2)
     assert formula(one, Elsewhere(lambda x: np.sin(20 * x), limit=0.1)) is None
-
-
-def test_a_hysteresis_has_none():
-    one = learned(-np.abs(X), "distance", HYSTERESIS)
-    assert formula(one) is None
 
 
 @pytest.mark.parametrize(

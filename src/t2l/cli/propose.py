@@ -14,10 +14,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Learn the torque that the model so far lacks as a curve over one variable: a joint's own "
         "position, velocity, acceleration, commanded torque, load, time of the recording or the "
-        "session, logged temperature or supply voltage, another joint's motion, dry friction, "
-        "hysteresis or a limit of the motor torque. It is the search of t2l explain without known "
-        "effects: what is left out of the fit in turn chooses, and recordings that are held out "
-        "report. OUT receives proposal.json and models/ for t2l adopt, and report.html."
+        "session, logged temperature or supply voltage, another joint's motion, dry friction "
+        "or a limit of the motor torque. It is the search of t2l explain without known effects: "
+        "what is left out of the fit in turn chooses, and recordings that are held out report. OUT "
+        "receives proposal.json and models/ for t2l adopt, and report.html."
     )
     add_log_arguments(parser, holdout=True)
 

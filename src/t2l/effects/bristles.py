@@ -52,7 +52,8 @@ def install_bristles(
         g = np.maximum(level(speed), LEAST)
         if not state:
             missing = each_tick(torque)[0][at] + passive[rows, dofs] - bias[rows, dofs]
-            start, dq_start = each_tick(here)[0], each_tick(speed)[0]
+            # what is measured of a log that begins at rest may seem to move
+            start, dq_start = each_tick(here)[0], each_tick(speed)[0] * loop.moving[rows]
             least = each_tick(np.broadcast_to(g, here.shape))[0]
             bent = bent_at_start(missing, dq_start, least, sigma)
             most = least / np.maximum(sigma, LEAST)

@@ -6,7 +6,7 @@ from hashlib import sha256
 
 import numpy as np
 
-TORQUE, FRICTION, HYSTERESIS, MOTOR = "torque", "friction", "hysteresis", "motor"
+TORQUE, FRICTION, MOTOR = "torque", "friction", "motor"
 INERTIA, LIMIT, TENDON = "inertia", "limit", "tendon"
 SIGNED = (TORQUE, MOTOR, INERTIA, LIMIT, TENDON)  # whose values may be below zero
 # optional columns of recordings, by what a law of them follows
@@ -26,7 +26,6 @@ UNITS = {
     "time": "s",
     "session time": "s",
     "phase": "s",
-    "distance": "rad",
     "temperature": "°C",
     "supply voltage": "V",
 }
@@ -35,7 +34,6 @@ ALLOWED = {
         "constant", "position", "velocity", "commanded torque", "load", "time", PHASE, *GIVEN,
     ),
     FRICTION: ("constant", "speed", "commanded torque size", "position", "time", *GIVEN),
-    HYSTERESIS: ("distance",),
     MOTOR: GIVEN,
     INERTIA: ("acceleration",),
     LIMIT: ("velocity",),
@@ -92,8 +90,6 @@ class Law:
     @property
     def words(self) -> str:
         """It without its curve: "a torque on elbow that follows its position"."""
-        if self.kind == HYSTERESIS:
-            return f"a torque on {self.joint} that remembers the way it came (hysteresis)"
         if self.follows == PHASE:
             return f"a torque on {self.joint} that repeats by the clock"
         if self.follows == "constant":
@@ -151,11 +147,9 @@ class Curve:
     ratio: float = 0.0
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """The torque at x: a monotone cubic between the values, straight lines for hysteresis."""
+        """The torque at x: a monotone cubic between the values."""
         if len(self.at) < 2:
             return np.full(np.shape(x), self.torque[0])
-        if self.law.kind == HYSTERESIS:
-            return np.interp(x, self.at, self.torque)
         if self.law.kind == INERTIA:
             return -self.inertia * x
         # only here: importing it takes a third of a second
@@ -187,10 +181,3 @@ class Curve:
     def inertia(self) -> float:
         """kg·m² that a curve over the acceleration stands for: minus its slope."""
         return -(self.torque[-1] - self.torque[0]) / (self.at[-1] - self.at[0])
-
-    @property
-    def weights(self) -> tuple[np.ndarray, np.ndarray]:
-        """Radii r (k,) and weights w (k,) of the elements of a hysteresis."""
-        radii = np.array(self.at[1:])
-        slope = np.append(np.diff(self.torque) / np.diff(self.at), 0.0)
-        return radii, (slope[1:] - slope[:-1]) * radii

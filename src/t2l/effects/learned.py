@@ -1,6 +1,6 @@
 """A torque that was learned from recordings: a law of one variable, as a tabulated curve.
 
-Seven kinds of law, each of one variable x:
+Six kinds of law, each of one variable x:
 
     torque       τ = f(x)
     friction     |τ| ≤ f(x), against the motion; it holds the joint at rest
@@ -8,11 +8,6 @@ Seven kinds of law, each of one variable x:
     inertia      τ = −I q̈, a straight line over the acceleration
     limit        −f(−q̇) ≤ τ_motor ≤ f(q̇)
     tendon       τ = f(x_i + r x_j) on joint i, and r f on joint j, which no energy comes from
-    hysteresis   τ = −Σ_k w_k z_k / r_k,  ż_k = q̇ within |z_k| ≤ r_k
-
-The last is Prandtl and Ishlinskii's sum of elastic-plastic elements (Visintin, Differential models
-of hysteresis, 1994, section III.6). Its curve is what a joint feels that moves from rest, over the
-distance; after each reversal the same curve at twice its size follows (Masing's rule).
 """
 
 from collections.abc import Callable
@@ -23,13 +18,11 @@ import numpy as np
 
 from t2l.effects.armature import LIGHTEST, add_armature
 from t2l.effects.coulomb_friction import export_friction
-from t2l.effects.dahl_friction import DahlFriction
 from t2l.effects.effect import Effect, Values
 from t2l.effects.exported import JOINT, Exported
 from t2l.effects.exported import MOTOR as MOTOR_SIGNAL
 from t2l.effects.law import (
     FRICTION,
-    HYSTERESIS,
     INERTIA,
     LIMIT,
     MOTOR,
@@ -48,7 +41,6 @@ from t2l.effects.learned_callbacks import (
 )
 from t2l.effects.torque_constant import TorqueConstant
 from t2l.effects.torque_speed_limit import TorqueSpeedLimit, limit_by_velocity
-from t2l.effects.yielding import install_yielding, largest, learned_hysteresis
 from t2l.sim.servo import ServoLoop
 
 
@@ -102,23 +94,15 @@ class LearnedTorque(Lawful):
     def __init__(self, curve: Curve):
         super().__init__(curve.law)
         self.curve, self.name = curve, curve.law.name
-        self.holds_torque = curve.law.kind == HYSTERESIS
 
     def starts(self, scales):
         return [{}]
-
-    def held(self, values):
-        return largest(*(np.array(some, float)[None] for some in self.curve.weights))
 
     def install(self, loop, rows, joints, values):
         count = rows.stop - rows.start
         law, curve = self.law, self.curve
         if law.kind == INERTIA:
             add_armature(loop, rows, joints, np.full((count, 1), curve.inertia), LIGHTEST)
-            return
-        if law.kind == HYSTERESIS:
-            radii, weights = curve.weights
-            install_yielding(loop, rows, law, radii, np.tile(weights, (count, 1)))
             return
         grid, torque = curve.table()
         looked_up(loop, rows, law, grid, np.tile(torque, (count, 1)), ratio=curve.ratio)
@@ -129,11 +113,6 @@ class LearnedTorque(Lawful):
             for joint in to.each(joints):
                 joint.armature += curve.inertia
             return
-        if self.law.kind == HYSTERESIS:
-            radii, weights = curve.weights
-            own = {"radii": radii, "weights": weights}
-            to.call(self.name, learned_hysteresis, joints, own)
-            return
         super().export(to, joints, values)
 
     def carried(self, to, values):
@@ -143,7 +122,7 @@ class LearnedTorque(Lawful):
 
 def order(law: Law) -> int:
     """When a law applies among effects on the same signal, as `Effect.order`."""
-    same = {MOTOR: TorqueConstant, LIMIT: TorqueSpeedLimit, HYSTERESIS: DahlFriction}
+    same = {MOTOR: TorqueConstant, LIMIT: TorqueSpeedLimit}
     return same.get(law.kind, LearnedTorque).order
 
 

@@ -24,7 +24,7 @@ from t2l.typed import describe
 TEXTS = ("title", "summary", "signature", "source")
 REQUIRED = ("name", "parameters", *TEXTS)
 _NOT_EFFECTS = (
-    "actuator", "blame", "bristles", "effect", "exported", "formula", "law", "learned",
+    "actuator", "blame", "bristles", "effect", "elements", "exported", "formula", "law", "learned",
     "loop_signals", "registry", "spline_torque", "term", "two_mass", "warming",
 )  # fmt: skip
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from t2l.effects.armature import LIGHTEST, add_armature
 from t2l.effects.effect import Effect, Parameter
-from t2l.effects.law import HYSTERESIS, INERTIA, LIMIT, PHASE, SIGNED, TENDON, Curve, Law
+from t2l.effects.law import INERTIA, LIMIT, PHASE, SIGNED, TENDON, Curve, Law
 from t2l.effects.learned import (
     LearnedTorque,
     acting,
@@ -16,7 +16,6 @@ from t2l.effects.learned import (
     reach_of,
 )
 from t2l.effects.term import Layout
-from t2l.effects.yielding import install_yielding, largest
 
 # of a period: a thousandth over a hundred periods is a tenth of one
 STRETCH = Parameter("stretch", "1", -0.1, 0.1, "of the period, as a share", size=1e-3)
@@ -34,8 +33,8 @@ class SplineTorque(Effect):
 
     Args:
         law: what acts where.
-        grid: (g,) values of the variable, equally spaced; the radii of a hysteresis.
-        basis: (g, k) the basis functions there; for a hysteresis the identity.
+        grid: (g,) values of the variable, equally spaced.
+        basis: (g, k) the basis functions there.
         size: of a torque that makes a difference, in the law's `torque_unit`.
         shown: ends of the variable in the recordings; by default those of the grid.
         atoms: (a, k) weights at one of which a fit begins, of a law that is not zero at first.
@@ -67,7 +66,7 @@ class SplineTorque(Effect):
         self.shown = shown or (float(grid[0]), float(grid[-1]))
         self.name, self.needs, self.order = law.name, law.needs, order(law)
         self.title = law.words
-        self.remembers = self.holds_torque = law.kind == HYSTERESIS
+        self.remembers = False
         # bound: more than any motor gives
         least, unit = -1e6 if law.kind in SIGNED else 0.0, law.torque_unit or "1"
         self.parameters = tuple(
@@ -117,9 +116,6 @@ class SplineTorque(Effect):
         count = self.basis.shape[1]
         weights, rest = np.asarray(values[:count], float), values[count:]
         law, grid = self.law, self.grid
-        if law.kind == HYSTERESIS:
-            at = np.concatenate([[0.0], grid])
-            return Curve(law, tuple(at.tolist()), tuple((self.shape @ weights).tolist()))
         at = grid[self.points]
         torque = self.shape @ weights
         if law.kind == LIMIT:
@@ -133,9 +129,6 @@ class SplineTorque(Effect):
     @property
     def shape(self) -> np.ndarray:
         """(n, k) that makes the values of the curve's table of weights."""
-        if self.law.kind == HYSTERESIS:
-            at = np.concatenate([[0.0], self.grid])
-            return -np.minimum(at[:, None], self.grid) / self.grid
         return self.basis[self.points]
 
     @property
@@ -151,19 +144,12 @@ class SplineTorque(Effect):
         count = POINTS * max(self.basis.shape[1] - 3, 1) + 1
         return np.round(np.linspace(first, min(last, len(self.grid) - 1), count)).astype(int)
 
-    def held(self, values):
-        count = self.basis.shape[1]
-        weights = [values[p.name] for p in self.parameters[:count]]
-        return largest(self.grid, np.concatenate(weights, axis=1))
-
     def install(self, loop, rows, joints, values):
         count = self.basis.shape[1]
         weights = np.concatenate([values[p.name] for p in self.parameters[:count]], axis=1)
         stretch = values[STRETCH.name][:, 0] if self.law.follows == PHASE else 0.0
         ratio = self.ratio + values["ratio"][:, 0] if self.law.kind == TENDON else 0.0
-        if self.law.kind == HYSTERESIS:
-            install_yielding(loop, rows, self.law, self.grid, weights)
-        elif self.law.kind == INERTIA:
+        if self.law.kind == INERTIA:
             per_weight = np.ptp(self.basis[:, 0]) / np.ptp(self.grid)
             add_armature(loop, rows, joints, per_weight * weights, LIGHTEST)
         else:
@@ -201,8 +187,6 @@ def bends(effect: SplineTorque) -> np.ndarray:
     with B-splines and penalties, 1996).
     """
     count = effect.basis.shape[1]
-    if effect.law.kind == HYSTERESIS:
-        return np.eye(count)
     if count == 1:
         return np.zeros((0, 1))
     if effect.law.given:

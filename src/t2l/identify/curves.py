@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from t2l.effects.law import ALLOWED, HYSTERESIS, INERTIA, LIMIT, OTHERS, TENDON, TORQUE, Curve, Law
+from t2l.effects.law import ALLOWED, INERTIA, LIMIT, OTHERS, TENDON, TORQUE, Curve, Law
 from t2l.errors import ConfigurationError
 from t2l.typed import AsTuple, Number, Typed, describe
 
@@ -20,7 +20,7 @@ SHARE = "of the motor torque"
 class LawEntry(Typed):
     """Where a law acts and what it follows, as a model file says it."""
 
-    kind: Literal["torque", "friction", "hysteresis", "motor", "inertia", "limit", "tendon"]
+    kind: Literal["torque", "friction", "motor", "inertia", "limit", "tendon"]
     joint: str
     follows: str
     of: str | None = None
@@ -116,11 +116,6 @@ def _check_values(where: str, law: Law, at: Sequence[float], torque: Sequence[fl
         raise ConfigurationError(
             f"{where}: found {len(at)} values of an inertia; allowed: the {FEWEST} ends of a "
             "straight line"
-        )
-    if law.kind == HYSTERESIS and (at[0] != 0 or torque[0] != 0):
-        raise ConfigurationError(
-            f"{where}: found a hysteresis that begins at {at[0]:g} {law.unit} with "
-            f"{torque[0]:g} N·m; allowed: 0 and 0"
         )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 from t2l.effects.expression import FUNCTIONS, VARIABLE
 from t2l.effects.formula import Constant, FormulaLaw
-from t2l.effects.law import HYSTERESIS, INERTIA
+from t2l.effects.law import INERTIA
 from t2l.errors import ConfigurationError
 from t2l.identify.curves import LawEntry, law_lines, read_law
 from t2l.typed import Number, Typed, describe
@@ -38,7 +38,7 @@ def read_formulas(entries: Sequence[FormulaEntry]) -> tuple[FormulaLaw, ...]:
     found: list[FormulaLaw] = []
     for number, entry in enumerate(entries):
         where = f"formulas.{number}"
-        if entry.kind in (HYSTERESIS, INERTIA):
+        if entry.kind == INERTIA:
             raise ConfigurationError(
                 f"{where}.kind: found {describe(entry.kind)}; allowed: a kind that is a function "
                 "of its variable alone"

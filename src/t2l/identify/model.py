@@ -8,7 +8,7 @@ effects:
     delay: 0.012                                     # s
 effect_files: [my_effects/rubber.py]                 # optional, relative to this file; Python
 learned:                                             # optional, curves that t2l propose learned
-- kind: torque                                       # torque, friction, hysteresis or motor
+- kind: torque                                       # torque, friction or motor
   joint: elbow
   follows: position
   of: elbow

@@ -12,12 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from t2l.effects.law import GRID, HYSTERESIS, INERTIA, MOTOR, PHASE, Law
+from t2l.effects.law import GRID, INERTIA, MOTOR, PHASE, Law
 from t2l.effects.spline_torque import SplineTorque
 
 RIPPLING, SMOOTH = 16, 8  # numerics: intervals at most: of what may ripple, of what acts smoothly
-RADII = (5, 15)  # numerics: of a hysteresis
-NEXT_RADIUS = 0.5**0.5  # numerics: of one radius and the next
 SIZE = 0.3  # numerics: of a joint's motor torque: what makes a difference
 MARGIN = 0.05  # bound: of the range, to each side: the motion of a better model may go further
 RIPPLES = ("position", PHASE)
@@ -30,14 +28,6 @@ def versions(finest: SplineTorque) -> list[tuple[SplineTorque, np.ndarray]]:
     """
     law, size = finest.law, finest.parameters[0].size
     bases = [(finest.grid, finest.basis)]
-    if law.kind == HYSTERESIS:
-        every = len(finest.grid) // RADII[0]
-        some = finest.grid[every - 1 :: every]
-        bases.insert(0, (some, np.eye(len(some))))
-        return [
-            (SplineTorque(law, radii, basis, size), np.isclose(finest.grid[:, None], radii) * 1.0)
-            for radii, basis in bases
-        ]
     if finest.basis.shape[1] > 2 and law.follows != PHASE:
         bases.insert(0, (finest.grid, _straight(finest.grid)))
     if finest.breaks is not None:
@@ -67,9 +57,6 @@ def effect_of(law: Law, ends: Sequence[float], motor_torque: float) -> SplineTor
     """
     low, high = ends[0], ends[-1]
     size = SIZE if law.kind == MOTOR else SIZE * motor_torque
-    if law.kind == HYSTERESIS:
-        radii = (high - low) * NEXT_RADIUS ** np.arange(RADII[-1] - 1, -1, -1)
-        return SplineTorque(law, radii, np.eye(len(radii)), size)
     if law.follows == "constant":
         return constant(law, size)
     if law.kind == INERTIA:

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from t2l.effects.law import FRICTION, HYSTERESIS, INERTIA, PHASE, SESSION, TENDON, TORQUE
+from t2l.effects.law import FRICTION, INERTIA, PHASE, SESSION, TENDON, TORQUE
 from t2l.identify.block_bootstrap import improvement
 from t2l.identify.levels import NOTHING, PROMISING, TIED
 from t2l.propose.band import LEVEL
@@ -95,7 +95,7 @@ def _beats(other: Fitted, one: Fitted, block: np.ndarray) -> bool:
 def candidates(learned: Learned) -> Iterator[Formula]:
     """Formulas within the band from short to long, with constants fitted to the curve.
 
-    There are none of a hysteresis or an inertia.
+    There are none of an inertia.
 
     Raises:
         ModuleNotFoundError: the extra `propose` is not installed.
@@ -116,7 +116,7 @@ def _same(one: Formula, other: Formula) -> bool:
 
 def _inside_the_band(learned: Learned) -> Iterator[Formula]:
     curve = learned.curve
-    if curve.law.kind in (HYSTERESIS, INERTIA):
+    if curve.law.kind == INERTIA:
         return
     x, y = np.array(curve.at), np.array(curve.torque)
     line = Node("sum", 1.0, (Node("x"),))

@@ -11,7 +11,6 @@ from t2l.effects.law import (
     ALLOWED,
     COLUMNS,
     GIVEN,
-    HYSTERESIS,
     INERTIA,
     PHASE,
     SESSION,
@@ -107,8 +106,6 @@ def ranges(
         if variable == PHASE:
             begin = float(clock.min())
             return begin, begin + period(samples.joint == joint)
-        if variable == "distance":
-            return 0.0, float(np.ptp(seen("position", joint)))
         if variable == "acceleration":
             # of what is measured it would be noise
             most = float(np.abs(both[0][variable][samples.joint == joint]).max())
@@ -191,7 +188,6 @@ def order(law: Law) -> int:
     if law.follows in ("time", PHASE, SESSION):
         return 5
     return {
-        (HYSTERESIS, "distance"): 3,
         (TORQUE, "position"): 1,
         (TORQUE, "velocity"): 1,
     }.get((law.kind, law.follows), 2)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from t2l.effects.law import HYSTERESIS, PHASE, TENDON, Curve
+from t2l.effects.law import PHASE, TENDON, Curve
 from t2l.identify.levels import MATERIAL, TIED
 from t2l.names import listed
 from t2l.propose.proposal import LAW, NOTHING, Proposal
@@ -18,7 +18,7 @@ def told(curve: Curve) -> str:
         return f"{law.words} every {curve.at[-1] - curve.at[0]:.3g} s"
     if law.kind == TENDON:
         return f"{law.words} ({variable(curve)})"
-    if law.kind == HYSTERESIS or law.follows == "constant":
+    if law.follows == "constant":
         return law.words
     change = np.diff(curve.torque)
     way, net = np.abs(change).sum(), change.sum()

@@ -377,7 +377,9 @@ class DrivenLoop(Loop):
             if name in batch.bound:
                 batch.bound[name][:, dofs] = self._every(values[tick])
         if "qfrc_passive" in batch.bound:
-            batch.bound["qfrc_passive"][:, dofs] = self._own_passive(q, dq)
+            # as MuJoCo's: what balances the weight by itself is in it
+            balance = path.weight[tick] * self.schedule.balanced[:, None]
+            batch.bound["qfrc_passive"][:, dofs] = self._own_passive(q, dq) + self._every(balance)
 
     def _dry(self) -> np.ndarray:
         """N·m (nsim, njoint) of constant friction."""
