@@ -232,7 +232,7 @@ class ServoLoop(Loop):
                 qvel[~running] = 0.0
 
     def in_motion(self, rows: slice, joints: np.ndarray, law: Callable) -> Callable:
-        """A motor filter of a torque that depends on the velocity.
+        """What changes torques as their velocity asks, called with (tick, torque), in place.
 
         The velocity is that halfway to the next plant tick: if the joint goes on as before, and
         what a joint alone has of the change of this torque since the last one. As a motor at its
