@@ -32,6 +32,7 @@ class Backlash(Effect):
     hides_state = True
     coupled = True
     remembers = False  # what it does it does to the plant
+    every_s = 0.001  # numerics: what gives is steered through the motor alone
 
     def extend(self, spec, joints):
         for name in joints:

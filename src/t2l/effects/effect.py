@@ -160,6 +160,7 @@ class Effect(ABC):
             less: what fits keep small where recordings say nothing.
         order: effects on the same signal apply in this order, command to joint, each to what those
             before it left.
+        every_s: s, the longest from one time that it acts between controller and joint to the next.
     """
 
     name: str
@@ -185,6 +186,7 @@ class Effect(ABC):
     names_joints: bool = False
     prior: np.ndarray | None = None
     order: int = 0
+    every_s: float = np.inf
 
     def extend(self, spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
         """Add to the plant's MjSpec what the effect on `joints` needs; by default nothing."""

@@ -27,6 +27,7 @@ class TorqueRateLimit(Effect):
     source = "slew limit on the motor torque; a ramp is averaged exactly over each period"
     follows = "torque rate"
     order = 15
+    every_s = 0.001  # numerics: a ramp is averaged over it
 
     def export(self, to, joints, values):
         to.call(self.name, limit_torque_rate, joints, values, MOTOR)

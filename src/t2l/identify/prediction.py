@@ -15,7 +15,14 @@ from t2l.identify import batches
 from t2l.identify.initial_state import half_begin_in_motion
 from t2l.identify.samples import Samples
 from t2l.identify.schedules import Group, groups
-from t2l.identify.simulation import at_every_tick, holding, simulate, starts, swinging
+from t2l.identify.simulation import (
+    acting_every,
+    at_every_tick,
+    holding,
+    simulate,
+    starts,
+    swinging,
+)
 from t2l.identify.soft_hold import Gains, hold_gains
 from t2l.recordings.recording import Recording
 from t2l.robots import plant
@@ -181,13 +188,14 @@ class Predictor:
     def _by_structure(self, requests: Sequence[Request]) -> list[tuple]:
         """Models, each with the (request, row) pieces that it simulates.
 
-        What remembers different things begins differently, so that it is simulated apart.
+        What remembers different things begins differently, so that it is simulated apart; and so is
+        what acts more often.
         """
         members: dict[tuple, list[int]] = {}
         for i, request in enumerate(requests):
             terms = request.layout.terms
             extending = [term for term in terms if term.effect.extends]
-            key = _structure(extending), holding(terms), swinging(terms)
+            key = _structure(extending), holding(terms), swinging(terms), acting_every(terms)
             members.setdefault(key, []).append(i)
         return [
             (

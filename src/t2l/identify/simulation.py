@@ -154,6 +154,11 @@ def swinging(terms: Sequence[Term]) -> tuple[int, ...]:
     return tuple(sorted({j for term in terms if term.effect.swings for j in term.joints}))
 
 
+def acting_every(terms: Sequence[Term]) -> float:
+    """The longest, s, from one time that all act to the next."""
+    return min((term.effect.every_s for term in terms), default=np.inf)
+
+
 def _taking_part(variants: Sequence[tuple[Layout, np.ndarray]]) -> list[Effect]:
     return [term.effect for layout, _ in variants for term in layout.terms]
 
@@ -243,7 +248,8 @@ def made_loop(
 ) -> ServoLoop:
     """The loop of every variant, with their effects; arguments as of `simulate`."""
     m = sum(len(u) for _, u in variants)
-    loop = ServoLoop(model, joints, schedule, m, threads, substeps)
+    every_s = acting_every([term for layout, _ in variants for term in layout.terms])
+    loop = ServoLoop(model, joints, schedule, m, threads, substeps, every_s)
     install(loop, variants)
     return loop
 

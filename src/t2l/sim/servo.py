@@ -47,7 +47,7 @@ from t2l.sim.schedule import Schedule
 from t2l.sim.steps import Steps, turns
 
 MAX_TIMESTEP_S = 0.001
-PLANT_PERIOD_S = 0.001  # numerics: at most, from plant tick to plant tick
+PLANT_PERIOD_S = 0.002  # numerics: at most, from plant tick to plant tick
 LEAST_STIFFNESS = 1e-12  # numerics: N·m/rad, in place of zero
 # numerics: of a speed, that is left at the next tick where a motion surely goes on
 KEPT = 0.25
@@ -59,6 +59,10 @@ _CHECK_EVERY = 64  # ticks between looks for diverged simulations
 
 class ServoLoop(Loop):
     """A loop whose plant is simulated, all of it in one batch.
+
+    Args:
+        substeps: physics steps a plant tick are multiplied by this.
+        plant_period_s: the longest from plant tick to plant tick, if that is less than usual.
 
     Attributes:
         nstep: physics steps a plant tick.
@@ -75,11 +79,12 @@ class ServoLoop(Loop):
         nvariant: int,
         threads: int,
         substeps: int = 1,
+        plant_period_s: float = np.inf,
     ):
         model = copy.copy(model)  # loops in other threads have a step of their own
         super().__init__(model, joints, schedule, nvariant)
-        times = finer(model, joints)
-        self.plant_ticks = int(np.ceil(times * self.real_period_s / PLANT_PERIOD_S - 1e-9))
+        times, every = finer(model, joints), min(plant_period_s, PLANT_PERIOD_S)
+        self.plant_ticks = int(np.ceil(times * self.real_period_s / every - 1e-9))
         each = self.real_period_s / self.plant_ticks
         self.nstep = int(np.ceil(times * each / MAX_TIMESTEP_S - 1e-9)) * substeps
         model.opt.timestep = self.plant_period_s / self.nstep
