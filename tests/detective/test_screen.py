@@ -1,6 +1,10 @@
 """The screen's algebra."""
 
+import copy
+from dataclasses import replace
+
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
@@ -44,6 +48,24 @@ def test_the_front_holds_the_set_that_made_the_data():
     assert [one.members for one in front if one.complexity == 4] == [(3, 8)]
     assert len(front[-1].members) == 2
     assert np.allclose(screen.weights((3, 8)), [1.0, -0.7], atol=0.01)
+
+
+@pytest.mark.parametrize(("joint", "together"), [(0, False), (1, True)])
+def test_what_does_the_same_on_a_joint_is_in_no_set_together(joint, together):
+    rng = np.random.default_rng(0)
+    table = made(rng, list(builtin())[:12])
+    residual = table.columns[:, 3] - 0.7 * table.columns[:, 8]
+    one, other = copy.copy(table.candidates[3].effect), table.candidates[8].effect
+    one.does_too = (other.name,)
+    table.candidates[3] = replace(table.candidates[3], effect=one)
+    table.candidates[8] = replace(table.candidates[8], joints=(joint,))
+    screen = Screen(table, residual, FOLDS)
+    assert any({3, 8} <= set(scored.members) for scored in screen.search()) == together
+    # nor is it offered beside what a model has
+    gone = replace(table.candidates[3], removal=True)
+    beside = Screen(Table(table.columns, [*table.candidates, gone]), residual, FOLDS)
+    assert (8 in beside.growing(())) == together
+    assert 8 in beside.growing((12,))
 
 
 def test_noise_alone_has_no_front():

@@ -118,6 +118,13 @@ class Candidate:
         return f"{'-' * self.removal}{self.effect.name}[{where}]"
 
 
+def do_the_same(one: Candidate | Term, other: Candidate | Term) -> bool:
+    """Whether an effect does what another does, see `Effect.does_too`, on a joint of both."""
+    names = one.effect.name, other.effect.name
+    does = names[0] in other.effect.does_too or names[1] in one.effect.does_too
+    return does and bool(set(one.joints) & set(other.joints))
+
+
 @dataclass
 class Table:
     """Columns of responses, and the candidates that are made of them.

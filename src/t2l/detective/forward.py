@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from t2l.detective.along_motion import AlongMotion, fit_along
-from t2l.detective.candidates import movable
+from t2l.detective.candidates import do_the_same, movable
 from t2l.detective.choosing import BETTER, choose
 from t2l.detective.fit import begun
 from t2l.detective.fitted_set import FittedSet, Start, names_of
@@ -168,6 +168,9 @@ def _beside(one: FittedSet, screen: Screen, rows: np.ndarray) -> Screen:
     layout, u = one.layout, one.u
     free = [i for i, slot in enumerate(layout.slots) if not slot.parameter.rough]
     on = {term.effect.name: set(term.joints) for term in layout.terms}
-    new = [i for i, some in enumerate(screen.table.candidates) if some.is_new_to(on)]
+    new = [
+        i for i, some in enumerate(screen.table.candidates)
+        if some.is_new_to(on) and not any(do_the_same(some, term) for term in layout.terms)
+    ]  # fmt: skip
     derivatives, limits = one.jacobian[rows][:, free], movable(layout, u, free)
     return screen.beside(new, derivatives, limits, -one.residual[rows])

@@ -16,7 +16,7 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from t2l.detective.candidates import Candidate, Table
+from t2l.detective.candidates import Candidate, Table, do_the_same
 
 RIDGE = 1e-6  # numerics: of a column's sum of squares: keeps what is alike at a finite weight
 TINY = 1e-100  # numerics: keeps what does nothing solvable, in any unit
@@ -228,6 +228,8 @@ class Screen:
         """Candidates that may be added, the most promising first, bounds left aside."""
         constants, at, _, _ = self._columns(members)
         taken = [self.table.candidates[i] for i in members]
+        gone = {one.effect.name for one in taken if one.removal}
+        stay = [one for one in self.table.candidates if one.removal and one.effect.name not in gone]
         product = self.total
         vector = np.zeros(len(product))
         vector[-1] = 1.0
@@ -266,6 +268,7 @@ class Screen:
             int(i) for i in np.argsort(left, kind="stable")
             if not self.table.candidates[i].removal
             and not any(_excludes(self.table.candidates[i], other) for other in taken)
+            and not any(do_the_same(self.table.candidates[i], other) for other in stay)
         )  # fmt: skip
         return list(islice(self._best_settings(free), LOOKED_AT))
 
@@ -389,7 +392,7 @@ def _numbers(one: Candidate, table: Table, products: np.ndarray) -> int:
 
 def _excludes(one: Candidate, other: Candidate) -> bool:
     if one.effect.name != other.effect.name:
-        return False
+        return not (one.removal or other.removal) and do_the_same(one, other)
     # beside what the model has an effect asks for fewer numbers than alone
     return one.removal or other.removal or bool(set(one.joints) & set(other.joints))
 

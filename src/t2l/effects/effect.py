@@ -138,6 +138,8 @@ class Effect(ABC):
         signature: how it shows in a recording, in a sentence that can follow "because".
         source: where its equation comes from.
         contains: effects that it becomes for some values of its parameters.
+        does_too: effects that do on a joint what it does already for some values of its parameters:
+            no set has both there, as their sizes could be anything.
         follows: the condition (see `t2l.diagnose.conditions`) that its error follows.
         coupled: a joint's parameters move other joints about as much as its own, so that each
             joint's derivatives take simulations of their own.
@@ -170,6 +172,7 @@ class Effect(ABC):
     signature: str
     source: str
     contains: tuple[str, ...] = ()
+    does_too: tuple[str, ...] = ()
     follows: str = ""
     coupled: bool = False
     shares: bool = False

@@ -53,6 +53,12 @@ VARIABLES = {
     "time": "time since the start",
     SESSION: "time of the session",
 }
+# known effects that a curve of a joint's own variable has in it as its straight line
+HAS = {
+    (TORQUE, "commanded torque"): (
+        "torque_constant", "torque_constant_drift", "torque_constant_temperature",
+    ),
+}  # fmt: skip
 LONGEST_NAME = 80  # bound: of a plain name, to which a file's ending and a digest may be added
 # numerics: points of a curve's length that is looked up linearly; 20 knots are exact to 1e-3
 GRID = 513

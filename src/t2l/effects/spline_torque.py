@@ -6,7 +6,7 @@ import numpy as np
 
 from t2l.effects.armature import LIGHTEST, add_armature
 from t2l.effects.effect import Effect, Parameter
-from t2l.effects.law import INERTIA, LIMIT, PHASE, SIGNED, TENDON, Curve, Law
+from t2l.effects.law import HAS, INERTIA, LIMIT, PHASE, SIGNED, TENDON, Curve, Law
 from t2l.effects.learned import (
     LearnedTorque,
     acting,
@@ -66,6 +66,7 @@ class SplineTorque(Effect):
         self.shown = shown or (float(grid[0]), float(grid[-1]))
         self.name, self.needs, self.order = law.name, law.needs, order(law)
         self.title = law.words
+        self.does_too = HAS.get((law.kind, law.follows), ()) if law.of == law.joint else ()
         self.remembers = False
         # bound: more than any motor gives
         least, unit = -1e6 if law.kind in SIGNED else 0.0, law.torque_unit or "1"
