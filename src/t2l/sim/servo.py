@@ -154,8 +154,8 @@ class ServoLoop(Loop):
         within = within or brake is not None or balance is not None
         parts = self.plant_ticks if within else 1
         nstep = self.nstep * (self.plant_ticks // parts)
-        own = batch.model.dof_frictionloss[dofs]
-        rubs = bool(self.friction) or bool((self.added_friction + own > 0).any())
+        # the MJCF's own friction is soft, so that a joint at rest creeps to and fro
+        rubs = bool(self.friction) or bool((self.added_friction > 0).any())
         steps, faster = Steps(batch, at_qpos, dofs, nstep, rubs), self._faster(nstep * dt)
         level, taken = self.added_friction, nstep * dt / np.diag(self._mass)
         damping = batch.expanded("dof_damping")
@@ -223,7 +223,7 @@ class ServoLoop(Loop):
                 more, ddq = faster(dq, torque)
                 last_dq, turning = dq, None
                 if rubs:
-                    turning = turns(dq, ddq, nstep * dt, taken * (level + own), running)
+                    turning = turns(dq, ddq, nstep * dt, taken * level, running)
                 if turning is not None:
                     more[turning] = 0.0
                 applied[:, dofs] = torque + damping[..., dofs] * more
