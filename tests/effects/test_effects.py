@@ -15,7 +15,6 @@ from t2l.effects.term import Layout, Term
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
 from t2l.identify.scales import scales
-from t2l.sim import steps
 from tests.diagnose.made import (
     ARMATURE,
     DAMPING,
@@ -196,13 +195,10 @@ def test_variants_in_one_batch_do_not_feel_each_other(pendulums, guesses):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_joint_without_the_effect_does_not_feel_it(pendulums, guesses, name, monkeypatch):
+def test_a_joint_without_the_effect_does_not_feel_it(pendulums, plain, guesses, name):
     if name in ("base_tilt", "joint_coupling"):
         pytest.skip("it acts on several joints by its nature")
-    # a simulation of which one joint turns takes finer steps of all
-    monkeypatch.setattr(steps, "FINER", 1)
     effect = builtin()[name]
-    plain = pendulums.predict([Request(Layout(()), np.zeros((1, 0)))])[0][0]
     lay = Layout([Term(effect, (0,))])
     start = effect.starts(scales(pendulums))[0]
     values = {k: np.asarray(v)[:1] for k, v in start.items()}

@@ -17,7 +17,7 @@ from t2l.export.mjcf import Controller
 from t2l.identify.initial_state import start_state
 from t2l.identify.model import Model
 from t2l.identify.refit import refit
-from t2l.sim import servo, steps
+from t2l.sim import servo
 from t2l.sim.servo import ServoLoop
 from tests.diagnose.made import (
     ARMATURE,
@@ -149,16 +149,9 @@ def robot(tmp_path_factory):
 
 
 @pytest.fixture
-def equal_steps(monkeypatch):
-    """Let ours take no finer steps where dry friction turns, as MuJoCo's own does not."""
-    monkeypatch.setattr(steps, "FINER", 1)
-
-
-@pytest.fixture
-def first_order(monkeypatch, equal_steps):
+def first_order(monkeypatch):
     """Let ours take velocities and dampers where MuJoCo's own step does."""
-    still = np.zeros_like
-    monkeypatch.setattr(ServoLoop, "_faster", lambda *_: lambda dq, _: (still(dq), still(dq)))
+    monkeypatch.setattr(ServoLoop, "_faster", lambda *_: lambda dq, _: np.zeros_like(dq))
     monkeypatch.setattr(ServoLoop, "_center_damping", lambda _: None)
 
 
@@ -191,9 +184,7 @@ def test_a_log_that_begins_in_motion_is_replayed_from_the_velocity_that_we_estim
 
 
 @pytest.mark.parametrize(("name", "held"), CASES)
-def test_each_effect_moves_the_exported_robot_as_it_moves_ours(
-    robot, tmp_path, equal_steps, name, held
-):
+def test_each_effect_moves_the_exported_robot_as_it_moves_ours(robot, tmp_path, name, held):
     content, error, log = exported(tmp_path / "out", robot, effect_of(name), held)
     moved = np.sqrt(np.mean((measured(log, effect_of(name)).q - measured(log).q) ** 2))
     assert not content["not_carried"]

@@ -6,16 +6,13 @@ import pytest
 from t2l.identify.model import Model
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.step_size import NEGLIGIBLE, busiest, substeps_for
-from t2l.sim import steps
 from tests.diagnose.made import pendulum, predict, recording, swing, swings
 
 FRICTION = {"coulomb_friction": {"torque": {"hinge": 0.05}}}
 
 
 @pytest.fixture
-def recordings(tmp_path, monkeypatch):
-    # so that there is something that finer steps everywhere mend
-    monkeypatch.setattr(steps, "FINER", 1)
+def recordings(tmp_path):
     return swings(pendulum(tmp_path), FRICTION, 1e-4, 0.5, control_rate_hz=125.0)
 
 

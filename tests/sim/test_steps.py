@@ -1,4 +1,4 @@
-"""Second order within a tick: a motor at its limit, drag, dry friction that turns."""
+"""Second order within a tick: a motor at its limit, drag."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,6 @@ from scipy.integrate import solve_ivp
 from t2l.effects.quadratic_friction import QuadraticFriction
 from t2l.effects.torque_speed_limit import TorqueSpeedLimit
 from t2l.robots import plant
-from t2l.sim import steps
 from tests.diagnose.made import DAMPING, INERTIA, WEIGHT, pendulum, swing
 from tests.sim.test_servo import loop
 
@@ -70,25 +69,3 @@ def test_torques_of_velocity_are_those_of_the_middle_of_a_tick(tmp_path, effect,
     # what it does, so that an error is a share of that
     does = np.abs(wanted - exact(lambda held, dq: held)).max()
     assert np.abs(swung(tmp_path, effect) - wanted).max() < 2e-3 * does
-
-
-def test_dry_friction_that_turns_is_as_near_as_with_finer_steps_everywhere(tmp_path, monkeypatch):
-    def rub(made):
-        made.added_friction[:] = 1.5
-
-    reference = swung(tmp_path, rub, substeps=64)
-    off = np.abs(swung(tmp_path, rub) - reference).max()
-    monkeypatch.setattr(steps, "FINER", 1)
-    assert off < 0.3 * np.abs(swung(tmp_path, rub) - reference).max()
-
-
-def test_simulations_that_turn_leave_the_others_as_they_are(tmp_path):
-    model = plant.load(pendulum(tmp_path), ["hinge"]).compile()
-
-    def positions(gains):
-        made = loop(model, gains, TICKS, command=swing(0.8, 2.5))
-        made.added_friction[:] = 0.5
-        return made.run()[0][0, :, :, 0]
-
-    both = positions(np.array([[80.0, 0.5], [20.0, 2.0]]))
-    np.testing.assert_allclose(both[1], positions(np.array([[20.0, 2.0]]))[0], atol=1e-12)

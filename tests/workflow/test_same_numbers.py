@@ -12,7 +12,6 @@ from t2l.identify.model import Model, read_model
 from t2l.identify.step_size import substeps_for
 from t2l.recordings import write_recording
 from t2l.recordings.log import read_recordings
-from t2l.sim import steps
 from tests.conftest import ROOT
 from tests.diagnose.made import pendulum, swings
 
@@ -26,11 +25,8 @@ def home(tmp_path_factory):
     logs = swings(pendulum(home), FRICTION, duration_s=0.5, substeps=8, control_rate_hz=125.0)
     for made in logs:
         write_recording(made, home / "logs" / made.name)
-    with pytest.MonkeyPatch.context() as patch:
-        # so that dry friction asks for finer steps everywhere
-        patch.setattr(steps, "FINER", 1)
-        main(["explain", str(home / "logs"), "--out", str(home / "by_command")])
-        yield home
+    main(["explain", str(home / "logs"), "--out", str(home / "by_command")])
+    return home
 
 
 def script(name, home, output, **files):

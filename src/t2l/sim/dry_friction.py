@@ -24,20 +24,16 @@ def make_room(spec: mujoco.MjSpec, joints: tuple[str, ...]) -> None:
 
 def stiffen(model: mujoco.MjModel, joints: tuple[str, ...]) -> None:
     """Let what is added to the friction of `joints` hold them at rest."""
-    hard = stiffest(model)
+    # the stiffest that MuJoCo allows: velocity vanishes within a step
+    stiffest = 2 * model.opt.timestep
     for name in joints:
         tendon, dof = _tendon(model, name), model.joint(name).dofadr[0]
         if tendon >= 0:
             model.tendon_solimp_fri[tendon, :2] = HOLDS
-            model.tendon_solref_fri[tendon, 0] = hard
+            model.tendon_solref_fri[tendon, 0] = stiffest
         elif model.dof_frictionloss[dof] == 0:
             model.dof_solimp[dof, :2] = HOLDS
-            model.dof_solref[dof, 0] = hard
-
-
-def stiffest(model: mujoco.MjModel) -> float:
-    """The stiffest solref that MuJoCo allows, s: velocity vanishes within a step."""
-    return 2 * model.opt.timestep
+            model.dof_solref[dof, 0] = stiffest
 
 
 class AddedFriction:

@@ -44,7 +44,7 @@ from t2l.sim.dry_friction import AddedFriction, stiffen
 from t2l.sim.gravity import GravityCompensation
 from t2l.sim.loop import Loop
 from t2l.sim.schedule import Schedule
-from t2l.sim.steps import Steps, turns
+from t2l.sim.steps import Steps
 
 MAX_TIMESTEP_S = 0.001
 PLANT_PERIOD_S = 0.002  # numerics: at most, from plant tick to plant tick
@@ -154,10 +154,7 @@ class ServoLoop(Loop):
         within = within or brake is not None or balance is not None
         parts = self.plant_ticks if within else 1
         nstep = self.nstep * (self.plant_ticks // parts)
-        # the MJCF's own friction is soft, so that a joint at rest creeps to and fro
-        rubs = bool(self.friction) or bool((self.added_friction > 0).any())
-        steps, faster = Steps(batch, at_qpos, dofs, nstep, rubs), self._faster(nstep * dt)
-        level, taken = self.added_friction, nstep * dt / np.diag(self._mass)
+        steps, faster = Steps(batch, at_qpos, dofs, nstep), self._faster(nstep * dt)
         damping = batch.expanded("dof_damping")
         damping = batch.model.dof_damping if damping is None else damping
         # masses are where the last step was halfway, and at the first tick where they start
@@ -220,14 +217,10 @@ class ServoLoop(Loop):
                     torque += pull
                 for add in self.joint_torques:
                     add(now, middle_q, middle_dq, torque)
-                more, ddq = faster(dq, torque)
-                last_dq, turning = dq, None
-                if rubs:
-                    turning = turns(dq, ddq, nstep * dt, taken * level, running)
-                if turning is not None:
-                    more[turning] = 0.0
+                more = faster(dq, torque)
                 applied[:, dofs] = torque + damping[..., dofs] * more
-                failed = steps.go(None if all_run else running, more, turning)
+                last_dq = dq
+                failed = steps.go(None if all_run else running, more)
                 if len(failed):
                     running[failed] = all_run = False
             if tick % _CHECK_EVERY == 0:
@@ -395,19 +388,19 @@ class ServoLoop(Loop):
         mujoco.mj_fullM(model, data, mass)
         return mass[np.ix_(self.dofs, self.dofs)]
 
-    def _faster(self, period_s: float) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
-        """By how much joints are faster half a physics step later, rad/s, and their acceleration.
+    def _faster(self, period_s: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+        """By how much joints are faster half a physics step later, rad/s.
 
         Called every `period_s` with velocity and torque (nsim, njoint). The acceleration is that
-        of the last period, and what a joint alone has of the change of its torque since then. The
-        first is zero where the motion might turn, as dry friction may hold there, and where
-        something gives between motor and link, of which forces change within a step.
+        of the last period, and what a joint alone has of the change of its torque since then. It
+        is zero where the motion might turn, as dry friction may hold there, and where something
+        gives between motor and link, of which forces change within a step.
         """
         last: list[tuple[np.ndarray, np.ndarray]] = []
         half, mobility = 0.5 * self.batch.model.opt.timestep, 1 / np.diag(self._mass)
         rigid = half * ~self.transmission.gives
 
-        def faster(dq: np.ndarray, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def faster(dq: np.ndarray, torque: np.ndarray) -> np.ndarray:
             before, applied = last.pop() if last else (dq, torque)
             last.append((dq, torque))
             ddq = (dq - before) / period_s
@@ -416,8 +409,8 @@ class ServoLoop(Loop):
             # one while less than that part of the speed is lost, continuously to zero
             surely = KEPT * dq**2
             goes_on = np.minimum(np.maximum(later, 0.0), surely)
-            share = np.divide(goes_on, surely, out=goes_on, where=surely > 0)
-            return rigid * ddq * share, ddq
+            ddq *= rigid * np.divide(goes_on, surely, out=goes_on, where=surely > 0)
+            return ddq
 
         return faster
 
