@@ -246,13 +246,14 @@ class ServoLoop(Loop):
         def change(tick: int, torque: np.ndarray) -> None:
             asked, dq = torque[at], self.middle_dq[at]
             given = law(tick, asked, dq)
-            before = last.pop() if last else given
+            # what it would give at rest, asked before the first tick, is none that it gave
+            before = last.pop() if tick and last else given
             more = further * (given - before)
             steeper = law(tick, asked, dq + more) - given
             # law and joint agree where the secant meets the line of what the joint has
             slope = np.divide(steeper, more, out=np.zeros_like(more), where=more != 0)
             torque[at] = law(tick, asked, dq + more / (1 - np.minimum(further * slope, 0.0)))
-            last.append(torque[at].copy())
+            last[:] = [torque[at].copy()]
 
         return change
 
