@@ -54,12 +54,21 @@ def play(environment, script):
     Returns:
         How they ended, and their rewards (nstep, n).
     """
-    environment.begin()
-    paid = []
-    for step in range(environment.horizon):
+
+    def action(step):
         measured = environment.task.measure(environment.simulator.batch, environment._goal)
         points, opened, *turned = script(step / RATE_HZ, measured, environment._goal)
-        _, reward, ended = environment.advance(towards(environment, points, opened, *turned))
+        return towards(environment, points, opened, *turned)
+
+    environment.begin()
+    return until_they_end(environment, action)
+
+
+def until_they_end(environment, action):
+    """How episodes that have begun end under the action of each step, and their rewards."""
+    paid = []
+    for step in range(environment.horizon):
+        _, reward, ended = environment.advance(action(step))
         paid.append(reward)
         if ended.ids.size:
             return ended, np.array(paid)

@@ -13,6 +13,7 @@ from t2l.tasks.in_hand_cube import TEMPLATE
 from t2l.tasks.poses import about, conjugate, product
 from t2l.tasks.terms import Moment
 from tests.defaults import shipped
+from tests.tasks.scripted import until_they_end
 
 TASK = shipped("in_hand_cube")
 JOINTS = len(TASK.robot.joints)
@@ -48,13 +49,7 @@ class Turned(Disturbance):
 def play(environment):
     """The episodes' end, and the rewards until then (nstep, n)."""
     environment.place(TASK.sample_starts(np.random.default_rng(0), 4), GOALS)
-    paid = []
-    for _ in range(environment.horizon):
-        _, reward, ended = environment.advance(STILL)
-        paid.append(reward)
-        if ended.ids.size:
-            return ended, np.array(paid)
-    raise AssertionError("the episodes did not end")
+    return until_they_end(environment, lambda _: STILL)
 
 
 @pytest.mark.parametrize(

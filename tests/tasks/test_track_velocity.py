@@ -13,6 +13,7 @@ from t2l.tasks.disturbance import Disturbance
 from t2l.tasks.terms import Moment
 from t2l.tasks.track_velocity import TEMPLATE, Measured
 from tests.defaults import shipped
+from tests.tasks.scripted import until_they_end
 
 TASK = shipped("track_velocity")
 JOINTS = len(TASK.robot.joints)
@@ -51,13 +52,7 @@ class Carried(Disturbance):
 def play(environment):
     """The episodes' end, and the rewards until then (nstep, n)."""
     environment.place(TASK.sample_starts(np.random.default_rng(0), 4), GOALS)
-    paid = []
-    for _ in range(environment.horizon):
-        _, reward, ended = environment.advance(STILL)
-        paid.append(reward)
-        if ended.ids.size:
-            return ended, np.array(paid)
-    raise AssertionError("the episodes did not end")
+    return until_they_end(environment, lambda _: STILL)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 
 from t2l.robots.robot import JointGroup, Robot
-from t2l.robots.specs import compensate_gravity
+from t2l.robots.specs import add_position_actuator, compensate_gravity
 
 FINGERS = ("ff", "mf", "rf")
 JOINTS = tuple(f"{finger}j{i}" for finger in (*FINGERS, "th") for i in range(4))
@@ -52,8 +52,5 @@ class AllegroHand(Robot):
         spec = self.bare()
         compensate_gravity(spec, gravity_compensation)
         for joint in self.joints:
-            actuator = spec.add_actuator(
-                name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT
-            )
-            actuator.set_to_position(kp=3.0, kv=0.1)
+            add_position_actuator(spec, joint, kp=3.0, kv=0.1)
         return spec

@@ -10,7 +10,12 @@ import mujoco
 from t2l.errors import ConfigurationError
 from t2l.robots import franka_hand
 from t2l.robots.robot import JointGroup, Robot
-from t2l.robots.specs import COLLIDES_WITH_SCENE, compensate_gravity, hold_at_rest
+from t2l.robots.specs import (
+    COLLIDES_WITH_SCENE,
+    add_position_actuator,
+    compensate_gravity,
+    hold_at_rest,
+)
 
 # Franka Control Interface documentation, "Robot and interface specifications", limits in the joint
 # space of the Franka Research 3: upper bounds, which hold far from the position limits, and the
@@ -97,8 +102,7 @@ def _arm(path: Path, visual: bool) -> mujoco.MjSpec:
     _wrist_colliders(spec)
     for joint in ARM.joints:
         hold_at_rest(spec.joint(joint))
-        actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_position(kp=100.0, kv=10.0)
+        add_position_actuator(spec, joint, kp=100.0, kv=10.0)
     return spec
 
 

@@ -9,7 +9,7 @@ import math
 import mujoco
 
 from t2l.robots.robot import Gripper
-from t2l.robots.specs import COLLIDES_WITH_SCENE, add_wrist_camera
+from t2l.robots.specs import COLLIDES_WITH_SCENE, add_position_actuator, add_wrist_camera
 
 JOINTS = ("finger_joint1", "finger_joint2")
 GRIP_SITE = "grip"
@@ -113,8 +113,7 @@ def add_actuators(spec: mujoco.MjSpec) -> None:
         solimp=(0.999, 0.9999, 0.001, 0.5, 2),
     )
     for joint in JOINTS:
-        actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_position(kp=5000.0, kv=200.0)
+        actuator = add_position_actuator(spec, joint, kp=5000.0, kv=200.0)
         actuator.forcelimited = True
         actuator.forcerange = (-GRASP_FORCE / 2, GRASP_FORCE / 2)
         actuator.ctrllimited = True

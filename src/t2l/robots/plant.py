@@ -13,7 +13,7 @@ from t2l.errors import ConfigurationError
 from t2l.robots import robot_file
 from t2l.robots.registry import ROBOTS, make_robot
 from t2l.robots.robot import Robot
-from t2l.robots.specs import hold_at_rest
+from t2l.robots.specs import add_position_actuator, hold_at_rest
 from t2l.waiting import told_if_slow
 
 # of a path in a message; more is no path
@@ -229,8 +229,7 @@ def position_controlled(robot: Robot) -> mujoco.MjSpec:
         joint.actfrclimited = 0
         joint.frictionloss = 0.1  # nonzero, so that friction is part of the compiled model
         hold_at_rest(joint)
-        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_position(kp=100.0, kv=10.0)
+        add_position_actuator(spec, name, kp=100.0, kv=10.0)
     return spec
 
 

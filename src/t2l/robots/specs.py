@@ -35,6 +35,15 @@ def compensate_gravity(spec: mujoco.MjSpec, compensated: bool) -> None:
             body.gravcomp = float(compensated)
 
 
+def add_position_actuator(
+    spec: mujoco.MjSpec, joint: str, kp: float, kv: float
+) -> mujoco.MjsActuator:
+    """Give a joint a position actuator of its name, N·m/rad and N·m·s/rad, or N/m and N·s/m."""
+    actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    actuator.set_to_position(kp=kp, kv=kv)
+    return actuator
+
+
 def add_wrist_camera(hand: mujoco.MjsBody, grip_z: float) -> None:
     """Mount a camera on a hand whose z is the approach direction, as a user of the hand would.
 

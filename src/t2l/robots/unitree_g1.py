@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 
 from t2l.robots.robot import JointGroup, Robot, Walker
-from t2l.robots.specs import compensate_gravity
+from t2l.robots.specs import add_position_actuator, compensate_gravity
 
 SIDES = ("left", "right")
 LEG = ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll")
@@ -104,8 +104,5 @@ class UnitreeG1(Robot):
                 spec.delete(geom)
         compensate_gravity(spec, gravity_compensation)
         for joint in self.joints:
-            actuator = spec.add_actuator(
-                name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT
-            )
-            actuator.set_to_position(kp=100.0, kv=10.0)
+            add_position_actuator(spec, joint, kp=100.0, kv=10.0)
         return spec

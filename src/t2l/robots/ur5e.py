@@ -12,7 +12,7 @@ import mujoco
 
 from t2l.robots import menagerie, robotiq_2f85
 from t2l.robots.robot import JointGroup, Robot
-from t2l.robots.specs import COLLIDES_WITH_SCENE, compensate_gravity
+from t2l.robots.specs import COLLIDES_WITH_SCENE, add_position_actuator, compensate_gravity
 
 JOINTS = (
     "shoulder_pan_joint",
@@ -105,6 +105,5 @@ def _arm(path: Path, visual: bool) -> mujoco.MjSpec:
     ]:  # fmt: skip
         spec.delete(element)
     for joint in JOINTS:
-        actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_position(kp=100.0, kv=10.0)
+        add_position_actuator(spec, joint, kp=100.0, kv=10.0)
     return spec
