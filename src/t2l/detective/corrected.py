@@ -4,13 +4,16 @@
 
 a is what the linear model of the loop leaves, which costs nothing, r what the simulation leaves.
 What makes the right side small is simulated next. D makes it right too where the simulation was
-before (Broyden, A class of methods for solving nonlinear simultaneous equations, 1965).
+before (Broyden, A class of methods for solving nonlinear simultaneous equations, 1965). Where that
+ends, derivatives by simulation tell whether it is a minimum of the simulation. If it is not, the
+simulation alone leads on.
 
 Source: Alexandrov and Lewis, An overview of first-order model management for engineering
 optimization, 2001; Bandler et al., Space mapping: the state of the art, 2004.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,11 +22,14 @@ from t2l.detective.fitted_set import FittedSet, Start, sizes
 from t2l.detective.left_out import fitted
 from t2l.identify.fitting import PositionError
 from t2l.identify.least_squares import TOLERANCE, LeastSquares
+from t2l.identify.levels import AT_THE_FLOOR, PROMISING
 from t2l.identify.optimiser import Objective, minimise
 
 LED = 3  # numerics: iterations along the motion between two simulations
 SHORTER = 0.3  # numerics: of a step that made the error larger
 SHORTEST = 0.02  # numerics: of the step that the model asks for, below which none is left
+SETTLING = 4  # numerics: iterations by simulation alone
+WORTH_IT = 0.1  # numerics: of the loss, which is 5 % of the error
 
 
 class Corrected(Objective):
@@ -51,6 +57,7 @@ class Correction:
         gain: relative decrease of the loss by the last trial.
         columns: derivatives along the motion, see `Start`.
         done: whether more trials would gain nothing.
+        given: `beyond` of its start.
     """
 
     def __init__(self, start: Start, noise_rad: float):
@@ -58,11 +65,24 @@ class Correction:
         self.size, self.columns = sizes(start), dict(start.columns)
         self.prior = noise_rad * start.layout.prior
         self.loss, self.gain, self.iterations, self.done = np.inf, 1.0, 0, False
-        self._reach = 1.0
+        self.given, self._reach = start.beyond, 1.0
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """(m, nsample) beyond the model along the motion, at points (m, n)."""
         return self._gap + (points - self.u) @ self._slope.T
+
+    def settle(self, real: LeastSquares, led: LeastSquares) -> None:
+        """Take a fit by simulation, and at its end the derivatives along the motion."""
+        self.u = self.trial = real.u
+        self.loss, self.done = real.loss, True
+        self._gap, self._slope = real.residual - led.residual, real.jacobian - led.jacobian
+        slots = self.layout.slots
+        self.columns = {slots[i].key: led.jacobian[:, i] for i in np.flatnonzero(led.free)}
+
+    @property
+    def beyond(self) -> dict[tuple, np.ndarray]:
+        """See `Start`."""
+        return {slot.key: self._slope[:, i] for i, slot in enumerate(self.layout.slots)}
 
     @property
     def derivatives(self) -> dict[tuple, np.ndarray]:
@@ -76,7 +96,9 @@ class Correction:
         gap, moved, first = simulated - led, self.trial - self.u, not np.isfinite(self.loss)
         loss = np.mean(simulated**2) + np.sum((self.prior @ self.trial) ** 2) / len(simulated)
         if first:
-            self._slope = np.zeros((len(simulated), len(self.u)))
+            nothing = np.zeros(len(simulated))
+            keys = [slot.key for slot in self.layout.slots]
+            self._slope = np.stack([self.given.get(key, nothing) for key in keys], axis=1)
             self.done = not np.isfinite(loss)
         elif np.isfinite(loss):
             along = moved / np.maximum(np.abs(self.u), self.size) ** 2
@@ -106,32 +128,75 @@ def fit_corrected(
     folds: np.ndarray,
     iterations: int,
     give_up: Callable[[Sequence[Correction]], None] = lambda corrections: None,
+    settling: bool = False,
 ) -> list[FittedSet]:
     """Fit layouts that can be led from their starts; those that run away are left out.
 
     Args:
         simulated: the objective.
         iterations: simulations of each after that of its start.
-        give_up: called after each round with all of them, to end some.
+        give_up: called before each round with all of them, to end some.
+        settling: whether those near the best go on by simulation alone, if that leads further.
     """
     every = [Correction(start, along.noise_rad) for start in starts]
-    for iteration in range(iterations + 1):
-        active = [one for one in every if not one.done]
-        if iteration:
-            _move(active, along)
-            active = [one for one in active if not one.done]
-        if not active:
-            break
-        asked = [(one, one.trial[None]) for one in active]
-        both = zip(simulated.residuals(asked), along.residuals(asked), strict=True)
-        for one, (real, led) in zip(active, both, strict=True):
-            one.receive(real[0], led[0])
+    _simulate(every, simulated, along)
+    for _ in range(iterations):
         give_up([one for one in every if np.isfinite(one.loss)])
+        active = [one for one in every if not one.done]
+        _move(active, along)
+        _simulate([one for one in active if not one.done], simulated, along)
+    if settling:
+        _settle(_promising(every, along.noise_rad), simulated, along)
     kept = [one for one in every if np.isfinite(one.loss)]
     fits = [LeastSquares(one.layout, one.u, one.size, noise=along.noise_rad) for one in kept]
     objective = _corrected(fits, kept, along)
     minimise(fits, objective, 0)
-    return fitted(fits, objective, folds)
+    beyond = {id(one.u): one.beyond for one in kept}
+    return [replace(f, beyond=beyond[id(f.u)]) for f in fitted(fits, objective, folds)]
+
+
+def _simulate(
+    corrections: Sequence[Correction], simulated: PositionError, along: AlongMotion
+) -> None:
+    """Ask for each at its trial."""
+    if corrections:
+        asked = [(one, one.trial[None]) for one in corrections]
+        both = zip(simulated.residuals(asked), along.residuals(asked), strict=True)
+        for one, (real, led) in zip(corrections, both, strict=True):
+            one.receive(real[0], led[0])
+
+
+def _promising(every: Sequence[Correction], noise_rad: float) -> list[Correction]:
+    """Those near the best, the best first, that leave more than noise."""
+    ranked = sorted(every, key=lambda one: one.loss)
+    most = PROMISING * max(ranked[0].loss**0.5, noise_rad) if ranked else 0.0
+    return [one for one in ranked if AT_THE_FLOOR * noise_rad < one.loss**0.5 <= most]
+
+
+def _settle(
+    corrections: Sequence[Correction], simulated: PositionError, along: AlongMotion
+) -> None:
+    """Fit those on by simulation alone, if its derivatives promise more for the first.
+
+    Where the model along the motion is off by much, it ends beside the minimum. Of several those go
+    on that promise more than any of fewer numbers.
+    """
+    noise = along.noise_rad
+    fits = [LeastSquares(one.layout, one.u, one.size, noise=noise) for one in corrections]
+    minimise(fits[:1], simulated, 0)
+    if not fits or fits[0].promise() < WORTH_IT:
+        return
+    minimise(fits, simulated, 0)
+    least, chosen = np.inf, []
+    for one, fit in sorted(zip(corrections, fits, strict=True), key=lambda pair: pair[1].free.sum()):
+        if fit.promised() < (1 - WORTH_IT) * least:
+            least = max(fit.promised(), (AT_THE_FLOOR * noise) ** 2)
+            chosen.append((one, fit))
+    minimise([fit for _, fit in chosen], simulated, SETTLING)
+    led = [LeastSquares(fit.layout, fit.u, fit.size, noise=noise) for _, fit in chosen]
+    minimise(led, along, 0)
+    for (one, fit), at in zip(chosen, led, strict=True):
+        one.settle(fit, at)
 
 
 def _move(corrections: Sequence[Correction], along: AlongMotion) -> None:

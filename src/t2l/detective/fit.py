@@ -17,8 +17,8 @@ from t2l.identify.levels import HALF, MATERIAL
 from t2l.identify.optimiser import minimise
 from t2l.identify.prediction import Predictor, Request
 
-ITERATIONS = 5  # numerics: of a fit
-FINISHING = 3  # numerics: on every tick, from what coarser ones led to
+ITERATIONS = 5  # numerics: of a fit by simulation alone
+CORRECTED = 2  # numerics: of one along the motion, which simulations correct
 COARSENESS = (40, 20, 10, 5, 4, 2)  # numerics: control periods a tick that are tried
 COARSEST = 5  # numerics: of a loop with periods that are not short
 LONG_TICK_S = 1e-2  # numerics: likewise for a slow loop
@@ -147,7 +147,7 @@ def fit_sets(
     samples: Samples,
     along: AlongMotion | None = None,
     known: Known | None = None,
-    iterations: int = ITERATIONS,
+    iterations: int | None = None,
 ) -> list[FittedSet]:
     """Fit layouts from their starts, on the draft; those that run away are left out.
 
@@ -155,7 +155,7 @@ def fit_sets(
         along: corrected by simulations it gives their steps and derivatives; None if these are by
             simulation.
         known: a model, and what it leaves of the fitted samples on every tick.
-        iterations: of each.
+        iterations: of each, if not as many as usual.
     """
     shift = 0.0
     if known is not None and samples.draft is not samples.exact:
@@ -172,9 +172,9 @@ def finish(
     """The same on every tick."""
     if samples.draft is samples.exact:
         return [*sets]
-    starts = [Start(one.layout, one.u, one.columns) for one in sets]
+    starts = [Start(one.layout, one.u, one.columns, one.beyond) for one in sets]
     objective = Positions(samples.exact, samples.mask)
-    return _fitted(starts, samples, objective, along, FINISHING)
+    return _fitted(starts, samples, objective, along)
 
 
 def _fitted(
@@ -182,10 +182,15 @@ def _fitted(
     samples: Samples,
     objective: Positions,
     along: AlongMotion | None,
-    iterations: int,
+    iterations: int | None = None,
 ) -> list[FittedSet]:
+    if iterations is None:
+        iterations = CORRECTED if along is not None else ITERATIONS
     if along is not None:
-        return fit_corrected(starts, along, objective, samples.folds, iterations, _give_up)
+        settling = objective.predictor is samples.draft
+        return fit_corrected(
+            starts, along, objective, samples.folds, iterations, _give_up, settling
+        )
     fits = [
         LeastSquares(
             start.layout, start.u.copy(), sizes(start), given=dict(start.columns),

@@ -22,12 +22,15 @@ class Start:
 
     Attributes:
         layout, u: all terms and their parameters.
-        columns: derivatives (nsample,) of the fitted samples, by slot key, where they are known.
+        columns: derivatives (nsample,) of the fitted samples along the motion, by slot key, where
+            they are known.
+        beyond: likewise, what those of a simulation have beyond them.
     """
 
     layout: Layout
     u: np.ndarray
     columns: dict[tuple, np.ndarray] = field(default_factory=dict)
+    beyond: dict[tuple, np.ndarray] = field(default_factory=dict)
 
 
 def names_of(layout: Layout) -> set[tuple[str, tuple[int, ...]]]:
@@ -49,6 +52,7 @@ class FittedSet:
         jacobian: (nsample, n).
         free: (n,) bool, which were fitted.
         phases: how many were fitted, one of each recording and joint that swings.
+        beyond: see `Start`.
     """
 
     layout: Layout
@@ -59,6 +63,7 @@ class FittedSet:
     jacobian: np.ndarray
     free: np.ndarray
     phases: int = 0
+    beyond: dict[tuple, np.ndarray] = field(default_factory=dict)
 
     @property
     def model(self) -> tuple[Layout, np.ndarray]:
@@ -119,9 +124,9 @@ class FittedSet:
 
     @property
     def columns(self) -> dict[tuple, np.ndarray]:
-        """Of the Jacobian, by slot key."""
-        keys = (slot.key for slot in self.layout.slots)
-        return {key: self.jacobian[:, i] for i, key in enumerate(keys) if self.free[i]}
+        """Of the Jacobian along the motion, by slot key."""
+        keys = ((i, slot.key) for i, slot in enumerate(self.layout.slots) if self.free[i])
+        return {key: self.jacobian[:, i] - self.beyond.get(key, 0.0) for i, key in keys}
 
     @property
     def names(self) -> set[tuple[str, tuple[int, ...]]]:

@@ -13,7 +13,6 @@ from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import PROMISING
 from t2l.identify.optimiser import minimise
 
-PRUNING = 3  # numerics: iterations of a fit with a term less
 SURELY = 2.0  # numerics: times the error at which a term is missed, as derivatives foretell it
 
 
@@ -41,7 +40,7 @@ def pruned(
             known = of.get(frozenset(whole.names))
             missed = {n for n, f in of.items() if known is not None and judge.misses(known, f)}
             trials = [t for t in trials if frozenset(names_of(t.layout)) not in missed]
-        return fit_sets(trials, samples, along, before.known, PRUNING)
+        return fit_sets(trials, samples, along, before.known)
 
     def stands(one: FittedSet) -> bool:
         return judge.takes(before, one)
@@ -117,7 +116,7 @@ def worth_a_fit(whole: FittedSet, trials: list[Start], along: AlongMotion) -> li
     minimise(fits, along, 0)
     # along the motion the set itself may leave more or less than by simulation
     limit = SURELY * PROMISING * max(fits[0].loss ** 0.5, whole.left_out_rmse)
-    left = [(fit.loss * (1 - max(fit.promise(), 0.0))) ** 0.5 for fit in fits[1:]]
+    left = [fit.promised() ** 0.5 for fit in fits[1:]]
     return [t for t, error in zip(trials, left, strict=True) if error <= limit]
 
 
@@ -143,7 +142,8 @@ def without(whole: FittedSet, gone: Set[tuple[str, int]]) -> Start:
     layout = Layout([Term(effect, joints) for effect, joints in left.items() if joints])
     known = whole.columns
     columns = {s.key: known[s.key] for s in layout.slots if s.key in known}
-    return Start(layout, np.array([old[s.key] for s in layout.slots]), columns)
+    u = np.array([old[s.key] for s in layout.slots])
+    return Start(layout, u, columns, whole.beyond)
 
 
 def _pairs(layout: Layout) -> set[tuple[str, int]]:

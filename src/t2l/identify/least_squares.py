@@ -153,6 +153,10 @@ class LeastSquares(Optimiser):
         square = np.sum(expected**2) + np.sum((self.prior @ (self.u + change)) ** 2)
         return float(1 - square / len(expected) / max(self.loss, np.finfo(float).tiny))
 
+    def promised(self) -> float:
+        """The loss that the linear model expects of a full step, at most that at u."""
+        return self.loss * (1 - max(self.promise(), 0.0))
+
     def _correct(self, change: np.ndarray, difference: np.ndarray) -> None:
         """Let the given derivatives say what a step (n,) did to the residual (nsample,)."""
         along = change / np.maximum(np.abs(self.u), self.size) ** 2
