@@ -1,8 +1,11 @@
 """Fits by the corrected model along the motion, against fits with derivatives by simulation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from t2l.detective.along_motion import AlongMotion
 from t2l.detective.corrected import fit_corrected
 from t2l.detective.data_split import split
 from t2l.detective.fitted_set import Start
@@ -68,3 +71,22 @@ def test_a_start_that_runs_away_is_left_out_and_the_others_go_on(data):
     assert not np.isfinite(lost).all()
     (found,) = fit_corrected(starts, along, simulated, data.folds, 3)
     assert np.isfinite(found.left_out).all()
+
+
+def test_where_the_linear_model_misleads_the_simulation_leads_to_its_minimum(data):
+    """A loop that answers much less than the real one, and late."""
+    layout = Layout([Term(builtin()[name], (0,)) for name in HIDDEN])
+    guess = {"coulomb_friction": {"torque": np.array([0.05])},
+             "torque_constant": {"factor": np.array([0.9])}}  # fmt: skip
+    start = Start(layout, layout.encode(guess))
+    along, so_far = along_of(data)
+    slow = [replace(one, torque=one.torque[::-1] * -0.2) for one in along.sections]
+    fitted, mask = data.fitted, data.fitted_mask
+    misleading = AlongMotion(fitted, slow, mask, so_far.known, NOISE_RAD)
+    simulated = Positions(fitted, mask)
+    (led,) = fit_corrected([start], misleading, simulated, data.folds, 2)
+    (found,) = fit_corrected([start], misleading, simulated, data.folds, 2, settling=True)
+    assert led.rmse > 2 * found.rmse
+    assert found.rmse < 1.1 * NOISE_RAD
+    theta = layout.decode(found.u[None])
+    assert theta["coulomb_friction"]["torque"][0, 0] == pytest.approx(0.1, rel=0.05)

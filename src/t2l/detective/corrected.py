@@ -24,11 +24,12 @@ from t2l.identify.fitting import PositionError
 from t2l.identify.least_squares import TOLERANCE, LeastSquares
 from t2l.identify.levels import AT_THE_FLOOR, PROMISING
 from t2l.identify.optimiser import Objective, minimise
+from t2l.identify.simulation import swinging
 
 LED = 3  # numerics: iterations along the motion between two simulations
 SHORTER = 0.3  # numerics: of a step that made the error larger
 SHORTEST = 0.02  # numerics: of the step that the model asks for, below which none is left
-SETTLING = 4  # numerics: iterations by simulation alone
+SETTLING = 5  # numerics: iterations by simulation alone
 WORTH_IT = 0.1  # numerics: of the loss, which is 5 % of the error
 
 
@@ -167,36 +168,61 @@ def _simulate(
 
 
 def _promising(every: Sequence[Correction], noise_rad: float) -> list[Correction]:
-    """Those near the best, the best first, that leave more than noise."""
-    ranked = sorted(every, key=lambda one: one.loss)
-    most = PROMISING * max(ranked[0].loss**0.5, noise_rad) if ranked else 0.0
-    return [one for one in ranked if AT_THE_FLOOR * noise_rad < one.loss**0.5 <= most]
+    """Those near the best that leave more than noise, if a simulation of them is quick.
+
+    What swings freely has phases that each simulation looks for anew.
+    """
+    least = min((one.loss for one in every), default=0.0)
+    most = PROMISING * max(least**0.5, noise_rad)
+    return [
+        one for one in every
+        if AT_THE_FLOOR * noise_rad < one.loss**0.5 <= most and not swinging(one.layout.terms)
+    ]  # fmt: skip
 
 
 def _settle(
     corrections: Sequence[Correction], simulated: PositionError, along: AlongMotion
 ) -> None:
-    """Fit those on by simulation alone, if its derivatives promise more for the first.
+    """Fit those on by simulation alone, if its derivatives promise more for that of fewest numbers.
 
     Where the model along the motion is off by much, it ends beside the minimum. Of several those go
     on that promise more than any of fewer numbers.
     """
     noise = along.noise_rad
     fits = [LeastSquares(one.layout, one.u, one.size, noise=noise) for one in corrections]
-    minimise(fits[:1], simulated, 0)
-    if not fits or fits[0].promise() < WORTH_IT:
-        return
-    minimise(fits, simulated, 0)
+    pairs = sorted(zip(corrections, fits, strict=True), key=lambda pair: pair[1].free.sum())
     least, chosen = np.inf, []
-    for one, fit in sorted(zip(corrections, fits, strict=True), key=lambda pair: pair[1].free.sum()):
+    for one, fit in pairs:
+        _derive(fit, simulated, along)
+        if not chosen and fit.promise() < WORTH_IT:
+            return
         if fit.promised() < (1 - WORTH_IT) * least:
-            least = max(fit.promised(), (AT_THE_FLOOR * noise) ** 2)
+            least = fit.promised()
             chosen.append((one, fit))
+        if least <= (AT_THE_FLOOR * noise) ** 2:
+            break
     minimise([fit for _, fit in chosen], simulated, SETTLING)
     led = [LeastSquares(fit.layout, fit.u, fit.size, noise=noise) for _, fit in chosen]
     minimise(led, along, 0)
     for (one, fit), at in zip(chosen, led, strict=True):
         one.settle(fit, at)
+
+
+def _derive(fit: LeastSquares, simulated: PositionError, along: AlongMotion) -> None:
+    """Give a fit the derivatives of the simulation.
+
+    What a joint's own numbers do to other joints is taken along the motion, so that the numbers of
+    all joints are moved together.
+    """
+    led, own = (
+        LeastSquares(fit.layout, fit.u, fit.size, diagonal, noise=fit.noise)
+        for diagonal in (False, True)
+    )
+    minimise([led, own], along, 0)
+    fit.diagonal = True
+    minimise([fit], simulated, 0)
+    fit.jacobian = fit.jacobian + led.jacobian - own.jacobian
+    fit.given, fit.secant = fit.columns(), True
 
 
 def _move(corrections: Sequence[Correction], along: AlongMotion) -> None:

@@ -60,7 +60,7 @@ def growing(
     """
     known = {frozenset(one.names): one for one in sets}
     best, floor = choose(before, sets, judge) or before, FLOOR * linearised_rmse
-    exact, grew, grown = set(known), set(), False
+    exact, grew = set(known), set()
     for _ in range(STEPS):
         left = min((one.left_out_rmse for one in known.values()), default=np.inf)
         if judge.quiet(left) or left < floor:
@@ -80,15 +80,13 @@ def growing(
         fits = fit_along([*opened.values()], along, folds, racing=True)
         known |= {frozenset(one.names): one for one in fits}
         better = choose(best, fits, judge)
-        gains = better is not None and better.left_out_rmse < best.left_out_rmse
-        if not (gains or grown):
+        if better is None or better.left_out_rmse >= best.left_out_rmse:
             best = better or best
             some = of_each_size([*known.values()])
             others = _exchanged(some, screen, rows, along, folds, set(known))
             fits = fit_along(others, along, folds, racing=True)
             known |= {frozenset(one.names): one for one in fits}
             better = choose(best, fits, judge)
-        grown |= gains
         best = better or best
         yield [*known.values()], best
         if better is None:
