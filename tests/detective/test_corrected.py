@@ -90,3 +90,11 @@ def test_where_the_linear_model_misleads_the_simulation_leads_to_its_minimum(dat
     assert found.rmse < 1.1 * NOISE_RAD
     theta = layout.decode(found.u[None])
     assert theta["coulomb_friction"]["torque"][0, 0] == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_set_without_terms_is_what_the_model_as_it_came_leaves(data):
+    along, so_far = along_of(data)
+    simulated = Positions(data.fitted, data.fitted_mask)
+    start = Start(Layout(()), np.zeros(0))
+    (found,) = fit_corrected([start], along, simulated, data.folds, 2, settling=True)
+    assert found.rmse == pytest.approx(so_far.rmse)

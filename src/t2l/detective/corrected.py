@@ -97,9 +97,9 @@ class Correction:
         gap, moved, first = simulated - led, self.trial - self.u, not np.isfinite(self.loss)
         loss = np.mean(simulated**2) + np.sum((self.prior @ self.trial) ** 2) / len(simulated)
         if first:
-            nothing = np.zeros(len(simulated))
-            keys = [slot.key for slot in self.layout.slots]
-            self._slope = np.stack([self.given.get(key, nothing) for key in keys], axis=1)
+            self._slope = np.zeros((len(simulated), len(self.u)))
+            for i, slot in enumerate(self.layout.slots):
+                self._slope[:, i] = self.given.get(slot.key, 0.0)
             self.done = not np.isfinite(loss)
         elif np.isfinite(loss):
             along = moved / np.maximum(np.abs(self.u), self.size) ** 2
