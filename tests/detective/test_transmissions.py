@@ -1,5 +1,7 @@
 """Springs and play between motor and link, along the motion that encoders show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,7 +21,7 @@ PLAY = {"play": 0.03, "contact_time": 3e-3, "contact_damping": 1.0}
 BARE = Layout(()), np.zeros(0)
 
 
-def _made(tmp_path, effect: str, joints: tuple[str, ...], numbers, link: float):
+def _made(tmp_path, effect: str, joints: tuple[str, ...], numbers, link: float, compensation=False):
     robot = two_pendulums(tmp_path)
 
     def commands(t):
@@ -27,6 +29,7 @@ def _made(tmp_path, effect: str, joints: tuple[str, ...], numbers, link: float):
 
     said = {name: dict.fromkeys(joints, value) for name, value in numbers.items()}
     one = recording(robot, commands, joints=("left", "right"), duration_s=2.0)
+    one = replace(one, gravity_compensation=compensation)
     one = measured(one, {effect: {**said, "encoder_on_link": link}}, NOISE)
     on = tuple(("left", "right").index(joint) for joint in joints)
     layout = Layout([Term(builtin()[effect], on)])
@@ -79,3 +82,17 @@ def test_a_variant_without_it_is_led_as_the_plant_that_does_not_give(tmp_path):
     (back,) = added_torques(predictor, section, (layout, u), [bare])
     assert np.abs(there).max() > 0.01
     assert np.allclose(there, -back, atol=1e-4 * np.abs(there).max())
+
+
+@pytest.mark.parametrize("compensation", [False, True, "continuous"])
+def test_a_link_on_a_spring_has_the_weight_of_where_it_hangs(tmp_path, compensation):
+    numbers = {"stiffness": 30.0, "damping": 1.0}
+    joints = ("left", "right")
+    hidden = tmp_path, "joint_flexibility", joints, numbers, 0.0, compensation
+    predictor, layout, u = _made(*hidden)
+    along, left = _along(predictor, BARE)
+    folds = np.zeros((len(along.residual), 1), int)
+    (fit,) = fit_along([Start(layout, u)], along, folds, 0)
+    # where the loop answers as if the link hung where the motor is, a fifth is left
+    assert left > 10 * NOISE
+    assert fit.rmse < 0.1 * left

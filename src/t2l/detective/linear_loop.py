@@ -18,6 +18,7 @@ import numpy as np
 
 from t2l.detective.motion import Motion, mean_ddq
 from t2l.detective.paths import path_of, weight_at
+from t2l.detective.transmissions import Links
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import hermite, install
@@ -39,7 +40,7 @@ class Section:
         path: what the recordings did; `predicted`, what the model so far does.
         step, torque: (ntick, nrec, 2n, 2n) and (ntick, nrec, 2n, n) of x and of δτ.
         poses: of the path.
-        mass: (ntick, nrec, n, n) kg·m² of links, rotors left out.
+        links: of the path.
     """
 
     motion: Motion
@@ -48,7 +49,7 @@ class Section:
     poses: Poses
     step: np.ndarray
     torque: np.ndarray
-    mass: np.ndarray
+    links: Links
     _motors: dict = field(default_factory=dict, repr=False)
 
     def motor_torque(
@@ -111,20 +112,25 @@ def _section(
     predicted = motion.predicted, motion.predicted_dq, ddq
     own, _ = path_of(predictor, (layout, u), schedule, predicted, at_rest)
     dofs = [model.joint(name).dofadr[0] for name in joints]
-    links = plant.mass - np.diag(model.dof_armature[dofs])
-    return Section(motion, path, own, poses, step, torque, links.astype(np.float32))
+    ids = [model.joint(name).id for name in joints]
+    mass = plant.mass - np.diag(model.dof_armature[dofs])
+    felt = plant.by_q - np.diag(model.jnt_stiffness[ids])
+    weighed = mass, felt + plant.carried, felt
+    links = Links(*(one.astype(np.float32) for one in weighed))
+    return Section(motion, path, own, poses, step, torque, links)
 
 
 @dataclass(frozen=True)
 class _Plant:
     """Mass matrix, and derivatives of what the motion takes beyond what cancels the weight.
 
-    (ntick, nrec, n, n) each.
+    (ntick, nrec, n, n) each; `carried`, derivatives by q of what cancels it.
     """
 
     mass: np.ndarray
     by_q: np.ndarray
     by_dq: np.ndarray
+    carried: np.ndarray
 
 
 def _rigid(
@@ -134,7 +140,7 @@ def _rigid(
     poses: Poses,
     carried: np.ndarray,
 ) -> tuple[np.ndarray, ...]:
-    """Mass matrix, and derivatives of inverse dynamics.
+    """Arrays of `_Plant`.
 
     Args:
         carried: (nrec,) bool, whether the weight is cancelled.
@@ -147,7 +153,7 @@ def _rigid(
     dofs = [model.joint(name).dofadr[0] for name in joints]
     weight_of = weight_at(nominal, joints)
     n, shape = len(dofs), poses.q.shape[:2]
-    mass, by_q, by_dq = np.empty((3, *shape, n, n))
+    mass, by_q, by_dq, cancelled = np.zeros((4, *shape, n, n))
     full = np.zeros((model.nv, model.nv))
 
     def inverse(q, dq, ddq):
@@ -163,10 +169,10 @@ def _rigid(
         for j, unit in enumerate(np.eye(n)):
             more = inverse(q + STEP_RAD * unit, dq, ddq) - whole
             if carried[index[1]]:
-                more = more - (weight_of(q + STEP_RAD * unit) - weight)
-            by_q[index][:, j] = more / STEP_RAD
+                cancelled[index][:, j] = (weight_of(q + STEP_RAD * unit) - weight) / STEP_RAD
+            by_q[index][:, j] = more / STEP_RAD - cancelled[index][:, j]
             by_dq[index][:, j] = (inverse(q, dq + STEP_RAD_S * unit, ddq) - whole) / STEP_RAD_S
-    return mass, by_q, by_dq
+    return mass, by_q, by_dq, cancelled
 
 
 def _discrete(predictor, layout, u, motion: Motion, path: Path, plant: _Plant, model):

@@ -72,7 +72,7 @@ def added_torques(
         return added
     before = so_far, _as_one(predictor, section, section.path, base)
     return added_through(
-        predictor, schedule, section.path, section.mass, before, variants, added, bodies
+        predictor, schedule, section.path, section.links, before, variants, added, bodies
     )
 
 
@@ -86,7 +86,7 @@ def excess(predictor: Predictor, section: Section, base: tuple[Layout, np.ndarra
     for path in (section.path, section.predicted):
         one = _as_one(predictor, section, path, base)
         if rotors is not None:
-            one = through(rotors, schedule, path, section.mass, one[:, None])[:, 0]
+            one = through(rotors, schedule, path, section.links, one[:, None])[:, 0]
         found.append(one)
     measured, predicted = found
     return measured - predicted

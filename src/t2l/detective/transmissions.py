@@ -15,11 +15,26 @@ from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import install
 from t2l.sim.driven_loop import DrivenLoop, Path
 from t2l.sim.schedule import Schedule
-from t2l.sim.transmission import Transmission, hidden_acceleration
+from t2l.sim.transmission import Transmission, hidden_motion
 
 # numerics: of the link's inertia, a rotor's: what has none would be anywhere within the play
 LIGHTEST = 1e-3
 NUMBERS = 20_000_000  # numerics: of torques that are followed at once
+
+
+@dataclass(frozen=True)
+class Links:
+    """Of a plant along a motion, rotors left out; (ntick, nrec, n, n) each.
+
+    Attributes:
+        mass: kg·m².
+        by_q: N·m/rad, derivatives of what the motion takes of them: mostly of their weight.
+        felt: of that what motors feel: not the weight that is cancelled where the links are.
+    """
+
+    mass: np.ndarray
+    by_q: np.ndarray
+    felt: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -71,14 +86,14 @@ def through(
     rotors: Rotors,
     schedule: Schedule,
     path: Path,
-    mass: np.ndarray,
+    links: Links,
     excess: np.ndarray,
     bodies: np.ndarray | float = 0.0,
 ) -> np.ndarray:
     """N·m (ntick, m, nrec, n) of variants that give, beyond what the motion takes.
 
     Args:
-        mass: (ntick, nrec, n, n) kg·m² of links.
+        links: along the motion.
         excess: the same where motors and links are one.
         bodies: N·m likewise that other masses than the path's add.
     """
@@ -97,14 +112,20 @@ def through(
         rotor = rows >= m
         push = link[:, *at]
         push[:, rotor] += found[:, *at][:, rotor]
-        coupled = mass[:, at[1], joints]
-        inertia = np.take_along_axis(coupled, joints[None, ..., None, :], axis=-1)
-        links = np.diagonal(inertia[:1, rotor], axis1=-2, axis2=-1)[0]
-        turned = np.maximum(rotors.inertia[at][rotor], LIGHTEST * links)
-        inertia[:, rotor] = turned[..., None] * np.eye(count)
-        ddq = hidden_acceleration(rotors.gives.of(at), inertia, push, schedule.period_s)
-        moved = np.einsum("tmrjn,tmrj->tmrn", coupled[:, ~rotor], ddq[:, ~rotor])
-        out[:, of[~rotor]] += moved
+        # by each joint that gives, of each other
+        coupled, pulled, felt = (
+            one.swapaxes(-1, -2)[:, at[1], joints] for one in (links.mass, links.by_q, links.felt)
+        )
+        own = joints[None, ..., None, :]
+        inertia, weight = (
+            np.take_along_axis(one, own, axis=-1).swapaxes(-1, -2) for one in (coupled, pulled)
+        )
+        carried = np.diagonal(inertia[:1, rotor], axis1=-2, axis2=-1)[0]
+        turned = np.maximum(rotors.inertia[at][rotor], LIGHTEST * carried)
+        inertia[:, rotor], weight[:, rotor] = turned[..., None] * np.eye(count), 0.0
+        ddq, lag = hidden_motion(rotors.gives.of(at), inertia, push, schedule.period_s, weight)
+        for by, moved in ((coupled, ddq), (felt, lag)):
+            out[:, of[~rotor]] += np.einsum("tmrjn,tmrj->tmrn", by[:, ~rotor], moved[:, ~rotor])
         behind = of[rotor, None, None], at[1], joints[rotor]
         out[:, *behind] -= rotors.inertia[behind] * ddq[:, rotor]
     return out
@@ -114,7 +135,7 @@ def added_through(
     predictor: Predictor,
     schedule: Schedule,
     path: Path,
-    mass: np.ndarray,
+    links: Links,
     so_far: tuple[Variants, np.ndarray],
     variants: Sequence[Variants],
     added: list[np.ndarray],
@@ -133,7 +154,7 @@ def added_through(
         return added
     less, before = 0.0, before[:, None]
     if whole[0]:
-        less = through(whole[0], schedule, path, mass, before) - before
+        less = through(whole[0], schedule, path, links, before) - before
         rigid = (i for i, rotors in enumerate(whole[1:]) if rotors is None)
         found |= {i: added[i] - less for i in rigid}
     own = [
@@ -145,7 +166,7 @@ def added_through(
         excess = np.concatenate([before + added[i] for i in alike], axis=1)
         moved = [np.broadcast_to(bodies[i], added[i].shape) for i in alike]
         rotors = Rotors.together([whole[1 + i] for i in alike])
-        ways = through(rotors, schedule, path, mass, excess, np.concatenate(moved, axis=1))
+        ways = through(rotors, schedule, path, links, excess, np.concatenate(moved, axis=1))
         counts = np.cumsum([len(variants[i][1]) for i in alike])[:-1]
         found |= zip(alike, np.split(ways - before - less, counts, axis=1), strict=True)
     return [found[i].astype(np.float32, copy=False) for i in range(len(added))]

@@ -64,7 +64,7 @@ class JointFlexibility(Effect):
             stiffness = scales.inertia * (2 * np.pi * frequency) ** 2
             return {
                 "stiffness": stiffness,
-                "damping": 0.05 * stiffness / (np.pi * frequency),
+                "damping": 0.3 * stiffness / (np.pi * frequency),
                 "encoder_on_link": np.array([link]),
             }
 

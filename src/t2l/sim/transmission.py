@@ -73,15 +73,22 @@ class Transmission:
         return Transmission(*(change(getattr(self, field.name)) for field in fields(self)))
 
 
-def hidden_acceleration(
-    gives: Transmission, inertia: np.ndarray, torque: np.ndarray, period_s: float
-) -> np.ndarray:
-    """ë (ntick, m, nrec, k), rad/s² on average until the next tick; at first e rests.
+def hidden_motion(
+    gives: Transmission,
+    inertia: np.ndarray,
+    torque: np.ndarray,
+    period_s: float,
+    weight: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """ë and e (ntick, m, nrec, k), rad/s² and rad on average until the next tick.
+
+    At first e rests.
 
     Args:
         gives: (m, nrec, k) joints, all of which give.
         inertia: (ntick, m, nrec, k, k) kg·m² of the hidden sides; there may be 1 for all m.
         torque: u (ntick, m, nrec, k), N·m, held until the next tick.
+        weight: N·m/rad like inertia, by which u falls with e; none if it is not given.
     """
     stiffness, damping, half = gives.stiffness, gives.damping, gives.play / 2
     own = np.diagonal(inertia[:: max(1, len(inertia) // 16)], axis1=-2, axis2=-1)
@@ -90,10 +97,12 @@ def hidden_acceleration(
     h = period_s / steps
     sides = _Sides(stiffness, damping, h)
     e, v = torque[0] / stiffness + half * np.sign(torque[0]), np.zeros_like(half)
-    out = np.empty(torque.shape, np.float32)
+    ddq, lag = np.empty((2, *torque.shape), np.float32)
     renewed = max(1, round(SLOWLY_S / period_s))
     for tick, u in enumerate(torque):
-        before = v
+        before, began = v, e
+        if weight is not None:
+            u = u - (weight[tick] @ e[..., None])[..., 0]
         if tick % renewed == 0:
             sides.weigh(inertia[tick])
         for _ in range(steps):
@@ -105,8 +114,8 @@ def hidden_acceleration(
             more = sides.moved(closed, push)
             e = e + h * (v + IMPLICIT * more)
             v = v + more
-        out[tick] = (v - before) / period_s
-    return out
+        ddq[tick], lag[tick] = (v - before) / period_s, (began + e) / 2
+    return ddq, lag
 
 
 class _Sides:
