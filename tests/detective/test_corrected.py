@@ -41,11 +41,19 @@ def data(tmp_path_factory):
     )
 
 
-def test_few_simulations_reach_the_minimum_of_the_simulated_error(data):
+def _start(torque: float, factor: float) -> Start:
+    """At guesses of what is hidden."""
     layout = Layout([Term(builtin()[name], (0,)) for name in HIDDEN])
-    guess = {"coulomb_friction": {"torque": np.array([0.03])},
-             "torque_constant": {"factor": np.array([0.95])}}  # fmt: skip
-    start = Start(layout, layout.encode(guess))
+    guess = {
+        "coulomb_friction": {"torque": np.array([torque])},
+        "torque_constant": {"factor": np.array([factor])},
+    }
+    return Start(layout, layout.encode(guess))
+
+
+def test_few_simulations_reach_the_minimum_of_the_simulated_error(data):
+    start = _start(torque=0.03, factor=0.95)
+    layout = start.layout
     along, _ = along_of(data)
     simulated = Counted(data.fitted, data.fitted_mask)
     (found,) = fit_corrected([start], along, simulated, data.folds, 5)
@@ -74,21 +82,18 @@ def test_a_start_that_runs_away_is_left_out_and_the_others_go_on(data):
 
 
 def test_where_the_linear_model_misleads_the_simulation_leads_to_its_minimum(data):
-    """A loop that answers much less than the real one, and late."""
-    layout = Layout([Term(builtin()[name], (0,)) for name in HIDDEN])
-    guess = {"coulomb_friction": {"torque": np.array([0.05])},
-             "torque_constant": {"factor": np.array([0.9])}}  # fmt: skip
-    start = Start(layout, layout.encode(guess))
+    """A loop that answers less than the real one, the other way, and as at another time."""
+    start = _start(torque=0.05, factor=0.9)
     along, so_far = along_of(data)
-    slow = [replace(one, torque=one.torque[::-1] * -0.2) for one in along.sections]
+    wrong = [replace(one, torque=one.torque[::-1] * -0.2) for one in along.sections]
     fitted, mask = data.fitted, data.fitted_mask
-    misleading = AlongMotion(fitted, slow, mask, so_far.known, NOISE_RAD)
+    misleading = AlongMotion(fitted, wrong, mask, so_far.known, NOISE_RAD)
     simulated = Positions(fitted, mask)
     (led,) = fit_corrected([start], misleading, simulated, data.folds, 2)
     (found,) = fit_corrected([start], misleading, simulated, data.folds, 2, settling=True)
     assert led.rmse > 2 * found.rmse
     assert found.rmse < 1.1 * NOISE_RAD
-    theta = layout.decode(found.u[None])
+    theta = start.layout.decode(found.u[None])
     assert theta["coulomb_friction"]["torque"][0, 0] == pytest.approx(0.1, rel=0.05)
 
 

@@ -163,7 +163,7 @@ def fit_sets(
         coarse = samples.draft.predict([Request(layout, u[None])])[0][0][samples.mask]
         shift = coarse - (residual + samples.draft.samples.q[samples.mask])
     objective = _Shifted(samples.draft, samples.mask, shift)
-    return _fitted(starts, samples, objective, along, iterations)
+    return _fitted(starts, samples, objective, along, iterations, settling=True)
 
 
 def finish(
@@ -183,11 +183,11 @@ def _fitted(
     objective: Positions,
     along: AlongMotion | None,
     iterations: int | None = None,
+    settling: bool = False,
 ) -> list[FittedSet]:
     if iterations is None:
         iterations = CORRECTED if along is not None else ITERATIONS
     if along is not None:
-        settling = objective.predictor is samples.draft
         return fit_corrected(
             starts, along, objective, samples.folds, iterations, _give_up, settling
         )
