@@ -40,7 +40,7 @@ def begun(model, data):
     noise, came = searched.noise_rad(), searched.simulated
     searched._linearise(noise, came.known, came.rmse)
     left = searched._left(searched.current)
-    screen = searched._screen(left, *searched._guesses(left))
+    screen = searched._screen(left, *searched._guesses(searched.current))
     return searched, screen, Judge(searched.block, noise), came
 
 

@@ -172,8 +172,8 @@ def test_shares_of_resamples_are_those_of_what_stands_out(robot, made):
         found = search(Model(robot, without=WITHOUT), split(robot, made, threads=1))
     (sets, folds, added), *_ = kept
     shares = found.rounds[0].shares
-    assert set(shares) == NAMES
-    assert min(shares.values()) >= 0.5
+    assert set(shares) >= NAMES
+    assert min(shares[name] for name in NAMES) >= 0.5
     assert chosen_shares(sets, folds, added | {"payload": (0,)})["payload"] <= 0.1
     # without the set that has them nothing can choose them
     assert set(chosen_shares(sets[:1], folds, added).values()) == {0.0}

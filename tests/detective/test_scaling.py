@@ -12,7 +12,7 @@ from t2l.detective.data_split import split
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.search import search
-from t2l.diagnose.starting_points import read_off
+from t2l.detective.starting_points import read_off
 from t2l.effects.effect import SIZES
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
@@ -82,7 +82,7 @@ def table_of(robot, recordings):
     residual = predictor.samples.q - predictor.predict([Request(bare[0], bare[1][None])])[0][0]
     sections = linearised(predictor, *bare, measured_motion(predictor, *bare))
     effects = [e for e in model.known_effects(predictor.joints).values() if e.may_act(recordings)]
-    read = read_off(predictor, np.ones(len(residual), bool), effects, residual)
+    read = read_off(predictor, sections, np.ones(len(residual), bool), bare, bare, effects)
     guesses = {e.name: first_guesses(e, model.sizes, 1) + read[e.name] for e in effects}
     rows = np.arange(len(residual))
     table = known_candidates(predictor, sections, bare, effects, guesses, residual, rows)

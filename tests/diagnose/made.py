@@ -5,6 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from t2l.detective.linear_loop import linearised
+from t2l.detective.motion import measured_motion
+from t2l.detective.starting_points import read_off
 from t2l.effects.registry import builtin
 from t2l.identify.model import Model
 from t2l.identify.prediction import Predictor, Request
@@ -132,3 +135,10 @@ def swings(
         for kp, kd, hz in ((5.0, 0.3, 0.7), (20.0, 0.8, 0.9), (80.0, 2.0, 1.1))
     ]
     return [measured(r, effects, noise_rad, seed, model, substeps) for seed, r in enumerate(made)]
+
+
+def read(predictor: Predictor, base, effects):
+    """What is read off the torque that a model (layout, u) lacks, see `read_off`."""
+    sections = linearised(predictor, *base, measured_motion(predictor, *base))
+    mask = np.ones(len(predictor.samples), bool)
+    return read_off(predictor, sections, mask, base, base, effects)

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from t2l.diagnose.inverse_dynamics_residual import missing_torque, motor_torque
 from t2l.effects.effect import Effect, within
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.fitting import run, start_from_the_best
 from t2l.identify.least_squares import LeastSquares
-from t2l.identify.prediction import Predictor, Request
+from t2l.identify.prediction import Predictor
 from t2l.identify.scales import scales
+from tests.diagnose.made import read
 
 ITERATIONS = 15
 
@@ -39,15 +39,5 @@ def _starts(effect, predictor, joints, sizes):
     ]  # fmt: skip
     if type(effect).read_off is Effect.read_off:
         return starts
-    samples = predictor.samples
-    so_far = predictor.predict([Request(Layout(()), np.zeros((1, 0)))])[0][0]
-    torque = missing_torque(predictor, samples.q - so_far)
-    clock = samples.time + np.array([r.time[0] for r in predictor.recordings])[samples.recording]
-    of_joints = []
-    for j in joints:
-        at = samples.joint == j
-        also = {"motor": motor_torque(predictor)[at]} if effect.reads_motor else {}
-        also |= {"recording": samples.recording[at]} if effect.reads_recordings else {}
-        of_joints.append(effect.read_off(samples.q[at], torque[at], clock[at], **also))
-    return [*starts, {p.name: np.array([found[p.name] for found in of_joints])
-                      for p in effect.parameters}]  # fmt: skip
+    found = read(predictor, (Layout(()), np.zeros(0)), [effect])[effect.name]
+    return [*starts, *({name: of[list(joints)] for name, of in one.items()} for one in found)]

@@ -5,17 +5,16 @@ from benchmarks.hidden_effects.cases import ROBOTS
 from benchmarks.hidden_effects.generator import record
 
 from t2l.detective.candidates import settings_of
-from t2l.diagnose.starting_points import read_off
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout, Term
 from t2l.identify.first_guesses import first_guesses
 from t2l.identify.fitting import run, start_from_the_best
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.model import Model
-from t2l.identify.prediction import Predictor, Request
+from t2l.identify.prediction import Predictor
 from t2l.identify.scales import sized
 from t2l.recordings import Recording
-from tests.diagnose.made import measured, pendulum, recording, swing, swings, two_pendulums
+from tests.diagnose.made import measured, pendulum, read, recording, swing, swings, two_pendulums
 
 
 def fitted(recordings, names, adopted=None, iterations=15, diagonal=False):
@@ -26,9 +25,8 @@ def fitted(recordings, names, adopted=None, iterations=15, diagonal=False):
     model = sized(Model(robot, adopted or {}), predictor)
     layout, u = model.vector(predictor.joints)
     effects = [model.known_effects(predictor.joints)[name] for name in names]
-    left = predictor.samples.q - predictor.predict([Request(layout, u[None])])[0][0]
-    read = read_off(predictor, mask, effects, left)
-    guesses = {e.name: first_guesses(e, model.sizes, njoint) + read[e.name] for e in effects}
+    seen = read(predictor, (layout, u), effects)
+    guesses = {e.name: first_guesses(e, model.sizes, njoint) + seen[e.name] for e in effects}
     tried = dict(zip(names, settings_of(predictor, (layout, u), effects, guesses), strict=True))
     fits = {}
     for name, (whole, starts) in tried.items():

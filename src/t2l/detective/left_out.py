@@ -1,6 +1,7 @@
 """What fits leave of each part of the samples when the others alone fit them.
 
-A sample that is left out in several ways has the RMS of what is left of it.
+A sample that is left out in several ways has the RMS of what is left of it. What a fold alone
+tells, as of a motor at its limit in one recording, is left out by pieces of it.
 """
 
 from collections.abc import Sequence
@@ -17,6 +18,7 @@ from t2l.identify.simulation import swinging
 
 RIDGE = 1e-6  # numerics: of a column's sum of squares
 DAMPINGS = (RIDGE, 0.01, 1.0)  # numerics: likewise, of steps to what fits without a part
+PIECES = 4  # numerics: of what a fold alone tells
 LONGER = 1.0  # numerics: samples' worth of squared error, by which a step may be too long
 TINY = 1e-300  # numerics: of a column that does nothing
 
@@ -61,13 +63,14 @@ class _LeftOut:
             fitted where the others do not tell it.
         told: (nsample, k) bool, where the others tell what the model says: to a standard error
             below that of a sample.
+        parts: which samples are left out together, (nsample,) bool, in which of the ways, and of
+            which that counts, (nsample,) bool.
         open: parts that no step is known for.
     """
 
     def __init__(self, fit: LeastSquares, folds: np.ndarray):
-        self.fit, self.folds, free = fit, folds, np.flatnonzero(fit.free)
-        self.free, self.open = free, np.unique(folds)
-        jacobian, prior = fit.jacobian[:, free], fit.prior[:, free]
+        self.fit, self.free = fit, np.flatnonzero(fit.free)
+        jacobian, prior = fit.jacobian[:, self.free], fit.prior[:, self.free]
         self.size = np.sqrt((jacobian**2).sum(axis=0) + (prior**2).sum(axis=0)) + TINY
         self.jacobian, self.prior = jacobian / self.size, prior / self.size
         self.normal = self.jacobian.T @ self.jacobian + self.prior.T @ self.prior
@@ -76,14 +79,34 @@ class _LeftOut:
         values, directions = np.linalg.eigh(self.normal)
         held = directions[:, values < ALIKE]
         self.held = held @ held.T
-        self.told = np.empty(folds.shape, bool)
-        for fold in self.open:
-            mine = self.jacobian[(folds == fold).any(axis=1)]
-            inverse = np.linalg.inv(self._others(mine, RIDGE))
-            spread = np.einsum("ij,jk,ik->i", mine, inverse, mine, optimize=True)
-            self.told[folds == fold] = spread < 1
-        self.told[:, self.told.mean(axis=0) < HALF] = True
+        self.told = np.ones(folds.shape, bool)
+        self.parts = [part for k in range(folds.shape[1]) for part in self._parts(folds[:, k], k)]
         self.left_out = np.repeat(fit.residual[:, None], folds.shape[1], axis=1)
+        self.open = [*range(len(self.parts))]
+
+    def _parts(self, way: np.ndarray, k: int) -> list[tuple[np.ndarray, int, np.ndarray]]:
+        """See `parts`; sets `told`."""
+        folds = [way == fold for fold in np.unique(way)]
+        counts = [self._tells(at) for at in folds]
+        told = np.any(counts, axis=0)
+        if told.mean() < HALF:
+            return [(at, k, at) for at in folds]
+        parts = [(at, k, of) for at, of in zip(folds, counts, strict=True)]
+        for at in folds:
+            for rows in np.array_split(np.flatnonzero(at & ~told), PIECES):
+                piece = np.isin(np.arange(len(way)), rows)
+                of = self._tells(piece)
+                if of.any():
+                    parts.append((piece, k, of))
+        self.told[:, k] = np.any([of for _, _, of in parts], axis=0)
+        return parts
+
+    def _tells(self, at: np.ndarray) -> np.ndarray:
+        """(nsample,) bool of samples `at`, where all others tell what the model says."""
+        told, mine = np.zeros(len(at), bool), self.jacobian[at]
+        inverse = np.linalg.inv(self._others(mine, RIDGE))
+        told[at] = np.einsum("ij,jk,ik->i", mine, inverse, mine, optimize=True) < 1
+        return told
 
     def result(self) -> tuple[np.ndarray, np.ndarray]:
         """What is left (nsample,) of each sample in all ways, and where all of them are told."""
@@ -106,26 +129,24 @@ class _LeftOut:
         neutral = fit.layout.neutral[free]
         away = RIDGE * np.where(np.isfinite(neutral), u - neutral, 0.0) * self.size
         self._asked = []
-        for fold in self.open:
-            at = (self.folds == fold).any(axis=1)
+        for part in self.open:
+            at, _, _ = self.parts[part]
             mine = self.jacobian[at]
             target = mine.T @ fit.residual[at] - self.slope - away
             rest, found = self._others(mine, damping), fit.u.copy()
             found[free] += bounded(*(x[None] for x in (rest, target, *within)))[0] / self.size
-            self._asked.append((fold, found))
+            self._asked.append((part, found))
         return np.array([found for _, found in self._asked])
 
     def receive(self, residuals: np.ndarray) -> None:
         """Take the residuals (nopen, nsample) at `points`; the first step that serves counts."""
         fit, done = self.fit, set()
         before = fit.residual**2
-        for (fold, u), residual in zip(self._asked, residuals, strict=True):
-            at = self.folds == fold
-            others = ~at.any(axis=1)
+        for (part, u), residual in zip(self._asked, residuals, strict=True):
+            at, k, counts = self.parts[part]
             known = np.sum((fit.prior @ fit.u) ** 2) - np.sum((fit.prior @ u) ** 2)
-            least = before[others].sum() + known + LONGER * fit.loss
-            if np.sum(residual[others] ** 2) <= least:
-                at &= self.told
-                self.left_out[at] = np.broadcast_to(residual[:, None], at.shape)[at]
-                done.add(fold)
-        self.open = np.array([fold for fold in self.open if fold not in done])
+            least = before[~at].sum() + known + LONGER * fit.loss
+            if np.sum(residual[~at] ** 2) <= least:
+                self.left_out[counts, k] = residual[counts]
+                done.add(part)
+        self.open = [part for part in self.open if part not in done]

@@ -23,7 +23,7 @@ from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
 from t2l.identify.simulation import hermite, install
 from t2l.sim.driven_loop import AFTER_MOTOR, DrivenLoop, Path, all_at_once
-from t2l.sim.poses import Poses
+from t2l.sim.poses import COARSE_PER_S, Poses
 from t2l.sim.schedule import Schedule
 
 STEP_RAD = 1e-6  # numerics: of finite differences
@@ -105,8 +105,9 @@ def _section(
     measured = motion.q, motion.dq, motion.ddq
     path, poses = path_of(predictor, (layout, u), schedule, measured, at_rest)
     carried = schedule.compensated | schedule.balanced
-    rigid = _rigid(model, predictor.model(), joints, poses, carried)
-    plant = _Plant(*(poses.at_ticks(one) for one in rigid))
+    some = Poses(*measured, schedule.period_s, COARSE_PER_S)
+    rigid = _rigid(model, predictor.model(), joints, some, carried)
+    plant = _Plant(*(some.at_ticks(one) for one in rigid))
     step, torque = _discrete(predictor, *(feedback or (layout, u)), motion, path, plant, model)
     ddq = mean_ddq(motion.predicted_dq, schedule.period_s)
     predicted = motion.predicted, motion.predicted_dq, ddq

@@ -30,7 +30,7 @@ from t2l.detective.pruning import pruned, pruned_along
 from t2l.detective.rule import Judge
 from t2l.detective.screen import Scored, Screen
 from t2l.detective.second_guesses import second_guesses
-from t2l.diagnose.starting_points import read_off
+from t2l.detective.starting_points import read_off
 from t2l.effects.effect import Effect
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
@@ -251,8 +251,8 @@ class _Search:
             return False
         if self.along is None:
             self._linearise(noise_rad, self.simulated.known, self.simulated.rmse)
-        guesses = self._guesses(self._left(self.current))
-        screen = self._screen(self._left(self.current), *guesses, may_bend=not quiet)
+        left, guesses = self._left(self.current), self._guesses(self.current)
+        screen = self._screen(left, *guesses, may_bend=not quiet)
         starts = self._screened(this, screen)
         along, folds = self.along, self.data.folds
         this.led = fit_along(starts, along, folds, racing=True)
@@ -359,10 +359,8 @@ class _Search:
         carried = {frozenset(f.names): Start(f.layout, f.u) for f in (*of_each_size(this.led), one)}
         this.led = fit_along([*carried.values()], self.along, self.data.folds)
         clearer = min(this.led, key=lambda f: f.left_out_rmse, default=self.current)
-        still = self._left(clearer)
-        return self._screen(
-            self._left(self.current), *self._guesses(still), may_bend=False, still=still
-        )
+        guesses, still = self._guesses(clearer), self._left(clearer)
+        return self._screen(self._left(self.current), *guesses, may_bend=False, still=still)
 
     def _followed(
         self, led: Sequence[FittedSet], most: int = FOLLOWED
@@ -469,8 +467,8 @@ class _Search:
         start = Start(*self.current.model)
         self.current = next(iter(fit_along([start], self.along, data.folds, 0)), self.current)
 
-    def _guesses(self, left: np.ndarray) -> tuple[list[Effect], dict[str, list[Values]]]:
-        """Effects that may act, and by name the settings where they are tried."""
+    def _guesses(self, beside: FittedSet) -> tuple[list[Effect], dict[str, list[Values]]]:
+        """Effects that may act, and by name the settings where they are tried beside a model."""
         if not self.offered.names:
             return [], {}
         predictor = self.samples.linear
@@ -478,7 +476,8 @@ class _Search:
             e for e in self.model.known_effects(predictor.joints).values()
             if e.may_act(predictor.recordings)
         ]  # fmt: skip
-        read = read_off(predictor, self.samples.mask, effects, left)
+        base = self.along.base
+        read = read_off(predictor, self.sections, self.samples.mask, base, beside.model, effects)
         n = len(predictor.joints)
         return effects, {
             e.name: first_guesses(e, self.model.sizes, n) + read[e.name] for e in effects
@@ -531,7 +530,7 @@ class _Search:
         progress("screening known effects in the linear model", 0.0)
         self._linearise(noise_rad, came.known, came.rmse)
         left = self._left(self.current)
-        screen = self._screen(left, *self._guesses(left))
+        screen = self._screen(left, *self._guesses(self.current))
         best: dict[str, Scored] = {}
         for i, candidate in enumerate(screen.table.candidates):
             if candidate.removal:

@@ -12,13 +12,13 @@ from t2l.detective.along_motion import AlongMotion, fit_along
 from t2l.detective.candidates import encoded
 from t2l.detective.fitted_set import FittedSet, Start, sizes
 from t2l.detective.pruning import without_one
-from t2l.diagnose.starting_points import read_off
+from t2l.detective.starting_points import read_off
 from t2l.effects.effect import Effect
 from t2l.effects.term import Layout, Term
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.optimiser import minimise
 
-ALONE = 2  # numerics: iterations of the rest, from whose residual a guess is read
+ALONE = 2  # numerics: iterations of the rest, beside which a guess is read
 
 
 def second_guesses(whole: FittedSet, along: AlongMotion, folds: np.ndarray) -> list[FittedSet]:
@@ -27,7 +27,7 @@ def second_guesses(whole: FittedSet, along: AlongMotion, folds: np.ndarray) -> l
     for less in without_one(whole):
         term, joint = _gone(whole.layout, less.layout)
         if type(term.effect).read_off is not Effect.read_off:
-            begun += _read(whole, term, joint, _residual(less, along), along)
+            begun += _read(whole, term, joint, _fitted(less, along), along)
     return fit_along(begun, along, folds)
 
 
@@ -41,23 +41,26 @@ def _gone(whole: Layout, less: Layout) -> tuple[Term, int]:
     raise ValueError("nothing is gone")
 
 
-def _residual(start: Start, along: AlongMotion) -> np.ndarray:
-    """(nfitted,) rad that a set leaves when it is fitted."""
+def _fitted(start: Start, along: AlongMotion) -> tuple[Layout, np.ndarray]:
+    """A set when it is fitted."""
     fit = LeastSquares(
         start.layout, start.u.copy(), sizes(start), given=dict(start.columns), secant=True,
         noise=along.noise_rad,
     )  # fmt: skip
     minimise([fit], along, ALONE)
-    return fit.residual
+    return fit.layout, fit.u
 
 
 def _read(
-    whole: FittedSet, term: Term, joint: int, residual: np.ndarray, along: AlongMotion
+    whole: FittedSet,
+    term: Term,
+    joint: int,
+    rest: tuple[Layout, np.ndarray],
+    along: AlongMotion,
 ) -> Sequence[Start]:
-    """Starts with what is read off a residual in place of the values on a joint."""
-    left = np.zeros(len(along.predictor.samples))
-    left[along.mask] = -residual
-    guesses = read_off(along.predictor, along.mask, [term.effect], left)[term.effect.name]
+    """Starts with what is read off beside the rest in place of the values on a joint."""
+    read = read_off(along.predictor, along.sections, along.mask, along.base, rest, [term.effect])
+    guesses = read[term.effect.name]
     layout = whole.layout
     mine = {
         i: slot for i, slot in enumerate(layout.slots)

@@ -13,7 +13,7 @@ error itself only shows them through the loop.
 
 import numpy as np
 
-from t2l.diagnose.conditions import Series, features
+from t2l.diagnose.conditions import Series
 from t2l.diagnose.settings import FASTEST_HZ
 from t2l.identify.prediction import Predictor
 from t2l.identify.scales import gravity_torque, joint_inertia
@@ -47,12 +47,6 @@ def missing_torque(predictor: Predictor, residual: np.ndarray) -> np.ndarray:
         gravity = gravity_torque(predictor)
         missing += hanging * (gravity - gravity_torque(predictor, samples.q - residual))
     return missing
-
-
-def motor_torque(predictor: Predictor) -> np.ndarray:
-    """Torque (nsample,) N·m of the logged commands and gains along the measured motion."""
-    q, dq, _ = derivatives(Series(predictor.samples), predictor.samples.q)
-    return features(predictor, q, dq)["torque"]
 
 
 def derivatives(series: Series, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

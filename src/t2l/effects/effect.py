@@ -154,9 +154,9 @@ class Effect(ABC):
             begin with; `holds_at_rest`: or any recording, as far as friction balances it.
         swings: it has a phase of its own that nobody knows where a recording begins, see
             `oscillation`.
-        reads_motor: `read_off` takes a further argument `motor`: the motor torque (n,) of the
-            logged commands and gains, N·m.
-        reads_recordings: likewise `recording`: (n,) of which one each sample is.
+        reads: further arguments that `read_off` takes by name, (n,) each: `motor`, the motor torque
+            of the logged commands and gains in N·m, `velocity` in rad/s, and `recording`, of
+            which one each sample is.
         names_joints: its title says already which joints it is on.
         prior: (m, p) rows over a joint's parameters, whose products with these are about one or
             less: what fits keep small where recordings say nothing.
@@ -184,8 +184,7 @@ class Effect(ABC):
     holds_torque: bool = False
     holds_at_rest: bool = False
     swings: bool = False
-    reads_motor: bool = False
-    reads_recordings: bool = False
+    reads: tuple[str, ...] = ()
     names_joints: bool = False
     prior: np.ndarray | None = None
     order: int = 0

@@ -33,7 +33,7 @@ class FreeRunningTorque(Effect):
     contains = ("periodic_torque",)
     follows = "time"
     swings = True
-    reads_recordings = True
+    reads = ("recording",)
 
     def export(self, to, joints, values):
         to.call(self.name, swing_freely, joints, values)

@@ -40,7 +40,7 @@ class MaxwellSlipFriction(Effect):
     contains = ("coulomb_friction", "dahl_friction")
     follows = "direction"
     holds_torque = True
-    reads_recordings = True
+    reads = ("recording",)
     order = 50  # at the start elements hold what all other torques leave
 
     def export(self, to, joints, values):

@@ -32,7 +32,7 @@ class TorqueRippleWithPosition(Effect):
     )
     remembers = False
     follows = "position"
-    reads_motor = True
+    reads = ("motor",)
     order = 45
 
     def export(self, to, joints, values):

@@ -8,6 +8,12 @@ from t2l.effects.effect import Effect, Parameter
 from t2l.effects.exported import MOTOR
 from t2l.sim.servo import ServoLoop
 
+SHORT = 0.8  # numerics: of what is asked for, less than which a motor at its limit gives
+LARGE = 0.2  # numerics: of the largest torque, below which friction may be what is short
+FEWEST = 8  # numerics: samples of a motor at its limit
+FAR = 5.0  # numerics: times what is asked for, where no limit is seen
+TINY = 1e-9  # numerics: above zero
+FLATTEST = 0.05  # numerics: of the stall torque, what the fastest motion costs at least
 RATED_V = 12.0  # format: of the parameters, and of a log without `supply_voltage`
 
 
@@ -34,6 +40,7 @@ class TorqueSpeedLimit(Effect):
     source = "MuJoCo, DC motor technical note: τ = k_t (V − k_e ω) / R at full voltage"
     remembers = False
     follows = "velocity"
+    reads = ("motor", "velocity")
     order = 20
 
     def export(self, to, joints, values):
@@ -56,6 +63,18 @@ class TorqueSpeedLimit(Effect):
                 (0.3, 5.0), (0.3, 15.0), (0.7, 2.0), (0.7, 5.0), (1.2, 2.0), (2.0, 2.0), (0.3, 2.0),
             )
         ]  # fmt: skip
+
+    def read_off(self, q, torque, clock_s, motor, velocity):
+        way, asked, fastest = np.sign(motor), np.abs(motor), np.abs(velocity).max()
+        given = way * (motor + torque)
+        limited = (given < SHORT * asked) & (given > 0) & (asked > LARGE * asked.max())
+        if limited.sum() < FEWEST or not fastest:
+            torque, speed = FAR * max(asked.max(), TINY), FAR * max(fastest, TINY)
+            return {"stall_torque": torque, "no_load_speed": speed}
+        slope, stall = np.polyfit(way[limited] * velocity[limited], given[limited], 1)
+        stall = max(stall, np.median(given[limited]))
+        cost = max(-slope, FLATTEST * stall / fastest)
+        return {"stall_torque": stall, "no_load_speed": stall / cost}
 
 
 def limit_by_velocity(loop: ServoLoop, rows: slice, joints: np.ndarray, most: Callable) -> None:

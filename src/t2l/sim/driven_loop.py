@@ -313,10 +313,10 @@ class DrivenLoop(Loop):
             # the balance that the model has goes by itself
             torque -= self._every(path.weight[some]) * self._every(schedule.balanced[:, None])
         self._call(self.joint_torques, path, ticks, state, middle_q, middle_dq, torque)
-        torque += self._passive(q, dq)
+        torque += self._passive(middle_q, middle_dq)
         if schedule.drive is not None:
             on = 1.0 if schedule.powered is None else self._every(schedule.powered[some])
-            torque -= self._every(schedule.drive.back_emf) * on * dq
+            torque -= self._every(schedule.drive.back_emf) * on * middle_dq
         if pull is not None:
             torque += pull
         torque -= (self.added_armature() + self.ahead * self.kd) * ddq
@@ -325,7 +325,7 @@ class DrivenLoop(Loop):
         if self.rubs:
             asked = path.holds and path.taken is not None
             excess = torque - self._every(path.taken[some]) if asked else 0.0
-            torque -= _dry_friction(level, dq, path.at_rest, excess)
+            torque -= _dry_friction(level, dq, 2 * middle_dq - dq, path.at_rest, excess)
         return torque
 
     def in_motion(self, rows: slice, joints: np.ndarray, law: Callable) -> Callable:
@@ -466,10 +466,22 @@ class DrivenLoop(Loop):
 
 
 def _dry_friction(
-    level: np.ndarray, dq: np.ndarray, at_rest: np.ndarray, excess: np.ndarray
+    level: np.ndarray,
+    dq: np.ndarray,
+    next_dq: np.ndarray,
+    at_rest: np.ndarray,
+    excess: np.ndarray,
 ) -> np.ndarray:
-    """N·m against the motion: `level` in motion, and at rest what holds against `excess`."""
-    square = dq**2 + at_rest**2
+    """N·m against the motion, on average over a tick.
+
+    That is `level` while a joint goes one way, and what holds against `excess` while it rests. In a
+    tick in which it turns or stops it is what the motion takes, too, as between both.
+
+    Args:
+        dq, next_dq: rad/s at this tick and at the next.
+    """
     most = np.maximum(level, 0.0)
     held = np.minimum(np.maximum(excess, -most), most)
-    return level * dq / np.sqrt(square) + held * (at_rest**2 / square)
+    slowest = np.where(dq * next_dq > 0, np.minimum(np.abs(dq), np.abs(next_dq)), 0.0)
+    moves = slowest**2 / (slowest**2 + at_rest**2)
+    return held + moves * (level * np.sign(dq) - held)

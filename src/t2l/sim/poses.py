@@ -19,7 +19,9 @@ from scipy.ndimage import uniform_filter1d
 
 from t2l.sim.regressor import inverse_dynamics, regressor
 
-POSES_PER_S = 100.0  # numerics: at which inverse dynamics are evaluated, linear between them
+# numerics: places that inverse dynamics are evaluated at, linear between them: for the torque of
+# masses, which is led along the motion, and for derivatives of the loop
+PER_S, COARSE_PER_S = 250.0, 100.0
 STEP_RAD = 1e-3  # numerics: of second differences
 
 
@@ -31,10 +33,21 @@ class Poses:
         q, dq, ddq: (npose, nrec, njoint).
     """
 
-    def __init__(self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, period_s: float):
-        """Of a motion (ntick, nrec, njoint) at ticks that are so far from each other."""
+    def __init__(
+        self,
+        q: np.ndarray,
+        dq: np.ndarray,
+        ddq: np.ndarray,
+        period_s: float,
+        per_s: float = PER_S,
+    ):
+        """Of a motion (ntick, nrec, njoint) at ticks that are so far from each other.
+
+        Args:
+            per_s: places a second, at least one in so long.
+        """
         ntick = len(q)
-        every = max(1, round(1 / (POSES_PER_S * period_s)))
+        every = max(1, round(1 / (per_s * period_s)))
         self.at = np.unique(np.append(np.arange(0, ntick, every), ntick - 1))
         self.ntick = ntick
         # a command makes the acceleration jump: what is between two places counts too

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from t2l.diagnose.starting_points import read_off
 from t2l.effects.registry import builtin
+from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
-from tests.diagnose.made import measured, predict, recording, swing, two_pendulums
+from tests.diagnose.made import measured, read, recording, swing, two_pendulums
 
 
 def test_a_ripple_is_read_off_on_each_joint_and_nothing_of_what_does_not_read(tmp_path):
@@ -20,9 +20,8 @@ def test_a_ripple_is_read_off_on_each_joint_and_nothing_of_what_does_not_read(tm
     plain = recording(two_pendulums(tmp_path), both, kp=80.0, kd=2.0, duration_s=4.0)
     made = measured(plain, {"cogging": planted | {"periods": periods}}, noise_rad=1e-5)
     predictor = Predictor(made.robot, [made], threads=1)
-    residual, mask = predictor.samples.q - predict(made), np.ones(len(predictor.samples), bool)
     effects = [builtin()["cogging"], builtin()["armature"]]
-    found = read_off(predictor, mask, effects, residual)
+    found = read(predictor, (Layout(()), np.zeros(0)), effects)
     assert found["armature"] == []
     (guess,) = found["cogging"]
     assert guess["periods"] == pytest.approx([27.0, 40.0], rel=0.02)
