@@ -30,6 +30,7 @@ LED = 3  # numerics: iterations along the motion between two simulations
 SHORTER = 0.3  # numerics: of a step that made the error larger
 SHORTEST = 0.02  # numerics: of the step that the model asks for, below which none is left
 SETTLING = 5  # numerics: iterations by simulation alone
+LOOKED_AT = 2  # numerics: sets of fewest numbers, of which one must promise more
 WORTH_IT = 0.1  # numerics: of the loss, which is 5 % of the error
 
 
@@ -183,7 +184,7 @@ def _promising(every: Sequence[Correction], noise_rad: float) -> list[Correction
 def _settle(
     corrections: Sequence[Correction], simulated: PositionError, along: AlongMotion
 ) -> None:
-    """Fit those on by simulation alone, if its derivatives promise more for that of fewest numbers.
+    """Fit those on by simulation alone, if its derivatives promise more for one of few numbers.
 
     Where the model along the motion is off by much, it ends beside the minimum. Of several those go
     on that promise more than any of fewer numbers.
@@ -192,10 +193,12 @@ def _settle(
     fits = [LeastSquares(one.layout, one.u, one.size, noise=noise) for one in corrections]
     pairs = sorted(zip(corrections, fits, strict=True), key=lambda pair: pair[1].free.sum())
     least, chosen = np.inf, []
-    for one, fit in pairs:
+    for tried, (one, fit) in enumerate(pairs, start=1):
         _derive(fit, simulated, along)
         if not chosen and fit.promise() < WORTH_IT:
-            return
+            if tried == LOOKED_AT:
+                return
+            continue
         if fit.promised() < (1 - WORTH_IT) * least:
             least = fit.promised()
             chosen.append((one, fit))

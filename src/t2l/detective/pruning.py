@@ -13,6 +13,7 @@ from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import PROMISING
 from t2l.identify.optimiser import minimise
 
+LEAST_TRIED = 2  # numerics: sets without a term, that are simulated whatever is foretold
 SURELY = 2.0  # numerics: times the error at which a term is missed, as derivatives foretell it
 
 
@@ -32,13 +33,14 @@ def pruned(
     """
 
     def fit(whole: FittedSet, trials: list[Start]) -> list[FittedSet]:
-        """By simulation, but for what is missed along the motion already."""
+        """By simulation, but for what is missed along the motion already and others less."""
         if trials:
             start = Start(whole.layout, whole.u)
             led = fit_along([start, *trials], along, samples.folds)
-            of = {frozenset(f.names): f for f in led}
-            known = of.get(frozenset(whole.names))
+            of = {frozenset(f.names): f for f in sorted(led, key=lambda f: f.left_out_rmse)}
+            known = of.pop(frozenset(whole.names), None)
             missed = {n for n, f in of.items() if known is not None and judge.misses(known, f)}
+            missed -= {*list(of)[:LEAST_TRIED]}
             trials = [t for t in trials if frozenset(names_of(t.layout)) not in missed]
         return fit_sets(trials, samples, along, before.known)
 

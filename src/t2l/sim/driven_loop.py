@@ -343,7 +343,7 @@ class DrivenLoop(Loop):
         at, half = (..., rows, self.columns(joints)), 0.5 * self.period_s
 
         def give(torque: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> None:
-            torque[at] -= (half * stiffness + damping) * self.dq[at]
+            torque[at] -= (half * stiffness + damping) * self.middle_dq[at]
 
         return give
 
