@@ -6,7 +6,7 @@ the next, and only its own stamp tells. Where those of all recordings are stampe
 tells what a part of a tick does; there a signal is linear from tick to tick.
 
 As a delay grows, one command after the other misses its tick, so that a loop jumps with it. What
-asks for derivatives is given the mean over a tick.
+asks for derivatives is given those of the mean over a tick.
 """
 
 from collections.abc import Callable
@@ -54,6 +54,16 @@ class Stamped:
         """The same on average over a tick with these times in its middle."""
         half = 0.5 * self.period_s
         return (self._sum(name, at_s + half) - self._sum(name, at_s - half)) / self.period_s
+
+    def smooth(self, name: str, at_s: np.ndarray, lead_s: float) -> np.ndarray:
+        """The same as `at`, with a derivative: that of the mean, from a lead that is near.
+
+        Args:
+            lead_s: that the times have.
+        """
+        step = 0.5 * self.period_s
+        near = at_s + step * np.round(lead_s / step) - lead_s
+        return self.at(name, near) + self.mean(name, at_s) - self.mean(name, near)
 
     def _sum(self, name: str, until_s: np.ndarray) -> np.ndarray:
         row = self._row(until_s)
@@ -139,8 +149,10 @@ def _by_stamps(name: str, loop, at_ticks: bool, smooth: bool) -> Callable:
                 at_s = ticks[:, None, None] * loop.period_s + began[some, None] + within + lead
                 if at_ticks:  # linear from tick to tick
                     values = stamped.mean(name, at_s + 0.5 * stamped.period_s)
+                elif smooth:
+                    values = stamped.smooth(name, at_s, lead)
                 else:
-                    values = (stamped.mean if smooth else stamped.at)(name, at_s)
+                    values = stamped.at(name, at_s)
                 values = values.mean(axis=2)
                 found[:, some] = np.where(moved[some], values, found[:, some])
         return found
