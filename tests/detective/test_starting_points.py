@@ -6,7 +6,7 @@ import pytest
 from t2l.effects.registry import builtin
 from t2l.effects.term import Layout
 from t2l.identify.prediction import Predictor
-from tests.diagnose.made import measured, read, recording, swing, two_pendulums
+from tests.diagnose.made import measured, pendulum, read, recording, swing, two_pendulums
 
 
 def test_a_ripple_is_read_off_on_each_joint_and_nothing_of_what_does_not_read(tmp_path):
@@ -25,3 +25,15 @@ def test_a_ripple_is_read_off_on_each_joint_and_nothing_of_what_does_not_read(tm
     assert found["armature"] == []
     (guess,) = found["cogging"]
     assert guess["periods"] == pytest.approx([27.0, 40.0], rel=0.02)
+
+
+def test_the_limits_of_a_motor_are_read_off(tmp_path):
+    planted = {"stall_torque": {"hinge": 2.0}, "no_load_speed": {"hinge": 8.0}}
+    plain = recording(pendulum(tmp_path), swing(0.8, 1.0), kp=10.0, kd=0.5, duration_s=3.0)
+    made = measured(plain, {"torque_speed_limit": planted}, noise_rad=1e-4)
+    predictor = Predictor(made.robot, [made], threads=1)
+    effect = builtin()["torque_speed_limit"]
+    (guess,) = read(predictor, (Layout(()), np.zeros(0)), [effect])[effect.name]
+    # much nearer than the other first guesses are to each other
+    assert guess["stall_torque"] == pytest.approx([2.0], rel=0.3)
+    assert guess["no_load_speed"] == pytest.approx([8.0], rel=0.3)
