@@ -79,13 +79,15 @@ class _LeftOut:
         values, directions = np.linalg.eigh(self.normal)
         held = directions[:, values < ALIKE]
         self.held = held @ held.T
-        self.told = np.ones(folds.shape, bool)
         self.parts = [part for k in range(folds.shape[1]) for part in self._parts(folds[:, k], k)]
+        self.told = np.zeros(folds.shape, bool)
+        for _, k, counts in self.parts:
+            self.told[counts, k] = True
         self.left_out = np.repeat(fit.residual[:, None], folds.shape[1], axis=1)
         self.open = [*range(len(self.parts))]
 
     def _parts(self, way: np.ndarray, k: int) -> list[tuple[np.ndarray, int, np.ndarray]]:
-        """See `parts`; sets `told`."""
+        """See `parts`."""
         folds = [way == fold for fold in np.unique(way)]
         counts = [self._tells(at) for at in folds]
         told = np.any(counts, axis=0)
@@ -98,7 +100,6 @@ class _LeftOut:
                 of = self._tells(piece)
                 if of.any():
                     parts.append((piece, k, of))
-        self.told[:, k] = np.any([of for _, _, of in parts], axis=0)
         return parts
 
     def _tells(self, at: np.ndarray) -> np.ndarray:
