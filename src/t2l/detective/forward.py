@@ -32,6 +32,7 @@ ADDED = 6  # numerics: effects that are tried beside each
 REPLACING, EXCHANGED = 3, 24
 MOST = 6  # bound: effects in a set
 STEPS = 8  # bound: of growing
+LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 POLISHING = 2  # numerics: iterations with all derivatives, of what goes on
 # numerics: of what the model of the linearised loop leaves, below which that may be what is wrong
 FLOOR = 0.02
@@ -63,7 +64,8 @@ def growing(
     exact, grew = set(known), set()
     for _ in range(STEPS):
         left = min((one.left_out_rmse for one in known.values()), default=np.inf)
-        if judge.quiet(left) or left < floor:
+        # what little is left beside noise a simulation tells, and the next round
+        if left <= max(LITTLE * judge.noise_rad, floor):
             break
         small = [one for one in known.values() if len(one.layout.terms) < MOST]
         alike = of_each_size([one for one in small if frozenset(one.names) not in grew])

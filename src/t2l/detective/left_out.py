@@ -148,6 +148,8 @@ class _LeftOut:
             known = np.sum((fit.prior @ fit.u) ** 2) - np.sum((fit.prior @ u) ** 2)
             least = before[~at].sum() + known + LONGER * fit.loss
             if np.sum(residual[~at] ** 2) <= least:
-                self.left_out[counts, k] = residual[counts]
+                # a part that the others tell better than all do shows a fit that has not ended
+                if np.sum(residual[counts] ** 2) > np.sum(fit.residual[counts] ** 2):
+                    self.left_out[counts, k] = residual[counts]
                 done.add(part)
         self.open = [part for part in self.open if part not in done]

@@ -23,7 +23,7 @@ from t2l.detective.curves import curves, with_curves
 from t2l.detective.data_split import DataSplit
 from t2l.detective.fit import Samples, begun, finish, fit_sets
 from t2l.detective.fitted_set import FittedSet, Known, Start
-from t2l.detective.forward import growing, of_each_size
+from t2l.detective.forward import LITTLE, growing, of_each_size
 from t2l.detective.linear_loop import linearised
 from t2l.detective.motion import measured_motion
 from t2l.detective.pruning import pruned, pruned_along
@@ -47,7 +47,6 @@ SCREENED = 8000  # numerics: samples that sets are scored by
 ALONE = 12  # numerics: effects alone that are simulated to rank them
 # numerics: sets that are simulated as they are: of the screen, of those that grew, of a step
 FOLLOWED, GROWN, CHECKED = 30, 6, 2
-LITTLE = 2.0  # tuned: times the noise, what is left where sets do not grow
 NEARER = 0.5  # numerics: of the error of the model of which the loop is linearised, to do it again
 # what a round does, in turn
 STAGES = SCREEN, FIT, FINISH, GROW, PRUNE = (
