@@ -1,6 +1,7 @@
 """Sets fitted along the measured motion: torques are exact there, the loop's answer is linear."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -167,6 +168,7 @@ def fit_along(
         racing: whether those end early that fall far behind others, see `race`.
     """
     noise = objective.noise_rad
+    starts = _nearer(starts, objective)
     fits = [
         LeastSquares(
             s.layout, s.u.copy(), sizes(s), noise=noise, given=dict(s.columns),
@@ -177,8 +179,22 @@ def fit_along(
     if fits:
         minimise(fits, objective, iterations, race if racing else lambda fits: None)
     if iterations:
-        fits = [_best_of(fit, objective) if _steps(fit) else fit for fit in fits]
-    return fitted(fits, objective, folds)
+        tried = {id(fit) for fit in (_near(fits) if racing else fits) if _steps(fit)}
+        fits = [_best_of(fit, objective) if id(fit) in tried else fit for fit in fits]
+    return fitted(fits, objective, folds, racing)
+
+
+def _nearer(starts: Sequence[Start], objective: AlongMotion) -> list[Start]:
+    """Each where it leaves less: where it begins, or with unmoved numbers of the set before."""
+    two = [LeastSquares(s.layout, s.u, sizes(s)) for s in starts if s.unmoved is not None]
+    asked = [s for s in starts if s.unmoved is not None]
+    points = [np.stack([s.u, s.unmoved]) for s in asked]
+    left = objective.residuals([*zip(two, points, strict=True)])
+    best = {}
+    for one, places, residuals in zip(asked, points, left, strict=True):
+        loss = np.nan_to_num(np.mean(residuals**2, axis=1), nan=np.inf)
+        best[id(one)] = places[int(np.argmin(loss))]
+    return [replace(s, u=best.get(id(s), s.u)) for s in starts]
 
 
 def race(fits: Sequence[LeastSquares]) -> None:
@@ -186,14 +202,29 @@ def race(fits: Sequence[LeastSquares]) -> None:
 
     Source: Maron and Moore, Hoeffding races, 1994; here it is the linear model that promises.
     """
+    near = {id(fit) for fit in _near(fits, promised=True)}
+    for fit in fits:
+        if fit.iterations and not fit.done:
+            fit.done = id(fit) not in near
+
+
+def _near(fits: Sequence[LeastSquares], promised: bool = False) -> list[LeastSquares]:
+    """Those that are not far behind one with no more effects.
+
+    Args:
+        promised: whether what a full step promises counts.
+    """
     least: dict[int, float] = {}
     for fit in fits:
         size = len(fit.layout.terms)
         least[size] = min(fit.loss, least.get(size, np.inf))
+    near = []
     for fit in fits:
-        if fit.iterations and not fit.done:
-            best = min(loss for size, loss in least.items() if size <= len(fit.layout.terms))
-            fit.done = fit.loss * (1 - fit.promise()) > BEHIND * best
+        best = min(loss for size, loss in least.items() if size <= len(fit.layout.terms))
+        loss = fit.loss * (1 - fit.promise()) if promised and fit.iterations else fit.loss
+        if loss <= BEHIND * best:
+            near.append(fit)
+    return near
 
 
 def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:

@@ -122,6 +122,7 @@ def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[
         name = member.effect.name
         effects[name] = member.effect
         joints.setdefault(name, set()).update(member.joints)
+    before = dict(values)
     if screen.table.base:
         free = [slot.key for slot in layout.slots if not slot.parameter.rough]
         for k, moved in zip(screen.kept(members), weights, strict=False):
@@ -138,8 +139,12 @@ def begun(adopted: tuple[Layout, np.ndarray], screen: Screen, members: Sequence[
                     new[name, parameter, joint] += weights[at]
             at += 1
     whole = Layout([Term(effects[name], tuple(sorted(of))) for name, of in joints.items()])
-    start = np.array([values[s.key] if s.key in values else new[s.key] for s in whole.slots])
-    return Start(whole, np.clip(start, whole.lower, whole.upper))
+    start, unmoved = (
+        np.array([known[s.key] if s.key in known else new[s.key] for s in whole.slots])
+        for known in (values, before)
+    )
+    start, unmoved = (np.clip(u, whole.lower, whole.upper) for u in (start, unmoved))
+    return Start(whole, start, unmoved=None if values == before else unmoved)
 
 
 def fit_sets(

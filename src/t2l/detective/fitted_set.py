@@ -25,12 +25,14 @@ class Start:
         columns: derivatives (nsample,) of the fitted samples along the motion, by slot key, where
             they are known.
         beyond: likewise, what those of a simulation have beyond them.
+        unmoved: (n,) where it may begin instead, with what is added beside unmoved other numbers.
     """
 
     layout: Layout
     u: np.ndarray
     columns: dict[tuple, np.ndarray] = field(default_factory=dict)
     beyond: dict[tuple, np.ndarray] = field(default_factory=dict)
+    unmoved: np.ndarray | None = None
 
 
 def names_of(layout: Layout) -> set[tuple[str, tuple[int, ...]]]:

@@ -21,20 +21,23 @@ DAMPINGS = (RIDGE, 0.01, 1.0)  # numerics: likewise, of steps to what fits witho
 PIECES = 4  # numerics: of what a fold alone tells
 LONGER = 1.0  # numerics: samples' worth of squared error, by which a step may be too long
 TINY = 1e-300  # numerics: of a column that does nothing
+FAR = 1.5  # numerics: times the least error left out, beyond which the linear model tells it
 
 
 def fitted(
-    fits: Sequence[LeastSquares], objective: Objective, folds: np.ndarray
+    fits: Sequence[LeastSquares], objective: Objective, folds: np.ndarray, racing: bool = False
 ) -> list[FittedSet]:
     """Fits with what they leave on each fold when the others fit them; not those that ran away.
 
     Args:
         objective: that they were fitted by.
+        racing: whether of those far behind one with no more effects the linear model tells it.
     """
     fits = [fit for fit in fits if np.isfinite(fit.loss) and fit.jacobian is not None]
     each = [_LeftOut(fit, folds) for fit in fits if fit.free.any()]
+    near = _near(each) if racing else each
     for damping in DAMPINGS:
-        some = [one for one in each if len(one.open)]
+        some = [one for one in near if len(one.open)]
         asked = [(one.fit, one.points(damping)) for one in some]
         for one, residuals in zip(some, objective.residuals(asked), strict=True):
             one.receive(residuals)
@@ -50,6 +53,19 @@ def fitted(
                 )
             )  # fmt: skip
     return found
+
+
+def _near(each: Sequence["_LeftOut"]) -> list["_LeftOut"]:
+    """Those that may be the nearest of no more effects; the others are as expected."""
+    errors = [float(np.sqrt(np.mean(one.expected() ** 2))) for one in each]
+    sizes = [len(one.fit.layout.terms) for one in each]
+    near = []
+    for one, error, size in zip(each, errors, sizes, strict=True):
+        least = min(e for e, n in zip(errors, sizes, strict=True) if n <= size)
+        if error <= FAR * least:
+            one.left_out[:] = one.fit.residual[:, None]
+            near.append(one)
+    return near
 
 
 class _LeftOut:
@@ -139,17 +155,28 @@ class _LeftOut:
             self._asked.append((part, found))
         return np.array([found for _, found in self._asked])
 
+    def expected(self) -> np.ndarray:
+        """What the linear model says is left (nsample,), which then is what is left out."""
+        fit, points = self.fit, self.points(RIDGE)
+        for (part, _), change in zip(self._asked, points - fit.u, strict=True):
+            self._leave(part, fit.residual + fit.jacobian @ change)
+        return self.result()[0]
+
+    def _leave(self, part: int, residual: np.ndarray) -> None:
+        """Take what is left of a part; one that the others tell better shows an unfinished fit."""
+        _, k, counts = self.parts[part]
+        if np.sum(residual[counts] ** 2) > np.sum(self.fit.residual[counts] ** 2):
+            self.left_out[counts, k] = residual[counts]
+
     def receive(self, residuals: np.ndarray) -> None:
         """Take the residuals (nopen, nsample) at `points`; the first step that serves counts."""
         fit, done = self.fit, set()
         before = fit.residual**2
         for (part, u), residual in zip(self._asked, residuals, strict=True):
-            at, k, counts = self.parts[part]
+            at, _, _ = self.parts[part]
             known = np.sum((fit.prior @ fit.u) ** 2) - np.sum((fit.prior @ u) ** 2)
             least = before[~at].sum() + known + LONGER * fit.loss
             if np.sum(residual[~at] ** 2) <= least:
-                # a part that the others tell better than all do shows a fit that has not ended
-                if np.sum(residual[counts] ** 2) > np.sum(fit.residual[counts] ** 2):
-                    self.left_out[counts, k] = residual[counts]
+                self._leave(part, residual)
                 done.add(part)
         self.open = [part for part in self.open if part not in done]

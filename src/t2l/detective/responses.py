@@ -114,20 +114,19 @@ def stiffness(
     path, schedule = section.path, section.motion.group.schedule
     ntick, nrec = path.q.shape[:2]
     ticks = np.arange(0, ntick * nrec, max(1, ntick * nrec // STIFF))
-    some_ticks = all_at_once(schedule, ntick).of(ticks)
-    along = replace(path, holds=False).all_at_once().of(ticks)
-    moved = replace(along, q=along.q + STEP_RAD)
+    k, twice = len(ticks), np.concatenate([ticks, ticks])
+    some_ticks = all_at_once(schedule, ntick).of(twice)
+    along = replace(path, holds=False).all_at_once().of(twice)
+    along.q[:, k:] += STEP_RAD
     found = []
     for layout, u in variants:
         kept = Layout([term for term in layout.terms if not term.effect.remembers])
         at = [i for i, slot in enumerate(layout.slots) if not slot.term.effect.remembers]
-        model, torque = predictor.model(kept.terms), []
-        for one in (along, moved):
-            loop = DrivenLoop(model, predictor.joints, some_ticks, len(u))
-            with blaming([term.effect for term in kept.terms], "to lead it"):
-                install(loop, [(kept, u[:, at])])
-                torque.append(loop.torque(one)[0])
-        found.append((torque[0] - torque[1]).mean(axis=1) / STEP_RAD)
+        loop = DrivenLoop(predictor.model(kept.terms), predictor.joints, some_ticks, len(u))
+        with blaming([term.effect for term in kept.terms], "to lead it"):
+            install(loop, [(kept, u[:, at])])
+            torque = loop.torque(along)[0]
+        found.append((torque[:, :k] - torque[:, k:]).mean(axis=1) / STEP_RAD)
     return found
 
 

@@ -264,7 +264,9 @@ class DrivenLoop(Loop):
             pairs = zip(ticks, measured, measured_dq, strict=True)
             pull = np.stack([schedule.hold.torque(*one) for one in pairs])
         self._call(self.feedback_filters, path, ticks, state, measured, measured_dq)
-        wanted = target(np.arange(ticks.start, ticks.stop))
+        # one by one they are looked up for some at once
+        one = len(ticks) == 1
+        wanted = target(ticks.start)[None] if one else target(np.arange(ticks.start, ticks.stop))
         self._call(self.command_filters, path, ticks, state, wanted)
         torque = self.kp * (wanted - measured)
         torque -= (self.kd + self.ahead * self.kp) * measured_dq
