@@ -205,7 +205,7 @@ def explained(folder: Path, only_true: bool = False, limit_s: float = LIMIT_S) -
     found = explanation.explained(
         model, data,
         tell=lambda what: told.append(process_time() - began),
-        over=lambda: process_time() - began > limit_s,
+        spent=lambda: (process_time() - began) / limit_s,
     )  # fmt: skip
     seconds = process_time() - began
     adopted = [name for step in found.steps for name in step.effects]

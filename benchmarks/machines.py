@@ -200,7 +200,7 @@ def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
         "told": [],
     }
     found = explanation.explained(
-        model, data, result["told"].append, over=partial(_past, began + limit_s)
+        model, data, result["told"].append, spent=partial(_spent, began, limit_s)
     )
     return result | {
         "seconds": perf_counter() - began,
@@ -215,8 +215,8 @@ def explained(machine: Machine, seed: int | None, limit_s: float) -> dict:
     }
 
 
-def _past(end: float) -> bool:
-    return perf_counter() > end
+def _spent(began: float, limit_s: float) -> float:
+    return (perf_counter() - began) / limit_s
 
 
 def by_pieces(data, seed: int):

@@ -105,6 +105,26 @@ def test_fits_that_race_find_the_same_best_with_less_work(robot, monkeypatch):
     assert work[1] < work[0]
 
 
+def test_a_fit_begins_at_unmoved_numbers_where_these_leave_less(robot):
+    hidden = {"coulomb_friction": {"torque": {"hinge": 0.2}}}
+    data = split(robot, swings(robot, hidden, NOISE_RAD), swings(robot)[:1], threads=1)
+    along, _ = along_of(data)
+    layout = Layout([Term(builtin()[name], (0,)) for name in ("coulomb_friction", "payload")])
+    at = {key: np.array([0.0]) for key in ("com_x", "com_y", "com_z")}
+    near, far = (
+        layout.encode(
+            {
+                "coulomb_friction": {"torque": np.array([0.2])},
+                "payload": {"mass": np.array([mass]), **at},
+            }
+        )
+        for mass in (0.0, 3.0)
+    )
+    for begins, else_begins in ((far, near), (near, far)):
+        (fit,) = fit_along([Start(layout, begins, unmoved=else_begins)], along, data.folds, 0)
+        assert fit.u == pytest.approx(near)
+
+
 @pytest.mark.parametrize("name", LARGE)
 def test_the_truth_leaves_little_however_far_the_model_so_far_is(robot, name):
     effect = builtin()[name]

@@ -46,3 +46,28 @@ def test_what_one_part_alone_tells_is_judged_by_pieces_of_it(moved, told):
     assert one.told[moved].all() == told
     assert one.told[~moved].all()
     assert NOISE / 2 < one.left_out_rmse < 1.2 * NOISE
+
+
+def test_of_those_far_behind_the_linear_model_tells_what_is_left_out():
+    layout = Layout([Term(builtin()["torque_offset"], (0, 1))])
+    objective = Lines(np.ones(COUNT, bool))
+    near, far = (LeastSquares(layout, np.zeros(2), np.ones(2)) for _ in range(2))
+    far.free = np.array([True, False])
+    minimise([near, far], objective, 5)
+    asked, residuals = [], objective.residuals
+    objective.residuals = lambda pairs: asked.extend(fit for fit, _ in pairs) or residuals(pairs)
+    exact = fitted([near, far], objective, FOLDS[:, None])
+    asked.clear()
+    racing = fitted([near, far], objective, FOLDS[:, None], racing=True)
+    assert {id(fit) for fit in asked} == {id(near)}
+    for one, other in zip(exact, racing, strict=True):
+        assert other.left_out_rmse == pytest.approx(one.left_out_rmse, rel=1e-6)
+
+
+def test_a_part_that_the_others_foretell_better_counts_as_in_the_fit_to_all():
+    layout = Layout([Term(builtin()["torque_offset"], (0, 1))])
+    objective = Lines(np.ones(COUNT, bool))
+    unfinished = LeastSquares(layout, np.zeros(2), np.ones(2))
+    minimise([unfinished], objective, 0)
+    (one,) = fitted([unfinished], objective, FOLDS[:, None])
+    assert one.left_out_rmse >= one.rmse > 10 * NOISE

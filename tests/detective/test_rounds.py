@@ -125,7 +125,7 @@ def test_time_that_is_over_ends_with_what_was_adopted_or_is_likely(robot, made):
         return len(asked) > after
 
     after = 0
-    nothing = told(robot, made, over=over)
+    nothing = told(robot, made, spent=over)
     assert nothing.verdict == MISSING
     assert nothing.model.effects == {}
     assert "stopped by --time" in nothing.sentence
@@ -133,14 +133,14 @@ def test_time_that_is_over_ends_with_what_was_adopted_or_is_likely(robot, made):
 
     asked.clear()
     after = 1
-    likely = told(robot, made, over=over)
+    likely = told(robot, made, spent=over)
     assert likely.model.effects == {}
     assert likely.stopped_after_s > 0
     assert re.search(r"most likely (command delay|Coulomb friction)", likely.sentence)
 
     asked.clear()
     after = 3
-    one = told(robot, made, over=over)
+    one = told(robot, made, spent=over)
     assert len(one.steps) == 2
     assert one.sentence.startswith("The model lacks ")
     assert "stopped by --time" in one.sentence

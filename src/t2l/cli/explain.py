@@ -59,18 +59,18 @@ def run(arguments: argparse.Namespace) -> None:
     from t2l.identify.step_size import substeps_for
     from t2l.report import write_report
 
-    over = time_over(arguments)
+    deadline = deadline_of(arguments)
     model, recordings, holdout = read_inputs(arguments)
     with log_output(arguments, ENTRIES, model, [*recordings, *holdout]) as out:
         substeps = substeps_for(model, recordings)
         data = split(model.robot, recordings, holdout, substeps)
         say_how_long(
-            arguments.command, model, data.fitted.recordings, substeps, at_most_s=over.seconds
+            arguments.command, model, data.fitted.recordings, substeps, at_most_s=deadline.seconds
         )
         progress = progress_line()
         explanation = explained(
-            model, data, say, part(progress, 0.0, EXPLAINED), over, out,
-            written=lambda: write_report(out), began=over.began,
+            model, data, say, part(progress, 0.0, EXPLAINED), deadline, out,
+            written=lambda: write_report(out), began=deadline.began,
         )  # fmt: skip
         progress("comparing before and after", EXPLAINED)
         # as its file holds it, so that a comparison with the file is the same
@@ -85,17 +85,17 @@ def run(arguments: argparse.Namespace) -> None:
 
 @dataclass(frozen=True)
 class Deadline:
-    """Whether the seconds since some time of the monotonic clock are over; never if None."""
+    """How much of some seconds since a time of the monotonic clock is gone; nothing if None."""
 
     began: float
     seconds: float | None = None
 
-    def __call__(self) -> bool:
-        """Whether they are."""
-        return self.seconds is not None and time.monotonic() - self.began >= self.seconds
+    def __call__(self) -> float:
+        """The share, 1 and more when all of them are."""
+        return 0.0 if self.seconds is None else (time.monotonic() - self.began) / self.seconds
 
 
-def time_over(arguments: argparse.Namespace) -> Deadline:
+def deadline_of(arguments: argparse.Namespace) -> Deadline:
     """What --time says, from now on.
 
     Raises:

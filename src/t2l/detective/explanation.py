@@ -56,7 +56,7 @@ def explained(
     data: DataSplit,
     tell: Callable[[str], None] = lambda what: None,
     progress: Progress = lambda what, fraction: None,
-    over: Callable[[], bool] = lambda: False,
+    spent: Callable[[], float] = lambda: 0.0,
     folder: Path | None = None,
     written: Callable[[], None] = lambda: None,
     began: float | None = None,
@@ -66,7 +66,7 @@ def explained(
     Args:
         tell: told the first answer, and what is adopted.
         progress: told what is being tried, and how good the best is.
-        over: whether no new work is to begin.
+        spent: share of the time that is gone: at 1 no new work begins.
         folder: receives explanation.json, model.yaml and steps/ after each round, from which the
             same search goes on if it was interrupted.
         written: called whenever that is.
@@ -76,7 +76,7 @@ def explained(
         DivergenceError: the simulation of the model runs away.
     """
     story = _Story(model, data, tell, progress, folder, written, began)
-    found = search(model, data, story.looked, over, story.resumed)
+    found = search(model, data, story.looked, spent, story.resumed)
     explanation = story.ended(found)
     if folder is not None:
         story.write(explanation)

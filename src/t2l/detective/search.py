@@ -34,7 +34,7 @@ from t2l.detective.starting_points import read_off
 from t2l.effects.effect import Effect
 from t2l.identify.block_bootstrap import blocks
 from t2l.identify.first_guesses import first_guesses
-from t2l.identify.levels import NOTHING
+from t2l.identify.levels import HALF, NOTHING
 from t2l.identify.model import Model, from_vector
 from t2l.identify.noise_floor import noise_floor
 from t2l.identify.prediction import Request, check_finite
@@ -133,7 +133,7 @@ def search(
     model: Model,
     data: DataSplit,
     looked: Callable[["Round"], None] = lambda this: None,
-    over: Callable[[], bool] = lambda: False,
+    spent: Callable[[], float] = lambda: 0.0,
     resumed: tuple[int, FittedSet] | None = None,
     offered: Offered = Offered(),
 ) -> Found:
@@ -142,13 +142,13 @@ def search(
     Args:
         looked: told of each round before each of its `STAGES`, as its sets grow, and when it
             adopted something.
-        over: whether the time is; asked between fits.
+        spent: share of the time that is gone, asked between fits: at 1 nothing new begins.
         resumed: rounds that are done, and what they adopted.
 
     Raises:
         DivergenceError: the simulation of the model runs away.
     """
-    searched = _Search(sized(model, data.fitted), data, looked, over, offered)
+    searched = _Search(sized(model, data.fitted), data, looked, spent, offered)
     done = searched.begin(resumed)
     for number in range(done, ROUNDS):
         if not searched.round(came=number == 0):
@@ -182,7 +182,7 @@ def singles(
         DivergenceError: the simulation of the model runs away.
     """
     nothing = lambda *_: None  # noqa: E731
-    searched = _Search(model, data, nothing, lambda: False, Offered(curves=False))
+    searched = _Search(model, data, nothing, lambda: 0.0, Offered(curves=False))
     searched.begin(None)
     return searched.singles(progress)
 
@@ -197,8 +197,8 @@ class _Search:
         nearest_rmse: likewise of the last one at which that was tried.
     """
 
-    def __init__(self, model: Model, data: DataSplit, looked, over, offered: Offered):
-        self.model, self.data, self.looked, self.over = model, data, looked, over
+    def __init__(self, model: Model, data: DataSplit, looked, spent, offered: Offered):
+        self.model, self.data, self.looked, self.spent = model, data, looked, spent
         self.offered = offered
         predictor, mask = data.fitted, data.fitted_mask
         samples = predictor.samples
@@ -227,6 +227,10 @@ class _Search:
         joints = self.data.fitted.joints
         self.found.model = from_vector(self.model, *simulated.model, joints)
         self.found.last = simulated
+
+    def over(self) -> bool:
+        """Whether no new work is to begin."""
+        return self.spent() >= 1
 
     def _stop(self, this: Round, doing: str) -> bool:
         this.doing = doing
@@ -308,6 +312,8 @@ class _Search:
             The new ones that a simulation follows.
         """
         folds, before = self.data.folds, this.led
+        # what has grown is simulated, pruned, and grows on from there
+        until = self.spent() + HALF * (1 - self.spent())
         screen = self._again_at(this, [(f, f.rmse) for f in this.fits], judge) or screen
         again: Screen | None = screen
         while again is not None:
@@ -319,7 +325,7 @@ class _Search:
             for this.led, best in steps:
                 this.grown.append(best)
                 self.looked(this)
-                if self.over():
+                if self.spent() >= until:
                     break
                 if best.left_out_rmse <= NEARER * self.nearest_rmse:
                     again = self._again_at(this, self._followed(this.led, CHECKED), judge)
