@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from t2l.detective.fitted_set import FittedSet, Known, Start, sizes
+from t2l.detective.fitted_set import FittedSet, Known, Start, least_of_no_more, sizes
 from t2l.detective.free_phases import FreePhases
 from t2l.detective.held_torques import HeldTorques
 from t2l.detective.left_out import fitted
@@ -179,8 +179,11 @@ def fit_along(
     if fits:
         minimise(fits, objective, iterations, race if racing else lambda fits: None)
     if iterations:
-        tried = {id(fit) for fit in (_near(fits) if racing else fits) if _steps(fit)}
-        fits = [_best_of(fit, objective) if id(fit) in tried else fit for fit in fits]
+        least = _least(fits) if racing else [np.inf] * len(fits)
+        fits = [
+            _best_of(fit, objective) if _steps(fit) and fit.loss <= BEHIND * best else fit
+            for fit, best in zip(fits, least, strict=True)
+        ]
     return fitted(fits, objective, folds, racing)
 
 
@@ -202,29 +205,14 @@ def race(fits: Sequence[LeastSquares]) -> None:
 
     Source: Maron and Moore, Hoeffding races, 1994; here it is the linear model that promises.
     """
-    near = {id(fit) for fit in _near(fits, promised=True)}
-    for fit in fits:
+    for fit, best in zip(fits, _least(fits), strict=True):
         if fit.iterations and not fit.done:
-            fit.done = id(fit) not in near
+            fit.done = fit.loss * (1 - fit.promise()) > BEHIND * best
 
 
-def _near(fits: Sequence[LeastSquares], promised: bool = False) -> list[LeastSquares]:
-    """Those that are not far behind one with no more effects.
-
-    Args:
-        promised: whether what a full step promises counts.
-    """
-    least: dict[int, float] = {}
-    for fit in fits:
-        size = len(fit.layout.terms)
-        least[size] = min(fit.loss, least.get(size, np.inf))
-    near = []
-    for fit in fits:
-        best = min(loss for size, loss in least.items() if size <= len(fit.layout.terms))
-        loss = fit.loss * (1 - fit.promise()) if promised and fit.iterations else fit.loss
-        if loss <= BEHIND * best:
-            near.append(fit)
-    return near
+def _least(fits: Sequence[LeastSquares]) -> list[float]:
+    """For each the least loss of those with no more effects."""
+    return least_of_no_more([fit.loss for fit in fits], [fit.layout for fit in fits])
 
 
 def _best_of(fit: LeastSquares, objective: AlongMotion) -> LeastSquares:

@@ -40,6 +40,13 @@ def names_of(layout: Layout) -> set[tuple[str, tuple[int, ...]]]:
     return {(term.effect.name, term.joints) for term in layout.terms}
 
 
+def least_of_no_more(errors: Sequence[float], layouts: Sequence[Layout]) -> list[float]:
+    """For each of some sets the least error of those with no more effects."""
+    sizes = [len(layout.terms) for layout in layouts]
+    pairs = [*zip(errors, sizes, strict=True)]
+    return [min(error for error, n in pairs if n <= size) for size in sizes]
+
+
 @dataclass(frozen=True)
 class FittedSet:
     """A model with more terms, fitted.

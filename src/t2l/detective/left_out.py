@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from t2l.detective.candidates import FARTHEST
-from t2l.detective.fitted_set import FittedSet
+from t2l.detective.fitted_set import FittedSet, least_of_no_more
 from t2l.detective.screen import ALIKE, bounded
 from t2l.identify.least_squares import LeastSquares
 from t2l.identify.levels import HALF
@@ -58,13 +58,10 @@ def fitted(
 def _near(each: Sequence["_LeftOut"]) -> list["_LeftOut"]:
     """Those that may be the nearest of no more effects; the others are as expected."""
     errors = [float(np.sqrt(np.mean(one.expected() ** 2))) for one in each]
-    sizes = [len(one.fit.layout.terms) for one in each]
-    near = []
-    for one, error, size in zip(each, errors, sizes, strict=True):
-        least = min(e for e, n in zip(errors, sizes, strict=True) if n <= size)
-        if error <= FAR * least:
-            one.left_out[:] = one.fit.residual[:, None]
-            near.append(one)
+    least = least_of_no_more(errors, [one.fit.layout for one in each])
+    near = [one for one, e, best in zip(each, errors, least, strict=True) if e <= FAR * best]
+    for one in near:
+        one.left_out[:] = one.fit.residual[:, None]
     return near
 
 

@@ -313,7 +313,7 @@ class _Search:
         """
         folds, before = self.data.folds, this.led
         # what has grown is simulated, pruned, and grows on from there
-        until = self.spent() + HALF * (1 - self.spent())
+        until = HALF * (1 + self.spent())
         screen = self._again_at(this, [(f, f.rmse) for f in this.fits], judge) or screen
         again: Screen | None = screen
         while again is not None:
